@@ -5,6 +5,10 @@ from itertools import pairwise
 
 import pytest
 
+from vigil.sim.thor.units import BODY_HEIGHT_M
+
+POSE = {"rotation": {"y": 90.0}, "horizon": 0.0, "standing": True}
+
 
 def test_an_answer_to_a_question_is_a_patch(client):
     places = client.do("GetReachablePositions")["actionReturn"]
@@ -21,6 +25,50 @@ def test_every_reachable_position_can_be_teleported_to(client):
     assert len(places) > 5
     for place in places:
         assert client.do("Teleport", position=place)["lastActionSuccess"]
+
+
+@pytest.mark.parametrize("place", [(3.5, 2.5), (3.37, 2.61)])
+@pytest.mark.parametrize("settings", [{"gridSize": size} for size in (0.1, 0.25, 0.4, 0.5)] + [{}])
+def test_snapping_holds_to_the_grid_of_the_reachable_positions(client, settings, place):
+    client.stand(*place)
+    client.do("Initialize", snapToGrid=True, **settings)
+    places = client.do("GetReachablePositions")["actionReturn"]
+    assert len(places) > 5
+    assert any(math.dist((each["x"], each["z"]), place) < 1e-9 for each in places)
+    for each in places[::7]:
+        assert client.do("Teleport", position=each)["lastActionSuccess"]
+        assert client.do("TeleportFull", position=each, **POSE)["lastActionSuccess"]
+    assert client.do("GetReachablePositions")["actionReturn"] == [
+        {axis: pytest.approx(value, abs=1e-9) for axis, value in each.items()} for each in places
+    ]
+
+
+@pytest.mark.parametrize(("own_size", "step"), [(0.5, 0.5), (0.1, 0.5), (0.125, 0.25)])
+def test_a_grid_of_its_own_lists_what_snapping_allows(client, own_size, step):
+    client.stand(3.37, 2.61)
+    client.do("Initialize", snapToGrid=True, gridSize=0.25)
+    places = client.do("GetReachablePositions", gridSize=own_size)["actionReturn"]
+    steps = {round((each["x"] - 3.37) / step, 6) for each in places}
+    assert len(steps) > 2
+    assert all(each == int(each) for each in steps)
+    for each in places:
+        assert client.do("Teleport", position=each)["lastActionSuccess"]
+
+
+def test_interactable_poses_off_the_house_s_grid_can_be_taken(client):
+    client.stand(3.37, 2.61)
+    client.do("Initialize", snapToGrid=True)
+    for pose in client.do("GetInteractablePoses", objectId="Apple|1", maxPoses=3)["actionReturn"]:
+        assert client.do("TeleportFull", **pose)["lastActionSuccess"]
+
+
+def test_where_the_agent_touches_something_it_may_stay(client):
+    place = {"x": 0.05, "y": BODY_HEIGHT_M, "z": 2.5}
+    client.do("Teleport", position=place, forceAction=True)
+    assert not client.world.stage.can_stand(client.world.agent.position)
+    assert client.do("Teleport", position=place, rotation=90.0)["agent"]["rotation"]["y"] == 90.0
+    assert place in client.do("GetReachablePositions")["actionReturn"]
+    assert client.do("GetShortestPathToPoint", target=place)["actionReturn"]["corners"]
 
 
 def test_an_interactable_pose_is_one(client):

@@ -62,6 +62,14 @@ def test_off_the_grid_when_snapping_fails(client):
     assert client.do("Teleport", position={"x": 3.5, "y": 0.901, "z": 2.5})["agent"]["position"]["x"] == 3.5
 
 
+def test_steps_keep_to_the_grid_through_the_agent(client):
+    client.stand(3.37, 2.61, yaw=90.0)
+    client.do("Initialize", snapToGrid=True)
+    assert client.do("MoveAhead", moveMagnitude=0.3)["agent"]["position"]["x"] == pytest.approx(3.62)
+    assert client.do("MoveBack")["agent"]["position"]["x"] == pytest.approx(3.37)
+    assert client.do("MoveRight")["agent"]["position"]["z"] == pytest.approx(2.36)
+
+
 def test_crouching_lowers_the_camera(client):
     high = client.stand(3.5, 2.5)["cameraPosition"]["y"]
     low = client.do("Crouch")

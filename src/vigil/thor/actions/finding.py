@@ -23,9 +23,9 @@ _NEAR_OBJECT_M = 0.5
 
 
 def _reachable(world: World, gridSize: float | None = None, **_: object) -> list[dict[str, float]]:
-    pose, step = world.agent, gridSize or world.settings.grid_size
-    y = pose.position.y + BODY_HEIGHT_M
-    return [{"x": float(x), "y": y, "z": float(z)} for x, z in world.stage.reachable(pose.position, step)]
+    start, step = world.agent.position._replace(y=0.0), gridSize or world.settings.grid_size
+    places = [Vec3(x, 0.0, z) for x, z in world.stage.reachable(start, step).tolist()]
+    return [vector(place._replace(y=BODY_HEIGHT_M)) for place in places if world.is_on_grid(place)]
 
 
 def _interactable_poses(
@@ -206,7 +206,8 @@ ACTIONS = (
         _reachable,
         {"gridSize": "float", "maxStepCount": "int", "directionsRelativeAgent": "bool"},
         only_reads=True,
-        lacks="the grid is along the house's axes; what is held takes no room",
+        lacks="the grid is along the house's axes, through the agent; with snapToGrid a gridSize of its own lists those of "
+        "its places to which Teleport goes; what is held takes no room",
     ),
     Action(
         "GetInteractablePoses",

@@ -10,7 +10,6 @@ from vigil.thor.base.failures import ActionFailed, invalid_operation
 from vigil.thor.base.settings import RIGHT_ANGLE
 from vigil.thor.base.world import World, body_of
 
-OFF_GRID_M = 1e-3
 OFF_FLOOR_M = 0.05
 FREE_LOOK_DEG = 30.0
 
@@ -19,20 +18,13 @@ def _walk(world: World, right: float, ahead: float) -> None:
     """Moves the agent along its own axes (m), all the way or not at all."""
     pose = world.agent
     x, z = rotate_floor(right, ahead, pose.rotation)
-    end = _snapped(world, Vec3(pose.position.x + x, pose.position.y, pose.position.z + z))
+    end = world.on_grid(Vec3(pose.position.x + x, pose.position.y, pose.position.z + z))
     blocker = world.stage.blocker(pose.position, end)
     if blocker == "exterior":
         raise invalid_operation(f"Scene bounds do not contain target position ({end.x:.4f}, {end.y:.4f}, {end.z:.4f})")
     if blocker is not None:
         raise ActionFailed(f"{blocker} is blocking Agent 0 from moving by ({x:.4f}, 0.0000, {z:.4f}).")
     world.stage.stand(pose.model_copy(update={"position": end}))
-
-
-def _snapped(world: World, place: Vec3) -> Vec3:
-    size = world.settings.grid_size
-    if not world.settings.snap_to_grid:
-        return place
-    return Vec3(round(place.x / size) * size, place.y, round(place.z / size) * size)
 
 
 def _length(world: World, move_magnitude: float | None) -> float:
@@ -142,12 +134,13 @@ def _check_pose(world: World, pose: Pose) -> None:
         raise invalid_operation(
             f"y={y + BODY_HEIGHT_M:.4f} is not on the floor, where the agent's position has y={BODY_HEIGHT_M:.4f}"
         )
-    snapped = _snapped(world, pose.position)
-    if math.dist(snapped, pose.position) > OFF_GRID_M:
+    if not world.is_on_grid(pose.position):
+        here = world.agent.position
         raise invalid_operation(
-            f"({x:.4f}, {z:.4f}) is off the grid of {settings.grid_size:g} m, to which snapToGrid holds"
+            f"({x:.4f}, {z:.4f}) is off the grid of {settings.grid_size:g} m through the agent at "
+            f"({here.x:.4f}, {here.z:.4f}), to which snapToGrid holds"
         )
-    if not world.stage.can_stand(pose.position):
+    if not world.can_be_at(pose.position):
         raise invalid_operation(f"Collided with something, or outside of the rooms, at ({x:.4f}, {z:.4f})")
 
 

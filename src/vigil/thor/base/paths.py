@@ -22,7 +22,7 @@ def walk(world: World, start: Vec3, end: Vec3, within_m: float = NEAR_M) -> list
     """Returns the corners of the shortest walk from one place on the floor to another. Raises ActionFailed."""
     from scipy.sparse.csgraph import dijkstra  # noqa: PLC0415 - loads over 200 modules
 
-    if not world.stage.can_stand(start):
+    if not world.can_be_at(start):
         raise bad_argument(f"The agent cannot stand at ({start.x:.4f}, {start.z:.4f}), where the path is to start")
     places = world.stage.reachable(start, GRID_M)
     goal = int(np.argmin(np.hypot(places[:, 0] - end.x, places[:, 1] - end.z)))

@@ -1,5 +1,6 @@
 """The world that actions change: a house on a stage, the settings, and the cameras besides the agent's."""
 
+import math
 from dataclasses import dataclass, field
 
 from vigil.pose import EYE_HEIGHT_M, Pose, Vec3
@@ -10,6 +11,7 @@ from vigil.thor.base.failures import bad_argument, invalid_operation
 from vigil.thor.base.settings import Settings
 
 PROCEDURAL = "Procedural"
+OFF_GRID_M = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +50,22 @@ class World:
         """Raises ActionFailed before `CreateHouse`."""
         if not self.has_house:
             raise invalid_operation("There is no house yet: call CreateHouse, or give the Controller a house as scene")
+
+    def on_grid(self, place: Vec3) -> Vec3:
+        """Returns the nearest place of the grid, which runs through where the agent is; any place without snapToGrid."""
+        if not self.settings.snap_to_grid:
+            return place
+        (x, _, z), size = self.agent.position, self.settings.grid_size
+        return Vec3(x + round((place.x - x) / size) * size, place.y, z + round((place.z - z) / size) * size)
+
+    def is_on_grid(self, place: Vec3) -> bool:
+        """Whether a place is of the grid that snapToGrid holds to."""
+        return math.dist(self.on_grid(place), place) <= OFF_GRID_M
+
+    def can_be_at(self, place: Vec3) -> bool:
+        """Whether the agent's body fits at a place on the floor, or is there already."""
+        here = self.agent.position
+        return math.hypot(place.x - here.x, place.z - here.z) <= OFF_GRID_M or self.stage.can_stand(place)
 
     def thing(self, object_id: str) -> Thing:
         """Returns a thing that is in the house. Raises ActionFailed."""
