@@ -39,6 +39,18 @@ _EDGES = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
 
 
 @dataclass(frozen=True, slots=True)
+class Lens:
+    """The size of a picture, and how far before the eye a pixel is as wide as one metre; the agent's own by default."""
+
+    width: int = WIDTH
+    height: int = HEIGHT
+    focal_px: float = FOCAL_PX
+
+
+AGENTS = Lens()
+
+
+@dataclass(frozen=True, slots=True)
 class PixelWindow:
     """A rectangle of pixels sampled with a stride: left <= x < right, top <= y < bottom."""
 
@@ -99,21 +111,21 @@ def camera_axes(agent: Pose) -> np.ndarray:
     return np.array([right, up, forward])
 
 
-def directions(agent: Pose, pixels: np.ndarray) -> np.ndarray:
+def directions(agent: Pose, pixels: np.ndarray, lens: Lens = AGENTS) -> np.ndarray:
     """Returns the unit directions (n, 3) through the centres of (n, 2) pixels."""
-    right = (pixels[:, 0] + 0.5 - WIDTH / 2) / FOCAL_PX
-    up = (HEIGHT / 2 - pixels[:, 1] - 0.5) / FOCAL_PX
+    right = (pixels[:, 0] + 0.5 - lens.width / 2) / lens.focal_px
+    up = (lens.height / 2 - pixels[:, 1] - 0.5) / lens.focal_px
     rays = np.column_stack([right, up, np.ones(len(pixels))])
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     return rays @ camera_axes(agent)
 
 
-def project(agent: Pose, points: np.ndarray) -> np.ndarray:
+def project(agent: Pose, points: np.ndarray, lens: Lens = AGENTS) -> np.ndarray:
     """Returns (n, 3): x and y (pixels, continuous), and depth (m) along the view; only a depth > 0 has an x and y."""
     local = (points - np.array(agent.eye)) @ camera_axes(agent).T
     depth = np.where(np.abs(local[:, 2]) < 1e-9, 1e-9, local[:, 2])
-    x = WIDTH / 2 + FOCAL_PX * local[:, 0] / depth
-    y = HEIGHT / 2 - FOCAL_PX * local[:, 1] / depth
+    x = lens.width / 2 + lens.focal_px * local[:, 0] / depth
+    y = lens.height / 2 - lens.focal_px * local[:, 1] / depth
     return np.column_stack([x, y, local[:, 2]])
 
 
@@ -125,16 +137,16 @@ def pixel_of(agent: Pose, point: Vec3) -> tuple[int, int] | None:
     return int(x), int(y)
 
 
-def window_of(agent: Pose, boxes: list[np.ndarray]) -> PixelWindow | None:
+def window_of(agent: Pose, boxes: list[np.ndarray], lens: Lens = AGENTS) -> PixelWindow | None:
     """Returns the pixels that boxes, each of corners (8, 3), can cover; None outside of the frame."""
     points, is_before = _clipped(agent, boxes)
     if not len(points):
         return None
-    flat = project(agent, points)[:, :2]
+    flat = project(agent, points, lens)[:, :2]
     left, top = (math.floor(value - 0.5) for value in flat.min(axis=0))
     right, bottom = (math.ceil(value + 0.5) for value in flat.max(axis=0))
-    is_whole = is_before and left >= 0 and top >= 0 and right <= WIDTH and bottom <= HEIGHT
-    left, top, right, bottom = max(left, 0), max(top, 0), min(right, WIDTH), min(bottom, HEIGHT)
+    is_whole = is_before and left >= 0 and top >= 0 and right <= lens.width and bottom <= lens.height
+    left, top, right, bottom = max(left, 0), max(top, 0), min(right, lens.width), min(bottom, lens.height)
     if left >= right or top >= bottom:
         return None
     stride = max(1, math.ceil(math.sqrt((right - left) * (bottom - top) / RAYS_PER_OBJECT)))

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from vigil.pose import EYE_HEIGHT_M, Pose, Vec3
-from vigil.sim.core.sight import camera_axes
+from vigil.sim.core.sight import Lens, camera_axes
 from vigil.sim.staging import View
 
 
@@ -15,12 +15,17 @@ def pose_of(view: View) -> Pose:
     return Pose(position=Vec3(x, y - EYE_HEIGHT_M, z), rotation=view.yaw, horizon=view.pitch)
 
 
+def lens_of(view: View) -> Lens:
+    """Returns the lens of a camera."""
+    return Lens(view.width, view.height, view.height / 2 / math.tan(math.radians(view.fovy_deg) / 2))
+
+
 def directions_at(view: View, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Returns the unit directions (n, 3) through places (n, 2) of the picture, with the cosine (n,) to its axis.
 
     A place is x, y in pixels from the top left corner; a pixel's middle is its number and a half.
     """
-    focal = view.height / 2 / math.tan(math.radians(view.fovy_deg) / 2)
+    focal = lens_of(view).focal_px
     right, up = (pixels[:, 0] - view.width / 2) / focal, (view.height / 2 - pixels[:, 1]) / focal
     rays = np.column_stack([right, up, np.ones(len(pixels))])
     lengths = np.linalg.norm(rays, axis=1)

@@ -206,8 +206,8 @@ ACTIONS = (
         _reachable,
         {"gridSize": "float", "maxStepCount": "int", "directionsRelativeAgent": "bool"},
         only_reads=True,
-        lacks="the grid is along the house's axes, through the agent; with snapToGrid a gridSize of its own lists those of "
-        "its places to which Teleport goes; what is held takes no room",
+        lacks="the grid is along the house's axes, through the agent; with snapToGrid a gridSize of its own lists "
+        "those of its places to which Teleport goes; what is held takes no room",
     ),
     Action(
         "GetInteractablePoses",

@@ -52,7 +52,7 @@ class World:
             raise invalid_operation("There is no house yet: call CreateHouse, or give the Controller a house as scene")
 
     def on_grid(self, place: Vec3) -> Vec3:
-        """Returns the nearest place of the grid, which runs through where the agent is; any place without snapToGrid."""
+        """Returns the nearest place of the grid through the agent; without snapToGrid, the place itself."""
         if not self.settings.snap_to_grid:
             return place
         (x, _, z), size = self.agent.position, self.settings.grid_size

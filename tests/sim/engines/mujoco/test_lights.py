@@ -10,7 +10,7 @@ from vigil.assets.kernel.asset import Glow
 from vigil.house import MaterialRef
 from vigil.pose import Vec3
 from vigil.scene.things import RoomShape, Scene, Thing
-from vigil.sim.engines.mujoco.compiled.lights import UNLIT, glows_near, lamps_of
+from vigil.sim.engines.mujoco.compiled.lights import UNLIT, glow_of, lamps_of
 
 ELL = [(0.0, 0.0), (4.0, 0.0), (4.0, 1.5), (1.5, 1.5), (1.5, 5.0), (0.0, 5.0)]
 ZED = [(0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (6.0, 2.0), (6.0, 3.0), (2.0, 3.0), (2.0, 1.0), (0.0, 1.0)]
@@ -50,16 +50,15 @@ def test_the_lamp_over_somebody_is_that_of_the_nearest_room() -> None:
     assert lamps.place_over(np.array([-3.0, 1.0, 1.6])) == pytest.approx(lamps.places[0])
 
 
-def test_the_nearest_things_that_are_on_shine_from_where_they_are(scene: Scene) -> None:
+def test_what_is_on_shines_from_where_it_is(scene: Scene) -> None:
     glow = Glow(Vec3(0.0, 0.3, 0.1), (1.0, 0.5, 0.25), 0.8)
-    for thing in scene.things.values():
-        thing.asset = replace(thing.asset, glow=glow)
-    first, second = glows_near(np.array([0.0, 0.0, 1.6]), list(scene.things.values()))
+    cabinet = scene.things["cabinet"]
+    cabinet.asset = replace(cabinet.asset, glow=glow)
     # The cabinet is turned by half, so what is in front of its middle lies towards -z (MuJoCo's -y).
-    assert first.place == pytest.approx((0.0, 0.4, 0.7))
-    assert second.place == pytest.approx((-1.0, 0.1, 0.4))
-    assert first.colour[0] > first.colour[2] > 0
-    assert glows_near(np.array([0.0, 0.0, 1.6]), []) == []
+    assert glow_of(cabinet).place == pytest.approx((0.0, 0.4, 0.7))
+    assert glow_of(cabinet).colour[0] > glow_of(cabinet).colour[2] > 0
+    with pytest.raises(ValueError, match="gives no light"):
+        glow_of(scene.things["cube"])
 
 
 def test_a_room_is_dim_while_its_switches_are_off() -> None:
@@ -70,10 +69,13 @@ def test_a_room_is_dim_while_its_switches_are_off() -> None:
     lamps = lamps_of(scene)
 
     def brightness(index: int) -> float:
-        lamps.heed(scene)
+        lamps.heed([switch])
         return float(lamps.strengths()[index].mean())
 
     behind, dim = brightness(0), brightness(1)
     switch.is_toggled = True
     assert brightness(1) == pytest.approx(dim / UNLIT)
     assert brightness(0) == pytest.approx(behind)
+    switch.is_toggled = False
+    lamps.heed([])
+    assert lamps.strengths()[1].mean() == pytest.approx(dim / UNLIT)

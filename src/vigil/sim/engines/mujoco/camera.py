@@ -16,7 +16,7 @@ from vigil.sim.core.views import pose_of
 from vigil.sim.engines.mujoco import held
 from vigil.sim.engines.mujoco.compiled import frames, gl
 from vigil.sim.engines.mujoco.compiled.binding import BACKEND, GL, GLContext
-from vigil.sim.engines.mujoco.compiled.lights import glows_near
+from vigil.sim.engines.mujoco.compiled.lights import Glow
 from vigil.sim.engines.mujoco.compiled.model import FOVY_DEG, CompiledModel
 from vigil.sim.engines.mujoco.raster.painter import Painter
 from vigil.sim.engines.mujoco.raster.viewer import Held, Viewer
@@ -86,22 +86,22 @@ class Camera:
         self._painter = Painter(model, BACKEND.module, SAMPLES[quality], has_shade=quality == "default")
         _cameras.add(self)
 
-    def draw(self, agent: Pose, glowing: list[Thing], in_hand: list[Thing]) -> np.ndarray:
+    def draw(self, agent: Pose, glows: list[Glow], in_hand: list[Thing]) -> np.ndarray:
         """Returns the frame that the agent sees, (480, 640, 3) uint8.
 
-        `glowing` are the things that give light; `in_hand` what is held, with what it carries after it.
+        `glows` are what shines into it; `in_hand` is what is held, with what that carries after it.
         """
         _enter()
         viewer = _viewer(agent, FOVY_DEG, FRAME_WIDTH, FRAME_HEIGHT)
-        return self._paint(viewer, glowing, self._hold(viewer.eye, agent, in_hand))
+        return self._paint(viewer, glows, self._hold(viewer.eye, agent, in_hand))
 
-    def look(self, view: View, layers: frozenset[Layer], glowing: list[Thing], in_hand: list[Thing]) -> Picture:
+    def look(self, view: View, layers: frozenset[Layer], glows: list[Glow], in_hand: list[Thing]) -> Picture:
         """Returns the layers of what a camera sees; `in_hand` is what it holds, with what that carries after it."""
         _enter()
         looker = pose_of(view)
         viewer = _viewer(looker, view.fovy_deg, view.width, view.height)
         things_held = self._hold(viewer.eye, looker, in_hand)
-        rgb = self._paint(viewer, glowing, things_held) if "rgb" in layers else None
+        rgb = self._paint(viewer, glows, things_held) if "rgb" in layers else None
         if layers <= {"rgb"}:
             return Picture(rgb)
         geoms, depth = self._painter.identify(viewer, things_held)
@@ -109,8 +109,9 @@ class Camera:
         return Picture(rgb, depth if "depth" in layers else None, things if "things" in layers else None)
 
     def survey(self, viewer: Viewer) -> np.ndarray:
-        """Returns a picture from anywhere, (height, width, 3) uint8."""
+        """Returns a picture from anywhere, (height, width, 3) uint8: every room is lit, and nothing shines into it."""
         _enter()
+        self._model.lamps.heed([])
         return self._paint(viewer, [], None)
 
     def segment(self, agent: Pose) -> np.ndarray:
@@ -124,9 +125,9 @@ class Camera:
         _cameras.discard(self)
         self._painter.close()
 
-    def _paint(self, viewer: Viewer, glowing: list[Thing], in_hand: Held | None) -> np.ndarray:
+    def _paint(self, viewer: Viewer, glows: list[Glow], in_hand: Held | None) -> np.ndarray:
         lamp = self._model.lamps.place_over(viewer.eye)
-        return self._painter.paint(viewer, lamp, glows_near(viewer.eye, glowing), in_hand)
+        return self._painter.paint(viewer, lamp, glows, in_hand)
 
     def _hold(self, eye: np.ndarray, looker: Pose, things: list[Thing]) -> Held | None:
         if not things:

@@ -9,10 +9,13 @@ from vigil.observation import Quality
 from vigil.pose import Pose, Vec3
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.engine import RayHits
-from vigil.sim.engines.mujoco import rays
+from vigil.sim.core.sight import AGENTS, Lens
+from vigil.sim.core.views import lens_of, pose_of
+from vigil.sim.engines.mujoco import rays, sources
 from vigil.sim.engines.mujoco.camera import Camera, gl_strings
 from vigil.sim.engines.mujoco.compiled import model_cache
 from vigil.sim.engines.mujoco.compiled.binding import BACKEND, mujoco
+from vigil.sim.engines.mujoco.compiled.lights import Glow
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 from vigil.sim.staging import Layer, Picture, View
 
@@ -67,15 +70,14 @@ class MujocoEngine:
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:
         """Returns the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""
-        if self._scene is not None:
-            self._loaded.lamps.heed(self._scene)
-        return self.camera.draw(agent, self._glowing(), self._in_hand(held))
+        in_hand = self._in_hand(held)
+        return self.camera.draw(agent, self._glows(agent, AGENTS, in_hand), in_hand)
 
     def look(self, view: View, layers: frozenset[Layer], held: str | None) -> Picture:
         """Returns what a camera sees; with `held`, that thing is drawn in the hand of who looks."""
-        if self._scene is not None:
-            self._loaded.lamps.heed(self._scene)
-        return self.camera.look(view, layers, self._glowing(), self._in_hand(held))
+        in_hand = self._in_hand(held)
+        glows = self._glows(pose_of(view), lens_of(view), in_hand) if "rgb" in layers else []
+        return self.camera.look(view, layers, glows, in_hand)
 
     def renderer(self) -> str:
         """Returns the GL renderer string; "none" when there is no GL."""
@@ -108,9 +110,12 @@ class MujocoEngine:
             raise RuntimeError("MujocoEngine: load a scene first")
         return self._model
 
-    def _glowing(self) -> list[Thing]:
-        things = self._scene.things.values() if self._scene else ()
-        return [thing for thing in things if thing.is_toggled and thing.is_present and thing.asset.glow is not None]
+    def _glows(self, looker: Pose, lens: Lens, in_hand: list[Thing]) -> list[Glow]:
+        """Returns what shines into a picture; the lamps of rooms follow the switches that are in it."""
+        if self._scene is None:
+            return []
+        sources.heed_switches(self._loaded, self._scene, looker, lens)
+        return sources.glows_of(self._loaded, self._scene, looker, lens, in_hand)
 
     def _in_hand(self, held: str | None) -> list[Thing]:
         if self._scene is None or held is None:

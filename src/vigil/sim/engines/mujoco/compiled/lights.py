@@ -1,9 +1,11 @@
-"""Lights: one lamp in every room, and lamps of the house that are on.
+"""Lights: one lamp in every room, and things that shine while they are on.
 
-A room whose light switches are all off is dim, not dark: there is daylight.
+A room whose light switches are off is dim, not dark: there is daylight. Which things shine into a picture, and which
+switches count in it, is for whoever draws it to say (`vigil.sim.engines.mujoco.sources`).
 """
 
 import itertools
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +20,7 @@ SWITCH = "LightSwitch"
 ARM_M = 0.3
 """A switch belongs to the room this far in front of it."""
 MAX_GLOWS = 2
-"""The nearest of the lamps that are on; the shader takes no more."""
+"""So many things shine at most; the shader takes no more."""
 GLOW = 0.5
 PALER = 0.2
 """How far the colour of a room's light is moved to white."""
@@ -56,12 +58,11 @@ class Lamps:
     unlit: frozenset[int] = frozenset()
     """Rooms whose switches are all off."""
 
-    def heed(self, scene: Scene) -> None:
-        """Takes over how the light switches stand."""
+    def heed(self, switches: Iterable[Thing]) -> None:
+        """Takes over how some light switches stand; no others count."""
         off, on = set[int](), set[int]()
-        for thing_id, room in self.switches.items():
-            thing = scene.things[thing_id]
-            (on if thing.is_toggled or not thing.is_present else off).add(room)
+        for switch in switches:
+            (on if switch.is_toggled else off).add(self.switches[switch.id])
         self.unlit = frozenset(off - on)
 
     def strengths(self) -> np.ndarray:
@@ -85,13 +86,8 @@ def lamps_of(scene: Scene) -> Lamps:
     )
 
 
-def glows_near(eye: np.ndarray, glowing: list[Thing]) -> list[Glow]:
-    """Returns the light of the nearest of the things that are on; `eye` in MuJoCo's frame."""
-    nearest = sorted(glowing, key=lambda thing: (thing.position.x - eye[0]) ** 2 + (thing.position.z - eye[1]) ** 2)
-    return [_glow_of(thing) for thing in nearest[:MAX_GLOWS]]
-
-
-def _glow_of(thing: Thing) -> Glow:
+def glow_of(thing: Thing) -> Glow:
+    """Returns the light of a thing that is on. Raises ValueError when it never shines."""
     glow = thing.asset.glow
     if glow is None:
         raise ValueError(f"{thing.id} gives no light.")

@@ -1,0 +1,119 @@
+"""Sweep: what is out of view changes no pixel. Things of which a frame shows nothing are switched on or off in it.
+
+    python -m sweeps.out_of_view                     160 packaged houses, 600 switches
+    python -m sweeps.out_of_view --piece 3           one house again
+
+The agent stands at a random place of a house and looks a random way. One thing that can be switched, of which no pixel
+is seen there whether it is on or off, is switched; the two frames must be equal to the last byte. What a mirror shows
+is in view: where every pixel that changes is of a mirror, and one of them shows the thing there, that is counted apart.
+"""
+
+import random
+import sys
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+import vigil.packs as packaged
+from sweeps.simulators import loaded
+from sweeps.support import pieces
+from sweeps.support.pieces import Failure, Finding, Sweep
+from vigil.house import House
+from vigil.pose import Pose, Vec3, heading
+from vigil.scene.things import Thing
+from vigil.sim.core.embedded import EmbeddedSimulator
+from vigil.sim.core.sight import directions
+from vigil.world import ObjectSetup, Setup
+
+HOUSES, SWITCHES = 160, 600
+GRID_M = 0.25
+TURN_DEG = 15
+HORIZONS = (0.0, 30.0)
+VISIBLE_LEVELS, VISIBLE_PX = 8, 200
+"""A change by more levels in more pixels is seen at a glance."""
+OFF_MIRROR_M = 0.001
+
+
+def main() -> int:
+    """Runs the sweep."""
+    options = pieces.parser(__doc__ or "", HOUSES).parse_args()
+    work = partial(switched, options.seed)
+    return pieces.run(Sweep("out_of_view", {"seed": options.seed}, work), options)
+
+
+def switched(seed: int, piece: int) -> Finding:
+    """Returns what came of a piece: some switches in one house, `SWITCHES` in `HOUSES` of them."""
+    files = sorted(Path(packaged.__path__[0]).glob("*/houses/*.json"))
+    rng = random.Random(f"{seed}/{piece}")
+    house = House.load(files[piece * len(files) // HOUSES % len(files)])
+    simulator, finding = loaded("mujoco", house), Finding()
+    assert house.start is not None
+    simulator.reset(house.start, Setup())
+    places = simulator.reachable(house.start.position, GRID_M)
+    things = [thing for thing in simulator.scene().things.values() if thing.is_toggleable and thing.is_present]
+    for _ in range((piece + 1) * SWITCHES // HOUSES - piece * SWITCHES // HOUSES):
+        thing = _out_of_view(rng, simulator, places, things)
+        _compare(simulator, thing, finding, piece)
+    finding.counts["houses"] += 1
+    simulator.close()
+    return finding
+
+
+def _out_of_view(rng: random.Random, simulator: EmbeddedSimulator, places: np.ndarray, things: list[Thing]) -> Thing:
+    """Stands the agent where nothing of some thing is in view, on or off. Returns the thing."""
+    while True:
+        x, z = places[rng.randrange(len(places))].tolist()
+        simulator.stand(
+            Pose(position=Vec3(x, 0.0, z), rotation=rng.randrange(0, 360, TURN_DEG), horizon=rng.choice(HORIZONS))
+        )
+        thing = rng.choice(things)
+        if not any(_pixels(simulator, thing, is_toggled) for is_toggled in (not thing.is_toggled, thing.is_toggled)):
+            return thing
+
+
+def _pixels(simulator: EmbeddedSimulator, thing: Thing, is_toggled: bool) -> int:
+    """Returns how many pixels of a thing are seen while it is on or off."""
+    simulator.alter(Setup(objects={thing.id: ObjectSetup(is_toggled=is_toggled)}))
+    return simulator.world([thing.id]).objects[thing.id].visible_px
+
+
+def _compare(simulator: EmbeddedSimulator, thing: Thing, finding: Finding, piece: int) -> None:
+    """Switches a thing and compares the frames."""
+    where = f"{thing.id} from {simulator.world(()).agent}"
+    before = simulator.frame().astype(int)
+    simulator.alter(Setup(objects={thing.id: ObjectSetup(is_toggled=not thing.is_toggled)}))
+    change = np.abs(simulator.frame() - before).max(axis=2)
+    finding.counts["switches"] += 1
+    if not change.any():
+        return
+    changed = np.argwhere(change)[:, ::-1]
+    if _is_mirrored(simulator, thing, changed):
+        finding.counts["seen in a mirror"] += 1
+        return
+    is_plain = int((change > VISIBLE_LEVELS).sum()) > VISIBLE_PX
+    finding.counts["changed"] += 1
+    finding.counts["changed to be seen at a glance"] += is_plain
+    detail = f"{where}: {len(changed)} pixels, by {change.max()} levels at most"
+    finding.falls.append(Failure(f"{thing.category} out of view changed pixels", detail, f"--piece {piece}"))
+
+
+def _is_mirrored(simulator: EmbeddedSimulator, thing: Thing, pixels: np.ndarray) -> bool:
+    """Whether pixels (n, 2) are all of mirrors, and one of them shows a thing."""
+    agent = simulator.world(()).agent
+    rays, things = directions(agent, pixels), list(simulator.scene().things.values())
+    met, away_m = simulator.meets(agent.eye, rays)
+    if any(number < 0 or things[number].category != "Mirror" for number in met):
+        return False
+    for ray, number, far_m in zip(rays, met, away_m, strict=True):
+        x, z = heading(things[number].rotation.y)
+        turned = ray - 2.0 * (ray @ (x, 0.0, z)) * np.array((x, 0.0, z))
+        behind = Vec3(*(np.array(agent.eye) + far_m * ray + OFF_MIRROR_M * turned).tolist())
+        shown, _ = simulator.meets(behind, turned[None], through_glass=True)
+        if shown[0] >= 0 and things[shown[0]] is thing:
+            return True
+    return False
+
+
+if __name__ == "__main__":
+    sys.exit(main())
