@@ -1,4 +1,6 @@
 import os
+import subprocess
+import sys
 
 import pytest
 
@@ -14,6 +16,8 @@ def libraries(monkeypatch: pytest.MonkeyPatch) -> set[str]:
     monkeypatch.setattr(gl, "_egl_devices", lambda: 1)
     monkeypatch.setattr(gl.sys, "platform", "linux")
     monkeypatch.setenv("MUJOCO_GL", "")
+    for name in [name for name in os.environ if name.startswith(gl._READ_BY_OPENGL) and name != "MUJOCO_GL"]:
+        monkeypatch.delenv(name)
     return present
 
 
@@ -61,3 +65,78 @@ def test_drawing_switched_off_is_said(libraries: set[str], monkeypatch: pytest.M
     monkeypatch.setenv("MUJOCO_GL", "off")
     with pytest.raises(SimulatorError, match="unset it"):
         gl.demand(gl.prepare())
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"MUJOCO_GL": "wgl"}, "MUJOCO_GL is set to 'wgl', .* egl or osmesa, or unset it"),
+        ({"PYOPENGL_PLATFORM": "glx"}, "PYOPENGL_PLATFORM is set to 'glx', .* egl or osmesa, or unset it"),
+        ({"MUJOCO_GL": "EGL", "PYOPENGL_PLATFORM": "osmesa"}, "PYOPENGL_PLATFORM is set to 'osmesa', .* unset one"),
+        ({"PYOPENGL_PLATFORM": "osmesa"}, "PYOPENGL_PLATFORM is set to 'osmesa', but .*libOSMesa.*unset it"),
+        ({"MUJOCO_EGL_DEVICE_ID": "abc"}, "MUJOCO_EGL_DEVICE_ID is set to 'abc', .* unset it"),
+        ({"MUJOCO_EGL_DEVICE_ID": ""}, "MUJOCO_EGL_DEVICE_ID is set to '', .* unset it"),
+        ({"MUJOCO_GL": "egl", "MUJOCO_EGL_DEVICE_ID": "-1"}, "MUJOCO_EGL_DEVICE_ID is set to '-1', .* unset it"),
+    ],
+)
+def test_a_setting_that_cannot_be_is_named(
+    libraries: set[str], monkeypatch: pytest.MonkeyPatch, settings: dict[str, str], message: str
+) -> None:
+    libraries |= {"libEGL.so.1", "libGL.so.1"}
+    for name, value in settings.items():
+        monkeypatch.setenv(name, value)
+    with pytest.raises(SimulatorError, match=message):
+        gl.demand(gl.prepare())
+    assert os.environ["MUJOCO_GL"] == "disable"
+
+
+def test_what_the_environment_says_stands_beside_a_missing_library(
+    libraries: set[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    libraries |= {"libEGL.so.1", "libGL.so.1"}
+    monkeypatch.setattr(gl, "_egl_devices", lambda: 0)
+    monkeypatch.setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/none.json")
+    with pytest.raises(SimulatorError, match=r"__EGL_VENDOR_LIBRARY_FILENAMES='/none.json'. Unset what was not meant"):
+        gl.demand(gl.prepare())
+
+
+@pytest.mark.usefixtures("drawing")
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"GALLIUM_DRIVER": "softpipe"},  # has no multisampling
+        {"GALLIUM_DRIVER": "nosuch"},
+        {"LIBGL_DRIVERS_PATH": "/nonexistent"},
+        {"MUJOCO_EGL_DEVICE_ID": "99"},
+        {"MUJOCO_GL": "glfw"},
+        {"MUJOCO_GL": "wgl"},
+        {"PYOPENGL_PLATFORM": "glx"},
+    ],
+)
+def test_the_doctor_draws_or_names_the_setting(settings: dict[str, str]) -> None:
+    """On another machine a driver may do without a variable: then it draws."""
+    plain = {name: value for name, value in os.environ.items() if not name.startswith(gl._READ_BY_OPENGL)}
+    plain.pop("DISPLAY", None)
+    command = [sys.executable, "-m", "vigil", "doctor"]
+    found = subprocess.run(command, env=plain | settings, capture_output=True, text=True, check=False, timeout=300)
+    assert "Traceback" not in found.stderr
+    fault = next(line for line in found.stdout.splitlines() if line.startswith("fault "))
+    if found.returncode == 0:
+        assert fault.split() == ["fault", "none"]
+    else:
+        assert found.returncode == 1
+        for name, value in settings.items():
+            assert name in fault
+            assert repr(value) in fault
+
+
+def test_processes_that_are_started_inherit_the_users_own_setting() -> None:
+    program = (
+        "import os, vigil.sim.engines.mujoco.compiled.binding as binding;"
+        "print(binding.BACKEND.fault is None, os.environ.get('MUJOCO_GL'))"
+    )
+    environment = {name: value for name, value in os.environ.items() if name != "MUJOCO_GL"}
+    for given, expected in ((None, "None"), ("off", "off")):
+        env = environment if given is None else environment | {"MUJOCO_GL": given}
+        said = subprocess.check_output([sys.executable, "-c", program], env=env, text=True, timeout=300)
+        assert said.split()[1] == expected

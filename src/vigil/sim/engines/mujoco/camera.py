@@ -5,6 +5,8 @@ import ctypes
 import os
 import threading
 import weakref
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -18,14 +20,13 @@ from vigil.sim.engines.mujoco.compiled import frames, gl
 from vigil.sim.engines.mujoco.compiled.binding import BACKEND, GL, GLContext
 from vigil.sim.engines.mujoco.compiled.lights import Glow
 from vigil.sim.engines.mujoco.compiled.model import FOVY_DEG, CompiledModel
+from vigil.sim.engines.mujoco.raster.context import GraphicsError
 from vigil.sim.engines.mujoco.raster.painter import Painter
 from vigil.sim.engines.mujoco.raster.viewer import Held, Viewer
 from vigil.sim.staging import NOTHING, STRUCTURES, Layer, Picture, View
 
 SAMPLES: dict[Quality, int] = {"default": 4, "fast": 0}
 """Samples a pixel."""
-
-_HINT = f"Try MUJOCO_GL=osmesa, or {gl.ADVICE}."
 
 
 class _Window:
@@ -37,8 +38,8 @@ class _Window:
         try:
             self.context = GLContext(FRAME_WIDTH, FRAME_HEIGHT)
             self.context.make_current()
-        except (ImportError, RuntimeError, OSError) as error:
-            raise SimulatorError(f"OpenGL ({BACKEND.name}) was found but gives no context: {error}. {_HINT}") from error
+        except Exception as error:  # MuJoCo, PyOpenGL and GLFW each raise errors of their own
+            raise _no_picture("was found but gives no context", error) from error
 
     def enter(self) -> None:
         """Makes the context current. Raises SimulatorError in another thread than the first."""
@@ -67,6 +68,21 @@ def _enter() -> _Window:
     return _window[0]
 
 
+@contextmanager
+def _drawing() -> Iterator[None]:
+    """Makes the context current, and names what the environment sets when OpenGL cannot do what is asked of it."""
+    _enter()
+    try:
+        yield
+    except GraphicsError as error:
+        raise _no_picture("cannot draw", error) from error
+
+
+def _no_picture(what: str, error: Exception) -> SimulatorError:
+    said = " ".join(str(error).split()).rstrip(".")
+    return SimulatorError(f"OpenGL ({BACKEND.name}) {what}: {said}. {BACKEND.advice}.")
+
+
 def _close_window() -> None:
     for camera in list(_cameras):
         camera.close()
@@ -81,9 +97,9 @@ class Camera:
     """Draws one model."""
 
     def __init__(self, model: CompiledModel, quality: Quality) -> None:
-        _enter()
         self._model = model
-        self._painter = Painter(model, BACKEND.module, SAMPLES[quality], has_shade=quality == "default")
+        with _drawing():
+            self._painter = Painter(model, BACKEND.module, SAMPLES[quality], has_shade=quality == "default")
         _cameras.add(self)
 
     def draw(self, agent: Pose, glows: list[Glow], in_hand: list[Thing]) -> np.ndarray:
@@ -91,33 +107,31 @@ class Camera:
 
         `glows` are what shines into it; `in_hand` is what is held, with what that carries after it.
         """
-        _enter()
         viewer = _viewer(agent, FOVY_DEG, FRAME_WIDTH, FRAME_HEIGHT)
         return self._paint(viewer, glows, self._hold(viewer.eye, agent, in_hand))
 
     def look(self, view: View, layers: frozenset[Layer], glows: list[Glow], in_hand: list[Thing]) -> Picture:
         """Returns the layers of what a camera sees; `in_hand` is what it holds, with what that carries after it."""
-        _enter()
         looker = pose_of(view)
         viewer = _viewer(looker, view.fovy_deg, view.width, view.height)
         things_held = self._hold(viewer.eye, looker, in_hand)
         rgb = self._paint(viewer, glows, things_held) if "rgb" in layers else None
         if layers <= {"rgb"}:
             return Picture(rgb)
-        geoms, depth = self._painter.identify(viewer, things_held)
+        with _drawing():
+            geoms, depth = self._painter.identify(viewer, things_held)
         things = _things_of(self._model)[geoms]
         return Picture(rgb, depth if "depth" in layers else None, things if "things" in layers else None)
 
     def survey(self, viewer: Viewer) -> np.ndarray:
         """Returns a picture from anywhere, (height, width, 3) uint8: every room is lit, and nothing shines into it."""
-        _enter()
         self._model.lamps.heed([])
         return self._paint(viewer, [], None)
 
     def segment(self, agent: Pose) -> np.ndarray:
         """Returns the geom that each pixel shows, (480, 640) int32, -1 for none: a check on the rays."""
-        _enter()
-        return self._painter.identify(_viewer(agent, FOVY_DEG, FRAME_WIDTH, FRAME_HEIGHT))[0]
+        with _drawing():
+            return self._painter.identify(_viewer(agent, FOVY_DEG, FRAME_WIDTH, FRAME_HEIGHT))[0]
 
     def close(self) -> None:
         """Frees what the graphics side keeps."""
@@ -127,7 +141,8 @@ class Camera:
 
     def _paint(self, viewer: Viewer, glows: list[Glow], in_hand: Held | None) -> np.ndarray:
         lamp = self._model.lamps.place_over(viewer.eye)
-        return self._painter.paint(viewer, lamp, glows, in_hand)
+        with _drawing():
+            return self._painter.paint(viewer, lamp, glows, in_hand)
 
     def _hold(self, eye: np.ndarray, looker: Pose, things: list[Thing]) -> Held | None:
         if not things:

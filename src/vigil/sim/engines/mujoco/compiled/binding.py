@@ -5,14 +5,22 @@ MuJoCo's extension modules carry no types, so its objects go by the names below.
 
 # ruff: noqa: E402
 import importlib
+import os
 from types import SimpleNamespace
 from typing import Any, TypeAlias
 
 from vigil.sim.engines.mujoco.compiled import gl
 
+_given = os.environ.get("MUJOCO_GL")
 BACKEND = gl.prepare()
 
 import mujoco as package
+
+# MuJoCo has read it. Processes that this one starts judge what the user said, not what was made of it.
+if _given is None:
+    os.environ.pop("MUJOCO_GL", None)
+else:
+    os.environ["MUJOCO_GL"] = _given
 
 mujoco: Any = package
 """The package."""
@@ -24,9 +32,12 @@ GL: Any = None
 if BACKEND.fault is None:
     # By name, for somebody may have imported MuJoCo before, with another backend; and before PyOpenGL, which
     # chooses its platform when it is imported.
-    GLContext = importlib.import_module(f"mujoco.{BACKEND.module}").GLContext
-    versions = [vars(importlib.import_module(f"OpenGL.raw.GL.VERSION.GL_1_{minor}")) for minor in (0, 1, 3, 4)]
-    GL = SimpleNamespace(**{name: value for version in versions for name, value in version.items()})
+    try:
+        GLContext = importlib.import_module(f"mujoco.{BACKEND.module}").GLContext
+        versions = [vars(importlib.import_module(f"OpenGL.raw.GL.VERSION.GL_1_{minor}")) for minor in (0, 1, 3, 4)]
+        GL = SimpleNamespace(**{name: value for version in versions for name, value in version.items()})
+    except (ImportError, AttributeError, RuntimeError, OSError) as error:
+        BACKEND = gl.broken(BACKEND, error)
 
 NativeSpec: TypeAlias = Any
 NativeBody: TypeAlias = Any

@@ -8,6 +8,8 @@ from typing import Any
 import moderngl as package
 
 moderngl: Any = package
+GraphicsError: type[Exception] = package.Error
+"""What OpenGL cannot do here."""
 
 
 class _Loader:
@@ -31,7 +33,10 @@ _LOADERS = {"egl": ("libEGL.so.1", "eglGetProcAddress"), "osmesa": ("libOSMesa.s
 @cache
 def context_in(backend: str) -> Any:
     """Returns moderngl's view of the current context, which `backend` (egl, osmesa, native) made."""
-    package.init_context(_Loader(*_LOADERS[backend]) if backend in _LOADERS else None)
+    try:
+        package.init_context(_Loader(*_LOADERS[backend]) if backend in _LOADERS else None)
+    except (RuntimeError, ImportError, OSError) as error:  # of looking for a window
+        raise GraphicsError(str(error)) from error
     return package.get_context()
 
 
