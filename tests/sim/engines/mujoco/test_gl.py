@@ -117,7 +117,7 @@ def test_the_doctor_draws_or_names_the_setting(settings: dict[str, str]) -> None
     """On another machine a driver may do without a variable: then it draws."""
     plain = {name: value for name, value in os.environ.items() if not name.startswith(gl._READ_BY_OPENGL)}
     plain.pop("DISPLAY", None)
-    command = [sys.executable, "-m", "vigil", "doctor"]
+    command = [sys.executable, "-c", "from vigil.cli import main; main()", "doctor"]
     found = subprocess.run(command, env=plain | settings, capture_output=True, text=True, check=False, timeout=300)
     assert "Traceback" not in found.stderr
     fault = next(line for line in found.stdout.splitlines() if line.startswith("fault "))
