@@ -21,7 +21,7 @@ _OFF = ("disable", "disabled", "off", "false", "0")
 _WINDOWS = ("glfw", "glx", "enable", "enabled", "on", "true", "1")
 """What MuJoCo opens a window for."""
 _READ_BY_OPENGL = (
-    *("MUJOCO_", "PYOPENGL_", "LIBGL_", "MESA_", "GALLIUM_", "EGL_", "__EGL_", "__GL", "LP_", "DRI_", "LD_"),
+    *("MUJOCO_", "PYOPENGL_", "LIBGL_", "MESA_", "GALLIUM_", "EGL_", "__EGL_", "__GL", "DRI_", "LD_"),
     "CUDA_VISIBLE_DEVICES",
 )
 """How the names of environment variables begin that change what OpenGL does, or where it is found."""
