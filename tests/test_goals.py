@@ -229,6 +229,10 @@ class TestHeldAndPlaced:
             ({"parent": "shelf", "support_chain": ("shelf",)}, (False, False)),
             ({"parent": None}, (False, False)),
             ({"parent": "table", "support_chain": ("table",), "is_held": True}, (False, False)),
+            ({"parent": "table", "support_chain": ("table",), "not_on": ("table",)}, (False, False)),
+            ({"parent": "drawer", "support_chain": ("drawer", "table"), "not_on": ("drawer", "table")}, (False, False)),
+            ({"parent": "drawer", "support_chain": ("drawer", "table"), "not_on": ("drawer",)}, (True, False)),
+            ({"parent": "table", "over": ("table",), "not_on": ("table",)}, (False, False)),
         ],
     )
     def test_at_a_receptacle(self, where, expected):
@@ -643,7 +647,7 @@ def test_a_state_has_one_of_two_labels(query, is_toggled, openness, label):
         (ObjectInState(object_id="Lamp|1", state="is_toggled"), "Lamp|1 is on"),
         (ObjectInState(object_id="Lamp|1", state="is_toggled", value=False), "Lamp|1 is off"),
         (ObjectHeld(object_id="Mug|1"), "Mug|1 is in the hand"),
-        (ObjectAtReceptacle(object_id="Mug|1", receptacle_id="Bed|1"), "Mug|1 is in or on Bed|1"),
+        (ObjectAtReceptacle(object_id="Mug|1", receptacle_id="Bed|1"), "Mug|1 is on Bed|1"),
         (ObjectAtReceptacle(object_id="Mug|1", receptacle_id="Safe|1", inside=True), "Mug|1 is inside Safe|1"),
         (
             ReportStatus(object_id="Safe|1", state="is_open"),
@@ -659,7 +663,7 @@ def test_a_state_has_one_of_two_labels(query, is_toggled, openness, label):
                 receptacle_id="Bed|1",
                 chain=(ObjectInState(object_id="Safe|1", state="is_open"), ObjectHeld(object_id="Mug|1")),
             ),
-            "Mug|1 is in or on Bed|1; for progress alone: Safe|1 is open, Mug|1 is in the hand",
+            "Mug|1 is on Bed|1; for progress alone: Safe|1 is open, Mug|1 is in the hand",
         ),
     ],
 )

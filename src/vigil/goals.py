@@ -105,7 +105,10 @@ class ObjectHeld(_Goal):
 
 
 class ObjectAtReceptacle(_Goal):
-    """The target lies in or on the receptacle; with `inside`, on an interior surface of it, not on its top or rim."""
+    """The target lies on the receptacle: on a top or an open shelf of it, not within what opens of it or upon it.
+
+    With `inside`: on an interior surface of it, not on its top or rim.
+    """
 
     kind: Literal["object_at_receptacle"] = "object_at_receptacle"
     receptacle_id: str
@@ -247,7 +250,7 @@ def _at_receptacle(goal: ObjectAtReceptacle, state: ObjectState) -> tuple[bool, 
         is_inside = receptacle in state.inside
         return not state.is_held and (is_inside or receptacle in state.over_inside), is_child and is_inside
     reaches = is_child or receptacle in state.support_chain or receptacle in state.over
-    return not state.is_held and reaches, is_child
+    return not state.is_held and reaches and receptacle not in state.not_on, is_child
 
 
 def _in_state(goal: ObjectInState, state: ObjectState) -> tuple[bool, bool]:
@@ -334,7 +337,7 @@ def _final_words(goal: Goal) -> str:
         case ObjectHeld():
             return f"{target} is in the hand"
         case ObjectAtReceptacle():
-            return f"{target} is {'inside' if goal.inside else 'in or on'} {goal.receptacle_id}"
+            return f"{target} is {'inside' if goal.inside else 'on'} {goal.receptacle_id}"
         case ReportStatus():
             pair = "open or closed" if goal.state == "is_open" else "on or off"
             return f"the report says whether {target} is {pair}, with its state in view and untouched"

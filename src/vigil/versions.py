@@ -12,7 +12,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from vigil import __version__
 from vigil.errors import cut
 
-RULES_VERSION = 2
+RULES_VERSION = 3
 """Of the protocol as the package carries it out: contract, budgets, goals, and how the simulator behaves.
 
 Raised when an episode could end otherwise, or a verdict come out otherwise, for the same replies and the same shapes.

@@ -74,6 +74,10 @@ class ObjectState(_Fact):
     inside: tuple[str, ...] = ()
     """What it lies inside of, nearest first: receptacles on whose interior surfaces (a shelf, a drawer, the floor of a
     basin or a bowl) the object, or something below it in its support chain, rests."""
+    not_on: tuple[str, ...] = Field(default=(), exclude_if=lambda ids: not ids)
+    """What bears it though it does not lie on it, nearest first: what has to be opened to reach it, open or shut (a
+    drawer, a cupboard, a box), with all that bears that; and what bears a fixed hollow that it lies in (the countertop
+    of a sink). Left out of what is written where there is none; rows of rules 1 and 2 never hold it."""
     over: tuple[str, ...] = ()
     """Receptacles among the reported objects that have a support surface on which the object lies
     within the tolerance of protocol.md section 4 (lowest point within 0.1 m above the surface,

@@ -89,7 +89,7 @@ def test_a_row_of_a_newer_release_is_left_out_and_named(run: Path) -> None:
     raise_schema(run / "episodes.jsonl")
     found = read_run(run)
     assert len(found.table.rows) == 7
-    assert "A newer vigil wrote it: `pip install --upgrade vigil-bench`" in found.notes[0]
+    assert any("A newer vigil wrote it: `pip install --upgrade vigil-bench`" in note for note in found.notes)
 
 
 def test_a_pack_of_a_newer_release_is_refused_even_with_fields_that_are_new(tmp_path: Path) -> None:

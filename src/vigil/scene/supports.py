@@ -57,7 +57,7 @@ def is_shut(thing: Thing) -> bool:
 
 def is_shut_in(scene: Scene, thing: Thing) -> bool:
     """Whether the thing lies inside something shut, however deep."""
-    return any(surface.needs_opening and is_shut(parent) for parent, surface in _rests(scene, thing))
+    return any(surface and surface.needs_opening and is_shut(parent) for parent, surface in _rests(scene, thing))
 
 
 def around(scene: Scene, thing: Thing) -> list[Thing]:
@@ -71,7 +71,36 @@ def around(scene: Scene, thing: Thing) -> list[Thing]:
 
 def hollows_around(scene: Scene, thing: Thing) -> list[tuple[Thing, Surface]]:
     """Returns the interior surfaces that the thing, or something below it, rests on, each with whose it is."""
-    return [(parent, surface) for parent, surface in _rests(scene, thing) if surface.is_inside]
+    rests = _rests(scene, thing)
+    return [(parent, surface) for parent, surface in rests if surface is not None and surface.is_inside]
+
+
+def not_lain_on(scene: Scene, thing: Thing, others: Iterable[Thing]) -> tuple[str, ...]:
+    """Returns the ids of what bears the thing though it does not lie on it, nearest first.
+
+    That is what has to be opened to reach it, open or shut, with all that bears that; and what bears a hollow of
+    something fixed that it lies in: in a bowl is on the table, too, in a sink is not on its counter.
+    Of a thing without a known support: those among others over nothing of which it lies but what has to be opened.
+    """
+    if thing.parent is None:
+        over = {other.id: _surfaces_below(thing, other) for other in _receptacles(thing, others)}
+        return tuple(sorted(key for key, below in over.items() if below and all(at.needs_opening for at in below)))
+    found: list[str] = []
+    is_within = False
+    for parent, surface in _rests(scene, thing):
+        if is_within or (surface is not None and surface.needs_opening):
+            found.append(parent.id)
+        is_within = bool(found) or is_within or _is_fixed_hollow(parent, surface)
+    return tuple(found)
+
+
+def takes_off(parent: Thing, surface: Surface, receptacle: Thing) -> bool:
+    """Whether what lies on a surface of a thing that a receptacle bears, or is, does not lie on that receptacle."""
+    return surface.needs_opening or (parent is not receptacle and _is_fixed_hollow(parent, surface))
+
+
+def _is_fixed_hollow(parent: Thing, surface: Surface | None) -> bool:
+    return surface is not None and surface.is_inside and not parent.is_pickupable
 
 
 def whole_of(scene: Scene, thing: Thing) -> Thing | None:
@@ -84,13 +113,11 @@ def parts_of(scene: Scene, thing: Thing) -> list[Thing]:
     return [part for part in scene.things.values() if part.is_part and part.parent == thing.id]
 
 
-def _rests(scene: Scene, thing: Thing) -> Iterator[tuple[Thing, Surface]]:
-    """Yields what the thing rests on with the surface, what that rests on, and so on; those without a surface not."""
-    for each in [thing, *ancestors(scene, thing)]:
-        parent = scene.things.get(each.parent or "")
-        surface = parent and surface_named(parent, each.surface)
-        if parent and surface:
-            yield parent, surface
+def _rests(scene: Scene, thing: Thing) -> Iterator[tuple[Thing, Surface | None]]:
+    """Yields what the thing rests on, what that rests on, and so on, each with the surface where that is known."""
+    for parent in ancestors(scene, thing):
+        yield parent, surface_named(parent, thing.surface)
+        thing = parent
 
 
 def ancestors(scene: Scene, thing: Thing) -> list[Thing]:
@@ -123,27 +150,34 @@ def carried_by(scene: Scene, thing: Thing, joint: str) -> list[Thing]:
 
 def lies_over(thing: Thing, others: Iterable[Thing], *, inside: bool) -> tuple[str, ...]:
     """Returns the sorted ids of the receptacles among others over a surface of which the thing lies."""
-    if thing.is_held or not thing.is_present:
-        return ()
-    receptacles = (other for other in others if other.is_receptacle and other.is_present and not other.is_held)
-    return tuple(
-        sorted(other.id for other in receptacles if other is not thing and rests_over(thing, other, inside=inside))
-    )
+    return tuple(sorted(other.id for other in _receptacles(thing, others) if rests_over(thing, other, inside=inside)))
+
+
+def _receptacles(thing: Thing, others: Iterable[Thing]) -> Iterator[Thing]:
+    """Yields those among others on or in which the thing may lie; none while it is held or gone."""
+    for other in others if thing.is_present and not thing.is_held else ():
+        if other.is_receptacle and other.is_present and not other.is_held and other is not thing:
+            yield other
 
 
 def rests_over(thing: Thing, receptacle: Thing, *, inside: bool = False) -> bool:
-    """Whether the thing lies over a surface of the receptacle (with `inside`: an interior one) by the goal's rule.
+    """Whether the thing lies over a surface of the receptacle (with `inside`: an interior one) by the goal's rule."""
+    return any(surface.is_inside or not inside for surface in _surfaces_below(thing, receptacle))
+
+
+def _surfaces_below(thing: Thing, receptacle: Thing) -> list[Surface]:
+    """Returns the surfaces of a receptacle over which the thing lies by the goal's rule.
 
     The rectangle is grown only for a thing whose support is not known: what rests on a neighbour lies on the neighbour.
     """
     box = whole_box(thing)
     low = Vec3(thing.position.x, box.bottom, thing.position.z)
     growth = OVER_M if thing.parent is None else 0.0
-    return any(
-        _is_over(surface, offset_from(frame, low), growth) and _is_in_hollow(receptacle, surface, frame, low)
+    return [
+        surface
         for surface, frame in level_surfaces(receptacle)
-        if surface.is_inside or not inside
-    )
+        if _is_over(surface, offset_from(frame, low), growth) and _is_in_hollow(receptacle, surface, frame, low)
+    ]
 
 
 def _is_over(surface: Surface, point: Vec3, growth: float) -> bool:

@@ -30,6 +30,18 @@ def test_what_is_refused_anywhere_is_given_up_at_once(starter: Pack, simulator: 
         MacroActions(oracle, may_tilt=False).find("pick", target)
 
 
+def test_what_is_to_be_put_on_something_is_not_put_into_what_opens(
+    starter: Pack, simulator: PrivilegedSimulator
+) -> None:
+    oracle, _ = stage_of(starter, simulator, "SM", "reveal_pick")
+    macro_actions = MacroActions(oracle, may_tilt=False)
+    things = oracle.scene.things.values()
+    drawer = next(thing for thing in things if thing.is_part)
+    with pytest.raises(Unsolvable, match="no level surface to put things on"):
+        macro_actions.spots_of(drawer.id, inside=False)
+    assert macro_actions.spots_of(drawer.id, inside=True).surfaces
+
+
 def test_put_down_empties_the_hand_out_of_the_way(starter: Pack, simulator: PrivilegedSimulator) -> None:
     oracle, target = stage_of(starter, simulator, "CR", "hand")
     macro_actions = MacroActions(oracle, may_tilt=False)

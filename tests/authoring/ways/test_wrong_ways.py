@@ -16,6 +16,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 from vigil.world import ObjectState
 
 CHANGED = {"changed, and reported as changed", "changed, and reported as it was"}
+PLACES = {"on top instead of inside", "within it instead of on it"}
 PLAYED: dict[str, set[str]] = {
     "PG": {"the neighbour instead", "done and undone"},
     "DA": {"stopped short", "done and undone"},
@@ -23,7 +24,7 @@ PLAYED: dict[str, set[str]] = {
     "AI": {"the neighbour instead", "done and undone"},
     "SI": {"the neighbour instead", "done and undone"},
     "CR": {"done and undone", "the constraint is not resolved"},
-    "SM": {"put there and taken again", "the neighbour instead", "done and undone", "on top instead of inside"},
+    "SM": {"put there and taken again", "the neighbour instead", "done and undone", *PLACES},
 }
 """Family -> wrong ways that are possible in the houses of the starter pack."""
 
@@ -54,6 +55,7 @@ def test_wrong_ways_are_played_and_fail(family: str, validator: Validator, start
     verdicts = judged(validator, starter, family)
     if family == "SM":
         verdicts += judged(validator, starter, family, _is_inside)
+        verdicts += judged(validator, starter, family, _is_on_drawers)
     names = {way.name for verdict in verdicts for way in verdict.wrong_ways if way.record is not None}
     assert [verdict.findings for verdict in verdicts] == [()] * len(verdicts)
     assert names >= PLAYED[family]
@@ -61,6 +63,11 @@ def test_wrong_ways_are_played_and_fail(family: str, validator: Validator, start
 
 def _is_inside(goal: Goal) -> bool:
     return isinstance(goal, ObjectAtReceptacle) and goal.inside
+
+
+def _is_on_drawers(goal: Goal) -> bool:
+    is_on = isinstance(goal, ObjectAtReceptacle) and not goal.inside
+    return is_on and goal.receptacle_id.startswith(("TVStand", "Desk", "SideTable", "Dresser", "CounterTop"))
 
 
 def anywhere(goal: ObjectAtReceptacle, state: ObjectState) -> tuple[bool, bool]:
@@ -74,6 +81,14 @@ def test_what_is_won_on_top_instead_of_inside_is_found(
     monkeypatch.setattr(goals, "_at_receptacle", anywhere)
     found = [finding for verdict in judged(validator, starter, "SM", _is_inside) for finding in verdict.findings]
     assert {(finding.rule, finding.message) for finding in found} == {("wrong_ways_fail", "on top instead of inside")}
+
+
+def test_what_is_won_within_instead_of_on_is_found(
+    validator: Validator, starter: Pack, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(goals, "_at_receptacle", anywhere)
+    found = [finding for verdict in judged(validator, starter, "SM", _is_on_drawers) for finding in verdict.findings]
+    assert {(finding.rule, finding.message) for finding in found} == {("wrong_ways_fail", "within it instead of on it")}
 
 
 def test_what_is_won_by_doing_and_undoing_is_found(

@@ -11,7 +11,7 @@ from vigil.house import MaterialRef
 from vigil.pose import Pose, Vec3
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import Motion
-from vigil.scene.supports import around, level_surfaces, rests_over
+from vigil.scene.supports import around, level_surfaces, not_lain_on, rests_over
 from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim import make_simulator
 from vigil.sim.conformance.trial_house import DRAWER, DRESSER, WATCH, trial_house
@@ -200,6 +200,36 @@ def test_what_is_dropped_falls_onto_a_dish_in_a_basin(dropped, refusal):
     state.take(falling)
     assert interact(state, "drop", Click(None, None)).refusal == refusal
     assert falling.parent == (None if refusal else "Bowl")
+
+
+def not_on(state: SceneState, each: Thing) -> list[str]:
+    return list(not_lain_on(state.scene, each, state.scene.things.values()))
+
+
+def test_what_lies_in_a_drawer_a_shut_box_or_a_basin_does_not_lie_on_what_bears_them():
+    stand, table, watch = thing("TVStand", variant=1), thing("DiningTable", Vec3(2, 0, 2)), thing("Watch")
+    box, microwave, bowl, sink = (thing(name, Vec3(2, 0, -2)) for name in ("Box", "Microwave", "Bowl", "Sink"))
+    state = state_of(stand, table, watch, box, microwave, bowl, sink)
+    for carried in (box, microwave, bowl, sink):
+        put(state, carried, table, middle(table, inside=False))
+    found = {}
+    for bearer in (box, microwave, bowl, sink):
+        put(state, watch, bearer, middle(bearer, inside=True))
+        found[bearer.id] = not_on(state, watch)
+    assert found == {
+        "Box": ["Box", "DiningTable"],
+        "Microwave": ["Microwave", "DiningTable"],
+        "Bowl": [],
+        "Sink": ["DiningTable"],
+    }
+    for surface, frame in level_surfaces(stand):
+        put(state, watch, stand, Vec3(*(float(value) for value in frame.shift)))
+        assert watch.surface == surface.name
+        assert not_on(state, watch) == (["TVStand"] if surface.needs_opening else [])
+        watch.parent = watch.surface = None
+        assert rests_over(watch, stand)
+        assert not_on(state, watch) == (["TVStand"] if surface.needs_opening else [])
+    assert {surface.needs_opening for surface in stand.asset.surfaces} == {True, False}
 
 
 def test_the_tolerance_of_inside_stays_in_the_hollow():

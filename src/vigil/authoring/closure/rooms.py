@@ -16,7 +16,7 @@ from vigil.assets.kernel.asset import Surface
 from vigil.pose import Pose, Vec3, rotate_floor
 from vigil.scene.geometry import Motion, Prism, prisms_of
 from vigil.scene.outlines import polygon_of
-from vigil.scene.supports import TOUCH_M, ancestors, contents, level_surfaces
+from vigil.scene.supports import TOUCH_M, ancestors, contents, level_surfaces, takes_off
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.placing import EDGE_M, spot_on
@@ -32,7 +32,7 @@ LEAST_M2 = 1e-6
 
 
 def has_room(scene: Scene, thing_id: str, receptacle_id: str, *, may_clear: bool = True) -> bool:
-    """Whether a thing can be put anywhere on or in a receptacle as things stand; with `may_clear`, after all that can
+    """Whether a thing can be put anywhere on a receptacle as things stand; with `may_clear`, after all that can
     be carried has been taken away, and on whatever can be put between the two."""
     thing, receptacle = scene.things[thing_id], scene.things[receptacle_id]
     gone = {thing_id, *(each.id for each in contents(scene, thing_id))}
@@ -41,13 +41,17 @@ def has_room(scene: Scene, thing_id: str, receptacle_id: str, *, may_clear: bool
     stands = [receptacle]
     if may_clear:
         stands += [each for each in _standing_on(scene, receptacle) if _takes(each, thing)]
-    if any(_free(scene, thing, stand, surface, frame, gone) for stand in stands for surface, frame in _all(stand)):
+    if any(
+        _free(scene, thing, stand, surface, frame, gone)
+        for stand in stands
+        for surface, frame in _bearing(stand, receptacle)
+    ):
         return True
     trays = [each for each in scene.things.values() if may_clear and _is_tray(each, thing) and each.id != thing_id]
     return any(
         _free(scene, tray, receptacle, surface, frame, gone | {tray.id})
         for tray in trays
-        for surface, frame in _all(receptacle)
+        for surface, frame in _bearing(receptacle, receptacle)
     )
 
 
@@ -67,11 +71,16 @@ def free_surfaces(scene: Scene, thing_id: str, receptacle_id: str, gone: Iterabl
     """Returns the names of a receptacle's surfaces on which a thing has room, were some others gone."""
     thing, receptacle = scene.things[thing_id], scene.things[receptacle_id]
     out = {thing_id, *gone}
-    return {surface.name for surface, frame in _all(receptacle) if _free(scene, thing, receptacle, surface, frame, out)}
+    return {
+        surface.name
+        for surface, frame in level_surfaces(receptacle)
+        if _free(scene, thing, receptacle, surface, frame, out)
+    }
 
 
-def _all(receptacle: Thing) -> list[tuple[Surface, Motion]]:
-    return list(level_surfaces(receptacle))
+def _bearing(stand: Thing, receptacle: Thing) -> list[tuple[Surface, Motion]]:
+    """Returns the surfaces of what a receptacle bears, or of itself, what lies on which lies on the receptacle."""
+    return [each for each in level_surfaces(stand) if not takes_off(stand, each[0], receptacle)]
 
 
 def _standing_on(scene: Scene, receptacle: Thing) -> list[Thing]:

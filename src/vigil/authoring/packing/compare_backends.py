@@ -175,7 +175,7 @@ def _objects(a: ObjectState, b: ObjectState) -> Iterator[Fact]:
         yield "state", "openness", a.openness, b.openness
     yield from _unequal("state", a, b, ("is_toggled",))
     yield from _unequal("hand", a, b, ("is_held",))
-    yield from _unequal("support", a, b, ("parent", "support_chain", "inside", "over", "over_inside"))
+    yield from _unequal("support", a, b, ("parent", "support_chain", "inside", "not_on", "over", "over_inside"))
     if not _is_same_box(a.box, b.box):
         yield "box", "box", a.box, b.box
     yield from _unequal("pixels", a, b, ("visible_px", "open_px", "toggle_px"))

@@ -258,7 +258,7 @@ def _chained(case: EpisodeStart) -> Faults:
 def _said_inside(case: EpisodeStart) -> Faults:
     for goal in _parts(case.episode.goal):
         if isinstance(goal, ObjectAtReceptacle) and goal.inside != asks_inside(case.episode.instruction):
-            wanted = "inside" if goal.inside else "anywhere on or in"
+            wanted = "inside" if goal.inside else "on"
             yield f"the goal wants it {wanted} {goal.receptacle_id!r}, the instruction says otherwise"
 
 
@@ -339,7 +339,7 @@ RULES: dict[str, Rule] = {
     "state_not_given_away": Rule(_asked, "the instruction does not answer itself", _secret),
     "chain_of_objects": Rule(only("SM"), "a sequence has a template and several objects", _chained),
     "not_shut_away": Rule(only("SM"), "what is to be taken is in view, or in what the instruction names", _found),
-    "inside_in_words": Rule(only("SM"), "into is said where inside is meant, and only there", _said_inside),
+    "inside_in_words": Rule(every_family, "into is said where inside is meant, and only there", _said_inside),
     "constraint_untold": Rule(only("CR"), "a constraint that is to be found is not given away", _kept_to_itself),
     "constraint_visible": Rule(only("CR"), "what is in the way is seen at the start", _seen_constraint),
     "constraint_stands": Rule(only("CR"), "the goal is out of reach until the constraint is resolved", _stands),

@@ -40,7 +40,7 @@ OTHER_RULES = {
     "within_budget": "the solution takes at most four fifths of the budget",
     "solution_holds": "the solution, replayed, gives W = W_strict = B = 1",
     "not_blind_luck": "walking, turning, clicking or waiting without sight does not complete it",
-    "wrong_ways_fail": "on top instead of inside, the look-alike, the neighbour, done and undone: none completes it",
+    "wrong_ways_fail": "on top for inside, within for on, the look-alike, the neighbour, done and undone: none does it",
     "margins": "the solution clears every threshold with a margin (2 cm, 20 px)",
 }
 """Rule name -> reason, for the rules that are no functions of a start."""

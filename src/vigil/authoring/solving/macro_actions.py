@@ -100,7 +100,8 @@ class MacroActions:
         return None
 
     def place(self, receptacle_id: str, *, inside: bool, is_thorough: bool = False) -> Iterator[Action]:
-        """Puts what is in the hand inside a receptacle, or on it (in it where it has no top). Raises Unsolvable.
+        """Puts what is in the hand inside a receptacle, or on it (into what stands open where that is all it has).
+        Raises Unsolvable.
 
         Who is thorough looks at each of its surfaces by itself where looking at them all finds no place.
         """
@@ -237,7 +238,7 @@ def _surfaces_for(receptacle: Thing, *, inside: bool) -> list[tuple[Surface, Mot
     level = list(level_surfaces(receptacle))
     wanted = [(surface, frame) for surface, frame in level if surface.is_inside == inside]
     if not inside and not wanted:
-        wanted = level
+        wanted = [(surface, frame) for surface, frame in level if not surface.needs_opening]
     if not wanted:
         where = "inside" if inside else "to put things on"
         raise Unsolvable(f"{receptacle.id!r} has no level surface {where}.")

@@ -162,7 +162,8 @@ def _holds(goal: Goal, oracle: Oracle) -> bool:
     if isinstance(goal, ObjectAtReceptacle):
         surface = surface_named(oracle.scene.things[goal.receptacle_id], thing.surface)
         is_there = thing.parent == goal.receptacle_id and oracle.held != thing.id
-        return is_there and (not goal.inside or (surface is not None and surface.is_inside))
+        is_inside, is_shut_off = (surface.is_inside, surface.needs_opening) if surface is not None else (False, False)
+        return is_there and (is_inside if goal.inside else not is_shut_off)
     if isinstance(goal, ObjectHeld):
         return oracle.held == goal.object_id
     if isinstance(goal, ObjectInState) and goal.state == "is_open":

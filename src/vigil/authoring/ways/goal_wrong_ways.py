@@ -9,7 +9,7 @@ import numpy as np
 from vigil.actions import Report, Status
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.ways.synthetic_records import SyntheticStep, with_change
-from vigil.authoring.ways.wrong_places import neighbours, upon
+from vigil.authoring.ways.wrong_places import neighbours, off, upon
 from vigil.authoring.ways.wrong_worlds import WrongWorlds
 from vigil.goals import (
     STATE_LABELS,
@@ -39,6 +39,8 @@ OTHER_LABEL: dict[Status, Status] = {
     **dict(STATE_LABELS.values()),
     **{negative: positive for positive, negative in STATE_LABELS.values()},
 }
+
+ON_TOP, WITHIN = "on top instead of inside", "within it instead of on it"
 
 WrongRecords = Iterator[tuple[str, EpisodeRecord | None]]
 """Names of wrong ways with their records; None where the house does not allow it."""
@@ -182,7 +184,7 @@ def _wrongly_placed(goal: ObjectAtReceptacle, worlds: WrongWorlds) -> WrongRecor
 def _misplaced(goal: ObjectAtReceptacle, worlds: WrongWorlds, setup: Setup) -> list[tuple[str, list[Setup]]]:
     """Returns a setup changed so that something was put somewhere, but not the right thing into the right one."""
     worlds.synthetic.set_up(worlds.episode.setup)
-    things = worlds.oracle.scene.things
+    scene, things = worlds.oracle.scene, worlds.oracle.scene.things
     target, receptacle = things[goal.object_id], things[goal.receptacle_id]
     alike = worlds.alike if target.id == worlds.target.id else None
     kind = CATALOG[target.category]
@@ -191,12 +193,12 @@ def _misplaced(goal: ObjectAtReceptacle, worlds: WrongWorlds, setup: Setup) -> l
         for thing in things.values()
         if thing.category == receptacle.category and thing.id != receptacle.id and CATALOG[thing.category].takes(kind)
     ]
-    on_top = list(upon(receptacle, target, inside=False)) if goal.inside else []
+    elsewhere = list(upon(receptacle, target, inside=False) if goal.inside else off(scene, receptacle, target))
 
     def put(thing: Thing, placement: Placement) -> Setup:
         return with_change(setup, thing.id, placement=placement)
 
-    found = [
+    return [
         ("the neighbour instead", [put(target, at) for at in neighbours(things, receptacle, target)]),
         ("the receptacle's look-alike instead", [
             put(target, at) for other in others[:1] for at in islice(upon(other, target, inside=goal.inside), 1)
@@ -206,10 +208,8 @@ def _misplaced(goal: ObjectAtReceptacle, worlds: WrongWorlds, setup: Setup) -> l
             for other in ([alike] if alike is not None else [])
             for at in islice(upon(receptacle, other, inside=goal.inside), 1)
         ]),
+        (ON_TOP if goal.inside else WITHIN, [put(target, at) for at in elsewhere]),
     ]  # fmt: skip
-    if goal.inside:
-        found.append(("on top instead of inside", [put(target, at) for at in on_top]))
-    return found
 
 
 def _wrongly_reported(goal: ReportStatus, worlds: WrongWorlds) -> WrongRecords:

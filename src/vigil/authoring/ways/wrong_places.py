@@ -1,4 +1,5 @@
-"""Where a thing could be put wrongly: on top of a receptacle, or on the nearest part of what stands beside it."""
+"""Where a thing could be put wrongly: on top of a receptacle instead of inside, within it instead of on it, or on the
+nearest part of what stands beside it."""
 
 from collections.abc import Iterator, Mapping
 
@@ -8,8 +9,8 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Surface
 from vigil.pose import Vec3
 from vigil.scene.geometry import Motion, box_distances, box_of
-from vigil.scene.supports import level_surfaces
-from vigil.scene.things import Thing
+from vigil.scene.supports import contents, level_surfaces, takes_off
+from vigil.scene.things import Scene, Thing
 from vigil.sim.core.placing import open_surfaces
 from vigil.world import Placement
 
@@ -22,6 +23,19 @@ def upon(receptacle: Thing, thing: Thing, *, inside: bool) -> Iterator[Placement
     for surface, frame in level_surfaces(receptacle):
         if surface.is_inside == inside:
             yield _resting(frame.shift, thing, receptacle)
+
+
+def off(scene: Scene, receptacle: Thing, thing: Thing) -> Iterator[Placement]:
+    """Yields the places of a thing in what opens of a receptacle, or upon it, and in fixed hollows of what it bears.
+
+    One for each category: a drawer, a microwave, a sink.
+    """
+    found: dict[str, Placement] = {}
+    for bearer in (receptacle, *contents(scene, receptacle.id)):
+        for surface, frame in level_surfaces(bearer):
+            if takes_off(bearer, surface, receptacle):
+                found.setdefault(bearer.category, _resting(frame.shift, thing, bearer))
+    yield from found.values()
 
 
 def neighbours(things: Mapping[str, Thing], receptacle: Thing, thing: Thing) -> Iterator[Placement]:

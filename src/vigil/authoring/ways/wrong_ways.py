@@ -1,7 +1,7 @@
 """Obvious wrong ways: outcomes that look like success and must not count as it.
 
-On top instead of inside, the look-alike, the wrong neighbour, done and undone again. Planning the walks would take too
-long, so each is brought about by the simulator's own set-up, and judged by the same scoring as any run.
+On top instead of inside, within instead of on, the look-alike, the wrong neighbour, done and undone again. Planning the
+walks would take too long, so each is brought about by the simulator's own set-up, and judged by the scoring of any run.
 """
 
 from dataclasses import dataclass

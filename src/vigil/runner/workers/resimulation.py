@@ -19,6 +19,8 @@ _ANGLE_KEYS = frozenset({"rotation", "horizon", "yaw", "turned_deg", "pitched_de
 _COUNT_KEYS = frozenset({"visible_px", "open_px", "toggle_px"})
 """Pixel counts come from rays: an edge that shifts by a rounding error moves a few of them."""
 _COUNT_TOLERANCE = 0.02
+_HELD_SINCE = {"not_on": 3}
+"""Fact -> the version of the rules since which rows hold it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +73,7 @@ def differences(
     recorded: EpisodeRecord, found: EpisodeRecord, settings: ComparisonSettings
 ) -> Iterator[FactDifference]:
     """Yields what differs between two records of one episode, times left aside."""
-    compare = _FactComparison(settings.exact).compare
+    compare = _FactComparison(settings.exact, recorded.versions.rules).compare
 
     def report(step: int, faults: Iterator[tuple[str, Any, Any]]) -> Iterator[FactDifference]:
         for fact, old, new in faults:
@@ -101,11 +103,13 @@ def _facts(step: StepRecord, frames: bool) -> dict[str, Any]:
 @dataclass(frozen=True, slots=True)
 class _FactComparison:
     exact: bool
+    rules: int
+    """The version of the rules that the record was made under."""
 
     def compare(self, place: str, old: Any, new: Any, key: str = "") -> Iterator[tuple[str, Any, Any]]:
         """Yields (place, old, new) for each leaf that differs; `key` is the nearest name above it."""
         if isinstance(old, dict) and isinstance(new, dict):
-            for name in sorted(old.keys() | new.keys()):
+            for name in sorted(name for name in old.keys() | new.keys() if _HELD_SINCE.get(name, 0) <= self.rules):
                 yield from self.compare(f"{place}.{name}".lstrip("."), old.get(name), new.get(name), name)
         elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
             for index, (before, now) in enumerate(zip(old, new, strict=True)):

@@ -117,6 +117,7 @@ def opens_and_closes(trial: Trial) -> None:
     expect(effect.changed == ("Fridge|1",), f"changed by opening: {effect.changed}")
     expect_near(trial.state("Fridge|1").openness or 0.0, 1.0, 1e-9, "openness")
     expect(trial.state("Lettuce|1").visible_px > 0, "a lettuce in an open fridge is not seen")
+    expect(trial.state("Lettuce|1").not_on == ("Fridge|1",), "a lettuce in an open fridge lies on it")
     expect_refused(trial.click("pick", "Lettuce|1"), None)
     shelf = Vec3(5.2, closed.box.bottom + 0.005, 4.5)
     expect_refused(trial.click_at("place", shelf), None)
@@ -177,6 +178,7 @@ def contents_move_along(trial: Trial) -> None:
         shift = after["Bowl|1"].position[axis] - before["Bowl|1"].position[axis]
         expect_near(after["Egg|1"].position[axis] - before["Egg|1"].position[axis], shift, 1e-6, "shift of the egg")
     expect(after["Egg|1"].support_chain == ("Bowl|1", "CounterTop|1"), f"chain: {after['Egg|1'].support_chain}")
+    expect(after["Egg|1"].not_on == (), f"an egg in a bowl on a counter does not lie on it: {after['Egg|1']}")
     trial.face(8.7, 2.4, "Book|1")
     expect_refused(trial.click("pick", "Book|1"), "object_occupied")
 

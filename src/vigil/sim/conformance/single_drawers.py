@@ -42,12 +42,13 @@ def hold_things_of_their_own(trial: Trial) -> None:
     pen = trial.simulator.world(["Pen|1", DRAWER, DRESSER]).objects["Pen|1"]
     expect(pen.parent == DRAWER and pen.support_chain == (DRAWER, DRESSER), f"a pen in a drawer: {pen}")
     expect(pen.inside == (DRAWER, DRESSER) and pen.over_inside == (DRAWER,), f"a pen in a drawer: {pen}")
+    expect(pen.not_on == (DRAWER, DRESSER), f"a pen in a drawer lies on it: {pen}")
     expect_refused(trial.click("pick", WATCH), None)
     top = Vec3(8.0, 0.8438, 0.3)
     trial.look_at(*FRONT, top, holding)
     expect_refused(trial.click_at("place", top), None)
     pen = trial.state("Pen|1")
-    expect(pen.parent == DRESSER and pen.inside == (), f"a pen on a dresser: {pen}")
+    expect(pen.parent == DRESSER and pen.inside == () and pen.not_on == (), f"a pen on a dresser: {pen}")
 
 
 def stop_at_what_is_in_the_way(trial: Trial) -> None:

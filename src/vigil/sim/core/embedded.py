@@ -28,7 +28,7 @@ from vigil.house import House
 from vigil.pose import Pose, Vec3, distance, floor_distance, heading, wrap_deg
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import box_of
-from vigil.scene.supports import ancestors, around, lies_over
+from vigil.scene.supports import ancestors, around, lies_over, not_lain_on
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.engine import Engine
 from vigil.sim.core.handling import Click, Result, handle, interact, open_to
@@ -359,6 +359,7 @@ class EmbeddedSimulator:
             parent=thing.parent,
             support_chain=tuple(below.id for below in ancestors(state.scene, thing)),
             inside=tuple(other.id for other in around(state.scene, thing)),
+            not_on=not_lain_on(state.scene, thing, asked),
             over=lies_over(thing, asked, inside=False),
             over_inside=lies_over(thing, asked, inside=True),
         )

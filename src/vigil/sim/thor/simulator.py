@@ -27,7 +27,7 @@ from vigil.errors import EpisodeError, SimulatorError
 from vigil.house import House
 from vigil.pose import Pose, Vec3, distance, floor_distance
 from vigil.scene.outlines import room_floor
-from vigil.scene.supports import ancestors, around, lies_over, parts_of, whole_of
+from vigil.scene.supports import ancestors, around, lies_over, not_lain_on, parts_of, whole_of
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.motion import CollisionMap, sweeps
 from vigil.sim.core.setup import blocked_start, unknown_object
@@ -321,6 +321,7 @@ class ThorSimulator:
             parent=thing.parent,
             support_chain=tuple(below.id for below in ancestors(mirror.scene, thing)),
             inside=tuple(other.id for other in around(mirror.scene, thing)),
+            not_on=not_lain_on(mirror.scene, thing, asked),
             over=lies_over(thing, asked, inside=False),
             over_inside=lies_over(thing, asked, inside=True),
         )
