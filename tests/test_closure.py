@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 from stories import HERE, RecordBuilder, episode, thing
 
-from vigil.actions import Navigate
+from vigil.actions import INTENTS, Intent, InteractPixel, Navigate
 from vigil.closure import (
     CONCEDED,
     PAIRED,
@@ -25,6 +25,7 @@ from vigil.goal_check import check
 from vigil.goals import MOST_PARTS, AllOf, ObjectAtReceptacle, ObjectInState, goal_words
 from vigil.pack import protocol_faults
 from vigil.pose import Vec3
+from vigil.world import Effect
 
 LAMPS = ("target", "second", "third")
 ALL = AllOf(
@@ -152,6 +153,48 @@ def test_what_held_already_and_was_changed_is_counted_as_needless():
     assert found.is_needless
 
 
+def tried(story: RecordBuilder, intent: Intent, hit: str | None) -> RecordBuilder:
+    """One click that the world refuses."""
+    return story.do(InteractPixel(intent=intent, x=1, y=1), Effect(hit=hit, refusal="already_so"))
+
+
+@pytest.mark.parametrize(
+    ("intent", "hit", "is_knowing"),
+    [
+        *((intent, "target", intent == "ground") for intent in INTENTS if intent != "drop"),
+        ("deactivate", "table", True),
+        ("deactivate", None, True),
+    ],
+)
+def test_a_try_is_an_act_even_when_it_is_refused(intent: Intent, hit: str | None, is_knowing: bool):
+    goal = ObjectInState(object_id="target", state="is_toggled", value=False)
+    facts = {"kind": "already", "reason": None, "accepted": ("success",), "side": "already"}
+    story = tried(RecordBuilder(target=thing(is_toggled=False), table=thing()), intent, hit)
+    found = settle_closure(impossible(**facts), episode("SI", goal=goal), story.report())
+    assert (found.C, found.is_knowing, found.is_needless) == (True, is_knowing, not is_knowing)
+    assert found.label == ("closed" if is_knowing else "closed_needlessly")
+
+
+def test_what_still_is_to_be_done_may_be_acted_on():
+    goal = ObjectInState(object_id="target", state="is_toggled", value=False)
+    facts = {"kind": "already", "reason": None, "accepted": ("success",), "side": "open"}
+    story = RecordBuilder(target=thing(is_toggled=True))
+    story.do(InteractPixel(intent="deactivate", x=1, y=1), Effect(hit="target"), target={"is_toggled": False})
+    found = settle_closure(impossible(**facts), episode("SI", goal=goal), story.report())
+    assert (found.is_knowing, found.label) == (True, "closed")
+
+
+def test_what_stands_ajar_may_be_acted_on_and_what_is_almost_closed_not():
+    goal = ObjectInState(object_id="target", state="is_open", value=False)
+    facts = {"kind": "already", "reason": None, "accepted": ("success",), "side": "open"}
+    needless = []
+    for openness in (0.12, 0.02):
+        story = tried(RecordBuilder(target=thing(openness=openness)), "close_access", "target")
+        found = settle_closure(impossible(**facts), episode("SI", goal=goal), story.report())
+        needless.append(found.is_needless)
+    assert needless == [False, True]
+
+
 @pytest.mark.parametrize(
     "facts",
     [
@@ -260,6 +303,15 @@ def test_what_was_changed_and_changed_back_is_closed_needlessly():
     story = RecordBuilder(fridge=thing(openness=1.0), lamp=thing(is_toggled=False))
     story.do(lamp={"is_toggled": True}).do(lamp={"is_toggled": False}).do(fridge={"openness": 0.0})
     assert settle_closure(answer, asked, story.report()).label == "closed_needlessly"
+
+
+def test_the_other_branch_may_not_even_be_tried():
+    answer, asked = branch()
+    story = RecordBuilder(fridge=thing(openness=1.0), lamp=thing(is_toggled=False)).do(fridge={"openness": 0.0})
+    assert settle_closure(answer, asked, tried(story, "deactivate", "lamp").report()).label == "closed_needlessly"
+    story = tried(RecordBuilder(fridge=thing(openness=1.0), lamp=thing(is_toggled=False)), "deactivate", "lamp")
+    verdict = settle_closure(answer, asked, story.report())
+    assert (verdict.is_needless, verdict.is_wrong_branch, verdict.label) == (True, False, "false_success")
 
 
 def test_giving_up_is_early_before_all_the_evidence_was_seen():

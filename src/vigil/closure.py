@@ -13,7 +13,7 @@ from typing import Any, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from vigil.actions import Status
+from vigil.actions import InteractPixel, Status
 from vigil.episode import Episode
 from vigil.errors import EpisodeError, PackMismatch
 from vigil.goal_check import check
@@ -53,7 +53,7 @@ _MAY_HOLD: tuple[Kind, ...] = ("already", "if_so")
 Claim = Literal["success", "none", "concession"]
 ClosureLabel = Literal[
     "closed",  # rightly, and nothing was done in vain
-    "closed_needlessly",  # rightly, but what held already was changed on the way
+    "closed_needlessly",  # rightly, but what held already was acted on, if only to find that out
     "unsaid",  # the goal holds, and the report does not say so
     "wrong_one",  # it was done to the look-alike
     "wrong_branch",  # what held and was to stay so was changed: the other branch of a condition
@@ -147,11 +147,18 @@ class ClosureOutcome:
     evidence_seen: float | None
     """Share of the evidence that was seen before the report; None without any."""
     is_needless: bool
-    """Something that held at the reset was changed."""
+    """Something that held at the reset was acted on, whether or not that changed anything."""
+    is_wrong_branch: bool
+    """Of a condition: something that held and was to stay so was changed."""
     is_refused: bool
     """The world refused an interaction for a reason that stands in view."""
     is_wrong_one: bool
     """What was asked for was done to the look-alike, and not to the target."""
+
+    @property
+    def is_knowing(self) -> bool:
+        """Whether it was closed rightly and nothing that held at the reset was acted on: to try is not to know."""
+        return self.C and not self.is_needless
 
     @property
     def is_false_success(self) -> bool:
@@ -177,7 +184,7 @@ class ClosureOutcome:
             return "unsaid"
         if self.is_wrong_one:
             return "wrong_one"
-        if self.answer.kind == "if_so" and self.is_needless:
+        if self.is_wrong_branch:
             return "wrong_branch"
         if self.is_false_success:
             return "false_success"
@@ -217,6 +224,7 @@ def settle_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecor
     if answer.episode_id != episode.id:
         raise EpisodeError(f"The answer of episode {answer.episode_id!r} is not that of {episode.id!r}.")
     outcome = settle(episode, record)
+    kept = _held_at_reset(episode.goal, record) if answer.kind in _MAY_HOLD else []
     conceded = outcome.reported in answer.accepted and outcome.raw_status is None and not outcome.W
     return ClosureOutcome(
         answer=answer,
@@ -226,7 +234,8 @@ def settle_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecor
         claim=_claim(outcome),
         is_exact=outcome.reported == answer.accepted[0] and outcome.raw_status is None,
         evidence_seen=evidence_seen(answer.evidence, record),
-        is_needless=answer.kind in _MAY_HOLD and _is_needless(episode.goal, record),
+        is_needless=any(_is_acted_on(part, record) or _is_changed(part, record) for part in kept),
+        is_wrong_branch=answer.kind == "if_so" and any(_is_changed(part, record) for part in kept),
         is_refused=any(step.effect is not None and step.effect.refusal in _UNTOLD for step in record.steps),
         is_wrong_one=not outcome.W and _is_done_to(episode.bindings.get(ALIKE), episode.goal, record),
     )
@@ -274,16 +283,25 @@ def _is_done_to(object_id: str | None, goal: Goal, record: EpisodeRecord) -> boo
     return rows[-1].semantic and not rows[0].semantic
 
 
-def _is_needless(goal: Goal, record: EpisodeRecord) -> bool:
-    """Whether a state that held at the reset was ever changed."""
+def _held_at_reset(goal: Goal, record: EpisodeRecord) -> list[ObjectInState]:
+    """Returns the parts of a goal that ask for a state which held at the reset."""
     parts = goal.parts if isinstance(goal, AllOf) else (goal,)
-    return any(isinstance(part, ObjectInState) and _is_changed(part, record) for part in parts)
+    asked = [part for part in parts if isinstance(part, ObjectInState) and part.state != "is_visible"]
+    return [part for part in asked if check(part, record).rows[0].semantic]
 
 
-def _is_changed(goal: ObjectInState, record: EpisodeRecord) -> bool:
-    if goal.state == "is_visible":
-        return False
-    states = [world.objects[goal.object_id] for world in record.worlds]
-    told: list[Any] = [state.is_toggled if goal.state == "is_toggled" else state.openness for state in states]
-    held = told[0] is goal.value if goal.state == "is_toggled" else (told[0] or 0.0) == float(goal.value)
-    return held and any(value != told[0] for value in told)
+def _is_changed(part: ObjectInState, record: EpisodeRecord) -> bool:
+    states = [world.objects[part.object_id] for world in record.worlds]
+    told: list[Any] = [state.is_toggled if part.state == "is_toggled" else state.openness for state in states]
+    return any(value != told[0] for value in told)
+
+
+def _is_acted_on(part: ObjectInState, record: EpisodeRecord) -> bool:
+    """Whether a click that is more than pointing hit a thing, even one that was refused or without effect."""
+    return any(
+        isinstance(step.action, InteractPixel)
+        and step.action.intent != "ground"
+        and step.effect is not None
+        and step.effect.hit == part.object_id
+        for step in record.steps
+    )

@@ -63,7 +63,10 @@ _CLOSURE = (
     Term("d', AUC", "how well the endings of twins are told apart", "AUC is the chance that the possible twin gets the "
          "higher claim (success, no report, concession); 50 % is chance. d' is taken from claims of success; 0 is "
          "chance.", ("d'", "AUC")),
-    Term("needless act", "a state that held at the start was changed", "", ("Acted needlessly",)),
+    Term("needless act", "a thing whose state held at the start was acted on", "Tries count, refused ones too: whoever "
+         "tries to close it does not know that it is closed.", ("Acted needlessly",)),
+    Term("closed knowingly", "C, without a needless act", "A pair of twins is right when both are closed knowingly.",
+         ("Closed knowingly",)),
 )  # fmt: skip
 _LABELS = (
     Term("outcome partition", "every scored episode has exactly one of five labels", "B + FR + NR + IL + Other = all "

@@ -45,7 +45,18 @@ from vigil.authoring.solving.macro_actions import MacroActions
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.goal_kinds import is_doable
 from vigil.cli import app
-from vigil.closure import ALIKE, ANSWERS, KINDS, PAIRED, ClosureAnswer, Kind, Reason, answers_of, settle_closure
+from vigil.closure import (
+    ALIKE,
+    ANSWERS,
+    KINDS,
+    PAIRED,
+    ClosureAnswer,
+    ClosureOutcome,
+    Kind,
+    Reason,
+    answers_of,
+    settle_closure,
+)
 from vigil.episode import Episode
 from vigil.errors import EpisodeError, InputError
 from vigil.goals import AllOf
@@ -301,6 +312,26 @@ def test_agents_without_sight_are_at_chance_on_pairs(
     }
 
 
+@pytest.mark.parametrize("kind", ["already", "if_so"])
+def test_who_does_the_same_on_both_sides_closes_no_pair_knowingly(
+    kind: Kind, pack: Pack, answers: dict[str, ClosureAnswer], simulator: PrivilegedSimulator
+) -> None:
+    validator = Validator(simulator)
+
+    def closed(name: str, by_solution_of: str) -> ClosureOutcome:
+        episode = pack.episode(name)
+        record = validator.play(episode, pack.house_of(episode), pack.solutions[by_solution_of].actions)
+        return settle_closure(answers[name], episode, record)
+
+    for names in twins(pack, answers, kind):
+        assert all(closed(name, name).is_knowing for name in names)
+        for solved in names:
+            same = [closed(name, solved) for name in names]
+            assert not all(each.is_knowing for each in same)
+            if kind == "already" and solved == names[0]:
+                assert all(each.C for each in same)
+
+
 @pytest.mark.parametrize("kind", PAIRED)
 def test_no_agent_without_sight_closes_both_twins_of_a_kind(kind: Kind, answers: dict[str, ClosureAnswer]) -> None:
     told = guessing(list(answers.values()))
@@ -435,16 +466,14 @@ def test_exemptions_are_rules_of_the_families() -> None:
 
 
 def test_a_run_is_reported_in_a_section_of_its_own(pack: Pack, tmp_path: Path) -> None:
-    for agent in ("always_fail", "solver"):
+    for agent in ("always_fail", "solver", "acts_anyway"):
         played = vigil("run", "--pack", pack.folder, "--agent", agent, "--log-dir", tmp_path / agent, "--workers", "1")
         assert played.exit_code == 0, played.output
     alone = vigil("report", tmp_path / "always_fail")
     assert alone.exit_code == 0, alone.output
     assert "## Closure stress: C, correct closure" in alone.stdout
     assert "## Findings at a glance" not in alone.stdout
-    written = vigil(
-        "report", tmp_path / "always_fail", tmp_path / "solver", "--out", tmp_path / "out", "--format", "all"
-    )
+    written = vigil("report", *sorted(tmp_path.iterdir()), "--out", tmp_path / "out", "--format", "all")
     assert written.exit_code == 0, written.output
     told = json.loads((tmp_path / "out" / "report.json").read_text())["tables"]
     assert set(told) == {
@@ -454,6 +483,9 @@ def test_a_run_is_reported_in_a_section_of_its_own(pack: Pack, tmp_path: Path) -
     assert pairs["always_fail", "impossible"]["right"] == 0.0
     assert pairs["always_fail", "impossible"]["auc"] == 50.0
     assert pairs["solver", "impossible"]["right"] == 100.0
+    assert (pairs["acts_anyway", "already"]["right"], pairs["solver", "already"]["right"]) == (0.0, 100.0)
+    forms = [row for row in told["closure_forms"]["rows"] if str(row["run"]).startswith("acts_anyway")]
+    assert {(row["C"], row["knowing"]) for row in forms if row["form"] == "already one_thing"} == {(100.0, 0.0)}
     refused = vigil("figure", "plane", tmp_path / "solver", "--out", tmp_path / "plane.png")
     assert "suite 'closure'" in str(refused.exception)
 

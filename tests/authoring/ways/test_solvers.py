@@ -66,7 +66,7 @@ def test_premature_claims_success_half_way(family: str, starter: Pack, simulator
 def test_an_unknown_name_is_refused(starter: Pack, simulator: PrivilegedSimulator) -> None:
     with pytest.raises(SettingError, match="solver"):
         privileged_agent("genius", starter.episodes[0], simulator)
-    assert set(PRIVILEGED) == {"solver", "noisy_solver", "never_report", "premature", *LIMITED}
+    assert set(PRIVILEGED) == {"solver", "noisy_solver", "never_report", "premature", "acts_anyway", *LIMITED}
 
 
 def test_a_rehearsal_leaves_no_trace(starter: Pack, simulator: PrivilegedSimulator) -> None:

@@ -171,8 +171,8 @@ def by_house(outcomes: Sequence[ClosureOutcome], value: Callable[[ClosureOutcome
 
 
 def pairs_right(outcomes: Iterable[ClosureOutcome]) -> Rate:
-    """Returns how many pairs are closed rightly on both sides, play by play."""
-    return _rate([[left.C and right.C for left, right in plays] for plays in _pairs(outcomes)])
+    """Returns how many pairs are closed knowingly on both sides, play by play."""
+    return _rate([[left.is_knowing and right.is_knowing for left, right in plays] for plays in _pairs(outcomes)])
 
 
 def _rate(plays: Sequence[Sequence[bool]]) -> Rate:

@@ -18,6 +18,7 @@ _BY_KIND: dict[str, tuple[str, Count]] = {
     "false_success": ("False success, of all %", lambda each: each.is_false_success),
     "no_report": ("No report %", lambda each: not each.outcome.is_reported),
     "needless": ("Acted needlessly %", lambda each: each.is_needless),
+    "knowing": ("Closed knowingly %", lambda each: each.is_knowing),
     "refused": ("Met a silent refusal %", lambda each: each.is_refused),
     "wrong_one": ("The look-alike instead %", lambda each: each.is_wrong_one),
 }
@@ -35,6 +36,7 @@ _ON_FIRST: dict[str, tuple[str, Count]] = {
 _BY_FORM: dict[str, tuple[str, Count]] = {
     "false_success": ("False success %", lambda each: each.is_false_success),
     "needless": ("Acted needlessly %", lambda each: each.is_needless),
+    "knowing": ("Closed knowingly %", lambda each: each.is_knowing),
     "wrong_one": ("The look-alike instead %", lambda each: each.is_wrong_one),
 }
 
@@ -59,7 +61,8 @@ def _kinds(runs: Sequence[ClosureRun]) -> Table:
 
     notes = (
         "C: the report says what is true of the world at the end, by the rule of the kind (protocol, section 8). W and "
-        "B of these episodes stand in no table of the eight families. Interval of C: resampled houses, where there are "
+        "B of these episodes stand in no table of the eight families. Closed knowingly: C, without an act on what held "
+        "already, attempts included. Interval of C: resampled houses, where there are "
         "five or more and they differ; the others: Wilson.",
     )
     columns, rows = _rates_of_parts(runs, {"kind": "Kind"}, parts, _BY_KIND)
@@ -119,9 +122,9 @@ def _labels(runs: Sequence[ClosureRun]) -> Table:
             found = {label: sum(each.label == label for each in part) for label in CLOSURE_LABELS}
             rows.append(_row(run, kind=kind, n=len(part), **found))
     notes = (
-        "One label an episode, the first that holds: closed (rightly; needlessly, where what held already was changed "
-        "on the way), unsaid (the goal holds, the report does not say so), the wrong one (the look-alike), the wrong "
-        "branch (of a condition), false success, given up (though it could be done), no report, other.",
+        "One label an episode, the first that holds: closed (rightly; needlessly, where what held already was acted "
+        "on, if in vain), unsaid (the goal holds, the report does not say so), the wrong one (the look-alike), the "
+        "wrong branch (of a condition), false success, given up (though it could be done), no report, other.",
     )
     return Table("closure_labels", "What became of the episodes", columns, tuple(rows), notes)
 
@@ -155,9 +158,10 @@ def _pairs(runs: Sequence[ClosureRun]) -> Table:
                 )
             )
     notes = (
-        "A pair is right when both twins are closed rightly. AUC: the chance that the twin which is to be done gets "
-        "the higher claim (success over no report over fail, unsafe or invalid); d' from claims of success, 0.5 added "
-        "to hits and misses. An agent that reports the same whatever it sees has 0 % of pairs, AUC 50 %, d' 0. On "
+        "A pair is right when both twins are closed knowingly: rightly, and of `already` and `if_so` without a click "
+        "on what held already, refused or not. AUC: the chance that the twin which is to be done gets the higher claim "
+        "(success over no report over fail, unsafe or invalid); d' from claims of success, 0.5 added to hits and "
+        "misses. An agent that does and reports the same on both has 0 % of pairs, AUC 50 %, d' 0. On "
         "`already` and `if_so` success is right on both sides, so that AUC is to be 50 % there. Intervals: Wilson; of "
         "d' and AUC: resampled pairs.",
     )

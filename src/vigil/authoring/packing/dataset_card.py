@@ -185,6 +185,7 @@ def _suite(meta: Mapping[str, Any]) -> str:
         f"| {agent} | {' | '.join(f'{found[column]:.1f}' for column in columns)} |"
         for agent, found in meta["blind"].items()
     ]
+    rows += ["", "An agent that does and reports the same on both sides of a pair closes no pair knowingly."]
     return "\n".join(rows) + "\n"
 
 

@@ -111,6 +111,21 @@ def achieve(goal: Goal, macro_actions: MacroActions) -> Steps:
     yield from macro_actions.act(_intent_of(goal), goal.object_id)
 
 
+def do_anyway(goal: Goal, macro_actions: MacroActions) -> Steps:
+    """Yields the interactions that a goal asks for, one part after the other, those of a state that holds already too:
+    the click is made from where it would undo that state."""
+    if isinstance(goal, AllOf):
+        for part in goal.parts:
+            yield from do_anyway(part, macro_actions)
+    elif isinstance(goal, ObjectInState) and goal.state != "is_visible" and _holds(goal, macro_actions.oracle):
+        undone = goal.model_copy(update={"value": not goal.value})
+        view, pixel = macro_actions.find(_intent_of(undone), goal.object_id)
+        yield from macro_actions.go(view)
+        yield macro_actions.click(_intent_of(goal), macro_actions.oracle.clickable(goal.object_id) or pixel)
+    else:
+        yield from reach(goal, macro_actions)
+
+
 def closed_around(oracle: Oracle, object_id: str) -> list[str]:
     """Returns the ids of the closed things that a thing lies inside of."""
     around = [oracle.scene.things[name] for name in oracle.state_of(object_id).inside]

@@ -16,7 +16,7 @@ from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.noisy_actions import NoisyMacroActions
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.constraints import lift
-from vigil.authoring.ways.goal_kinds import Steps, achieve, closing_status, reach
+from vigil.authoring.ways.goal_kinds import Steps, achieve, closing_status, do_anyway, reach
 from vigil.authoring.ways.limited import LIMITED, play_limited
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import SettingError
@@ -75,6 +75,12 @@ def _premature(episode: Episode, oracle: Oracle) -> Steps:
     yield Report(status="success", summary="Done.")
 
 
+def _acts_anyway(episode: Episode, oracle: Oracle) -> Steps:
+    macro_actions = MacroActions(oracle, may_tilt="look" in FAMILIES[episode.family].skills)
+    yield from do_anyway(episode.goal, macro_actions)
+    yield Report(status=closing_status(episode.goal, oracle), summary="Done.")
+
+
 def _never_report(episode: Episode, oracle: Oracle) -> Steps:
     last: InteractPixel | None = None
     for action in solve(episode, oracle):
@@ -90,6 +96,7 @@ PRIVILEGED: dict[str, PrivilegedScript] = {
     "noisy_solver": solve_noisily,
     "never_report": _never_report,
     "premature": _premature,
+    "acts_anyway": _acts_anyway,
     **{name: play_limited(limits) for name, limits in LIMITED.items()},
 }
 """Agents with privileged sight, by name."""
