@@ -32,10 +32,12 @@ from vigil.authoring.closure.packing import (
 )
 from vigil.authoring.closure.refusals import FULL, silent_refusal
 from vigil.authoring.closure.tasks import ClosureTask
+from vigil.authoring.closure.twins import BrokenRule, check_hidden
 from vigil.authoring.closure.verify import certified_anew, task_of, verify_closure
 from vigil.authoring.drafting.drafts import ClosureDraft, DraftsFile, Header, Rejection
 from vigil.authoring.drafting.generation import GenerationSettings
 from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.drafting.proposals import is_seen
 from vigil.authoring.drafting.sources import Seeded
 from vigil.authoring.language.referring import ROOM_NAMES
 from vigil.authoring.review.reviews import Review, Verdict, episode_sha256
@@ -211,6 +213,41 @@ def test_a_twin_that_is_possible_after_all_is_refused_by_rule(
     sides, found = certifier.certify(aside, house)
     assert not sides
     assert found[0].rule in {"twin_impossible", "can_be_set_up", "evidence_seen"}
+
+
+def test_what_bars_the_way_is_in_no_first_frame(drafts: DraftsFile, simulator: PrivilegedSimulator) -> None:
+    certifier, task = Certifier(simulator), task_of_reason(drafts, "no_fit")
+    house = drafts.house(task.episodes[0].house.name)
+    context = HouseContext(simulator, house, np.random.default_rng(3))
+    for episode in task.episodes:
+        simulator.reset(episode.start, episode.setup)
+        assert Oracle(simulator).state_of(task.removed).visible_px == 0
+    for shown in task.episodes:
+        context.begin(shown.setup)
+        start = context.start_seeing(context.thing(task.removed), (0.7, 4.0), 15.0, is_seen(100))
+        assert start is not None
+        seen = replace(task, episodes=tuple(each.model_copy(update={"start": start}) for each in task.episodes))
+        assert certifier.certify(seen, house)[1][0].rule == "difference_hidden"
+
+
+def test_what_is_asked_about_is_in_no_first_frame_of_a_second_side(
+    drafts: DraftsFile, simulator: PrivilegedSimulator
+) -> None:
+    found = next(task for task in drafts.read().closures if task.kind == "already")
+    task = task_of([draft.episode for draft in found.drafts], found.answers)
+    second, house = task.episodes[1], drafts.house(task.episodes[1].house.name)
+    context = HouseContext(simulator, house, np.random.default_rng(3))
+    context.begin(second.setup)
+    start = context.start_seeing(context.thing(task.removed), (0.7, 4.0), 15.0, is_seen(100))
+    assert start is not None
+    for pose, rules in ((second.start, []), (start, ["hidden_at_start"])):
+        simulator.reset(pose, second.setup)
+        broken: list[str] = []
+        try:
+            check_hidden(task, second, Oracle(simulator), is_searched=True)
+        except BrokenRule as rule:
+            broken.append(rule.rule)
+        assert broken == rules
 
 
 def test_a_door_that_heavy_furniture_bars_is_locked(simulator: PrivilegedSimulator) -> None:

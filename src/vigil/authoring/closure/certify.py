@@ -17,6 +17,7 @@ from vigil.authoring.closure.refusals import FULL, is_full
 from vigil.authoring.closure.rooms import has_room
 from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.closure.telling import told
+from vigil.authoring.closure.twins import BrokenRule, check_hidden, check_same, where_gone
 from vigil.authoring.language.referring import Phrase, items_of, referents
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.robustness import shows_one_wall
@@ -118,7 +119,7 @@ class Certifier:
                 answers = self._answers(task, second, house)
                 given = recorded[1] if recorded else None
                 actions, found = self._other_side(task, second, answers[1], house, given)
-            except _Broken as broken:
+            except BrokenRule as broken:
                 found = [Finding(second.id, broken.rule, str(broken))]
             if found:
                 return [], found
@@ -133,7 +134,7 @@ class Certifier:
         house: House,
         recorded: tuple[Action, ...] | None,
     ) -> tuple[tuple[Action, ...], list[Finding]]:
-        """Returns what closes the second of two twins rightly, or what is wrong with it. May raise _Broken."""
+        """Returns what closes the second of two twins rightly, or what is wrong with it. May raise BrokenRule."""
         if task.kind == "if_so":
             return self._done(task, second, house, recorded)
         actions = recorded or self._look_and_say(second, answer)
@@ -228,9 +229,12 @@ class Certifier:
         return [self._oracle.scene.things[item.id] for item in items if item.room_id and room in (None, item.room)]
 
     def _answers(self, task: ClosureTask, second: Episode, house: House) -> list[ClosureAnswer]:
-        """Returns the answers of twins. Raises _Broken where they are none, or the second side can be done."""
+        """Returns the answers of twins. Raises BrokenRule where they are none, or the second side can be done."""
         first = task.episodes[0]
-        _check_twins(task, second)
+        check_same(task, second)
+        for side in task.episodes if task.kind != "if_so" else ():
+            self._begin(side)
+            check_hidden(task, side, self._oracle, is_searched="hidden_at_start" not in exempt_of(task))
         sides, pair = PAIRED[task.kind], f"pair:{first.id}"
         facts = {"kind": task.kind, "form": task.form, "pair": pair, "evidence": task.evidence}
         plan = Certificate(removed=task.removed, has_plan=True)
@@ -246,7 +250,7 @@ class Certifier:
         return [answer, ClosureAnswer(episode_id=second.id, **facts)]
 
     def _reason(self, task: ClosureTask, second: Episode, house: House) -> Reason:
-        """Returns why the second side is impossible. Raises _Broken where something still answers."""
+        """Returns why the second side is impossible. Raises BrokenRule where something still answers."""
         first = task.episodes[0]
         self._begin(first)
         start = EpisodeStart(first, house, self._oracle)
@@ -255,38 +259,34 @@ class Certifier:
         self._begin(second)
         if task.removed != first.goal.object_id:
             if removed.is_pickupable or not removed.is_present:
-                raise _Broken("cannot_be_moved", f"{task.removed!r} can be picked up, or is gone")
+                raise BrokenRule("cannot_be_moved", f"{task.removed!r} can be picked up, or is gone")
             return "no_fit" if isinstance(first.goal, ObjectAtReceptacle) else "locked"
         if removed.is_present:
             if not removed.is_broken:
-                raise _Broken("twin_impossible", f"{task.removed!r} is there, and not broken")
+                raise BrokenRule("twin_impossible", f"{task.removed!r} is there, and not broken")
             return "broken"
-        items = items_of(self._oracle.scene).values()
-        for phrase in meant:
-            others = referents(phrase, items)
-            if others:
-                raise _Broken("told_apart", f"{str(phrase)!r} fits {others[0].id!r} still")
-        is_gone = not any(referents(phrase.placeless, items) for phrase in meant)
-        return "absent" if is_gone else "elsewhere"
+        return where_gone(meant, items_of(self._oracle.scene).values())
 
     def _why_not(self, second: Episode) -> str:
-        """Returns what the exhaustive search says. Raises _Broken where it finds a way."""
+        """Returns what the exhaustive search says. Raises BrokenRule where it finds a way."""
         macro_actions = MacroActions(self._oracle, may_tilt=True, is_exhaustive=True)
         goal, target = second.goal, self._oracle.scene.things[second.goal.object_id]
         if not target.is_present:
             return f"{target.id!r} is not in the house."
         if isinstance(goal, ObjectAtReceptacle):
             if has_room(self._oracle.scene, target.id, goal.receptacle_id):
-                raise _Broken("twin_impossible", f"{target.id!r} has room on {goal.receptacle_id!r} on this side too")
+                raise BrokenRule(
+                    "twin_impossible", f"{target.id!r} has room on {goal.receptacle_id!r} on this side too"
+                )
             return f"{target.id!r} has no room on {goal.receptacle_id!r}, wherever it is put and however it is turned."
         if is_doable(second.goal, macro_actions):
-            raise _Broken("twin_impossible", "the goal can be reached on this side too")
+            raise BrokenRule("twin_impossible", "the goal can be reached on this side too")
         if target.is_broken:
             return f"{target.id!r} is out of order."
         return f"No reachable place from which it works on {target.id!r}."
 
     def _look_and_say(self, second: Episode, answer: ClosureAnswer) -> tuple[Action, ...]:
-        """Returns the actions that show all evidence and then report. Raises _Broken where it cannot be seen."""
+        """Returns the actions that show all evidence and then report. Raises BrokenRule where it cannot be seen."""
         self._begin(second)
         actions: list[Action] = []
         with self._oracle.rehearsal():
@@ -297,7 +297,7 @@ class Certifier:
                     if not isinstance(action, Report):
                         self._oracle.step(action)
             except Unsolvable as error:
-                raise _Broken("evidence_seen", str(error)) from None
+                raise BrokenRule("evidence_seen", str(error)) from None
         return (*actions, Report(status=answer.accepted[0], summary=SUMMARY))
 
     def _looks(self, macro_actions: MacroActions, answer: ClosureAnswer) -> Iterator[Action]:
@@ -365,35 +365,13 @@ class Certifier:
             yield "closes_rightly", f"C={verdict.C:d} W={verdict.outcome.W:d} ({verdict.outcome.label})"
 
     def _begin(self, episode: Episode) -> None:
-        """Resets the simulator to an episode's start. Raises _Broken where that cannot be."""
+        """Resets the simulator to an episode's start. Raises BrokenRule where that cannot be."""
         try:
             self._simulator.reset(episode.start, episode.setup)
         except EpisodeError as error:
-            raise _Broken("can_be_set_up", str(error)) from None
-
-
-class _Broken(EpisodeError):
-    """A rule that the second side of twins breaks."""
-
-    def __init__(self, rule: str, message: str) -> None:
-        super().__init__(message)
-        self.rule = rule
+            raise BrokenRule("can_be_set_up", str(error)) from None
 
 
 def _told_apart(meant: set[str], ids: set[str]) -> Broken:
     if meant != ids:
         yield "told_apart", f"{len(meant)} things are meant, {len(ids)} the goal is about"
-
-
-def _check_twins(task: ClosureTask, second: Episode) -> None:
-    first = task.episodes[0]
-    same = ("family", "house", "start", "instruction", "bindings", "max_steps", "max_invalid")
-    goal = () if task.kind == "if_so" else ("goal",)
-    apart = [name for name in (*same, *goal) if getattr(first, name) != getattr(second, name)]
-    ids = {
-        object_id
-        for object_id in {*first.setup.objects, *second.setup.objects}
-        if first.setup.objects.get(object_id) != second.setup.objects.get(object_id)
-    }
-    if apart or ids != {task.removed} or first.setup.held != second.setup.held:
-        raise _Broken("twins_differ_in_one", f"they differ in {', '.join([*apart, *sorted(ids)])}")

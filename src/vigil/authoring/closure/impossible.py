@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets.catalog import CATALOG
 from vigil.assets.notice import notice_of, notice_spot
 from vigil.authoring.closure.rooms import has_room
-from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, ClosureTask, Tasks, in_turn, plain, refused
+from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, ClosureTask, Tasks, hides, in_turn, plain, refused
 from vigil.authoring.drafting.constraints import fits_on_floor, is_furniture, spots_before
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen, is_target, seeking
@@ -17,6 +17,7 @@ from vigil.authoring.language.wording import order, say, spoken_of
 from vigil.authoring.ways.synthetic_records import with_change
 from vigil.authoring.ways.wrong_places import upon
 from vigil.closure import Evidence
+from vigil.episode import Episode
 from vigil.goals import ObjectAtReceptacle
 from vigil.pose import EYE_HEIGHT_M, Vec3
 from vigil.scene.geometry import place_of
@@ -129,6 +130,7 @@ def _locked(context: HouseContext) -> Tasks:
                     spot
                     for spot in spots_before(target, blocker)
                     if fits_on_floor(context, blocker, spot, episode.setup)
+                    and _is_out_of_view(context, episode, blocker, spot)
                 ),
                 None,
             )
@@ -138,6 +140,14 @@ def _locked(context: HouseContext) -> Tasks:
             barred = with_change(first.setup, blocker.id, placement=spot)
             evidence = plain(target.id), plain(blocker.id)
             yield ClosureTask("impossible", (first, first.model_copy(update={"setup": barred})), blocker.id, evidence)
+
+
+def _is_out_of_view(context: HouseContext, episode: Episode, thing: Thing, moved: Placement) -> bool:
+    """Whether nothing of a thing is in view at the start of an episode, neither where it stands nor moved."""
+    setups = episode.setup, with_change(episode.setup, thing.id, placement=moved)
+    found = all(context.can_begin(setup) and hides(context, episode.start, thing.id) for setup in setups)
+    context.begin(Setup())
+    return found
 
 
 def _may_bar(context: HouseContext, thing: Thing, target: Thing, room: str | None) -> bool:
@@ -210,8 +220,12 @@ def _crowded(context: HouseContext, stand: Thing, hog: Thing, taken: Placement, 
     if not is_full or not has_room(context.oracle.scene, target.id, stand.id, may_clear=False):
         return None
     phrases = context.phrase(target.id), context.phrase(stand.id)
-    start = context.start_seeing(target, NEAR_M, LEVEL_DEG, is_seen(CLEAR_PX))
-    if start is None or None in phrases:
+    context.begin(full)
+    start = context.start_seeing(
+        target, NEAR_M, LEVEL_DEG, is_seen(CLEAR_PX), lambda pose: hides(context, pose, hog.id)
+    )
+    context.begin(setup)
+    if start is None or None in phrases or not hides(context, start, hog.id):
         return None
     first = context.draft(
         "SI",

@@ -35,7 +35,7 @@ from vigil.private import secret_name
 from vigil.versions import reads_schema
 
 DRAFTS_SCHEMA = 1
-DRAFTS_VERSION = 3
+DRAFTS_VERSION = 4
 """Of what is drafted in a house, and in which words. Raised when a house and a seed yield other drafts than before:
 `tests/authoring/streaming` pins some. Drafts files, recipes and streams of another version are refused."""
 UNNAMED_DRAFTS = 1

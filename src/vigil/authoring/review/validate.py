@@ -46,6 +46,7 @@ OTHER_RULES = {
 """Rule name -> reason, for the rules that are no functions of a start."""
 SUITE_RULES = {
     "twins_differ_in_one": "the twins have one instruction, start and goal, and differ in one thing's setup",
+    "difference_hidden": "what bars the way, or takes up the place, is out of view at the start on both sides",
     "told_apart": "nothing else answers to what is meant",
     "some_out_of_view": "of several targets, half at least are out of view at the start",
     "twin_impossible": "the exhaustive search finds no way of doing what is asked for",

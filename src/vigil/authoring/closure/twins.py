@@ -1,0 +1,64 @@
+"""What must be so of twins by their episodes and the world at the start: no search, no replay.
+
+`vigil.authoring.closure.certify` decides by search whether they are what their answers say.
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import Literal
+
+from vigil.authoring.closure.tasks import ClosureTask
+from vigil.authoring.language.referring import DescribedThing, Phrase, referents
+from vigil.authoring.solving.oracle import Oracle
+from vigil.episode import Episode
+from vigil.errors import EpisodeError
+
+
+class BrokenRule(EpisodeError):
+    """A rule that twins break."""
+
+    def __init__(self, rule: str, message: str) -> None:
+        super().__init__(message)
+        self.rule = rule
+
+
+def check_same(task: ClosureTask, second: Episode) -> None:
+    """Raises BrokenRule where twins differ in more than the setup of one thing."""
+    first = task.episodes[0]
+    same = ("family", "house", "start", "instruction", "bindings", "max_steps", "max_invalid")
+    goal = () if task.kind == "if_so" else ("goal",)
+    apart = [name for name in (*same, *goal) if getattr(first, name) != getattr(second, name)]
+    ids = {
+        object_id
+        for object_id in {*first.setup.objects, *second.setup.objects}
+        if first.setup.objects.get(object_id) != second.setup.objects.get(object_id)
+    }
+    if apart or ids != {task.removed} or first.setup.held != second.setup.held:
+        raise BrokenRule("twins_differ_in_one", f"they differ in {', '.join([*apart, *sorted(ids)])}")
+
+
+def check_hidden(task: ClosureTask, episode: Episode, oracle: Oracle, *, is_searched: bool) -> None:
+    """Raises BrokenRule where the first frame of a side shows what it must not; the oracle has just been reset to it.
+
+    That is the target where it `is_searched` for, and what bars the way or takes the place.
+    """
+    target = episode.goal.object_id
+    wanted = {target: "hidden_at_start"} if is_searched else {}
+    if task.removed != target:
+        wanted[task.removed] = "difference_hidden"
+    for object_id, rule in wanted.items():
+        if oracle.scene.things[object_id].is_present and (pixels := oracle.state_of(object_id).visible_px):
+            raise BrokenRule(rule, f"{pixels} px of {object_id!r} are in view at the start of {episode.id!r}")
+
+
+def where_gone(phrases: Sequence[Phrase], items: Iterable[DescribedThing]) -> Literal["absent", "elsewhere"]:
+    """Returns whether nothing of the name of what is gone is left, or another one lies elsewhere.
+
+    A pot may be taken for a kettle, and so may not lie where the kettle is sought; but it is no kettle. Raises
+    BrokenRule where something still answers to a phrase.
+    """
+    everything = list(items)
+    for phrase in phrases:
+        for other in referents(phrase, everything)[:1]:
+            raise BrokenRule("told_apart", f"{str(phrase)!r} fits {other.id!r} still")
+    left = [each for phrase in phrases for each in referents(phrase.placeless, everything) if each.name == phrase.name]
+    return "elsewhere" if left else "absent"
