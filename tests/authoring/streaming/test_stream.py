@@ -26,7 +26,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 BATHROOM = 15
 PG = StreamSettings(7, ("PG",))
-PINNED = "ed96f72814968668c7668257ad16ca6164cfc9497769f304da37332ce15f9df8"
+PINNED = "89c48409947e4a2cdb5d480ea0cce784751dd0269c531ae1a064a76987c336fc"
 
 
 @pytest.fixture(scope="module")

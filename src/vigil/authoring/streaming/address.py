@@ -13,7 +13,7 @@ _ADDRESS = re.compile(rf"{STREAM}(?P<seed>\d{{1,40}})(?:@(?P<version>[\d.]+))?",
 
 
 def stream_version() -> str:
-    """Returns the versions that a stream's bytes depend on: of houses, shapes, rules and drafts, e.g. `5.4.2.3`."""
+    """Returns the versions that a stream's bytes depend on: of houses, shapes, rules and drafts, e.g. `5.4.3.4`."""
     return f"{GENERATOR_VERSION}.{SHAPES_VERSION}.{RULES_VERSION}.{DRAFTS_VERSION}"
 
 
