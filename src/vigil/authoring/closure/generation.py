@@ -3,14 +3,19 @@
 import time
 import zlib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import islice
 
 import numpy as np
 
+from vigil.authoring.closure.alike import look_alike
+from vigil.authoring.closure.all_of import all_of
+from vigil.authoring.closure.already import already, if_so
 from vigil.authoring.closure.certify import Certified, Certifier
-from vigil.authoring.closure.proposals import PROPOSALS
-from vigil.authoring.closure.tasks import ClosureTask
+from vigil.authoring.closure.impossible import impossible
+from vigil.authoring.closure.out_of_sight import out_of_sight
+from vigil.authoring.closure.refusals import silent_refusal
+from vigil.authoring.closure.tasks import ClosureTask, Tasks
 from vigil.authoring.drafting.drafts import (
     ClosureDraft,
     Draft,
@@ -28,6 +33,16 @@ from vigil.episode import Episode, Family
 from vigil.errors import EpisodeError, HouseError, SettingError
 from vigil.world import Setup
 
+PROPOSALS: dict[Kind, Callable[[HouseContext], Tasks]] = {
+    "all_of": all_of,
+    "impossible": impossible,
+    "already": already,
+    "if_so": if_so,
+    "silent_refusal": silent_refusal,
+    "look_alike": look_alike,
+    "out_of_sight": out_of_sight,
+}
+"""Kind -> what proposes its tasks in a house."""
 AUTHOR = "closure grammar"
 FAMILY: Family = "SI"
 """Under which a house is noted as done; the episodes are of SI, and of CR where something is to be resolved."""
