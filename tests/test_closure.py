@@ -175,6 +175,22 @@ def test_a_try_is_an_act_even_when_it_is_refused(intent: Intent, hit: str | None
     assert found.label == ("closed" if is_knowing else "closed_needlessly")
 
 
+@pytest.mark.parametrize(
+    ("effect", "is_needless"),
+    [
+        (Effect(hit=None, near=("target",)), True),
+        (Effect(hit="table", hit_category="Table", near=("table", "target")), True),
+        (Effect(hit="second", hit_category="Thing", near=("second", "target")), False),
+    ],
+)
+def test_a_click_beside_a_thing_is_on_it_unless_it_hits_another_of_its_kind(effect: Effect, is_needless: bool):
+    goal = ObjectInState(object_id="target", state="is_toggled", value=False)
+    facts = {"kind": "already", "reason": None, "accepted": ("success",), "side": "already"}
+    story = RecordBuilder(target=thing(is_toggled=False)).do(InteractPixel(intent="deactivate", x=1, y=1), effect)
+    found = settle_closure(impossible(**facts), episode("SI", goal=goal), story.report())
+    assert found.is_needless is is_needless
+
+
 def test_what_still_is_to_be_done_may_be_acted_on():
     goal = ObjectInState(object_id="target", state="is_toggled", value=False)
     facts = {"kind": "already", "reason": None, "accepted": ("success",), "side": "open"}

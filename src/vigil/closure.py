@@ -17,7 +17,7 @@ from vigil.actions import InteractPixel, Status
 from vigil.episode import Episode
 from vigil.errors import EpisodeError, PackMismatch
 from vigil.goal_check import check
-from vigil.goals import OBSERVABLE_M, OBSERVABLE_PX, AllOf, Goal, ObjectHeld, ObjectInState, is_observable
+from vigil.goals import OBSERVABLE_M, OBSERVABLE_PX, AllOf, Goal, ObjectHeld, ObjectInState, grounded, is_observable
 from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.pack import ANSWERS, frozen_table, manifest_of
 from vigil.pose import Pose, Vec3, distance
@@ -297,11 +297,9 @@ def _is_changed(part: ObjectInState, record: EpisodeRecord) -> bool:
 
 
 def _is_acted_on(part: ObjectInState, record: EpisodeRecord) -> bool:
-    """Whether a click that is more than pointing hit a thing, even one that was refused or without effect."""
-    return any(
-        isinstance(step.action, InteractPixel)
-        and step.action.intent != "ground"
-        and step.effect is not None
-        and step.effect.hit == part.object_id
-        for step in record.steps
+    """Whether a click that is more than pointing was on a thing, even one that was refused or without effect."""
+    category = record.initial.objects[part.object_id].category
+    clicks = (
+        step for step in record.steps if isinstance(step.action, InteractPixel) and step.action.intent != "ground"
     )
+    return any(grounded(part.object_id, category, click.effect)[0] for click in clicks)

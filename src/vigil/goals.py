@@ -217,7 +217,7 @@ def _holds(goal: Goal, moment: Moment) -> tuple[bool, bool]:
     state = moment.world.objects[goal.object_id]
     match goal:
         case TargetGrounded():
-            return _grounded(goal.object_id, state.category, moment.last_ground)
+            return grounded(goal.object_id, state.category, moment.last_ground)
         case AgentNearTarget():
             return state.box_distance_m < goal.threshold_m, state.center_distance_m < goal.threshold_m
         case ObjectInState():
@@ -236,7 +236,8 @@ def _holds(goal: Goal, moment: Moment) -> tuple[bool, bool]:
             assert_never(goal)
 
 
-def _grounded(object_id: str, category: str, ground: Effect | None) -> tuple[bool, bool]:
+def grounded(object_id: str, category: str, ground: Effect | None) -> tuple[bool, bool]:
+    """Returns whether a click is on a thing or within 3 px of it and on no other of its category, and strictly."""
     if ground is None:
         return False, False
     is_own = ground.hit == object_id
