@@ -298,7 +298,7 @@ def _is_changed(part: ObjectInState, record: EpisodeRecord) -> bool:
 
 def _is_acted_on(part: ObjectInState, record: EpisodeRecord) -> bool:
     """Whether a click that is more than pointing was on a thing, even one that was refused or without effect."""
-    category = record.initial.objects[part.object_id].category
+    category = record.worlds[0].objects[part.object_id].category
     clicks = (
         step for step in record.steps if isinstance(step.action, InteractPixel) and step.action.intent != "ground"
     )
