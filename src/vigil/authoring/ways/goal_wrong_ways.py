@@ -183,7 +183,8 @@ def _wrongly_placed(goal: ObjectAtReceptacle, worlds: WrongWorlds) -> WrongRecor
 
 def _misplaced(goal: ObjectAtReceptacle, worlds: WrongWorlds, setup: Setup) -> list[tuple[str, list[Setup]]]:
     """Returns a setup changed so that something was put somewhere, but not the right thing into the right one."""
-    worlds.synthetic.set_up(worlds.episode.setup)
+    if not worlds.synthetic.set_up(setup):
+        return []
     scene, things = worlds.oracle.scene, worlds.oracle.scene.things
     target, receptacle = things[goal.object_id], things[goal.receptacle_id]
     alike = worlds.alike if target.id == worlds.target.id else None
