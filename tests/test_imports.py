@@ -17,8 +17,8 @@ import vigil
 ROOT = Path(vigil.__file__).parent
 
 BASE = [
-    *("errors", "imports", "setting", "strict_json", "jsonl", "versions", "pack_names", "pose", "house_forms", "house", "world"),
-    *("observation", "json_text", "glossary", "private", "markup"),
+    *("errors", "imports", "setting", "files", "strict_json", "jsonl", "versions", "pack_names", "pose"),
+    *("house_forms", "house", "world", "observation", "json_text", "glossary", "private", "markup"),
     *("reasoning", "endings", "actions", "costs", "replies", "kept_reply", "prompt_file", "profile"),
 ]
 """Lowest layer: each may import those before it."""
@@ -30,6 +30,7 @@ PURE = [
     "strata",
     "levels",
     "even_draw",
+    "pack_files",
     "pack",
     "freezing",
     "shards",
@@ -43,7 +44,7 @@ PURE = [
     "saved_run",
 ]
 """Facts and verdicts: each may import those before it and the base. No simulator, no clock, no network."""
-PHYSICS = {"errors", "pose", "house_forms", "house", "world", "actions"}
+PHYSICS = {"errors", "files", "strict_json", "pose", "house_forms", "house", "world", "actions"}
 """What a simulator or a generator of houses may know: where to stand and what to do, never what is wanted."""
 
 ALLOWED: dict[str, set[str]] = {
@@ -82,6 +83,7 @@ HIDDEN = {
     "record_file",
     "kept_reasoning",
     "even_draw",
+    "pack_files",
     "pack",
     "freezing",
     "shards",

@@ -16,11 +16,12 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from pydantic.alias_generators import to_camel
 
 from vigil.errors import HouseError, first_fault
+from vigil.files import MIB, read_file
 from vigil.house_forms import euler_about, older_form
 from vigil.pose import Pose, Vec3
 from vigil.strict_json import read_json
 
-MAX_HOUSE_BYTES = 32 * 1024 * 1024
+MAX_HOUSE_BYTES = 32 * MIB
 MAX_OBJECTS = 5000
 MAX_OPENINGS = 300
 """Doors and windows, which are compared with each other and hit by rays; far more than a house of ten rooms has."""
@@ -316,20 +317,32 @@ class House:
             ) from None
 
     @classmethod
-    def load(cls, path: Path) -> "House":
-        """Returns the house in a JSON file; its name is the file's stem. Raises HouseError."""
-        if not path.is_file():
-            what = "is no file" if path.exists() else "does not exist"
-            raise HouseError(f"House file {str(path)!r} {what}. Give the path of a ProcTHOR house JSON file.")
-        if path.stat().st_size > MAX_HOUSE_BYTES:
-            raise HouseError(f"House file {str(path)!r} is over {MAX_HOUSE_BYTES // 2**20} MiB; is it one house?")
+    def load(cls, path: Path, sha256: str | None = None) -> "House":
+        """Returns the house in a JSON file, of that hash if one is given; its name is the file's stem.
+
+        Raises HouseError.
+        """
+        what = f"House file {str(path)!r}"
+        if not path.exists():
+            raise HouseError(f"{what} does not exist. Give the path of a ProcTHOR house JSON file.")
+        house = cls.of_json(path.stem, read_file(path, what, HouseError, MAX_HOUSE_BYTES), what)
+        if sha256 not in (None, house.sha256):
+            raise HouseError(
+                f"{what} has SHA-256 {house.sha256[:12]}..., expected {str(sha256)[:12]}.... It was changed since: "
+                "restore it from a copy."
+            )
+        return house
+
+    @classmethod
+    def of_json(cls, name: str, data: bytes, what: str) -> "House":
+        """Returns the house that a file holds; `what` names the file in messages. Raises HouseError."""
         try:
-            data = read_json(path.read_bytes())
+            found = read_json(data)
         except ValueError as error:
-            raise HouseError(f"House file {str(path)!r} is not JSON: {error}.") from None
-        if not isinstance(data, dict):
-            raise HouseError(f"House file {str(path)!r} holds a {type(data).__name__}; a house is one JSON object.")
-        return cls(path.stem, data)
+            raise HouseError(f"{what} is not JSON: {error}.") from None
+        if not isinstance(found, dict):
+            raise HouseError(f"{what} holds a {type(found).__name__}; a house is one JSON object.")
+        return cls(name, found)
 
 
 def canonical_json(data: Any) -> bytes:

@@ -2,20 +2,28 @@
 
 A line counts when it has its newline, or is whole JSON without one: a process that was killed may have left out the
 newline alone. Any other bytes after the last line are torn: readers pass over them, the writer puts them aside.
+Lines are read one at a time, and what no file of the project's has (endless lines, lines without end) is refused.
 """
 
 import fcntl
 import os
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO, Self, TypeVar, cast
 
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from vigil.errors import InputError, RecordError, first_fault
+from vigil.files import MIB, open_file
 from vigil.strict_json import read_json
 
+MAX_LINE_BYTES = 64 * MIB
+"""A row of forty replies of the longest kind has some 10 MiB."""
+MAX_LINES = 1_000_000
+MAX_FILE_BYTES = 4096 * MIB
 MAX_SIDE_FILES = 10_000
 """Of torn lines, beside one file."""
 _Row = TypeVar("_Row", bound=BaseModel)
@@ -40,7 +48,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """What a file holds, or the part of it that was read."""
+    """What a file holds."""
 
     whole: tuple[Line, ...]
     torn: bytes
@@ -57,26 +65,56 @@ class Lines:
         return bool(self.whole) and not self.whole[-1].data.endswith((b"\n", b"\r"))
 
 
-def split(data: bytes, *, number: int = 0, start: int = 0) -> Lines:
-    """Returns the lines of a file, or of what follows its first `number` lines of `start` bytes."""
-    lines: list[Line] = []
-    for raw in data.splitlines(keepends=True):
-        if not raw.endswith((b"\n", b"\r")) and not _is_json(raw):
-            return Lines(tuple(lines), raw)
-        number += 1
-        lines.append(Line(number, start, raw))
-        start += len(raw)
-    return Lines(tuple(lines), b"")
+class LineReader:
+    """Reads a file's lines one at a time; after the last, it knows what follows."""
+
+    def __init__(self, file: BinaryIO, place: str, *, number: int = 0, start: int = 0) -> None:
+        """`file` stands behind its first `number` lines of `start` bytes; `place` names it in messages."""
+        self._file = file
+        self._place = place
+        self._number, self.end = number, start
+        """Bytes of the file up to the end of the last whole line that was read."""
+        self.torn = b""
+        """What follows the last whole line."""
+        self.is_open = False
+        """Whether the last whole line lacks its newline."""
+
+    def __iter__(self) -> Iterator[Line]:
+        """Yields the whole lines. Raises RecordError at a limit."""
+        while read := self._file.readline(MAX_LINE_BYTES + 1):
+            for raw in read.splitlines(keepends=True):
+                self._check(raw)
+                is_open = not raw.endswith((b"\n", b"\r"))
+                if is_open and not _is_json(raw):
+                    self.torn = raw
+                    return
+                self.is_open = is_open
+                self._number += 1
+                yield Line(self._number, self.end, raw)
+                self.end += len(raw)
+
+    def _check(self, raw: bytes) -> None:
+        limits = {
+            f"line {self._number + 1} has more than {MAX_LINE_BYTES:,} bytes": len(raw) > MAX_LINE_BYTES,
+            f"there are more than {MAX_LINES:,} lines in it": self._number >= MAX_LINES,
+            f"it has more than {MAX_FILE_BYTES:,} bytes": self.end + len(raw) > MAX_FILE_BYTES,
+        }
+        for fault, is_so in limits.items():
+            if is_so:
+                raise RecordError(f"{self._place}: {fault}, the limit for a file of JSON lines. Is it one?")
 
 
-def read_lines(path: Path) -> tuple[Line, ...]:
-    """Returns the whole lines of a file, which is left alone; none when there is no file. Raises RecordError."""
-    try:
-        return split(path.read_bytes()).whole
-    except FileNotFoundError:
+def _read_all(file: BinaryIO, place: str) -> Lines:
+    reader = LineReader(file, place)
+    return Lines(tuple(reader), reader.torn)
+
+
+def read_lines(path: Path, most: int | None = None) -> tuple[Line, ...]:
+    """Returns the whole lines of a file, or the first `most`; none when there is no file. Raises RecordError."""
+    if not os.path.lexists(path):
         return ()
-    except OSError as error:
-        raise RecordError(f"{str(path)!r} cannot be read: {error.strerror}.") from None
+    with open_file(path, repr(str(path)), RecordError) as file:
+        return tuple(islice(LineReader(file, repr(str(path))), most))
 
 
 def parse(
@@ -107,11 +145,11 @@ def is_being_written(path: Path) -> bool | None:
     To find out that nobody does takes the writer's lock for an instant: ask again only when something has changed.
     """
     try:
-        with path.open("rb") as file:
+        with open_file(path, repr(str(path)), RecordError) as file:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except BlockingIOError:
         return True
-    except OSError:
+    except (OSError, RecordError):  # no such file, or a file system without locks
         return None
     return False
 
@@ -123,7 +161,12 @@ class AppendFile:
         """Opens or creates the file. `waits` for another writer rather than to refuse. Raises RecordError."""
         self.path = path
         self._file, self.made_folder = _locked(path, waits, makes_folder)
-        self.lines = split(self._file.read())
+        try:
+            with open(self._file.fileno(), "rb", closefd=False) as file:
+                self.lines = _read_all(file, repr(str(path)))
+        except RecordError:
+            self._file.close()
+            raise
         """What the file held when it was opened; forgotten when it is mended."""
         self.torn: Path | None = None
         """Where the torn last line was put aside."""
@@ -219,8 +262,8 @@ def _locked(path: Path, waits: bool, makes_folder: bool) -> tuple[BinaryIO, bool
     """
     while True:
         made_folder = makes_folder and _make_folder(path.parent)
-        if path.is_fifo() or path.is_socket():
-            raise RecordError(f"{str(path)!r} is a pipe, not a file: what is in it cannot be read again. Remove it.")
+        if path.exists() and not path.is_file():
+            open_file(path, repr(str(path)), RecordError).close()
         try:
             file = cast(BinaryIO, path.open("ab+", buffering=0))
         except FileNotFoundError as error:
@@ -231,9 +274,15 @@ def _locked(path: Path, waits: bool, makes_folder: bool) -> tuple[BinaryIO, bool
             raise _unopened(path, error) from None
         try:
             fcntl.flock(file, fcntl.LOCK_EX | (0 if waits else fcntl.LOCK_NB))
-        except OSError:
+        except (BlockingIOError, PermissionError):  # how a file system over the network may say the same
             file.close()
             raise RecordError(f"{str(path)!r} is being written by another process. Wait for it, or end it.") from None
+        except OSError as error:
+            file.close()
+            raise RecordError(
+                f"{str(path)!r} cannot be locked: {error.strerror}. This file system has no locks, which keep two "
+                "processes from writing to one file. Choose a folder on another one, such as a local disk."
+            ) from None
         if _is_at(path, file):
             file.seek(0)
             return file, made_folder

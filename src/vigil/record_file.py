@@ -8,7 +8,8 @@ from pydantic import ValidationError
 
 from vigil.costs import RunTokens
 from vigil.errors import RecordError, first_fault
-from vigil.jsonl import AppendFile, Line, dump_line, split
+from vigil.files import open_file
+from vigil.jsonl import AppendFile, Line, LineReader, dump_line
 from vigil.record import SCHEMA_VERSION, EpisodeRecord, Key, Standing, standing
 from vigil.row_check import REPEATED, UNREADABLE, LeftOut, RowCheck
 from vigil.strict_json import read_json
@@ -63,18 +64,14 @@ def read_records(path: Path) -> list[EpisodeRecord]:
     A torn last line is passed over. Raises RecordError on any other unreadable line.
     """
     records: list[EpisodeRecord] = []
-    for row in rows_of(split(read_file(path)).whole):
-        if isinstance(row.found, LeftOut):
-            raise RecordError(f"{str(path)!r} line {row.line.number} {row.found}.")
-        records.append(row.found)
-    return records
-
-
-def read_file(path: Path) -> bytes:
-    """Returns the bytes of a run's `episodes.jsonl`. Raises RecordError when there is none."""
-    if not path.is_file():
+    if not path.exists():
         raise missing(path)
-    return path.read_bytes()
+    with open_file(path, repr(str(path)), RecordError) as file:
+        for row in rows_of(LineReader(file, repr(str(path)))):
+            if isinstance(row.found, LeftOut):
+                raise RecordError(f"{str(path)!r} line {row.line.number} {row.found}.")
+            records.append(row.found)
+    return records
 
 
 def missing(path: Path) -> RecordError:

@@ -1,0 +1,94 @@
+"""Files that others may have written: read whole within a limit, where they are files and lie where they seem to lie.
+
+A device or a pipe may have no end, or wait for ever; a link may lead to what is nobody else's business.
+"""
+
+import hashlib
+import os
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+from vigil.errors import InputError, SettingError
+
+MIB = 1024 * 1024
+MAX_JSON_BYTES = 64 * MIB
+"""Of a file that is one JSON value, where nothing else is said."""
+_BLOCK = MIB
+_KINDS = {
+    stat.S_IFDIR: "a folder",
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFSOCK: "a socket",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+}
+
+
+def open_file(path: Path, what: str, error: type[InputError]) -> BinaryIO:
+    """Opens a file for reading; `what` begins a message, e.g. "House file 'a.json'".
+
+    Raises `error` when there is none, it cannot be read, or it is a folder, a device or a pipe.
+    """
+    try:
+        number = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)  # to open a pipe must not wait
+    except FileNotFoundError:
+        raise error(f"{what} does not exist.") from None
+    except (OSError, ValueError) as fault:  # a ValueError is of a NUL in the path
+        raise error(f"{what} cannot be read: {getattr(fault, 'strerror', None) or fault}.") from None
+    kind = stat.S_IFMT(os.fstat(number).st_mode)
+    if kind != stat.S_IFREG:
+        os.close(number)
+        raise error(f"{what} is {_KINDS.get(kind, 'something else')}, not a file.")
+    return open(number, "rb")
+
+
+def read_file(path: Path, what: str, error: type[InputError], most: int = MAX_JSON_BYTES) -> bytes:
+    """Returns the bytes of a file, of which there are at most `most`. Raises `error` as `open_file` does."""
+    with open_file(path, what, error) as file:
+        try:
+            data = file.read(most + 1)
+        except OSError as fault:
+            raise error(f"{what} cannot be read: {fault.strerror}.") from None
+    if len(data) > most:
+        raise error(f"{what} is over {most / MIB:g} MiB, the limit for such a file.")
+    return data
+
+
+def file_sha256(path: Path, what: str, error: type[InputError] = SettingError) -> str:
+    """Returns the SHA-256 of a file of any size. Raises `error` as `open_file` does."""
+    digest = hashlib.sha256()
+    with open_file(path, what, error) as file:
+        while block := file.read(_BLOCK):
+            digest.update(block)
+    return digest.hexdigest()
+
+
+def is_inside(path: Path, folder: Path) -> bool:
+    """Whether `path`, all links followed, lies in `folder` (all links followed)."""
+    return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
+
+
+def inside(folder: Path, name: str, error: type[InputError]) -> Path:
+    """Returns the path of a file of a folder. Raises `error` when it is a link to outside of the folder."""
+    path = folder / name
+    if not is_inside(path, folder):
+        raise error(f"{name} in {str(folder)!r} is a link to outside of its folder; it is not followed.")
+    return path
+
+
+def links_out(folder: Path) -> Iterator[Path]:
+    """Yields the links at or under a folder that lead out of it."""
+    for parent, folders, names in os.walk(folder):
+        for entry in (Path(parent, name) for name in sorted([*folders, *names])):
+            if entry.is_symlink() and not is_inside(entry, folder):
+                yield entry
+
+
+def check_links(folder: Path, error: type[InputError]) -> None:
+    """Raises `error` when a link in a folder leads out of it: what is copied or written there would be elsewhere."""
+    for link in links_out(folder):
+        raise error(
+            f"{str(link)!r} is a link to outside of {str(folder)!r}; it is not followed. Put there what it leads to, "
+            "or remove it."
+        )
