@@ -6,7 +6,7 @@ this project), and, without one, a guess from the words of the ids with the cata
 no words.
 """
 
-import json
+import hashlib
 import math
 import re
 import zlib
@@ -22,7 +22,9 @@ from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.drawers import DRAWER, drawer_names, drawer_of, named_drawer
 from vigil.errors import SettingError
+from vigil.files import read_file
 from vigil.pose import Vec3
+from vigil.strict_json import read_json
 
 MIN_SIDE_M = 0.001
 MAX_SIDE_M = 30.0
@@ -127,10 +129,13 @@ class AssetEntry:
 class AssetDatabase:
     """The sizes of assets by id."""
 
-    def __init__(self, known: dict[str, tuple[str, Vec3]] | None = None, path: Path | None = None) -> None:
-        """`known` maps an asset id to its category and bounding box, `path` is the file; none of it is needed."""
+    def __init__(
+        self, known: dict[str, tuple[str, Vec3]] | None = None, path: Path | None = None, sha256: str | None = None
+    ) -> None:
+        """`known` maps an asset id to its category and bounding box; `path` and `sha256` are the file's, if any."""
         self._known = dict(known or {})
         self.path = path
+        self.sha256 = sha256
 
     @classmethod
     def default(cls) -> "AssetDatabase":
@@ -145,12 +150,10 @@ class AssetDatabase:
     @classmethod
     def load(cls, path: Path) -> "AssetDatabase":
         """Returns the database in AI2-THOR's `asset-database.json` at `path`. Raises SettingError."""
+        raw = read_file(path, f"Asset database {str(path)!r}", SettingError)
         try:
-            data = json.loads(path.read_bytes())
-        except OSError as error:
-            reason = error.strerror or str(error)
-            raise SettingError(f"Asset database {str(path)!r} cannot be read: {reason}. {_WANTED}") from None
-        except (ValueError, RecursionError) as error:
+            data = read_json(raw)
+        except ValueError as error:
             raise SettingError(f"Asset database {str(path)!r} is not JSON: {error}. {_WANTED}") from None
         if not isinstance(data, dict) or not data:
             raise SettingError(f"Asset database {str(path)!r} holds no object of categories. {_WANTED}")
@@ -161,7 +164,7 @@ class AssetDatabase:
             for index, row in enumerate(rows):
                 asset_id, size = _read_row(row, f"Asset database {str(path)!r}: {category}[{index}]")
                 known[asset_id] = (category, size)
-        return cls(known, path)
+        return cls(known, path, hashlib.sha256(raw).hexdigest())
 
     def __len__(self) -> int:
         return len(self._known)

@@ -27,7 +27,6 @@ from vigil.authoring.packing.recipes import (
     check_assets,
     check_drafts,
     check_houses,
-    file_sha256,
     origins_of,
     recipe_of,
     sources_of,
@@ -184,6 +183,7 @@ def build(
         refuse_without_suite(kind)
     given = [review for path in reviews or [] for review in _reviews(path)]
     breaks_ties = chosen_seed(seed, seed_file) or 0
+    database = AssetDatabase.of(assets)
     pack_request = PackRequest(
         name,
         per_family,
@@ -194,11 +194,11 @@ def build(
         aliases=tuple(alias or []),
         families=families or tuple(FAMILIES),
         is_seed_secret=any(map(is_secret, (breaks_ties, *(file.read().header.seed for file in files)))),
-        asset_database_sha256=file_sha256(assets),
+        asset_database_sha256=database.sha256,
         levels=levels_named(level or []),
         is_robust=robust,
     )
-    verification = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers), robust)
+    verification = VerificationSettings(backend, database, worker_count(workers), robust)
     if suite is not None:
         asked = suite_request(pack_request, tasks_named(kind or [], per_family))
         with progress("checks"):
@@ -296,6 +296,7 @@ def make(
         sources = drawn_of(offered, drawn_by or 0, count)
     else:
         sources = generated(drawn_by or 0, count, per_family, specs_of(rooms, suite), tell)
+    database = AssetDatabase.of(assets)
     pack_request = PackRequest(
         name,
         per_family,
@@ -303,12 +304,12 @@ def make(
         house_uses,
         families=families or tuple(FAMILIES),
         is_seed_secret=not houses,
-        asset_database_sha256=file_sha256(assets),
+        asset_database_sha256=database.sha256,
         levels=levels_named(level or []),
         is_robust=robust,
         forms=forms_named(forms or ("public" if houses else "all")),
     )
-    verification = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers), robust)
+    verification = VerificationSettings(backend, database, worker_count(workers), robust)
     given = [review for path in reviews or [] for review in _reviews(path)]
     if tasks is not None:
         pack = _make_suite(out, sources, pack_request, tasks, verification, given)
@@ -341,15 +342,14 @@ def remake(
     wanted = Recipe.load(recipe)
     check_free(out, wanted.name)
     check_drafts(wanted)
-    check_assets(wanted, assets)
+    database = AssetDatabase.of(assets)
+    check_assets(wanted, database)
     say(wanted.notes())
     sources = sources_of(wanted, houses or [], tell)
     with progress("houses read") as show:
         check_houses(wanted, sources, lambda number: show(number, len(sources)))
     print(f"{len(sources)} houses are those of recipe {wanted.name!r}")
-    verification = VerificationSettings(
-        wanted.backend, AssetDatabase.of(assets), worker_count(workers), wanted.is_robust
-    )
+    verification = VerificationSettings(wanted.backend, database, worker_count(workers), wanted.is_robust)
     chosen = drawn_of(sources, wanted.seed, wanted.drafted_in)
     if wanted.suite is not None:
         pack = _make_suite(out, chosen, wanted.request, wanted.tasks, verification, [])

@@ -6,7 +6,6 @@ form that AI2-THOR takes (ProcTHOR's, schema 1.0.0); it has not been run there.
 """
 
 import copy
-import json
 import math
 import re
 from dataclasses import dataclass, field
@@ -18,11 +17,13 @@ import shapely
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
+from vigil.files import read_file
 from vigil.house import Door, House, HouseObject, Window
 from vigil.housegen.base.whole_furniture import with_whole_furniture
 from vigil.housegen.checking.check import check_house
 from vigil.pose import Box, Vec3, heading, rotate_floor
 from vigil.scene.outlines import floor_of, footprint
+from vigil.strict_json import read_json
 
 OVERSIZE = 1.6
 """How much worse a larger side is than a smaller one: larger things run into their neighbours."""
@@ -99,11 +100,8 @@ def load_materials(path: Path) -> dict[str, list[str]]:
     """Returns THOR's material names by kind, from its `material-database.json`. Raises SettingError."""
     wanted = "Expected AI2-THOR's form: {kind: [material name, ...], ...}."
     try:
-        data = json.loads(path.read_bytes())
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise SettingError(f"Material database {str(path)!r} cannot be read: {reason}. {wanted}") from None
-    except (ValueError, RecursionError) as error:
+        data = read_json(read_file(path, f"Material database {str(path)!r}", SettingError))
+    except ValueError as error:
         raise SettingError(f"Material database {str(path)!r} is not JSON: {error}. {wanted}") from None
     is_table = isinstance(data, dict) and all(
         isinstance(names, list) and all(isinstance(name, str) for name in names) for names in data.values()

@@ -170,6 +170,8 @@ def freeze_closure(
     Raises EpisodeError when the drafts are too few, SettingError when the folder is not empty or the name unfit.
     """
     check_free(out, request.name)
+    for file in files:
+        file.check_assets(request.asset_database_sha256)
     read = [file.read() for file in files]
     offered = [task for proposed in read for task in proposed.closures]
     pool, bad = reviewed_tasks(offered, reviews, check)

@@ -31,6 +31,7 @@ from vigil.house import House, canonical_json
 from vigil.housegen.document import maker_of
 from vigil.jsonl import AppendFile, parse, read_lines
 from vigil.jsonl import Line as JsonLine
+from vigil.pack import other_assets
 from vigil.private import secret_name
 from vigil.versions import reads_schema
 
@@ -42,6 +43,13 @@ UNNAMED_DRAFTS = 1
 """The version of drafts that name none."""
 DIGITS = 6
 """Of a draft's own hash in its id."""
+
+
+HOUSE_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"
+MOST_LINES = 100_000
+"""Houses in one file."""
+Split = Literal["train", "val", "test"]
+"""Of ProcTHOR-10K."""
 
 
 class _Line(BaseModel):
@@ -66,20 +74,22 @@ class Header(_Line):
     """The version of what is drafted, and in which words."""
     is_seed_secret: bool = False
     """Whether houses and episodes have names that tell nothing of the seed; written where they have."""
+    asset_database_sha256: str | None = None
+    """Of AI2-THOR's asset database, by which things have their sizes; written where there is one."""
 
 
 class HouseOrigin(_Line):
     """Where a house is from that the project did not generate; a pack pins it by this."""
 
     line: Literal["house"] = "house"
-    name: str
+    name: str = Field(pattern=HOUSE_PATTERN)
     """Its name in packs."""
-    dataset: str
+    dataset: str = Field(pattern=r"^[^/\x00]{1,255}$")
     """Of a dataset, or the name of a file."""
-    split: str | None = None
-    index: int | None = None
+    split: Split | None = None
+    index: int | None = Field(default=None, ge=0, lt=MOST_LINES)
     """Line of the file, or place in the split, from 0; None for the only house of a file."""
-    revision: str | None = None
+    revision: str | None = Field(default=None, pattern=r"^[0-9a-f]{40}$")
     sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
     """Of its canonical JSON."""
 
@@ -190,14 +200,22 @@ class DraftsFile:
 
     def read(self) -> Proposed:
         """Returns what the file says. Raises SettingError naming the line that is wrong."""
-        if not self.path.is_file():
+        if not self.path.exists():
             raise SettingError(f"Drafts file {str(self.path)!r} does not exist. `vigil pack propose` writes one.")
         return self._proposed(_finished(read_lines(self.path)))
+
+    def check_assets(self, given: str | None) -> None:
+        """Raises SettingError when the drafts were made with another asset database than the one of hash `given`."""
+        rows = read_lines(self.path, most=1)
+        header = self._proposed(rows).header
+        fault = other_assets(f"Drafts file {str(self.path)!r}", header.asset_database_sha256, given)
+        if fault is not None:
+            raise SettingError(fault)
 
     def house(self, name: str) -> House:
         """Returns a house that lies beside the file. Raises HouseError."""
         path = self.houses / f"{name}.json"
-        if not path.is_file():
+        if not path.exists():
             raise HouseError(f"House {name!r} of drafts file {str(self.path)!r} is missing: {str(path)!r}.")
         return House.load(path)
 
@@ -274,9 +292,9 @@ def id_stem(episode: Episode, category: str, house: House) -> str:
 
 
 def _bytes_of(line: Header | DraftLine) -> bytes:
-    usual = {"starts": 1, "is_seed_secret": False}
-    unsaid = {key for key, value in usual.items() if isinstance(line, Header) and getattr(line, key) == value}
-    return canonical_json(line.model_dump(mode="json", exclude=unsaid)) + b"\n"
+    usual = {"starts": 1, "is_seed_secret": False, "asset_database_sha256": None} if isinstance(line, Header) else {}
+    exclude = {name for name, value in usual.items() if getattr(line, name) == value}
+    return canonical_json(line.model_dump(mode="json", exclude=exclude)) + b"\n"
 
 
 def _finished(lines: Sequence[JsonLine]) -> Sequence[JsonLine]:

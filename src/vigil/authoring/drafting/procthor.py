@@ -73,8 +73,17 @@ def named(text: str) -> NamedHouses:
 def split_file(split: str, report: Callable[[str], None], revision: str = REVISION) -> Path:
     """Returns the file with a split's houses, one a line; downloads the dataset where it is not there.
 
-    `report` is told beforehand what is downloaded. Raises SettingError without `prior`, or when it fails.
+    `report` is told beforehand what is downloaded. `prior` runs code of the revision that it fetches, so that no other
+    than the pinned one is. Raises SettingError for another one, without `prior`, or when it fails.
     """
+    if revision != REVISION:
+        raise SettingError(
+            f"Revision {revision!r} of {DATASET} is not read: `prior` runs code of the revision that it fetches, and "
+            f"this package knows {REVISION} alone. Give the houses as a file."
+        )
+    if split not in SPLITS:
+        hint = did_you_mean(split, SPLITS)
+        raise SettingError(f"{DATASET} has no split {split!r}.{hint} Splits: {', '.join(SPLITS)}.")
     prior = _prior()
     folder = Path(prior.DATASET_DIR) / OWNER / DATASET
     path = folder / revision / f"{split}.jsonl.gz"

@@ -11,17 +11,20 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+from pydantic import ValidationError
 
-from vigil.authoring.drafting.drafts import HouseOrigin
-from vigil.authoring.drafting.procthor import DATASET, REVISION, is_dataset, named, split_file
-from vigil.errors import HouseError, SettingError, did_you_mean
-from vigil.house import House
+from vigil.authoring.drafting.drafts import MOST_LINES, HouseOrigin
+from vigil.authoring.drafting.procthor import DATASET, REVISION, SPLITS, is_dataset, named, split_file
+from vigil.errors import HouseError, SettingError, did_you_mean, first_fault
+from vigil.files import MIB, open_file
+from vigil.house import MAX_HOUSE_BYTES, House
 from vigil.housegen import generate, spec_for
 from vigil.housegen.document import without_seed
 from vigil.private import is_secret, secret_name, secret_part
 from vigil.strict_json import read_json
 
-MOST_LINES = 100_000
+MAX_LINES_BYTES = 16 * 1024 * MIB
+"""Of a file of houses when it is not compressed."""
 MIXED = (
     *("kitchen", "2", "3", "4", "2", "bedroom", "3", "2", "4", "5"),
     *("living-room", "2", "3", "4", "2", "bathroom", "3", "2", "4", "6"),
@@ -92,15 +95,19 @@ class Filed:
             raise HouseError(f"House {self.name!r}: {place} is not JSON: {error}.") from None
 
     def origin(self, house: House) -> HouseOrigin:
-        """Returns what a pack tells of where the house is from."""
-        return HouseOrigin(
-            name=self.name,
-            dataset=self.dataset or self.path.name,
-            split=self.split,
-            index=None if self.line is None else self.line - 1,
-            revision=self.revision,
-            sha256=house.sha256,
-        )
+        """Returns what a pack tells of where the house is from. Raises HouseError for a name that no pack may hold."""
+        fields = {
+            "name": self.name,
+            "dataset": self.dataset or self.path.name,
+            "split": self.split,
+            "index": None if self.line is None else self.line - 1,
+            "revision": self.revision,
+            "sha256": house.sha256,
+        }
+        try:
+            return HouseOrigin.model_validate(fields)
+        except ValidationError as error:
+            raise HouseError(f"House {self.name!r} of {str(self.path)!r}: {first_fault(error)}. Rename it.") from None
 
 
 Source = Seeded | Filed
@@ -204,12 +211,27 @@ def _tried(make: Callable[[], House]) -> House | HouseError:
 
 
 def lines_of(path: Path) -> Iterator[bytes]:
-    """Yields the lines of a file, compressed or not. Raises HouseError."""
-    try:
-        with gzip.open(path, "rb") if path.suffix == ".gz" else path.open("rb") as lines:
-            yield from lines
-    except (OSError, EOFError, zlib.error) as error:
-        raise HouseError(f"House file {str(path)!r} cannot be read: {error}.") from None
+    """Yields the lines of a file, compressed or not, within the limits of a file of houses. Raises HouseError."""
+    what = f"House file {str(path)!r}"
+    total = 0
+    with open_file(path, what, HouseError) as file:
+        lines = gzip.GzipFile(fileobj=file) if path.suffix == ".gz" else file
+        for number in range(1, MOST_LINES + 2):
+            try:
+                line = lines.readline(MAX_HOUSE_BYTES + 1)
+            except (OSError, EOFError, zlib.error) as error:
+                raise HouseError(f"{what} cannot be read: {error}.") from None
+            if not line:
+                return
+            total += len(line)
+            limits = {
+                f"line {number} is over {MAX_HOUSE_BYTES // MIB} MiB": len(line) > MAX_HOUSE_BYTES,
+                f"it has more than {MOST_LINES:,} lines": number > MOST_LINES,
+                f"it is over {MAX_LINES_BYTES // MIB // 1024} GiB": total > MAX_LINES_BYTES,
+            }
+            for fault in (fault for fault, is_so in limits.items() if is_so):
+                raise HouseError(f"{what}: {fault}, the limit for a file with one house a line. Is it one?")
+            yield line
 
 
 def _of_dataset(place: str, report: OnDownload) -> list[Filed]:
@@ -217,9 +239,12 @@ def _of_dataset(place: str, report: OnDownload) -> list[Filed]:
     return dataset_houses(wanted.split, wanted.indices, report)
 
 
-def dataset_houses(split: str, indices: Iterable[int], report: OnDownload, revision: str = REVISION) -> list[Filed]:
+def dataset_houses(split: str, indices: Sequence[int], report: OnDownload, revision: str = REVISION) -> list[Filed]:
     """Returns houses of ProcTHOR-10K; none is read yet. Raises SettingError."""
     path = split_file(split, report, revision)
+    for index in indices:
+        if index >= SPLITS[split].houses:
+            raise SettingError(f"{DATASET}: split {split!r} has houses 0 to {SPLITS[split].houses - 1}, not {index}.")
     return [Filed(path, index + 1, f"{DATASET}_{split}_{index}", DATASET, split, revision) for index in indices]
 
 
@@ -231,5 +256,5 @@ def _of_file(place: str) -> Iterator[Filed]:
     if path.suffix not in (".jsonl", ".gz"):
         yield Filed(path)
         return
-    for number, _ in zip(range(1, MOST_LINES + 1), lines_of(path), strict=False):
+    for number, _ in enumerate(lines_of(path), start=1):
         yield Filed(path, number)

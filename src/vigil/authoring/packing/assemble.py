@@ -288,6 +288,8 @@ def assemble(
     Raises EpisodeError when the drafts are too few, SettingError when the folder is not empty or the name unfit.
     """
     check_free(out, pack_request.name)
+    for file in files:
+        file.check_assets(pack_request.asset_database_sha256)
     pool = candidates(files, reviews, kept, levels)
     _check_levels(pool, pack_request)
     tried: list[str] = []

@@ -5,6 +5,7 @@ from typing import TypeVar
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from vigil.errors import PackMismatch, first_fault
+from vigil.files import inside, read_file
 from vigil.pack import Pack
 
 
@@ -26,10 +27,11 @@ def read_beside(pack: Pack, name: str, form: type[Facts], advice: str) -> Facts 
     Raises PackMismatch for a broken file.
     """
     path = pack.folder / name
-    if not path.is_file():
+    if not path.exists():
         return None
+    raw = read_file(inside(pack.folder, name, PackMismatch), repr(str(path)), PackMismatch)
     try:
-        found = form.model_validate_json(path.read_bytes())
+        found = form.model_validate_json(raw)
     except ValidationError as error:
         raise PackMismatch(f"{str(path)!r}: {first_fault(error)}. {advice}") from None
     return found if found.pack_sha256 == pack.sha256 else None

@@ -6,7 +6,6 @@ dataset makes the same bytes. Recipes that come with the package lie in `vigil/r
 
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from hashlib import sha256
 from importlib.metadata import version
 from importlib.resources import files
 from itertools import groupby
@@ -15,7 +14,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from vigil.authoring.drafting.drafts import DRAFTS_VERSION, UNNAMED_DRAFTS, HouseOrigin
+from vigil.assets.sizes import AssetDatabase
+from vigil.authoring.drafting.drafts import DRAFTS_VERSION, MOST_LINES, UNNAMED_DRAFTS, HouseOrigin
 from vigil.authoring.drafting.procthor import DATASET
 from vigil.authoring.drafting.sources import Filed, dataset_houses, read_all
 from vigil.authoring.language.sentences import Forms
@@ -23,8 +23,10 @@ from vigil.authoring.packing.assemble import PackRequest
 from vigil.closure import SUITE, Kind
 from vigil.episode import Family
 from vigil.errors import HouseError, PackMismatch, SettingError, did_you_mean, first_fault
+from vigil.files import read_file
 from vigil.levels import Level
-from vigil.pack import NAME_PATTERN
+from vigil.pack import other_assets
+from vigil.pack_files import NAME_PATTERN
 from vigil.strict_json import read_json
 from vigil.versions import PackVersions, reads_schema
 
@@ -32,6 +34,7 @@ RECIPE_SCHEMA = 1
 PACKAGED = Path(str(files("vigil") / "recipes"))
 LIBRARIES = ("vigil-bench", "mujoco", "numpy", "scipy", "shapely")
 """Whose versions may move a float, and with it a pack's bytes."""
+MOST_STARTS = 1000
 
 
 class Recipe(BaseModel):
@@ -44,10 +47,10 @@ class Recipe(BaseModel):
     """Of the pack."""
     houses_from: str = ""
     """Where the dataset is to be had, for people."""
-    seed: int
+    seed: int = Field(ge=0, lt=2**256)
     families: tuple[Family, ...]
-    per_family: int = Field(ge=1)
-    house_uses: int = Field(ge=1)
+    per_family: int = Field(ge=1, le=MOST_LINES)
+    house_uses: int = Field(ge=1, le=MOST_LINES)
     backend: str
     asset_database_sha256: str | None = None
     """Of AI2-THOR's asset database; None when things have the typical sizes of their kinds."""
@@ -63,7 +66,7 @@ class Recipe(BaseModel):
     """Levels of difficulty that each family is shared out over; none where they do not matter."""
     is_robust: bool = False
     """Whether every episode holds by the rules about robustness."""
-    starts: int = Field(default=1, ge=1)
+    starts: int = Field(default=1, ge=1, le=MOST_STARTS)
     """Starts drawn for each draft, of which the hardest is kept."""
     forms: Forms = "public"
     """Which half of the sentence forms is spoken."""
@@ -73,7 +76,7 @@ class Recipe(BaseModel):
     """The suite that it is a pack of, whose `tasks` then stand in for families and levels."""
     tasks: dict[Kind, int] = Field(default_factory=dict)
     """Tasks of each kind of the suite."""
-    houses: tuple[HouseOrigin, ...] = Field(min_length=1)
+    houses: tuple[HouseOrigin, ...] = Field(min_length=1, max_length=MOST_LINES)
 
     @property
     def request(self) -> PackRequest:
@@ -113,13 +116,13 @@ class Recipe(BaseModel):
         """Returns the recipe in a file, or the packaged one of that name. Raises SettingError."""
         packaged = {path.stem: path for path in sorted(PACKAGED.glob("*.json"))}
         path = packaged.get(place, Path(place))
-        if not path.is_file():
+        if not path.exists():
             names = ", ".join(packaged)
             raise SettingError(
-                f"Recipe {place!r} is no file.{did_you_mean(place, packaged)} Packaged recipes: {names}."
+                f"Recipe {place!r} does not exist.{did_you_mean(place, packaged)} Packaged recipes: {names}."
             )
         try:
-            return cls.model_validate(read_json(path.read_bytes()))
+            return cls.model_validate(read_json(read_file(path, f"Recipe {str(path)!r}", SettingError)))
         except ValidationError as error:
             raise SettingError(f"Recipe {str(path)!r}: {first_fault(error)}.") from None
         except ValueError as error:
@@ -177,30 +180,11 @@ def check_drafts(recipe: Recipe) -> None:
         )
 
 
-def check_assets(recipe: Recipe, path: Path | None) -> None:
+def check_assets(recipe: Recipe, given: AssetDatabase) -> None:
     """Raises SettingError when things would have other sizes than the recipe's."""
-    wanted, given = recipe.asset_database_sha256, file_sha256(path)
-    if wanted == given:
-        return
-    do = "Leave out --assets, and unset VIGIL_ASSETS." if wanted is None else "Give --assets with that file."
-    raise SettingError(
-        f"Recipe {recipe.name!r} was made {_with(wanted)}, and this would be made {_with(given)}: things would have "
-        f"other sizes. {do}"
-    )
-
-
-def _with(database: str | None) -> str:
-    return "without an asset database" if database is None else f"with the asset database of SHA-256 {database[:12]}"
-
-
-def file_sha256(path: Path | None) -> str | None:
-    """Returns the hash of a file's bytes; None without a file. Raises SettingError."""
-    if path is None:
-        return None
-    try:
-        return sha256(path.read_bytes()).hexdigest()
-    except OSError as error:
-        raise SettingError(f"{str(path)!r} cannot be read: {error.strerror}.") from None
+    fault = other_assets(f"Recipe {recipe.name!r}", recipe.asset_database_sha256, given.sha256)
+    if fault is not None:
+        raise SettingError(fault)
 
 
 def sources_of(recipe: Recipe, given: Sequence[str], report: Callable[[str], None]) -> list[Filed]:
