@@ -13,6 +13,7 @@ from stories import episode
 from tiny_pack import tiny_pack
 
 from vigil import pack as pack_module
+from vigil import pack_files
 from vigil.actions import Report
 from vigil.episode import Episode, HouseRef, Solution
 from vigil.errors import EpisodeError, HouseError, PackMismatch, SettingError, VigilError
@@ -200,8 +201,8 @@ def test_every_episode_needs_its_solution(tmp_path: Path):
 
 
 def test_a_file_that_is_too_large_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(pack_module, "MAX_HOUSE_BYTES", 10)
-    with pytest.raises(PackMismatch, match=r"houses/house.json has \d+ bytes, more than the limit of 10"):
+    monkeypatch.setattr(pack_files, "MAX_HOUSE_BYTES", 10)
+    with pytest.raises(PackMismatch, match=r"houses/house.json is over \S+ MiB, the limit for such a file"):
         Pack.load(folder)
 
 

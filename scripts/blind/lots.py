@@ -14,7 +14,8 @@ from vigil.actions import InteractPixel, PhysicalAction, Report
 from vigil.episode import Episode
 from vigil.house import House
 from vigil.observation import Quality
-from vigil.pack import HOUSES, Pack, packaged_names
+from vigil.pack import Pack, packaged_names
+from vigil.pack_files import HOUSES
 from vigil.pack_names import newest, stem_of
 from vigil.sim.showcase.exhibit import Subject
 from vigil.sim.showcase.portrait import draw_lots, staged

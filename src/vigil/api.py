@@ -81,9 +81,11 @@ def make_env(
 
     `profile` says what the agent is shown and how its replies are read (default: the paper's baseline). `quality`
     `"fast"` draws two to three times as many frames, with rougher edges. `asset_database` is AI2-THOR's file, for
-    houses of its assets. Raises SettingError on an unknown backend or a broken database.
+    houses of its assets. Raises SettingError on an unknown backend or a broken database, PackMismatch where the pack
+    was made with another one.
     """
     assets = AssetDatabase.of(asset_database)
+    pack.check_assets(assets)
     simulator = make_simulator(backend, assets=assets, quality=quality)
     return Env(simulator, pack.house_of, profile or Profile())
 

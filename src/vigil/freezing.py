@@ -13,19 +13,8 @@ from pydantic import BaseModel
 from vigil.episode import Episode, Solution
 from vigil.errors import EpisodeError, SettingError
 from vigil.house import House, canonical_json
-from vigil.pack import (
-    EPISODES,
-    HOUSES,
-    MANIFEST,
-    NAME_PATTERN,
-    SOLUTIONS,
-    Manifest,
-    Pack,
-    check_house,
-    check_ids,
-    count_families,
-    protocol_faults,
-)
+from vigil.pack import Pack, check_house, check_ids, count_families, protocol_faults
+from vigil.pack_files import EPISODES, HOUSES, MANIFEST, NAME_PATTERN, SOLUTIONS, Manifest
 from vigil.versions import PackVersions
 
 

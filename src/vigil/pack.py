@@ -9,71 +9,31 @@ The pack's own hash is the SHA-256 of its manifest's bytes. Plain files, no code
 """
 
 import hashlib
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib.resources import files
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Protocol, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel
 
 from vigil.episode import FAMILIES, Episode, Family, Solution, own_goal_kinds
-from vigil.errors import EpisodeError, PackMismatch, SettingError, did_you_mean, first_fault
+from vigil.errors import EpisodeError, PackMismatch, SettingError, did_you_mean
 from vigil.even_draw import SuitePlace, units_in_turn
-from vigil.house import MAX_HOUSE_BYTES, House
+from vigil.house import House
+from vigil.pack_files import EPISODES, HOUSES, MANIFEST, SOLUTIONS, Manifest, PackFiles
 from vigil.pack_names import STREAM, newest, successor
 from vigil.strict_json import read_json
-from vigil.versions import PackVersions, other_schema
 
-PACK_SCHEMA = 1
 PACKAGED = Path(str(files("vigil") / "packs"))
 """Where the packs lie that come with the package."""
-MANIFEST, EPISODES, SOLUTIONS, HOUSES = "manifest.json", "episodes.jsonl", "solutions.jsonl", "houses"
 ANSWERS = "closure.jsonl"
 """Of a pack of the closure-stress suite: see `vigil.closure`."""
-MAX_MANIFEST_BYTES = 16 * 1024 * 1024
-MAX_LINES_BYTES = 512 * 1024 * 1024
-NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"
-FILE_PATTERN = r"([A-Za-z0-9][A-Za-z0-9_.-]{0,199}/){0,4}[A-Za-z0-9][A-Za-z0-9_.-]{0,199}"
-"""Of a file that a manifest lists: a plain path inside the pack, and no longer than a file's name may be."""
 HOUSES_KEPT = 16
 """Houses that a pack holds in memory; others are read again from disk."""
 _Line = TypeVar("_Line", bound=BaseModel)
-
-
-class Manifest(BaseModel):
-    """What a pack says about itself."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    schema_version: int = PACK_SCHEMA
-    name: str = Field(pattern=NAME_PATTERN)
-    version: str = "1"
-    versions: PackVersions = PackVersions()
-    """Of the package that it was made with; its solutions hold under those."""
-    description: str = ""
-    episodes: int
-    houses: int
-    families: dict[Family, int]
-    meta: dict[str, Any] = Field(default_factory=dict)
-    """Free facts about how it was made: generator versions, seeds, counts by template."""
-    files: dict[str, str]
-    """Relative path -> SHA-256 of the file's bytes."""
-
-    @property
-    def suite(self) -> str | None:
-        """The suite that the pack belongs to, whose measure is its own; None for packs of the families alone."""
-        suite = self.meta.get("suite")
-        return suite if isinstance(suite, str) else None
-
-    @property
-    def version_notes(self) -> tuple[str, ...]:
-        """What a reader must be told because the pack was made under other versions than this package's."""
-        note = self.versions.note(f"Pack {self.name!r}")
-        return () if note is None else (note,)
 
 
 @dataclass(frozen=True)
@@ -86,30 +46,40 @@ class Selection:
     """Only so many of the selected, evenly drawn: see `even_draw`. Twins are taken together or not at all."""
 
 
+class AssetSizes(Protocol):
+    """A database of assets, as far as a pack compares it with its own."""
+
+    @property
+    def sha256(self) -> str | None:
+        """Of its file; None without one."""
+        ...
+
+    def __contains__(self, asset_id: str) -> bool: ...
+
+
 class Pack:
     """A pack whose files have been verified against its manifest."""
 
-    def __init__(self, folder: Path, manifest: Manifest, sha256: str, episodes: Sequence[Episode]) -> None:
+    def __init__(self, own_files: PackFiles) -> None:
         """Use `Pack.load`."""
-        self.folder = folder
-        self.manifest = manifest
-        self.sha256 = sha256
-        self.episodes = tuple(episodes)
+        self._files = own_files
+        self.folder = own_files.folder
+        self.manifest = own_files.manifest
+        self.sha256 = own_files.sha256
+        self.episodes = tuple(own_files.rows(EPISODES, Episode))
         self._houses: dict[str, House] = {}
 
     @classmethod
-    def load(cls, path: str | Path) -> "Pack":
+    def load(cls, path: str | Path, sha256: str | None = None) -> "Pack":
         """Returns the pack in a folder, or the packaged one of that name; every file's hash is verified.
 
-        Raises PackMismatch, EpisodeError or HouseError with what is wrong, where, and what to do.
+        With `sha256` it is the very pack of that hash. Raises PackMismatch, EpisodeError or HouseError with what is
+        wrong, where, and what to do.
         """
-        folder = find(path)
-        raw = _read(folder, MANIFEST, MAX_MANIFEST_BYTES)
-        manifest = _manifest(folder, raw)
-        for name, expected in sorted(manifest.files.items()):
-            _verify(folder, name, expected)
-        episodes = _lines(folder, EPISODES, Episode)
-        pack = cls(folder, manifest, hashlib.sha256(raw).hexdigest(), episodes)
+        own_files = PackFiles.of(find(path), sha256)
+        for name in sorted(own_files.manifest.files):
+            own_files.read(name)
+        pack = cls(own_files)
         pack._check()
         return pack
 
@@ -121,14 +91,14 @@ class Pack:
     @cached_property
     def solutions(self) -> dict[str, Solution]:
         """The recorded solutions by episode id."""
-        return {solution.episode_id: solution for solution in _lines(self.folder, SOLUTIONS, Solution)}
+        return {solution.episode_id: solution for solution in self._files.rows(SOLUTIONS, Solution)}
 
     @cached_property
     def places(self) -> dict[str, SuitePlace]:
         """Where each episode stands in the pack's suite, by id; nothing for a pack of the families alone."""
         if ANSWERS not in self.manifest.files:
             return {}
-        return {place.episode_id: place for place in _lines(self.folder, ANSWERS, SuitePlace)}
+        return {place.episode_id: place for place in self._files.rows(ANSWERS, SuitePlace)}
 
     @property
     def pairs(self) -> dict[str, str]:
@@ -136,13 +106,37 @@ class Pack:
         return {name: place.pair for name, place in self.places.items() if place.pair is not None}
 
     def house_of(self, episode: Episode) -> House:
-        """Returns an episode's house; several threads may ask at once. Raises HouseError."""
+        """Returns an episode's house as it was frozen; several threads may ask at once.
+
+        Raises PackMismatch or HouseError.
+        """
         name = episode.house.name
-        house = self._houses.pop(name, None) or House.load(self.folder / HOUSES / f"{name}.json")
+        house = self._houses.pop(name, None) or self._house(name)
         self._houses[name] = house
         for oldest in list(self._houses)[:-HOUSES_KEPT]:
             self._houses.pop(oldest, None)
         return house
+
+    def _house(self, name: str) -> House:
+        file = f"{HOUSES}/{name}.json"
+        return House.of_json(name, self._files.read(file), f"House file {str(self.folder / file)!r}")
+
+    def check_assets(self, given: AssetSizes) -> None:
+        """Raises PackMismatch when things would have other sizes than those that the pack was made with."""
+        if self.asset_database_sha256 is None and given.sha256 is not None and not self._names_asset_of(given):
+            return  # a database changes nothing where no house has an asset of it
+        fault = other_assets(f"Pack {self.name!r}", self.asset_database_sha256, given.sha256)
+        if fault is not None:
+            raise PackMismatch(fault)
+
+    @property
+    def asset_database_sha256(self) -> str | None:
+        """Of the asset database that it was made with; None without one."""
+        return self.manifest.meta.get("asset_database_sha256")
+
+    def _names_asset_of(self, given: AssetSizes) -> bool:
+        first = {episode.house.name: episode for episode in self.episodes}
+        return any(node.asset_id in given for episode in first.values() for node, _ in self.house_of(episode).objects())
 
     def episode(self, episode_id: str) -> Episode:
         """Returns one episode. Raises SettingError with a suggestion."""
@@ -186,6 +180,12 @@ class Pack:
     def _check(self) -> None:
         check_ids(self.episodes, self.folder)
         counts = count_families(self.episodes)
+        houses = len({episode.house.name for episode in self.episodes})
+        if houses != self.manifest.houses:
+            raise PackMismatch(
+                f"Pack {str(self.folder)!r}: the manifest promises {self.manifest.houses} houses, the episodes are in "
+                f"{houses}. Freeze it again."
+            )
         if len(self.episodes) != self.manifest.episodes or counts != self.manifest.families:
             raise PackMismatch(
                 f"Pack {str(self.folder)!r}: the manifest promises {self.manifest.episodes} episodes "
@@ -199,6 +199,18 @@ class Pack:
                     f"{did_you_mean(episode.house.name, known)}"
                 )
             check_house(episode, self.house_of(episode))
+
+
+def other_assets(what: str, wanted: str | None, given: str | None) -> str | None:
+    """Returns what is wrong when `what` was made with the asset database `wanted`, and another or none is `given`."""
+    if wanted == given:
+        return None
+    made, here = (
+        "no asset database" if each is None else f"the asset database of SHA-256 {each[:12]}..."
+        for each in (wanted, given)
+    )
+    do = "Leave out --assets, and unset VIGIL_ASSETS." if wanted is None else "Give --assets with that very file."
+    return f"{what} was made with {made}, and here is {here}: things would have other sizes. {do}"
 
 
 def find(path: str | Path) -> Path:
@@ -240,16 +252,12 @@ def packaged_names() -> list[str]:
 
 def manifest_of(path: str | Path) -> Manifest:
     """Returns what a pack says about itself; no other file of it is read. Raises PackMismatch."""
-    folder = find(path)
-    return _manifest(folder, _read(folder, MANIFEST, MAX_MANIFEST_BYTES))
+    return PackFiles.of(find(path)).manifest
 
 
 def manifest_sha256(folder: Path) -> str:
-    """Returns the hash by which a pack is known: of its manifest, which has those of all its files.
-
-    Raises PackMismatch when there is no manifest.
-    """
-    return hashlib.sha256(_read(folder, MANIFEST, MAX_MANIFEST_BYTES)).hexdigest()
+    """Returns the hash by which a pack is known. Raises PackMismatch when there is no manifest."""
+    return PackFiles.of(folder).sha256
 
 
 def _aliases(folder: Path) -> list[str]:
@@ -262,40 +270,25 @@ def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:
 
     Raises PackMismatch when the pack at `path` is another one, or its episodes differ from its manifest.
     """
-    folder = find(path)
-    raw = _read(folder, MANIFEST, MAX_MANIFEST_BYTES)
-    found = hashlib.sha256(raw).hexdigest()
-    if found != sha256:
-        raise PackMismatch(
-            f"Pack {str(folder)!r} has SHA-256 {found[:12]}..., expected {sha256[:12]}.... Give the pack that the run "
-            "was played on; another one's episodes cannot be compared."
-        )
-    _verify(folder, EPISODES, _manifest(folder, raw).files[EPISODES])
-    return _lines(folder, EPISODES, Episode)
+    return PackFiles.of(find(path), sha256).rows(EPISODES, Episode)
 
 
 def frozen_table(path: str | Path, name: str, model: type[_Line]) -> list[_Line]:
     """Returns the rows of a further file of a pack, one JSON object a line, verified by hash. Raises PackMismatch."""
-    folder = find(path)
-    manifest = _manifest(folder, _read(folder, MANIFEST, MAX_MANIFEST_BYTES))
-    if name not in manifest.files:
-        raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST} does not list {name}. Freeze the pack again.")
-    _verify(folder, name, manifest.files[name])
-    return _lines(folder, name, model)
+    return PackFiles.of(find(path)).rows(name, model)
 
 
-def count_rooms(folder: Path, house: str) -> int | None:
-    """Returns how many rooms a house of the pack in `folder` has; None when the house is not there.
-
-    For readers of runs, who need no more of a house: its hash is not verified. Raises PackMismatch.
-    """
-    file = folder / HOUSES / f"{house}.json"
-    if not file.is_file():
-        return None
-    try:
-        return len(read_json(file.read_bytes())["rooms"])
-    except (ValueError, TypeError, KeyError) as error:
-        raise PackMismatch(f"{str(file)!r} is no house ({error!r}). Restore it from a copy of the pack.") from None
+def count_rooms(folder: Path) -> dict[str, int]:
+    """Returns how many rooms each house of the pack in `folder` has. Raises PackMismatch."""
+    own_files = PackFiles.of(folder)
+    found: dict[str, int] = {}
+    for name in own_files.manifest.files:
+        if name.startswith(f"{HOUSES}/"):
+            try:
+                found[Path(name).stem] = len(read_json(own_files.read(name))["rooms"])
+            except (ValueError, TypeError, KeyError) as error:
+                raise PackMismatch(f"{str(folder / name)!r} is no house ({error!r}). Freeze the pack again.") from None
+    return found
 
 
 def count_families(episodes: Iterable[Episode]) -> dict[Family, int]:
@@ -355,57 +348,3 @@ def check_ids(episodes: Sequence[Episode], folder: Path) -> None:
             raise EpisodeError(f"Pack {str(folder)!r}: two episodes have the id {before!r}; ids must be unique.")
         if before > after:
             raise EpisodeError(f"Pack {str(folder)!r}: episode {after!r} comes after {before!r}; sort them by id.")
-
-
-def _read(folder: Path, name: str, limit: int) -> bytes:
-    path = folder / name
-    if not path.is_file():
-        raise PackMismatch(f"Pack {str(folder)!r}: {name} is missing. Is this the folder of a pack, and all of it?")
-    size = path.stat().st_size
-    if size > limit:
-        raise PackMismatch(f"Pack {str(folder)!r}: {name} has {size} bytes, more than the limit of {limit}.")
-    return path.read_bytes()
-
-
-def _manifest(folder: Path, raw: bytes) -> Manifest:
-    try:
-        found = read_json(raw)
-        named = found if isinstance(found, dict) else {}
-        other = other_schema(named.get("schema_version", PACK_SCHEMA), PACK_SCHEMA)
-        if other is not None:
-            raise PackMismatch(f"Pack {str(folder)!r} {other}.")
-        manifest = Manifest.model_validate(found)
-    except ValidationError as error:
-        raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST}: {first_fault(error)}.") from None
-    except ValueError as error:
-        raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST} is not JSON: {error}. Restore it from a copy.") from None
-    for name in (EPISODES, SOLUTIONS):
-        if name not in manifest.files:
-            raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST} does not list {name}. Freeze the pack again.")
-    for name in manifest.files:
-        if not re.fullmatch(FILE_PATTERN, name):
-            raise PackMismatch(
-                f"Pack {str(folder)!r}: {MANIFEST} lists {name[:100]!r}, which may lie outside the pack or be no file. "
-                "Files are named by letters, digits, '_', '.', '-', in folders by '/', e.g. houses/kitchen_1.json."
-            )
-    return manifest
-
-
-def _verify(folder: Path, name: str, expected: str) -> None:
-    limit = MAX_HOUSE_BYTES if name.startswith(HOUSES) else MAX_LINES_BYTES
-    found = hashlib.sha256(_read(folder, name, limit)).hexdigest()
-    if found != expected:
-        raise PackMismatch(
-            f"Pack {str(folder)!r}: {name} has SHA-256 {found[:12]}..., the manifest says {expected[:12]}.... The file "
-            "was changed after freezing; restore it, or freeze a new pack."
-        )
-
-
-def _lines(folder: Path, name: str, model: type[_Line]) -> list[_Line]:
-    rows: list[_Line] = []
-    for number, line in enumerate(_read(folder, name, MAX_LINES_BYTES).splitlines(), start=1):
-        try:
-            rows.append(model.model_validate_json(line))
-        except ValidationError as error:
-            raise EpisodeError(f"Pack {str(folder)!r}: {name} line {number}: {first_fault(error)}.") from None
-    return rows

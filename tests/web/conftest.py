@@ -18,7 +18,7 @@ from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.prompt import policy_sha256, policy_version
 from vigil.record import FRAMES_FOLDER, RunHeader, RunSpec
-from vigil.runner.run_folder import write_header
+from vigil.runner.run_folder import new_nonce, write_header
 from vigil.runner.workers.frames import FrameStore
 from vigil.runner.workers.messages import RenderSettings
 from vigil.runner.workers.play import EpisodeObserver, play
@@ -52,7 +52,8 @@ def make_run(folder: Path, pack: Pack, agent: str, *, frames: bool) -> Path:
         simulator="fake",
     )
     now = datetime.now(UTC)
-    write_header(folder, RunHeader(run_id=folder.name, spec=spec, package_version="0", started=now, ended=now))
+    header = RunHeader(run_id=folder.name, nonce=new_nonce(), spec=spec, package_version="0", started=now, ended=now)
+    write_header(folder, header)
     store = FrameStore(folder / FRAMES_FOLDER)
     env = Env(make_simulator("fake", assets=AssetDatabase.default()), pack.house_of, profile)
     with (folder / "episodes.jsonl").open("wb") as rows:
@@ -63,9 +64,9 @@ def make_run(folder: Path, pack: Pack, agent: str, *, frames: bool) -> Path:
                 else EpisodeObserver()
             )
             play(episode, env, scripted_agent(agent, 3), watcher)
-            record = env.record(run_id=folder.name)
+            record = env.record()
             assert record.end != "error", record.error
-            rows.write(dump_line(record))
+            rows.write(dump_line(header.own(record)))
     return folder
 
 

@@ -16,6 +16,7 @@ from vigil.agents.scripted import scripted_agent
 from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
 from vigil.errors import SettingError
+from vigil.files import file_sha256
 from vigil.house import House
 from vigil.jsonl import dump_line
 from vigil.pack import Pack
@@ -25,7 +26,6 @@ from vigil.prompt import policy_sha256, policy_version
 from vigil.record import RunHeader, RunSpec
 from vigil.record_file import read_records
 from vigil.runner.run_folder import write_header
-from vigil.runner.settings import file_sha256
 from vigil.runner.workers.messages import RenderSettings
 from vigil.runner.workers.play import EpisodeObserver, play
 from vigil.sim import make_simulator
@@ -121,13 +121,13 @@ def thor_run(thor_files: Path, tmp_path_factory: pytest.TempPathFactory) -> tupl
         episode_ids=(episode.id,),
         versions=Versions.here(),
         simulator="mujoco",
-        asset_database_sha256=file_sha256(database),
+        asset_database_sha256=file_sha256(database, "it"),
         render_quality="fast",
     )
     run = folder / "run"
     run.mkdir()
     now = datetime.now(UTC)
-    write_header(run, RunHeader(run_id="thor", spec=spec, package_version="0", started=now, ended=now))
+    write_header(run, RunHeader(run_id="thor", nonce="0" * 32, spec=spec, package_version="0", started=now, ended=now))
     simulator = make_simulator("mujoco", assets=AssetDatabase.load(database), quality="fast")
     try:
         env = Env(simulator, pack.house_of, profile)

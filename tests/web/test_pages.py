@@ -117,7 +117,7 @@ def test_frames_drawn_again_are_those_that_were_seen(view: Site, runs: Path, pac
             assert frame_sha256(decode(answer.body)) == step.frame_sha256
     finally:
         (runs / "sweep" / "away").rename(runs / "sweep" / "frames")
-    assert run.saved_frame(record.steps[0].frame_sha256) is not None
+    assert run.frames.file(record.steps[0].frame_sha256) is not None
 
 
 def test_a_house_is_shown_and_walked(view: Site) -> None:

@@ -90,9 +90,10 @@ def levels(
 
     A file `levels.jsonl` in a pack's folder is found by `vigil report`; any other is given to it with --levels.
     """
-    loaded = Pack.load(pack)
+    loaded, database = Pack.load(pack), AssetDatabase.of(assets)
     say(loaded.manifest.version_notes)
-    settings = VerificationSettings(assets=AssetDatabase.of(assets), workers=worker_count(workers))
+    loaded.check_assets(database)
+    settings = VerificationSettings(assets=database, workers=worker_count(workers))
     with progress("levels") as show:
         found = pack_levels(loaded, settings, show)
     _print_levels(loaded, found)
@@ -204,10 +205,11 @@ def sheet(
     """Example: vigil pack sheet vigil_mini --n 80 --out sheets"""
     if out.exists() and not out.is_dir():
         raise SettingError(f"--out {str(out)!r} is a file; give a folder.")
-    loaded = Pack.load(pack)
+    loaded, database = Pack.load(pack), AssetDatabase.of(assets)
     say(loaded.manifest.version_notes)
     what = "A sheet of its frames and instructions"
     check_revealed(loaded.name, is_private(loaded.manifest.meta), what, reveals=reveal)
-    with closing(make_simulator("mujoco", assets=AssetDatabase.of(assets))) as simulator:
+    loaded.check_assets(database)
+    with closing(make_simulator("mujoco", assets=database)) as simulator:
         shown = pick_sample(loaded.episodes, n, seed)
         print(*write_sheets(shown, loaded.house_of, simulator, out), sep="\n")

@@ -143,13 +143,12 @@ def verify(
     robust: Robust = False,
 ) -> None:
     """Example: vigil pack verify starter"""
-    loaded = Pack.load(pack)
-    say(loaded.manifest.version_notes)
+    loaded, database = _with_assets(pack, assets)
     with progress("verify") as show:
         if loaded.manifest.suite == SUITE:
-            findings = _verify_closure(loaded, log, backend, assets, show)
+            findings = _verify_closure(loaded, log, backend, database, show)
         else:
-            settings = VerificationSettings(backend, AssetDatabase.of(assets), worker_count(workers), robust)
+            settings = VerificationSettings(backend, database, worker_count(workers), robust)
             findings = verify_pack(loaded, settings, log, lambda now: show(now.done, now.of, f"{now.faulty} faulty"))
     for finding in findings:
         print(finding)
@@ -161,6 +160,14 @@ def verify(
         raise typer.Exit(2)
 
 
+def _with_assets(pack: str, assets: Path | None) -> tuple[Pack, AssetDatabase]:
+    """Returns a pack and the asset database that it was made with. Raises PackMismatch when another one is given."""
+    loaded, database = Pack.load(pack), AssetDatabase.of(assets)
+    say(loaded.manifest.version_notes)
+    loaded.check_assets(database)
+    return loaded, database
+
+
 def _faulty_of(pack: Pack, findings: Iterable[Finding]) -> Counter[tuple[Family, str]]:
     """Returns how many episodes of each family break each rule."""
     family_of = {episode.id: episode.family for episode in pack.episodes}
@@ -168,10 +175,10 @@ def _faulty_of(pack: Pack, findings: Iterable[Finding]) -> Counter[tuple[Family,
     return Counter((family_of[name], rule) for name, rule in broken)
 
 
-def _verify_closure(pack: Pack, log: Path | None, backend: str, assets: Path | None, show: Show) -> list[Finding]:
+def _verify_closure(pack: Pack, log: Path | None, backend: str, assets: AssetDatabase, show: Show) -> list[Finding]:
     if log is not None:
         raise SettingError("--log keeps single episodes, and twins are verified together. Leave it out for this pack.")
-    with closing(make_simulator(backend, assets=AssetDatabase.of(assets))) as simulator:
+    with closing(make_simulator(backend, assets=assets)) as simulator:
         return verify_closure(pack, simulator, lambda done, of, faulty: show(done, of, f"{faulty} faulty"))
 
 
@@ -190,8 +197,7 @@ def compare_back_ends(
     Over AI2-THOR's client runs this project's engine, unless VIGIL_THOR_ENGINE chooses another.
     """
     os.environ.setdefault(ENGINE_VARIABLE, OWN)
-    loaded, database = Pack.load(pack), AssetDatabase.of(assets)
-    say(loaded.manifest.version_notes)
+    loaded, database = _with_assets(pack, assets)
     episodes = loaded.select(Selection(family, episode, limit))
     with ExitStack() as stack, progress("compare") as show:
         a, b = (stack.enter_context(closing(make_simulator(name, assets=database))) for name in (first, second))

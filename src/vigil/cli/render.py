@@ -62,21 +62,23 @@ def render(
     if catalog or blind is not None:
         _series(out, blind, variants, seed, distance)
         return
+    database = AssetDatabase.of(assets)
     if asset is not None:
         frame = _asset(asset, variant, state)
     elif house is not None:
         loaded = house_at(house, tell)
-        frame = _view(loaded, _pose(pose, loaded), Setup(), assets, render_quality)
+        frame = _view(loaded, _pose(pose, loaded), Setup(), database, render_quality)
     else:
         frozen = Pack.load(pack)
+        frozen.check_assets(database)
         found = frozen.episode(episode or "")
-        frame = _view(frozen.house_of(found), found.start, found.setup, assets, render_quality)
+        frame = _view(frozen.house_of(found), found.start, found.setup, database, render_quality)
     Image.fromarray(frame).save(out, format="PNG")
     print(out)
 
 
-def _view(house: House, start: Pose, setup: Setup, assets: Path | None, quality: Quality) -> np.ndarray:
-    with closing(make_simulator("mujoco", assets=AssetDatabase.of(assets), quality=quality)) as simulator:
+def _view(house: House, start: Pose, setup: Setup, assets: AssetDatabase, quality: Quality) -> np.ndarray:
+    with closing(make_simulator("mujoco", assets=assets, quality=quality)) as simulator:
         simulator.load(house)
         simulator.reset(start, setup)
         return simulator.frame()

@@ -38,12 +38,11 @@ def report(
     out: Annotated[Path | None, typer.Option(help="Folder to write into.", show_default="print Markdown")] = None,
     pack: PackPlace = None,
     with_paper: WithPaper = True,
-    use_cache: Annotated[bool, typer.Option("--cache/--no-cache", help="Take rows settled before.")] = True,
     episode: Annotated[list[str] | None, typer.Option(help="Show its trajectories too; may be repeated.")] = None,
     diagram: Annotated[bool, typer.Option("--diagram", help="Show the diagram of the protocol too.")] = False,
     assets: AssetFile = None,
     levels: LevelsFile = None,
-    check: Annotated[bool, typer.Option("--check", help="Settle anew, assert the identities, and stop there.")] = False,
+    check: Annotated[bool, typer.Option("--check", help="Assert the identities, and stop there.")] = False,
     reveal: Reveal = False,
 ) -> None:  # fmt: skip
     """Examples:
@@ -59,7 +58,6 @@ def report(
     settled = read_runs(
         [run for run in runs if run not in stress],
         pack,
-        use_cache=use_cache,
         levels=None if levels is None else read_levels(levels),
     )
     found = study(settled, with_paper=with_paper)
@@ -86,7 +84,7 @@ def report(
 
 
 def _check(runs: list[Path], pack: str | Path | None) -> None:
-    settled = read_runs(runs, pack, use_cache=False)
+    settled = read_runs(runs, pack)
     faults = [fault for run in settled for fault in run_faults(run)]
     for fault in faults:
         print(fault)

@@ -16,6 +16,7 @@ import typer
 import uvicorn
 from fastapi import FastAPI
 
+from vigil.assets.sizes import AssetDatabase
 from vigil.cli.arguments import OpenBrowser
 from vigil.cli.text import say
 from vigil.errors import SettingError
@@ -98,11 +99,17 @@ def review(
     address = Address(host, port, token)
     if drafts is None:
         say(manifest_of(pack).version_notes)
-    review_set = ReviewSet.of_pack(Pack.load(pack)) if drafts is None else ReviewSet.of_drafts(drafts)
+    review_set = _of_pack(pack, assets) if drafts is None else ReviewSet.of_drafts(drafts)
     session = ReviewSession(review_set, file, reviewer, seed, RenderSettings(asset_database=assets))
     with closing(listen(address)) as listener, closing(RenderService()) as render_service:
         print(f"Verdicts: {file}")
         serve(make_review(session, render_service, address), address, listener, open_browser)
+
+
+def _of_pack(pack: str | Path, assets: Path | None) -> ReviewSet:
+    loaded = Pack.load(pack)
+    loaded.check_assets(AssetDatabase.of(assets))
+    return ReviewSet.of_pack(loaded)
 
 
 def listen(address: Address) -> socket.socket:

@@ -20,10 +20,10 @@ import vigil
 from vigil.agents.choose import is_exec
 from vigil.agents.exec_agent import file_hashes
 from vigil.errors import MAX_FAULT_CHARS, PackMismatch, RecordError, SettingError, cut
+from vigil.files import file_sha256
 from vigil.pack import PACKAGED, find, manifest_sha256
 from vigil.record import read_header
 from vigil.runner.run_folder import package_version
-from vigil.runner.settings import file_sha256
 from vigil.runner.workers.messages import WorkerPlan
 from vigil.runner.workers.process import StartProcess
 from vigil.runner.workers.ray_worker import CPUS, RayProcess
@@ -196,7 +196,7 @@ def _pack_sha256(pack: Path) -> str:
 
 def _file_sha256(path: Path) -> str:
     try:
-        return file_sha256(path)[:_DIGITS]
+        return file_sha256(path, repr(str(path)))[:_DIGITS]
     except SettingError:
         return MISSING
 

@@ -10,6 +10,7 @@ from vigil.actions import ReplyPolicy
 from vigil.agents.agent import BEAT_SECONDS, REPLY_SECONDS
 from vigil.agents.choose import is_exec, make_agent
 from vigil.agents.exec_agent import file_hashes
+from vigil.assets.sizes import AssetDatabase
 from vigil.episode import Episode
 from vigil.errors import SettingError, did_you_mean
 from vigil.pack import Pack, Selection
@@ -188,7 +189,8 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
     Raises InputError.
     """
     _check(settings)
-    pack = Pack.load(settings.pack)
+    pack, assets = Pack.load(settings.pack), AssetDatabase.of(settings.asset_database)
+    pack.check_assets(assets)
     episodes = pack.select(Selection(settings.families, settings.episode_ids, settings.limit))
     part_of(episodes, settings.shard)
     spec = run_spec(
@@ -206,7 +208,7 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
         epochs=settings.epochs,
         seed=settings.seed,
         simulator=settings.backend,
-        asset_database_sha256=file_sha256(settings.asset_database) if settings.asset_database else None,
+        asset_database_sha256=assets.sha256,
         render_quality=settings.render_quality,
     )
     return pack, episodes, spec
@@ -288,14 +290,8 @@ def worker_plan(
         beat_seconds=settings.beat_seconds,
         keep_program=settings.keep_program,
         seed=settings.seed,
+        pack_sha256=pack.sha256,
     )
-
-
-def file_sha256(path: Path) -> str:
-    """Returns the SHA-256 of a file. Raises SettingError when it is not there."""
-    if not path.is_file():
-        raise SettingError(f"Asset database {str(path)!r} does not exist. Give the path of an asset-database.json.")
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def log_dir(settings: RunSettings, spec: RunSpec) -> Path:

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Annotated
 
 from vigil.actions import InvalidAction
+from vigil.assets.sizes import AssetDatabase
 from vigil.errors import RecordError, SettingError, SimulatorError
 from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.record import EpisodeRecord, RunHeader
 from vigil.replies import parse_reply
 from vigil.runner.run_folder import host_facts
-from vigil.runner.settings import file_sha256
 from vigil.runner.shared_settings import AssetFile, PackPlace, Workers
 from vigil.runner.workers.messages import Assignment, WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool, worker_count
@@ -88,7 +88,8 @@ def verify_run(
     """
     settings = settings or VerifySettings()
     saved = read_run(path, settings.pack)
-    header, table, pack = saved.header, saved.table, Pack.load(saved.pack_folder)
+    header, table = saved.header, saved.table
+    pack = Pack.load(saved.pack_folder, header.spec.pack_sha256)
     scored = sorted(key for key, row in table.rows.items() if row.outcome is not None)
     records = [table.record(key) for key in scored[: settings.limit]]
     is_exact = settings.exact if settings.exact is not None else _is_same_host(header)
@@ -144,6 +145,7 @@ def _played_again(
         backend=backend,
         quality=header.spec.render_quality,
         asset_database=_asset_database(header, settings),
+        pack_sha256=pack.sha256,
     )
     workers = max(1, min(worker_count(settings.workers), len(records)))
     with SimulatorPool(plan, workers, patience_s=settings.patience_s) as pool:
@@ -187,7 +189,7 @@ def _asset_database(header: RunHeader, settings: VerifySettings) -> Path | None:
         return None
     noted = header.host.get("asset_database")
     path = settings.asset_database or (Path(noted) if noted else None)
-    if path is None or not path.is_file() or file_sha256(path) != expected:
+    if path is None or not path.is_file() or AssetDatabase.of(path).sha256 != expected:
         raise RecordError(
             f"Run {header.run_id!r} was played with an asset database of SHA-256 {expected[:12]}..., and "
             f"{str(path)!r} is not that file. Give it."

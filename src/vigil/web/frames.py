@@ -96,10 +96,10 @@ def frames_of(run: ShownRun, key: Key, render_service: RenderService) -> list[Fr
 
 def _saved(run: ShownRun, recorded: str | None) -> Frame | None:
     """Returns a frame as it was kept; None when it was not, or when its file is no picture."""
-    path = run.saved_frame(recorded)
     try:
-        return None if path is None else _held_against(path.read_bytes(), "saved", recorded)
-    except OSError:
+        data = run.frames.file(recorded)
+        return None if data is None else _held_against(data, "saved", recorded)
+    except RecordError:
         return None
 
 
@@ -116,11 +116,11 @@ def _moment_of(run: ShownRun, episode: Episode, record: EpisodeRecord, pack: Sho
             f"Run {run.slug!r} was played with an asset database of SHA-256 {spec.asset_database_sha256[:12]}...; its "
             "frames can be drawn again when that file is given with --assets."
         )
-    pack.house(episode.house.name)
     done = [each.action for each in record.steps[: step - 1]]
     return EpisodeMoment(
         render_settings=RenderSettings(spec.simulator, spec.render_quality, run.assets),
         house=pack.house_path(episode.house.name),
+        house_sha256=episode.house.sha256,
         start=episode.start,
         setup=episode.setup,
         actions=tuple(action for action in done if action is not None and action.skill_name != "report"),

@@ -105,6 +105,6 @@ def _house(library: Library, slug: str, name: str) -> House:
 
 
 def _moment_of(library: Library, slug: str, name: str, pose: Pose, render_settings: RenderSettings) -> EpisodeMoment:
-    """Returns what is seen in a house, which is made sure of."""
-    _house(library, slug, name)
-    return EpisodeMoment(render_settings, library.packs[slug].house_path(name), pose, Setup())
+    """Returns what is seen in a house."""
+    house = _house(library, slug, name)
+    return EpisodeMoment(render_settings, library.packs[slug].house_path(name), house.sha256, pose, Setup())

@@ -5,7 +5,6 @@ folders is read, also not through links, but for packs: the packaged ones, and a
 """
 
 import hashlib
-import os
 import re
 import threading
 from collections.abc import Iterable
@@ -19,20 +18,12 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.costs import Prices
 from vigil.episode import Episode
 from vigil.errors import HouseError, PackMismatch, RecordError, VigilError
+from vigil.files import inside, is_inside
 from vigil.house import House
 from vigil.jsonl import is_being_written
-from vigil.pack import (
-    HOUSES,
-    MANIFEST,
-    PACKAGED,
-    Pack,
-    find,
-    frozen_episodes,
-    manifest_sha256,
-    packaged_names,
-)
+from vigil.pack import PACKAGED, Pack, find, frozen_episodes, manifest_sha256, packaged_names
+from vigil.pack_files import HOUSES, MANIFEST
 from vigil.record import EPISODES_FILE, FRAMES_FOLDER, HEADER_FILE, RunHeader, read_header
-from vigil.runner.settings import file_sha256
 from vigil.runner.workers.frames import FrameStore
 from vigil.saved_run import RecordTable, pack_folder
 from vigil.summary import Settlement, summarise
@@ -42,8 +33,6 @@ RunState = Literal["ended", "going on", "interrupted", "not ended"]
 _STATES: dict[bool | None, RunState] = {True: "going on", False: "interrupted", None: "not ended"}
 DEPTH = 3
 """How deep under a given folder runs are looked for."""
-_SHA256 = re.compile(r"[0-9a-f]{64}")
-_HOUSE_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 
 
 @dataclass(slots=True)
@@ -66,20 +55,16 @@ class ShownPack:
         return found
 
     def house_path(self, name: str) -> Path:
-        """Returns the file of a house."""
-        return self.folder / HOUSES / f"{name}.json"
+        """Returns the file of a house. Raises HouseError when it is a link to outside of the pack."""
+        return inside(self.folder, f"{HOUSES}/{name}.json", HouseError)
 
     def house(self, name: str) -> House:
         """Returns a house of the pack as its episodes know it. Raises HouseError or PackMismatch."""
         if name not in self._houses:
             expected = {episode.house.sha256 for episode in self.episodes.values() if episode.house.name == name}
-            path = self.house_path(name)
-            if not expected or not _HOUSE_NAME.fullmatch(name) or not is_inside(path, self.folder):
+            if not expected:
                 raise HouseError(f"Pack {self.slug!r} has no house {name!r}.")
-            house = House.load(path)
-            if expected != {house.sha256}:
-                raise PackMismatch(f"House {name!r} of pack {self.slug!r} was changed after the pack was frozen.")
-            self._houses[name] = house
+            self._houses[name] = House.load(self.house_path(name), *expected)
         return self._houses[name]
 
 
@@ -143,13 +128,10 @@ class ShownRun:
         notes = self.header.notes if self.header else ()
         return notes if self.table is None else (*notes, *self.table.notes)
 
-    def saved_frame(self, sha256: str | None) -> Path | None:
-        """Returns the file of a kept frame; None when it was not kept or lies outside of the run's folder."""
-        if sha256 is None or not _SHA256.fullmatch(sha256):
-            return None
-        folder = self.folder / FRAMES_FOLDER
-        path = FrameStore(folder).path(sha256)
-        return path if path.is_file() and is_inside(path, self.folder) else None
+    @property
+    def frames(self) -> FrameStore:
+        """The frames that were kept."""
+        return FrameStore(self.folder / FRAMES_FOLDER)
 
 
 class Library:
@@ -169,7 +151,6 @@ class Library:
         """
         self._assets = assets
         self._prices = prices
-        self._assets_sha256 = None if assets is None else file_sha256(assets)
         self._database = AssetDatabase.of(assets)
         self._roots = [root.resolve() for root in roots]
         for root in self._roots:
@@ -232,13 +213,10 @@ class Library:
                 run.fault = str(error)
 
     def _read(self, run: ShownRun) -> None:
-        for name in (HEADER_FILE, EPISODES_FILE):
-            if not is_inside(run.folder / name, run.folder):
-                raise RecordError(f"{name} of this run is a link to outside of its folder; it is not followed.")
         header, known = read_header(run.folder), run.header
-        is_another = known is None or (header.run_id, header.spec) != (known.run_id, known.spec)
+        is_another = known is None or (header.sha256, header.spec) != (known.sha256, known.spec)
         run.header, spec = header, header.spec
-        has_assets = spec.asset_database_sha256 is not None and spec.asset_database_sha256 == self._assets_sha256
+        has_assets = spec.asset_database_sha256 is not None and spec.asset_database_sha256 == self._database.sha256
         run.assets = self._assets if has_assets else None
         run.prices = header.prices or self._prices
         if is_another:
@@ -296,11 +274,6 @@ def _note_state(run: ShownRun, header: RunHeader, table: RecordTable) -> None:
     elif stamp != run.stamp or run.state == "going on":
         run.state = _STATES[is_being_written(table.path)]
     run.stamp = stamp
-
-
-def is_inside(path: Path, folder: Path) -> bool:
-    """Whether `path`, all links followed, lies in `folder` (all links followed)."""
-    return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
 
 
 def _free_name(wanted: str, taken: Iterable[str]) -> str:

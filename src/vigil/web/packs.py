@@ -17,6 +17,7 @@ from vigil.authoring.packing.dataset_card import CARD
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.errors import PackMismatch
 from vigil.even_draw import evenly
+from vigil.files import is_inside, open_file
 from vigil.goals import goal_words
 from vigil.levels import LEVELS, levels_of
 from vigil.pack import manifest_of, manifest_sha256
@@ -24,7 +25,7 @@ from vigil.pack_names import other_names, version_words
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
 from vigil.strata import in_order
 from vigil.web.drawing import RenderService
-from vigil.web.library import Library, ShownPack, is_inside
+from vigil.web.library import Library, ShownPack
 from vigil.web.site import page
 
 SAMPLES = 3
@@ -143,7 +144,8 @@ def card_of(folder: Path) -> Markup | None:
     path = folder / CARD
     if not path.is_file() or not is_inside(path, folder):
         return None
-    text = path.read_bytes()[:MAX_CARD_BYTES].decode("utf-8", "replace")
+    with open_file(path, repr(str(path)), PackMismatch) as file:
+        text = file.read(MAX_CARD_BYTES).decode("utf-8", "replace")
     if text.startswith("---\n"):
         text = text.partition("\n---\n")[2]
     markdown = MarkdownIt("commonmark", {"html": False}).enable("table")
@@ -155,6 +157,6 @@ def card_of(folder: Path) -> Markup | None:
 
 
 def _start_of(pack: ShownPack, episode: Episode, render_settings: RenderSettings) -> EpisodeMoment:
-    """Returns the first moment of an episode, in a house that is made sure of."""
-    pack.house(episode.house.name)
-    return EpisodeMoment(render_settings, pack.house_path(episode.house.name), episode.start, episode.setup)
+    """Returns the first moment of an episode."""
+    house, name = episode.house, episode.house.name
+    return EpisodeMoment(render_settings, pack.house_path(name), house.sha256, episode.start, episode.setup)

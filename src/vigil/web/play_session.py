@@ -19,6 +19,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, model_validator
 
 from vigil.actions import Reply
+from vigil.assets.sizes import AssetDatabase
 from vigil.episode import Episode
 from vigil.errors import RecordError, SettingError, SimulatorError
 from vigil.jsonl import AppendFile, parse
@@ -27,7 +28,7 @@ from vigil.profile import ACTION_FEEDBACK, BASELINE, Profile
 from vigil.prompt import system_prompt
 from vigil.record import EpisodeRecord, RunSpec
 from vigil.runner.run_folder import RunFolder
-from vigil.runner.settings import RUNS_FOLDER, file_sha256, places_of, run_spec
+from vigil.runner.settings import RUNS_FOLDER, places_of, run_spec
 from vigil.runner.shared_settings import AssetFile, Backend, Families, LogDir, PackName, RenderQuality
 from vigil.runner.workers.live import boundary_of, lost_record
 from vigil.runner.workers.messages import Assignment, EncodedObservation, WorkerPlan
@@ -263,8 +264,9 @@ def open_play_session(settings: PlaySettings) -> PlaySession:
         raise SettingError(
             f"Player {settings.player!r}: a name has letters, digits, '_', '.' and '-', 40 at most, e.g. --player ada."
         )
-    pack = Pack.load(settings.pack)
-    spec = _spec(settings, pack)
+    pack, assets = Pack.load(settings.pack), AssetDatabase.of(settings.assets)
+    pack.check_assets(assets)
+    spec = _spec(settings, pack, assets.sha256)
     name = f"{pack.name}-{spec.agent.replace(':', '-')}"
     path = settings.log_dir or RUNS_FOLDER / name
     folder = RunFolder.create_or_resume(path, spec, pack.episodes, places_of(pack, settings.assets))
@@ -275,6 +277,7 @@ def open_play_session(settings: PlaySettings) -> PlaySession:
         backend=settings.backend,
         quality=settings.quality,
         asset_database=settings.assets,
+        pack_sha256=pack.sha256,
     )
     pool = SimulatorPool(plan, 1, logs=folder.logs)
     try:
@@ -286,7 +289,7 @@ def open_play_session(settings: PlaySettings) -> PlaySession:
         raise
 
 
-def _spec(settings: PlaySettings, pack: Pack) -> RunSpec:
+def _spec(settings: PlaySettings, pack: Pack, assets_sha256: str | None) -> RunSpec:
     seed = zlib.crc32(settings.player.encode()) if settings.seed is None else settings.seed
     ids = [episode.id for episode in pack.select(Selection(settings.families))]
     chosen = sorted(random_order(ids, seed)[: settings.limit])
@@ -298,7 +301,7 @@ def _spec(settings: PlaySettings, pack: Pack) -> RunSpec:
         episode_ids=tuple(chosen),
         seed=seed,
         simulator=settings.backend,
-        asset_database_sha256=file_sha256(settings.assets) if settings.assets else None,
+        asset_database_sha256=assets_sha256,
         render_quality=settings.quality,
     )
 

@@ -28,7 +28,8 @@ from vigil.episode import FAMILIES, Episode, Size
 from vigil.errors import SettingError, first_fault
 from vigil.goals import goal_words
 from vigil.house import House
-from vigil.pack import HOUSES, Pack
+from vigil.pack import Pack
+from vigil.pack_files import HOUSES
 from vigil.pose import wrap_deg
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
 from vigil.web.drawing import RenderService
@@ -179,7 +180,7 @@ def _values(session: ReviewSession, episode: Episode) -> dict[str, Any]:
         "closing": session.review_set.closings.get(episode.id),
         "family": FAMILIES[episode.family],
         "place": place + 1,
-        "plan": plan_of(House.load(session.review_set.house_path(episode)), session.assets),
+        "plan": plan_of(House.load(session.review_set.house_path(episode), episode.house.sha256), session.assets),
         "data": {
             "url": f"/episodes/{episode.id}",
             "steps": [{"words": action_words(action, None), "click": click_of(action)} for action in solution],
@@ -213,7 +214,12 @@ def _add_pictures(site: FastAPI, session: ReviewSession, render_service: RenderS
 
 def _moment_of(session: ReviewSession, episode: Episode, actions: tuple = ()) -> EpisodeMoment:
     return EpisodeMoment(
-        session.render_settings, session.review_set.house_path(episode), episode.start, episode.setup, actions
+        session.render_settings,
+        session.review_set.house_path(episode),
+        episode.house.sha256,
+        episode.start,
+        episode.setup,
+        actions,
     )
 
 

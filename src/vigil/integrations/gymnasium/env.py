@@ -4,14 +4,12 @@ What an agent may see is in observations, and nothing else is; the reward and, i
 of an episode come from the hidden world.
 """
 
-from pathlib import Path
 from typing import Any
 
 import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, Dict, MultiBinary, Space
 
-from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
 from vigil.errors import SettingError, SimulatorError, did_you_mean
 from vigil.integrations.gymnasium.action_spaces import StructuredActions, TextActions
@@ -47,7 +45,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         self.render_mode = render_mode
         self._options = Options.of(options)
         self._source = source_of(self._options)
-        assets = AssetDatabase.of(_path(self._options.asset_database))
+        assets = self._options.assets
         self._simulator = make_simulator(self._options.backend, assets=assets, quality=self._options.quality)
         self._ahead = Ahead(self._source, self._simulator.prepare)
         self._drawn: Drawn | None = None
@@ -164,10 +162,6 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
 def _told(outcome: Outcome) -> dict[str, Any]:
     found = {key: getattr(outcome, key) for key in OUTCOME_KEYS}
     return {key: value for key, value in found.items() if value is not None}
-
-
-def _path(given: str | Path | None) -> Path | None:
-    return None if given is None else Path(given)
 
 
 def _failure(record: EpisodeRecord) -> SimulatorError:

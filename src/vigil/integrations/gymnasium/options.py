@@ -6,6 +6,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from vigil.actions import Coordinates, ReplyPolicy
+from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.streaming.difficulty import Difficulty, difficulties_named
 from vigil.episode import Family, families_named
 from vigil.errors import SettingError, did_you_mean, first_fault
@@ -89,6 +90,11 @@ class Options(BaseModel):
             return cls.model_validate(given)
         except ValidationError as error:
             raise SettingError(f"Vigil-v0: option {first_fault(error)}.") from None
+
+    @property
+    def assets(self) -> AssetDatabase:
+        """The sizes of things. Raises SettingError for a broken database."""
+        return AssetDatabase.of(None if self.asset_database is None else Path(self.asset_database))
 
     @property
     def condition(self) -> Profile:

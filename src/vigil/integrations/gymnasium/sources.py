@@ -68,6 +68,7 @@ class PackSource:
 
     def __init__(self, options: Options) -> None:
         self._pack = load_pack(options.pack)
+        self._pack.check_assets(options.assets)
         self._episodes = self._pack.select(Selection(families=options.family))
 
     def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], Drawn]:

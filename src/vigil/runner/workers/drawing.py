@@ -1,11 +1,10 @@
 """Drawing in a worker: moments of episodes, each gone on to from where the simulator stands when that can be."""
 
-from pathlib import Path
-
 from vigil.actions import PhysicalAction
 from vigil.agents.picture import encode
 from vigil.assets.sizes import AssetDatabase
 from vigil.house import House
+from vigil.pose import Pose
 from vigil.runner.workers.messages import (
     DrawFrame,
     DrawingRequest,
@@ -17,7 +16,7 @@ from vigil.runner.workers.messages import (
 )
 from vigil.sim import make_simulator
 from vigil.sim.protocol import Simulator
-from vigil.world import Effect
+from vigil.world import Effect, Setup
 
 
 class DrawingHandler:
@@ -59,17 +58,16 @@ class _MomentRenderer:
         self.settings = settings
         assets = AssetDatabase.of(settings.asset_database)
         self.simulator: Simulator = make_simulator(settings.backend, assets=assets, quality=settings.quality)
-        self._loaded: tuple[Path, int] | None = None
+        self._loaded: str | None = None
+        """The hash of the house that is."""
         self._stands: EpisodeMoment | None = None
 
     def stand(self, moment: EpisodeMoment) -> Simulator:
         """Returns the simulator at that moment."""
-        written_ns = moment.house.stat().st_mtime_ns if moment.house.is_file() else 0
-        version = (moment.house, written_ns)
-        if self._loaded != version:
+        if self._loaded != moment.house_sha256:
             self._stands = self._loaded = None
-            self.simulator.load(House.load(moment.house))
-            self._loaded = version
+            self.simulator.load(House.load(moment.house, moment.house_sha256))
+            self._loaded = moment.house_sha256
         done = self._done_of(moment)
         if done is None:
             self._stands = None
@@ -88,7 +86,11 @@ class _MomentRenderer:
     def _done_of(self, moment: EpisodeMoment) -> int | None:
         """Returns how many of the moment's actions are done already; None when it must begin anew."""
         stands = self._stands
-        if stands is None or (stands.house, stands.start, stands.setup) != (moment.house, moment.start, moment.setup):
+        if stands is None or _start_of(stands) != _start_of(moment):
             return None
         done = len(stands.actions)
         return done if moment.actions[:done] == stands.actions else None
+
+
+def _start_of(moment: EpisodeMoment) -> tuple[str, Pose, Setup]:
+    return moment.house_sha256, moment.start, moment.setup

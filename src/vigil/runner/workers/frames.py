@@ -18,10 +18,13 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
 from vigil.episode import Episode, Family
 from vigil.errors import RecordError
+from vigil.files import MIB, is_inside, read_file
 from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.record import FRAMES_FOLDER, EpisodeRecord, RunSpec
 from vigil.sim import make_simulator
+
+MAX_FRAME_BYTES = 4 * MIB
 
 
 def frame_sha256(rgb: np.ndarray) -> str:
@@ -50,12 +53,25 @@ class FrameStore:
             partial.replace(path)
         return sha256
 
-    def load(self, sha256: str) -> np.ndarray:
-        """Returns the frame with that hash, (480, 640, 3) uint8. Raises RecordError when it is not there."""
-        path = self.path(sha256)
-        if not path.is_file():
-            raise RecordError(f"Frame {sha256} is not in {str(self._folder)!r}; draw it again from the actions.")
-        return decode(path.read_bytes())
+    def file(self, sha256: str | None) -> bytes | None:
+        """Returns the file that is named by that hash; None where there is none in the run's folder."""
+        path = None if sha256 is None else self.path(sha256)
+        if path is None or not path.is_file() or not is_inside(path, self._folder.parent):
+            return None
+        return read_file(path, repr(str(path)), RecordError, MAX_FRAME_BYTES)
+
+    def frame(self, sha256: str | None) -> tuple[bytes, np.ndarray] | None:
+        """Returns the kept frame with that hash, as its file and (480, 640, 3) uint8; None when it was not kept.
+
+        Raises RecordError when the file holds other pixels.
+        """
+        data = self.file(sha256)
+        if data is None:
+            return None
+        rgb = decode(data)
+        if frame_sha256(rgb) != sha256:
+            raise RecordError(f"{str(self.path(str(sha256)))!r} holds other pixels than its name says. Remove it.")
+        return data, rgb
 
 
 def redraw(episode: Episode, record: EpisodeRecord, env: Env) -> Iterator[np.ndarray]:
@@ -73,17 +89,20 @@ def redraw(episode: Episode, record: EpisodeRecord, env: Env) -> Iterator[np.nda
 def frames_of(folder: Path, spec: RunSpec, pack: Pack, record: EpisodeRecord, assets: Path | None) -> list[np.ndarray]:
     """Returns the frame that each reply answered: as the run in `folder` kept it, else drawn again."""
     store = FrameStore(folder / FRAMES_FOLDER)
-    hashes = [step.frame_sha256 for step in record.steps]
-    if all(sha256 and store.path(sha256).is_file() for sha256 in hashes):
-        return [store.load(sha256) for sha256 in hashes if sha256]
+    kept = [store.frame(step.frame_sha256) for step in record.steps]
+    if all(kept):
+        return [frame[1] for frame in kept if frame]
     database = AssetDatabase.of(assets)
+    pack.check_assets(database)
     with closing(make_simulator(spec.simulator, assets=database, quality=spec.render_quality)) as simulator:
         return list(redraw(pack.episode(record.episode_id), record, Env(simulator, pack.house_of, spec.profile)))
 
 
 def first_frames(pack: Pack, episodes: Mapping[Family, Episode], assets: Path | None) -> dict[Family, np.ndarray]:
     """Returns the frame that each of some episodes of a pack starts with."""
-    with closing(make_simulator("mujoco", assets=AssetDatabase.of(assets))) as simulator:
+    database = AssetDatabase.of(assets)
+    pack.check_assets(database)
+    with closing(make_simulator("mujoco", assets=database)) as simulator:
         env = Env(simulator, pack.house_of, Profile())
         frames: dict[Family, np.ndarray] = {}
         for family, episode in episodes.items():

@@ -54,6 +54,8 @@ class WorkerPlan:
     keep_program: bool = False
     """Whether it goes on from one episode to the next, instead of being started for each."""
     seed: int = 0
+    pack_sha256: str | None = None
+    """Of the very pack that is played, wherever it lies."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +108,7 @@ class EpisodeMoment:
 
     render_settings: RenderSettings
     house: Path
+    house_sha256: str
     start: Pose
     setup: Setup
     actions: tuple[PhysicalAction, ...] = ()
@@ -115,7 +118,7 @@ class EpisodeMoment:
         """A string that differs between moments that look different."""
         setup = "".join(f"{key}={value!r};" for key, value in sorted(self.setup.objects.items()))
         held = self.setup.held or ""
-        return f"{self.render_settings!r}|{self.house}|{self.start!r}|{setup}|{held}|{self.actions!r}"
+        return f"{self.render_settings!r}|{self.house_sha256}|{self.start!r}|{setup}|{held}|{self.actions!r}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -103,10 +103,12 @@ class RequestHandler:
         self._plan = plan
         self._line = line
         self._program = ProgramSettings(plan.reply_seconds, plan.beat_seconds, Secrets.of_command(plan.agent).hide)
-        self._pack = None if plan.pack is None else Pack.load(plan.pack)
+        self._pack = None if plan.pack is None else Pack.load(plan.pack, plan.pack_sha256)
         self._house: House | None = None
         """What the assignment at hand has brought."""
         self._assets = AssetDatabase.of(plan.asset_database)
+        if self._pack is not None:
+            self._pack.check_assets(self._assets)
         self._frames = FrameStore(plan.frames) if plan.frames else None
         self._live: dict[int, EnvSlot] = {}
         self._spare: list[EnvSlot] = []
