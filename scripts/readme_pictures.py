@@ -22,7 +22,7 @@ from vigil.authoring.drafting.drafts import Draft, DraftFacts
 from vigil.authoring.streaming.stream import StreamItem
 from vigil.jsonl import dump_line
 from vigil.record import EPISODES_FILE, FRAMES_FOLDER, RunHeader
-from vigil.runner.run_folder import write_header
+from vigil.runner.run_folder import new_nonce, write_header
 from vigil.runner.settings import run_spec
 from vigil.runner.workers.frames import FrameStore
 from vigil.runner.workers.play import EpisodeObserver, play
@@ -85,9 +85,10 @@ def play_doubter(pack: Pack) -> None:
     watcher = EpisodeObserver(answered=lambda observation, _: store.keep(observation.rgb))
     with vigil.make_env(pack, profile) as env:
         play(episode, env, Doubter(replies), watcher)
-        record = env.record(run_id=DOUBTER)
-    write_header(folder, RunHeader(run_id=DOUBTER, spec=spec, package_version="", started=now, ended=now))
-    (folder / EPISODES_FILE).write_bytes(dump_line(record))
+        record = env.record()
+    header = RunHeader(run_id=DOUBTER, nonce=new_nonce(), spec=spec, package_version="", started=now, ended=now)
+    write_header(folder, header)
+    (folder / EPISODES_FILE).write_bytes(dump_line(header.own(record)))
 
 
 def take_viewer() -> None:

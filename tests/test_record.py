@@ -22,6 +22,7 @@ from vigil.record import (
     EPISODES_FILE,
     FRAMES_FOLDER,
     HEADER_FILE,
+    SCHEMA_VERSION,
     AgentKind,
     Answered,
     Boundary,
@@ -172,7 +173,7 @@ def test_a_broken_line_in_the_middle_is_named_and_nothing_is_changed(path: Path)
     [
         (
             {"schema_version": 99},
-            r"has schema 99, vigil \S+ reads 1\. A newer vigil wrote it: `pip install --upgrade vigil-bench`",
+            r"has schema 99, vigil \S+ reads 2\. A newer vigil wrote it: `pip install --upgrade vigil-bench`",
         ),
         ({"verdict": True}, "verdict: Extra inputs are not permitted; a newer vigil may have written it"),
         ({"end": "gave_up"}, "end: Input should be"),
@@ -233,7 +234,9 @@ def test_the_run_header_says_whether_the_agent_is_privileged():
         pack_sha256="0",
         episode_ids=("a",),
     )
-    header = RunHeader(run_id="r", spec=spec, package_version="0", started=NOON, ended=NOON + timedelta(1))
+    header = RunHeader(
+        run_id="r", nonce="0" * 32, spec=spec, package_version="0", started=NOON, ended=NOON + timedelta(1)
+    )
     assert header.is_privileged
     assert RunHeader.model_validate_json(header.model_dump_json()) == header
 
@@ -257,7 +260,7 @@ def test_a_row_that_contradicts_itself_is_refused(path: Path, change: dict, mess
 
 def test_a_file_that_cannot_be_written_is_named(tmp_path: Path):
     (tmp_path / "episodes.jsonl").mkdir()
-    with pytest.raises(RecordError, match=r"jsonl' cannot be written: Is a directory\. Choose another place"):
+    with pytest.raises(RecordError, match=r"jsonl' is a folder, not a file\."):
         RecordLog(tmp_path / "episodes.jsonl")
 
 
@@ -283,7 +286,8 @@ def spec(**changes: object) -> RunSpec:
 
 
 def header(**changes: object) -> RunHeader:
-    return RunHeader.model_validate({"run_id": "r", "spec": spec(), "package_version": "0", "started": NOON, **changes})
+    fields = {"run_id": "r", "nonce": "0" * 32, "spec": spec(), "package_version": "0", "started": NOON}
+    return RunHeader.model_validate({**fields, **changes})
 
 
 def test_what_a_row_and_a_header_say_when_nothing_is_said():
@@ -298,7 +302,8 @@ def test_what_a_row_and_a_header_say_when_nothing_is_said():
     }
     required = {name: getattr(row(), name) for name in ("run_id", "episode_id", "started", "ended", "initial", "end")}
     assert EpisodeRecord.model_validate({**required, "steps": ()}).model_dump(exclude={*required, "versions"}) == {
-        "schema_version": 1,
+        "schema_version": 2,
+        "run_sha256": "",
         "epoch": 1,
         "attempt": 1,
         "prompt_sha256": "",
@@ -322,8 +327,8 @@ def test_what_a_row_and_a_header_say_when_nothing_is_said():
         "asset_database_sha256": None,
         "render_quality": "default",
     }
-    assert header().model_dump(exclude={"run_id", "spec", "package_version", "started"}) == {
-        "schema_version": 1,
+    assert header().model_dump(exclude={"run_id", "nonce", "spec", "package_version", "started"}) == {
+        "schema_version": 2,
         "commit": None,
         "is_dirty": None,
         "simulator_version": "",
@@ -454,11 +459,11 @@ def test_a_header_is_read_or_the_fault_is_named(tmp_path: Path):
     assert read_header(tmp_path) == whole
     for text, said in (
         ("{", " is not JSON: "),
-        ("[]", f" has schema None, vigil {__version__} reads 1. Read it with the vigil that wrote it."),
-        ("{}", f" has schema None, vigil {__version__} reads 1. Read it with the vigil that wrote it."),
+        ("[]", f" has schema None, vigil {__version__} reads {SCHEMA_VERSION}. Read it with the vigil that wrote it."),
+        ("{}", f" has schema None, vigil {__version__} reads {SCHEMA_VERSION}. Read it with the vigil that wrote it."),
         (
-            whole.model_dump_json().replace(":1,", ":2,", 1),
-            f" has schema 2, vigil {__version__} reads 1. A newer vigil",
+            whole.model_dump_json().replace(f":{SCHEMA_VERSION},", ":9,", 1),
+            f" has schema 9, vigil {__version__} reads {SCHEMA_VERSION}. A newer vigil",
         ),
         (whole.model_dump_json().replace("run_id", "id"), ": run_id: Field required. Restore it from a copy."),
     ):

@@ -3,10 +3,12 @@
 import json
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from quick_runs import claim
 from stories import RecordBuilder, episode, thing
 from tiny_pack import tiny_pack
 from typer.testing import CliRunner
@@ -71,7 +73,7 @@ def not_a_number(rows: list[Row]) -> None:
 
 
 FAULTS: dict[str, tuple[Callable[[list[Row]], None], str]] = {
-    "run": (set_first(run_id="other"), "is of another run (line 1: 'other')"),
+    "run": (set_first(run_sha256="0" * 64), "is of another run (line 1: 'run', hash 000000000000)"),
     "versions": (set_first(versions={"rules": 9, "shapes": 2, "grammar": 2}), "was played under other versions"),
     "episode": (set_first(episode_id="tiny-DA-999"), "is of no episode of this run"),
     "epoch": (set_first(epoch=2), "is of an epoch that this run does not have (line 1: epoch 2 of 1)"),
@@ -92,7 +94,7 @@ def test_a_row_that_is_not_the_runs_is_not_scored_and_said(played, run, name):
     found = json.loads(done.stdout)
     assert found["overall"]["complete"] == "7/8"
     assert any(said in note for note in found["notes"]), found["notes"]
-    (reported,) = read_runs([run], use_cache=False)
+    (reported,) = read_runs([run])
     assert reported.n == 7
     assert any(said in fault for fault in reported.faults)
     (shown,) = Library([run], [played[0].folder]).runs()
@@ -112,12 +114,12 @@ def test_a_second_runs_rows_do_not_fill_up_the_first(played, run, tmp_path):
         file.write((tmp_path / "second" / "episodes.jsonl").read_bytes())
     table = read_run(run).table
     assert len(table.rows) == 8
-    assert table.notes[0].startswith("8 rows are left out, each of which is of another run (line 9: 'second'; line 10:")
+    assert table.notes[0].startswith("8 rows are left out, each of which is of another run (line 9: 'second', hash ")
     assert "and 5 more" in table.notes[0]
 
 
 def test_a_run_goes_on_where_rows_do_not_count(played, run):
-    rewrite(run, set_first(run_id="other"))
+    rewrite(run, set_first(run_sha256=""))
     again = run_pack(settings(played[0], run))
     assert (again.resumed, again.is_complete) == (7, True)
     assert "is of another run" in again.notes[0]
@@ -156,6 +158,7 @@ def test_other_prompts_of_the_package_are_said_and_not_held_against_the_rows(pla
     header = json.loads((run / "run.json").read_text())
     header["spec"]["prompt_policy_sha256"] = "0" * 64
     (run / "run.json").write_text(json.dumps(header))
+    claim(run)
     table = read_run(run).table
     assert (len(table.rows), table.left_out) == (8, ())
     assert "were not checked" in table.notes[0]
@@ -209,3 +212,32 @@ def test_a_report_amid_steps_is_named():
     found.report()
     found.do()
     assert "goes on after the report of step 3" in contradictions(AI, found.end("fail_no_report"))[0]
+
+
+def test_another_agents_rows_do_not_stand_for_a_run_of_the_same_name(played, tmp_path):
+    """A run that did nothing is given the rows of one that solved everything, whose folder was called the same."""
+    pack = played[0]
+    mine, better = tmp_path / "mine" / "run", tmp_path / "better" / "run"
+    run_pack(settings(pack, mine))
+    run_pack(replace(settings(pack, better), agent="sweep"))
+    shutil.copy(better / "episodes.jsonl", mine / "episodes.jsonl")
+    table = read_run(mine).table
+    assert (len(table.rows), len(table.left_out)) == (0, 8)
+    assert not verify_run(mine).is_verified
+    again = run_pack(settings(pack, mine))
+    assert (again.resumed, again.is_complete) == (0, True)
+
+
+def test_rows_are_not_those_of_another_run_of_the_same_name_and_settings(played, tmp_path):
+    pack = played[0]
+    for place in ("one", "two"):
+        run_pack(settings(pack, tmp_path / place / "run"))
+    shutil.copy(tmp_path / "one" / "run" / "episodes.jsonl", tmp_path / "two" / "run" / "episodes.jsonl")
+    assert len(read_run(tmp_path / "two" / "run").table.left_out) == 8
+
+
+def test_rows_are_not_those_of_a_run_whose_header_was_given_other_settings(run):
+    header = json.loads((run / "run.json").read_text())
+    header["spec"]["agent"] = "a better one"
+    (run / "run.json").write_text(json.dumps(header))
+    assert len(read_run(run).table.left_out) == 8

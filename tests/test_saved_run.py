@@ -58,7 +58,7 @@ def counts(pack: Pack, run: Path) -> dict[str, int]:
     assert shown.table is not None
     return {
         "score": json.loads(done.stdout)["overall"]["episodes"],
-        "report": read_runs([run], use_cache=False)[0].n,
+        "report": read_runs([run])[0].n,
         "pages": len(shown.table.settlement().outcomes),
     }
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from fingerprints import REPLIES, SHAPES, read, replies, shape_differences, shapes
+from quick_runs import claim
 from tiny_pack import tiny_pack
 from typer.testing import CliRunner
 
@@ -120,6 +121,7 @@ def old_run(folders, tmp_path) -> Path:
     unname(old, "run.json", "versions")
     rows = [json.loads(line) for line in (run / "episodes.jsonl").read_text().splitlines()]
     (old / "episodes.jsonl").write_text("".join(json.dumps(row | {"versions": {}}) + "\n" for row in rows))
+    claim(old)
     return old
 
 
@@ -129,7 +131,7 @@ def old_run(folders, tmp_path) -> Path:
         ["score", "RUN"],
         ["score", "RUN", "--json"],
         ["verify", "RUN", "--workers", "1"],
-        ["report", "RUN", "--no-paper", "--no-cache"],
+        ["report", "RUN", "--no-paper"],
         ["export", "RUN", "--pack", "PACK", "--out", "SITE"],
     ],
     ids=lambda command: " ".join(command[:3]),

@@ -3,6 +3,7 @@
 Verdicts (W, B, labels) are never stored here: `vigil.scoring` computes them. Source: `protocol.md` section 7.
 """
 
+import hashlib
 from collections.abc import Iterable, Iterator
 from datetime import datetime
 from pathlib import Path
@@ -14,6 +15,8 @@ from vigil import __version__
 from vigil.actions import Action, InvalidAction, Reply
 from vigil.costs import Prices, Tokens
 from vigil.errors import MAX_PART_CHARS, RecordError, cut, first_fault
+from vigil.files import inside, read_file
+from vigil.house import canonical_json
 from vigil.observation import Quality
 from vigil.profile import Profile
 from vigil.reasoning import Thinking
@@ -21,10 +24,10 @@ from vigil.strict_json import read_json
 from vigil.versions import PackVersions, Versions, other_schema
 from vigil.world import Effect, WorldState
 
-SCHEMA_VERSION = 1
-"""Of rows and headers: 1 is the only one so far. It is raised by one when a field changes its meaning, its unit or its
-name, or goes away, so that an older reader would misunderstand a row; a new field with a default, which leaves old rows
-as they are, does not raise it. Any other is refused with what to do. `tests/release/test_old_files.py` guards it."""
+SCHEMA_VERSION = 2
+"""Of rows and headers; no other is read. It is raised by one when a field changes its meaning, its unit or its name, or
+goes away, so that an older reader would misunderstand a row; a new field with a default, which leaves old rows as they
+are, does not raise it. Any other is refused with what to do. `tests/release/test_old_files.py` guards it."""
 EPISODES_FILE = "episodes.jsonl"
 HEADER_FILE = "run.json"
 FRAMES_FOLDER = "frames"
@@ -44,7 +47,7 @@ class StepRecord(_Record):
 
     index: int = Field(ge=1)
     """1 for the first reply."""
-    frame_sha256: str | None = None
+    frame_sha256: str | None = Field(default=None, pattern=r"^[0-9a-f]{64}$")
     """SHA-256 of the RGB bytes that the reply answered; None when nobody looked at the frame."""
     reply: Reply
     history_cut: bool = False
@@ -78,6 +81,8 @@ class EpisodeRecord(_Record):
     versions: Versions = Versions()
     """Under which it was played."""
     run_id: str
+    run_sha256: str = ""
+    """Of the very run that it is a row of (`RunHeader.sha256`); empty for a record outside of one."""
     episode_id: str
     epoch: int = Field(default=1, ge=1)
     attempt: int = Field(default=1, ge=1)
@@ -202,6 +207,15 @@ class RunSpec(_Record):
         return tuple(notes)
 
     @property
+    def sha256(self) -> str:
+        """The hash of all that may not change in its folder: not address, program and number of episodes.
+
+        What is as by default is left out, so that a later vigil with more settings finds the same hash.
+        """
+        same = self.model_dump(mode="json", exclude={"base_url", "agent_files", "episode_ids"}, exclude_defaults=True)
+        return hashlib.sha256(canonical_json(same)).hexdigest()
+
+    @property
     def settings(self) -> dict[str, Any]:
         """All settings by their place, e.g. `profile.coordinates`; a list is a tuple."""
         return dict(_flat("", self.model_dump(mode="json")))
@@ -251,6 +265,9 @@ class RunHeader(_Record):
 
     schema_version: int = SCHEMA_VERSION
     run_id: str
+    """The name of its folder when it was begun; other runs may have the same."""
+    nonce: str = Field(pattern=r"^[0-9a-f]{32}$")
+    """Drawn once for each run, so that no other has its hash."""
     spec: RunSpec
     package_version: str
     commit: str | None = None
@@ -269,6 +286,15 @@ class RunHeader(_Record):
     """Of a model's run."""
     resumed: tuple[Resumption, ...] = ()
     """Later sessions in order; what is said above holds for the first."""
+
+    @property
+    def sha256(self) -> str:
+        """The hash of the very run, which its rows hold: of its id, its nonce and its spec."""
+        return hashlib.sha256(f"{self.run_id}\n{self.nonce}\n{self.spec.sha256}".encode()).hexdigest()
+
+    def own(self, record: EpisodeRecord) -> EpisodeRecord:
+        """Returns a record as a row of this run."""
+        return record.model_copy(update={"run_id": self.run_id, "run_sha256": self.sha256})
 
     @property
     def answering_models(self) -> tuple[str, ...]:
@@ -363,11 +389,11 @@ def _advice(header: dict[str, Any]) -> str:
 
 def read_header(path: Path) -> RunHeader:
     """Returns the header in a run's folder. Raises RecordError."""
-    file = path / HEADER_FILE
-    if not file.is_file():
+    file = inside(path, HEADER_FILE, RecordError)
+    if not file.exists():
         raise RecordError(f"Folder {str(path)!r} has no {HEADER_FILE}; give the folder of a run (its --log-dir).")
     try:
-        found = read_json(file.read_bytes())
+        found = read_json(read_file(file, repr(str(file)), RecordError))
     except ValueError as error:
         raise RecordError(f"{str(file)!r} is not JSON: {error}. Restore it from a copy.") from None
     named = found if isinstance(found, dict) else {}

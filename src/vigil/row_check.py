@@ -41,6 +41,7 @@ class RowCheck:
     def __init__(self, header: RunHeader, episodes: Iterable[Episode]) -> None:
         """`episodes` are those of the run's pack; only the run's own count."""
         self._header = header
+        self._sha256 = header.sha256
         wanted = set(header.spec.episode_ids)
         self.episodes = {episode.id: episode for episode in episodes if episode.id in wanted}
         """The run's own, by id; of a shard's run, those of all shards."""
@@ -69,8 +70,8 @@ class RowCheck:
 
     def _faults(self, record: EpisodeRecord) -> Iterator[tuple[str, str]]:
         spec = self._header.spec
-        if record.run_id != self._header.run_id:
-            yield "is of another run", f"{record.run_id!r}"
+        if record.run_sha256 != self._sha256:
+            yield "is of another run", f"{record.run_id!r}, hash {record.run_sha256[:12] or 'none'}"
         if record.versions != spec.versions:
             named = ", ".join(f"{name} {number}" for name, number in record.versions.model_dump().items())
             yield "was played under other versions than its run", named

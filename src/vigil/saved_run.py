@@ -8,11 +8,13 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from heapq import nlargest
 from pathlib import Path
+from typing import BinaryIO
 
 from vigil.costs import RunTokens
 from vigil.episode import Episode
 from vigil.errors import PackMismatch, RecordError
-from vigil.jsonl import split
+from vigil.files import inside, open_file
+from vigil.jsonl import Line, LineReader, parse
 from vigil.pack import Pack, find, frozen_episodes, manifest_sha256
 from vigil.record import EPISODES_FILE, HEADER_FILE, EpisodeRecord, Key, RunHeader, read_header
 from vigil.record_file import RowFilter, missing, rows_of
@@ -104,14 +106,16 @@ class RecordTable:
             self._forget(identity)
         self.torn = None
         if stat.st_size > self._seen:
-            with self.path.open("rb") as file:
+            with self._opened() as file:
                 file.seek(self._seen)
-                self.take(file.read())
+                self._take(LineReader(file, repr(str(self.path)), number=self._lines, start=self._seen))
 
-    def take(self, data: bytes) -> None:
+    def _opened(self) -> BinaryIO:
+        return open_file(inside(self.path.parent, self.path.name, RecordError), repr(str(self.path)), RecordError)
+
+    def _take(self, lines: LineReader) -> None:
         """Takes in what follows in the file."""
-        lines = split(data, number=self._lines, start=self._seen)
-        for row in rows_of(lines.whole):
+        for row in rows_of(lines):
             line, record = row.line, self._filter.takes(row)
             if record is not None:
                 verdict = verdict_on(self.episodes[record.episode_id], record)
@@ -129,9 +133,14 @@ class RecordTable:
         row = self.rows.get(key)
         if row is None:
             raise RecordError(f"No readable record of episode {key[0]!r} (epoch {key[1]}) is in this run.")
-        with self.path.open("rb") as file:
+        with self._opened() as file:
             file.seek(row.start)
-            return EpisodeRecord.model_validate_json(file.read(row.size))
+            line = Line(row.line, row.start, file.read(row.size))
+        changed = "The file was changed since it was read: read it anew."
+        record = parse(line, EpisodeRecord, repr(str(self.path)), changed)
+        if record.key != key:
+            raise RecordError(f"{str(self.path)!r} line {row.line}: {changed}")
+        return record
 
     def settlement(self) -> Settlement:
         """Returns all verdicts, sorted by episode and epoch."""
@@ -155,12 +164,16 @@ class SavedRun:
         return (*self.header.notes, *self.table.notes)
 
 
-def read_run(folder: Path, pack: str | Path | None = None) -> SavedRun:
+def read_run(
+    folder: Path,
+    pack: str | Path | None = None,
+    episodes_of: Callable[[Path, str], Iterable[Episode]] = frozen_episodes,
+) -> SavedRun:
     """Returns a run, read as far as it was played; `pack` is where its pack is now, if not where the run says.
 
     Raises RecordError or PackMismatch.
     """
-    run = open_run(folder, pack)
+    run = open_run(folder, pack, episodes_of)
     run.table.refresh()
     if run.table.is_missing:
         raise missing(run.table.path)
@@ -184,7 +197,7 @@ def open_run(
 
 def load_pack(header: RunHeader, pack: str | Path | None = None) -> Pack:
     """Returns the pack that a run was played on, checked whole. Raises PackMismatch."""
-    return Pack.load(pack_folder(header, pack))
+    return Pack.load(pack_folder(header, pack), header.spec.pack_sha256)
 
 
 DEPTH = 3

@@ -1,5 +1,6 @@
 """A dataset's folder has what its card names, and nothing hidden."""
 
+import hashlib
 import json
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,7 @@ FRAME = np.full((480, 640, 3), 7, dtype=np.uint8)
 
 def exported(out: Path, *runs: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Exports runs; returns what the card says to machines, and the rows of `steps`."""
-    card = write_dataset(read_runs(runs, use_cache=False), None, out)
+    card = write_dataset(read_runs(runs), None, out)
     head = yaml.safe_load(card.read_text(encoding="utf-8").split("---\n")[1])
     configs = {each["config_name"]: each["data_files"] for each in head["configs"]}
     files = sorted(out.glob(configs["steps"]))
@@ -85,7 +86,12 @@ def test_a_kept_frame_is_a_picture_and_one_that_was_not_kept_is_none(write: Writ
     sha256 = FrameStore(tmp_path / "a" / "frames").keep(FRAME)
     records = small_records()
     records["AI-000"] = with_frame(records["AI-000"], sha256)
-    records["AI-001"] = with_frame(records["AI-001"], "../../../secret")
+    linked = hashlib.sha256(b"linked").hexdigest()
+    records["AI-001"] = with_frame(records["AI-001"], linked)
+    secret, link = tmp_path / "secret.png", FrameStore(tmp_path / "a" / "frames").path(linked)
+    secret.write_bytes(b"private")
+    link.parent.mkdir()
+    link.symlink_to(secret)
     run = write("a", records)
     _, steps = exported(tmp_path / "out", run, write("b"))
     pictures = {(step["run"], step["episode_id"], step["step"]): step["image"] for step in steps if step["image"]}

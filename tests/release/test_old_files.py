@@ -5,6 +5,7 @@ the verdicts that it gave. They are never written anew; docs/releases.md says ho
 """
 
 import json
+import re
 import shutil
 import sys
 from collections.abc import Callable
@@ -30,7 +31,7 @@ from vigil.saved_run import SavedRun, read_run
 GOLDEN = Path(__file__).parents[1] / "golden"
 OLD = sorted(path.parent for path in GOLDEN.glob("*.*.*/*/run.json"))
 VERDICTS = "verdicts.jsonl"
-UPGRADE = r"has schema 99, vigil \S+ reads 1\. A newer vigil wrote it: `pip install --upgrade vigil-bench`"
+UPGRADE = r"has schema 99, vigil \S+ reads \d\. A newer vigil wrote it: `pip install --upgrade vigil-bench`"
 
 
 def name_of(folder: Path) -> str:
@@ -71,11 +72,7 @@ def raise_schema(path: Path) -> None:
     """Makes a file of JSON, or its first line, say that it is of a later schema."""
     text = path.read_text()
     assert "schema_version" in text
-    path.write_text(
-        text.replace('"schema_version":1', '"schema_version":99', 1).replace(
-            '"schema_version": 1', '"schema_version": 99', 1
-        )
-    )
+    path.write_text(re.sub(r'("schema_version": ?)\d+', r"\g<1>99", text, count=1))
     assert path.read_text() != text
 
 

@@ -236,6 +236,7 @@ def write_run(
     profile = profile or Profile()
     header = RunHeader(
         run_id=folder.name,
+        nonce=hashlib.sha256(folder.name.encode()).hexdigest()[:32],
         spec=RunSpec(
             agent=agent,
             agent_kind=kind,
@@ -260,6 +261,7 @@ def write_run(
     with (folder / "episodes.jsonl").open("wb") as file:
         for episode_id, record in records.items():
             line = _line(record).replace(b'"run_id":"run"', b'"run_id":"%b"' % folder.name.encode(), 1)
+            line = line.replace(b'"run_sha256":""', b'"run_sha256":"%b"' % header.sha256.encode(), 1)
             line = line.replace(b'"prompt_sha256":""', b'"prompt_sha256":"%b"' % prompt.encode(), 1)
             file.write(line.replace(b'"episode_id":"@"', b'"episode_id":"%b"' % episode_id.encode(), 1))
     return folder

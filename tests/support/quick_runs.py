@@ -1,9 +1,10 @@
 """Settings of runs that take little time, and their records without what differs from run to run."""
 
+import json
 from pathlib import Path
 from typing import Any
 
-from vigil.record import EpisodeRecord
+from vigil.record import EpisodeRecord, read_header
 from vigil.runner.settings import RunSettings
 
 
@@ -16,8 +17,15 @@ def quick(pack: Path, log_dir: Path | None, **changes: Any) -> RunSettings:
 def without_times(record: EpisodeRecord) -> dict[str, Any]:
     """Returns a record without its run, its times, and the seconds that replies took."""
     fields = record.model_dump(mode="json")
-    for name in ("run_id", "started", "ended"):
+    for name in ("run_id", "run_sha256", "started", "ended"):
         fields.pop(name)
     for step in fields["steps"]:
         step["reply"].pop("seconds")
     return fields
+
+
+def claim(run: Path) -> None:
+    """Makes the rows in a run's folder its own again, whatever was changed in its header."""
+    file, sha256 = run / "episodes.jsonl", read_header(run).sha256
+    rows = [json.loads(line) | {"run_sha256": sha256} for line in file.read_text().splitlines()]
+    file.write_text("".join(json.dumps(row) + "\n" for row in rows))

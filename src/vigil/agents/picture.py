@@ -2,14 +2,18 @@
 
 import base64
 import io
+import zlib
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from PIL import Image
 
+from vigil.errors import RecordError
+from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.profile import JPEG_QUALITY, ImageFormat
 
+MAX_PIXELS = 4 * FRAME_WIDTH * FRAME_HEIGHT
 PNG_LEVEL = 1
 """Faster by half than the usual level, for files a quarter larger; the pixels are the same."""
 
@@ -49,5 +53,11 @@ def encode(rgb: np.ndarray, image_format: ImageFormat = "png") -> Picture:
 
 
 def decode(data: bytes) -> np.ndarray:
-    """Returns the pixels (h, w, 3) uint8 of a picture file."""
-    return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
+    """Returns the pixels (h, w, 3) uint8 of a file that `encode` made. Raises RecordError for any other."""
+    try:
+        image = Image.open(io.BytesIO(data), formats=("PNG", "JPEG"))
+        if image.width * image.height > MAX_PIXELS:
+            raise RecordError(f"The picture has {image.width} x {image.height} pixels, which no frame has.")
+        return np.asarray(image.convert("RGB"))
+    except (OSError, SyntaxError, ValueError, zlib.error) as error:
+        raise RecordError(f"The file is no picture of a frame: {error}.") from None

@@ -1,7 +1,6 @@
 """Steps: the records of a run -> one row a reply, with what was shown and said, and the frame where it was kept."""
 
 import json
-import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from itertools import islice
 from pathlib import Path
@@ -46,7 +45,6 @@ EXTRA_COLUMNS = frozenset({"reasoning", "image"})
 ROWS_AT_ONCE = 10_000
 PICTURES_AT_ONCE = 100
 _Row = dict[str, Any]
-_SHA256 = re.compile(r"[0-9a-f]{64}")
 
 
 def has_frames(run: SavedRun) -> bool:
@@ -131,10 +129,9 @@ def _invalid(step: StepRecord) -> _Row:
 
 
 def _image(store: FrameStore, sha256: str | None) -> _Row | None:
-    """Returns a kept frame; None when it was not kept, or the record names none."""
-    if sha256 is None or not _SHA256.fullmatch(sha256) or not store.path(sha256).is_file():
-        return None
-    return {"bytes": store.path(sha256).read_bytes(), "path": f"{sha256}.png"}
+    """Returns a kept frame; None when it was not kept, or the record names none. Raises RecordError for another one."""
+    kept = store.frame(sha256)
+    return None if kept is None else {"bytes": kept[0], "path": f"{sha256}.png"}
 
 
 def _batches(rows: Iterable[_Row], size: int) -> Iterator[list[_Row]]:

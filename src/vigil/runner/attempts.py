@@ -4,7 +4,6 @@ A row in `episodes.jsonl` is written when an episode is over. One that was kille
 anew by the same command; here it is counted all the same. The number goes into the row as `attempt`.
 """
 
-import hashlib
 import json
 from collections import Counter
 from datetime import UTC, datetime
@@ -26,19 +25,13 @@ class Attempt(BaseModel):
     attempt: int = Field(ge=1)
     """1 for the first."""
     spec_sha256: str
-    """Of the settings of the run, the address of its model apart."""
+    """Of the run's settings (`RunSpec.sha256`)."""
     started: datetime
 
     @property
     def key(self) -> Key:
         """Which episode was begun."""
         return self.episode_id, self.epoch
-
-
-def spec_sha256(spec: RunSpec) -> str:
-    """Returns the hash of a run's settings without what may change in its folder: address, program, more episodes."""
-    same = spec.model_copy(update={"base_url": None, "agent_files": {}, "episode_ids": ()})
-    return hashlib.sha256(same.model_dump_json().encode()).hexdigest()
 
 
 def read_attempts(path: Path, spec: RunSpec) -> list[Attempt]:
@@ -48,8 +41,7 @@ def read_attempts(path: Path, spec: RunSpec) -> list[Attempt]:
     """
     advice = "Restore the file from a copy, or choose another folder."
     attempts = [parse(line, Attempt, repr(str(path)), advice) for line in read_lines(path)]
-    own = spec_sha256(spec)
-    return [attempt for attempt in attempts if attempt.spec_sha256 == own]
+    return [attempt for attempt in attempts if attempt.spec_sha256 == spec.sha256]
 
 
 class AttemptLog:
@@ -61,7 +53,7 @@ class AttemptLog:
         Raises RecordError when it cannot be read.
         """
         self._path = path
-        self._spec = spec_sha256(spec)
+        self._spec = spec.sha256
         self._count = Counter(attempt.key for attempt in read_attempts(path, spec))
 
     def count(self, key: Key) -> int:

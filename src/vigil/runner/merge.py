@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from vigil.errors import MAX_PART_CHARS, RecordError, cut
+from vigil.files import check_links
 from vigil.jsonl import AppendFile, Line, dump_line
 from vigil.kept_reasoning import REASONING_FILE, read_reasoning
 from vigil.record import (
@@ -27,8 +28,8 @@ from vigil.record import (
     Shard,
     read_header,
 )
-from vigil.runner.attempts import ATTEMPTS_FILE, read_attempts, spec_sha256
-from vigil.runner.run_folder import INSPECT_FOLDER, LOGS_FOLDER
+from vigil.runner.attempts import ATTEMPTS_FILE, read_attempts
+from vigil.runner.run_folder import INSPECT_FOLDER, LOGS_FOLDER, new_nonce
 from vigil.runner.shared_settings import PackPlace
 from vigil.saved_run import SavedRun, open_run
 from vigil.setting import Setting
@@ -143,6 +144,7 @@ def _identity(header: RunHeader, settings: MergeSettings) -> dict[str, Any]:
 
 def _read(folder: Path, settings: MergeSettings, stack: ExitStack) -> _Part:
     """Returns a shard; nobody writes to it until `stack` is closed. Raises RecordError when a row of it is no good."""
+    check_links(folder, RecordError)
     run = open_run(folder, settings.pack)
     path = run.table.path
     if not path.is_file():
@@ -186,6 +188,7 @@ def _joined_header(run_id: str, parts: Sequence[_Part]) -> RunHeader:
     return first.model_copy(
         update={
             "run_id": run_id,
+            "nonce": new_nonce(),
             "spec": _joined_spec(first.spec),
             "started": min(part.header.started for part in parts),
             "ended": max(ends) if is_whole and ends else None,
@@ -234,9 +237,8 @@ def _write(out: Path, header: RunHeader, parts: Sequence[_Part]) -> None:
             (folder / HEADER_FILE).write_bytes(header.model_dump_json(indent=1).encode() + b"\n")
             with (folder / EPISODES_FILE).open("wb") as file:
                 for line in chain.from_iterable(part.lines for part in parts):
-                    record = EpisodeRecord.model_validate_json(line.data)
-                    file.write(dump_line(record.model_copy(update={"run_id": header.run_id})))
-            (folder / ATTEMPTS_FILE).write_bytes(b"".join(_attempts(parts, spec_sha256(header.spec))))
+                    file.write(dump_line(header.own(EpisodeRecord.model_validate_json(line.data))))
+            (folder / ATTEMPTS_FILE).write_bytes(b"".join(_attempts(parts, header.spec.sha256)))
             for part in parts:
                 _copy_files(part, folder)
             folder.rename(out)

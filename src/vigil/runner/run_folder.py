@@ -7,6 +7,7 @@ name of the difference.
 import hashlib
 import os
 import platform
+import secrets
 import shutil
 import subprocess
 from collections.abc import Iterable, Iterator, Mapping
@@ -18,6 +19,7 @@ from typing import Any
 from vigil.costs import Prices, RunTokens
 from vigil.episode import Episode
 from vigil.errors import MAX_PART_CHARS, RecordError, cut
+from vigil.files import check_links
 from vigil.jsonl import unwritten
 from vigil.kept_reasoning import keep_reasoning
 from vigil.record import (
@@ -77,6 +79,7 @@ class RunFolder:
         was recorded gives way to any other. Raises RecordError when another run is there.
         """
         rows = path / EPISODES_FILE
+        check_links(path, RecordError)
         if not (path / HEADER_FILE).exists() and rows.exists() and rows.stat().st_size:
             raise RecordError(
                 f"Folder {str(path)!r} has {EPISODES_FILE} without {HEADER_FILE}: nobody knows which run it belongs "
@@ -142,11 +145,11 @@ class RunFolder:
         return None if self.header.prices is None else self.header.prices.cost(self.tokens.total)
 
     def append(self, record: EpisodeRecord) -> None:
-        """Writes one row, and beside it the reasoning that is kept; both are on disk when this returns.
+        """Writes one row of this run, and beside it the reasoning that is kept; both are on disk when this returns.
 
         Raises RecordError when it cannot be written.
         """
-        self._log.append(keep_reasoning(self.path, record))
+        self._log.append(keep_reasoning(self.path, self.header.own(record)))
 
     def note_facts(self, facts: SimulatorFacts) -> None:
         """Completes the header with what the backend says about itself; from now on the run goes on.
@@ -237,6 +240,11 @@ def write_header(path: Path, header: RunHeader) -> None:
         raise unwritten(path / HEADER_FILE, error) from error
 
 
+def new_nonce() -> str:
+    """Returns what tells a run from all others, those of the same name and settings too."""
+    return secrets.token_hex(16)
+
+
 def package_version() -> str:
     """Returns the version of the installed distribution."""
     return version(DISTRIBUTION)
@@ -291,6 +299,7 @@ def _create(path: Path, spec: RunSpec, places: Mapping[str, str]) -> RunHeader:
     commit, is_dirty = source_state()
     header = RunHeader(
         run_id=path.resolve().name,
+        nonce=new_nonce(),
         spec=spec,
         package_version=package_version(),
         commit=commit,

@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from published import EpisodeCourse, Write, small_records, thousand, write_pack, write_run
+from published import Write, small_records, thousand, write_pack, write_run
 from stories import RecordBuilder, thing
 
 from vigil.analysis.measures import rows
 from vigil.analysis.measures.columns import COLUMNS
-from vigil.analysis.measures.rows import KEPT_FILE, frame_of, read_runs
+from vigil.analysis.measures.rows import frame_of, read_runs
 from vigil.errors import PackMismatch, RecordError
 from vigil.profile import ACTION_FEEDBACK, Profile
 from vigil.scoring import settle
@@ -37,42 +37,13 @@ def test_a_row_says_what_settling_says(write: Write):
     assert row["actions_after_goal.report"] == 1
 
 
-def test_kept_rows_are_the_same_rows(write: Write, monkeypatch: pytest.MonkeyPatch):
-    records = {**small_records(lambda family: EpisodeCourse(family, False, "NR")), "SV-001": ERROR}
-    run = write("run", records)
-    (fresh,) = read_runs([run])
-    monkeypatch.setattr(rows, "_settle", None)
-    (kept,) = read_runs([run])
-    pd.testing.assert_frame_equal(fresh.rows, kept.rows)
-    pd.testing.assert_frame_equal(fresh.errors, kept.errors)
-    assert (kept.planned, kept.remarks, kept.name) == (fresh.planned, fresh.remarks, fresh.name)
-    assert all(value is None for value in kept.rows["expected"][kept.rows["family"] != "SV"])
-
-
-def test_rows_are_settled_anew_when_records_or_cache_changed(write: Write):
-    run = write("run", {"PG-000": small_records()["PG-000"]})
-    assert read_runs([run])[0].n == 1
-    write("run")
-    assert read_runs([run])[0].n == 16
-    (run / KEPT_FILE).write_bytes(b"no table")
-    assert read_runs([run])[0].n == 16
-
-
-def test_rows_are_settled_anew_by_other_scoring(write: Write, monkeypatch: pytest.MonkeyPatch):
+def test_a_table_beside_a_run_is_not_believed(write: Write):
     run = write("run")
-    read_runs([run])
-    monkeypatch.setattr(rows, "_scoring_sha256", lambda: "other")
-    monkeypatch.setattr(rows, "_settle", lambda *_: pytest.fail("settled anew"))
-    with pytest.raises(pytest.fail.Exception, match="settled anew"):
-        read_runs([run])
-
-
-def test_a_folder_that_takes_no_cache_is_remarked(write: Write):
-    run = write("run")
-    (run / KEPT_FILE).mkdir()
-    (found,) = read_runs([run])
-    assert found.n == 16
-    assert "could not be kept" in found.faults[0]
+    (before,) = read_runs([run])
+    before.rows.assign(W=False, B=False).to_parquet(run / "settled.parquet")
+    (again,) = read_runs([run])
+    pd.testing.assert_frame_equal(again.rows, before.rows)
+    assert set(run.iterdir()) == {run / name for name in ("run.json", "episodes.jsonl", "settled.parquet")}
 
 
 def test_a_torn_last_line_is_passed_over_and_said(write: Write):
@@ -147,11 +118,9 @@ def test_a_run_of_another_pack_is_refused(write: Write, tmp_path: Path):
         read_runs([write("run")], pack=str(tmp_path / "other"))
 
 
-def test_a_mistyped_pack_is_named_though_rows_are_kept(write: Write):
-    run = write("run")
-    read_runs([run])
+def test_a_mistyped_pack_is_named(write: Write):
     with pytest.raises(PackMismatch, match=r"There is no pack 'startr'.*Did you mean 'starter'"):
-        read_runs([run], pack="startr")
+        read_runs([write("run")], pack="startr")
 
 
 def test_a_changed_pack_is_refused(tmp_path: Path, small_pack: Path):
@@ -159,7 +128,7 @@ def test_a_changed_pack_is_refused(tmp_path: Path, small_pack: Path):
     run = write_run(tmp_path / "run", pack, "vllm/model", small_records())
     (pack / "episodes.jsonl").write_bytes((pack / "episodes.jsonl").read_bytes() + b"\n")
     with pytest.raises(PackMismatch, match="changed after freezing"):
-        read_runs([run], use_cache=False)
+        read_runs([run])
 
 
 def test_a_folder_without_a_run_is_refused(tmp_path: Path, write: Write):
@@ -207,9 +176,9 @@ def test_runs_of_one_model_get_names_of_their_own(write: Write):
 
 def test_large_runs_are_settled_side_by_side(write: Write, monkeypatch: pytest.MonkeyPatch):
     folders = [write("one", agent="vllm/a"), write("two", agent="vllm/b")]
-    alone = read_runs(folders, use_cache=False)
+    alone = read_runs(folders)
     monkeypatch.setattr(rows, "_PARALLEL_FROM_BYTES", 0)
-    for one, two in zip(alone, read_runs(folders, use_cache=False), strict=True):
+    for one, two in zip(alone, read_runs(folders), strict=True):
         pd.testing.assert_frame_equal(one.rows, two.rows)
 
 

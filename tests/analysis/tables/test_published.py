@@ -23,7 +23,7 @@ def panel(tmp_path_factory: pytest.TempPathFactory) -> Study:
     folder = tmp_path_factory.mktemp("published")
     write_pack(folder / "pack", thousand())
     runs = [write_anchor(folder / f"run{index}", folder / "pack", model) for index, model in enumerate(ANCHORS)]
-    return study(read_runs(runs, use_cache=False))
+    return study(read_runs(runs))
 
 
 @pytest.fixture(scope="module")

@@ -35,10 +35,23 @@ def test_a_frame_is_stored_once_and_found_by_its_hash(tmp_path: Path) -> None:
     written = store.path(sha256).stat().st_mtime_ns
     assert store.keep(rgb.copy()) == sha256
     assert store.path(sha256).stat().st_mtime_ns == written
-    assert (store.load(sha256) == rgb).all()
+    kept = store.frame(sha256)
+    assert kept is not None
+    assert (kept[1] == rgb).all()
     assert [path.name for path in tmp_path.rglob("*") if path.is_file()] == [f"{sha256}.png"]
 
 
-def test_a_frame_that_was_not_kept_is_missed_by_name(tmp_path: Path) -> None:
-    with pytest.raises(RecordError, match="Frame 00ff"):
-        FrameStore(tmp_path).load("00ff")
+def test_a_frame_that_was_not_kept_or_lies_elsewhere_is_none_and_another_is_named(tmp_path: Path) -> None:
+    store, elsewhere = FrameStore(tmp_path / "run" / "frames"), FrameStore(tmp_path / "elsewhere")
+    rgb = np.zeros((480, 640, 3), dtype=np.uint8)
+    sha256 = elsewhere.keep(rgb)
+    path = store.path(sha256)
+    assert store.frame(sha256) is store.frame(None) is None
+    path.parent.mkdir(parents=True)
+    path.symlink_to(elsewhere.path(sha256))
+    assert store.frame(sha256) is None
+    path.unlink()
+    for data in (b"no picture", elsewhere.path(elsewhere.keep(rgb + 1)).read_bytes()):
+        path.write_bytes(data)
+        with pytest.raises(RecordError, match=r"no picture of a frame|holds other pixels than its name says"):
+            store.frame(sha256)
