@@ -70,7 +70,7 @@ class Readers:
         """Returns the readers by name; the last one may change the folder."""
         return {
             "score": lambda run: score([run], as_json=False, pack=str(self._pack)),
-            "report": lambda run: _use(frame_of(read_runs([run], str(self._pack), use_cache=False))),
+            "report": lambda run: _use(frame_of(read_runs([run], str(self._pack)))),
             "verify": self._verify,
             "view": self._view,
             "export": self._export,

@@ -1,10 +1,9 @@
-"""Rows: saved runs -> one flat table of verdicts each, one row a scored episode, kept beside the run.
+"""Rows: saved runs -> one flat table of verdicts each, one row a scored episode.
 
-Every row is what `vigil.scoring.settle` says about one record; nothing is decided here. The table is written to
-`settled.parquet` in the run's folder and taken from there as long as records, header, pack and scoring are the same.
+Every row is what `vigil.scoring.settle` says about one record; nothing is decided here, and nothing is kept for the
+next report: a table beside a run would be believed, whoever had written it.
 """
 
-import hashlib
 import json
 import os
 from collections import Counter
@@ -16,29 +15,21 @@ from typing import cast, get_args
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet as pq
 
-import vigil
 from vigil.analysis.measures.columns import of_run
 from vigil.analysis.measures.models import ModelInfo, model_of
 from vigil.episode import FAMILIES, Family
 from vigil.errors import SettingError
 from vigil.levels import EpisodeLevel, levels_of
-from vigil.pack import count_rooms, find, frozen_episodes, manifest_of
+from vigil.pack import count_rooms, frozen_episodes, manifest_of
 from vigil.private import is_private, without_ids
 from vigil.processes import worker_pool
-from vigil.record import EPISODES_FILE, RunHeader, read_header
-from vigil.record_file import read_file
-from vigil.saved_run import RecordTable, open_run
+from vigil.record import EPISODES_FILE, RunHeader
+from vigil.saved_run import read_run
 from vigil.scoring import REPORT_POLICIES, ActionKind, Outcome, credit
 from vigil.summary import LIBRARY_REPLIES, has_many_errors, repeats
 
-KEPT_FILE = "settled.parquet"
-ROWS_VERSION = 6
 KINDS: tuple[ActionKind, ...] = get_args(ActionKind)
-_FACTS = b"vigil"
-"""Under this key the Parquet file carries what is no row: its key, counts and remarks."""
 _PARALLEL_FROM_BYTES = 64 * 1024 * 1024
 _ERROR_COLUMNS = ["episode_id", "epoch", "attempt", "family", "boundary", "message"]
 _Row = dict[str, object]
@@ -58,7 +49,7 @@ class Run:
     planned: Mapping[Family, int]
     """Episodes (times epochs) that the run is meant to have."""
     remarks: tuple[str, ...]
-    """What a reader must know before any number: torn or doubled rows, a cache that could not be written."""
+    """What a reader must know before any number: torn or doubled rows."""
     name: str
     """Unique among the runs of a report."""
     is_private: bool = False
@@ -110,7 +101,6 @@ def read_runs(
     folders: Sequence[Path],
     pack: str | Path | None = None,
     *,
-    use_cache: bool = True,
     levels: Mapping[str, EpisodeLevel] | None = None,
 ) -> list[Run]:
     """Returns the runs in `folders`, settled, sorted by name; the order of the folders does not matter.
@@ -118,31 +108,18 @@ def read_runs(
     `pack` is where their pack is now, when not where they say; `levels` stand in for those in the pack's own folder.
     Raises RecordError or PackMismatch.
     """
-    if pack is not None:
-        find(pack)  # rows kept beside a run need no pack, but a mistyped one is to be named all the same
     unique = sorted({folder.resolve() for folder in folders})
-    kept = {folder: _kept_run(folder) if use_cache else None for folder in unique}
-    missing = [folder for folder in unique if kept[folder] is None]
-    if len(missing) > 1 and sum(map(_size, missing)) > _PARALLEL_FROM_BYTES:
+    if len(unique) > 1 and sum(map(_size, unique)) > _PARALLEL_FROM_BYTES:
         with worker_pool(2) as pool:
-            settled = list(pool.map(_settled_run, missing, [pack] * len(missing), [use_cache] * len(missing)))
+            runs = list(pool.map(_settled_run, unique, [pack] * len(unique)))
     else:
-        settled = [_settled_run(folder, pack, use_cache) for folder in missing]
-    found = {**kept, **dict(zip(missing, settled, strict=True))}
-    runs = [run for run in found.values() if run is not None]
+        runs = [_settled_run(folder, pack) for folder in unique]
     return _named(runs if levels is None else [replace(run, rows=_with_levels(run.rows, levels)) for run in runs])
 
 
-def _kept_run(folder: Path) -> Run | None:
-    """Returns the run from the rows beside it; None when there are none, or they are of other records or code."""
-    header, data = read_header(folder), read_file(folder / EPISODES_FILE)
-    kept = _load(folder / KEPT_FILE, _key(header, data))
-    return None if kept is None else _run(folder, header, *kept)
-
-
-def _settled_run(folder: Path, pack: str | Path | None, keep: bool) -> Run:
-    """Returns the run from its records, and keeps its rows beside it."""
-    run, data = open_run(folder, pack, _frozen), read_file(folder / EPISODES_FILE)
+def _settled_run(folder: Path, pack: str | Path | None) -> Run:
+    """Returns the run from its records."""
+    run = read_run(folder, pack, _frozen)
     manifest = manifest_of(run.pack_folder)
     suite = manifest.suite
     if suite is not None:
@@ -150,29 +127,24 @@ def _settled_run(folder: Path, pack: str | Path | None, keep: bool) -> Run:
             f"Run {run.header.run_id!r} was played on pack {run.header.spec.pack!r} of the suite {suite!r}, whose W "
             "and B are no part of the eight families' rows. `vigil report` gives it a section of its own."
         )
-    table, facts = _settle(run.table, data)
-    facts["is_private"] = is_private(manifest.meta)
-    if facts["is_private"]:
-        facts["remarks"] = without_ids(facts["remarks"], run.table.episodes)
-    table["rooms"] = table["house"].map(lambda house: _rooms(run.pack_folder, house)).astype(float)
-    table = _with_levels(table, _levels(run.pack_folder))
-    if keep:
-        facts = _keep(folder / KEPT_FILE, _key(run.header, data), table, facts)
-    return _run(folder, run.header, table, facts)
-
-
-def _run(folder: Path, header: RunHeader, table: pd.DataFrame, facts: dict) -> Run:
+    settlement, header = run.table.settlement(), run.header
     model = model_of(header.spec, has_reasoning=header.has_reasoning)
+    table, rooms = table_of(settlement.outcomes), _rooms(run.pack_folder)
+    table["rooms"] = [rooms.get(house, np.nan) for house in values(table, "house", str)]
+    errors = [{name: getattr(error, name) for name in _ERROR_COLUMNS} for error in settlement.errors]
+    library = f"{settlement.library_replies} {LIBRARY_REPLIES}"
+    remarks = (*_unended(run.notes), *([library] if settlement.library_replies else []))
+    hides_ids = is_private(manifest.meta)
     return Run(
         folder=folder,
         header=header,
         model=model,
-        rows=table,
-        errors=pd.DataFrame(facts["errors"], columns=_ERROR_COLUMNS),
-        planned=facts["planned"],
-        remarks=(*_unended(header.notes), *facts["remarks"]),
+        rows=_with_levels(table, _levels(run.pack_folder)),
+        errors=pd.DataFrame(errors, columns=_ERROR_COLUMNS),
+        planned=settlement.planned,
+        remarks=tuple(without_ids(remarks, run.table.episodes)) if hides_ids else remarks,
         name=model.name,
-        is_private=facts["is_private"],
+        is_private=hides_ids,
     )
 
 
@@ -262,58 +234,9 @@ def _schema() -> dict[str, str]:
 _SCHEMA = _schema()
 
 
-def _settle(table: RecordTable, data: bytes) -> tuple[pd.DataFrame, dict]:
-    table.take(data)
-    settlement = table.settlement()
-    remarks = _unended(table.notes)
-    if settlement.library_replies:
-        remarks.append(f"{settlement.library_replies} {LIBRARY_REPLIES}")
-    errors = [{name: getattr(error, name) for name in _ERROR_COLUMNS} for error in settlement.errors]
-    return table_of(settlement.outcomes), {"planned": settlement.planned, "errors": errors, "remarks": remarks}
-
-
 _frozen = cache(frozen_episodes)
 """Many runs of a report are of one pack."""
 _rooms, _levels = cache(count_rooms), cache(levels_of)
-
-
-def _key(header: RunHeader, data: bytes) -> str:
-    spec = header.spec.model_dump_json(exclude={"agent", "sampling", "model_args", "base_url"})
-    parts = [str(ROWS_VERSION), _scoring_sha256(), header.run_id, spec, hashlib.sha256(data).hexdigest()]
-    return hashlib.sha256("\n".join(parts).encode()).hexdigest()
-
-
-@cache
-def _scoring_sha256() -> str:
-    """Returns a hash of the code that makes verdicts: rows of another version are recomputed."""
-    modules = sorted(Path(vigil.__file__).parent.glob("*.py"))
-    return hashlib.sha256(b"".join(module.read_bytes() for module in modules)).hexdigest()
-
-
-def _load(file: Path, key: str) -> tuple[pd.DataFrame, dict] | None:
-    if not file.is_file():
-        return None
-    try:
-        stored = pq.read_table(file)
-        facts = json.loads((stored.schema.metadata or {}).get(_FACTS, b"{}"))
-    except (pa.ArrowException, OSError, ValueError):
-        return None  # a damaged cache is no source: the records are
-    if facts.get("key") != key:
-        return None
-    return _typed(stored.to_pandas().reindex(columns=list(_SCHEMA))), facts
-
-
-def _keep(file: Path, key: str, table: pd.DataFrame, facts: dict) -> dict:
-    """Writes the rows beside the run, whole or not at all, and returns their facts; a refusing folder is remarked."""
-    stored = pa.Table.from_pandas(table, preserve_index=False)
-    stored = stored.replace_schema_metadata({_FACTS: json.dumps({**facts, "key": key}).encode()})
-    partial = file.with_name(f"{file.name}.{os.getpid()}")
-    try:
-        pq.write_table(stored, partial)
-        partial.replace(file)
-    except OSError as error:
-        return {**facts, "remarks": [*facts["remarks"], f"its rows could not be kept for later ({error})"]}
-    return facts
 
 
 def _size(folder: Path) -> int:

@@ -130,9 +130,7 @@ def _copies(runs: Sequence[Run]) -> list[str]:
     return [
         f"{first.name} and {second.name} are copies of one run, not repeats of it. Give one of them only."
         for first, second in combinations(runs, 2)
-        if first.n
-        and (first.header.run_id, first.header.started) == (second.header.run_id, second.header.started)
-        and first.rows.equals(second.rows)
+        if first.n and first.header.sha256 == second.header.sha256 and first.rows.equals(second.rows)
     ]
 
 
