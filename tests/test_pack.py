@@ -297,3 +297,58 @@ def test_a_limit_below_two_of_twins_alone_leaves_nothing():
     names = tuple(name for name, pair in pack.pairs.items() if pair in {pack.pairs[twin] for twin in twins})
     with pytest.raises(SettingError, match=r"A limit of 1 leaves nothing to play: the episodes are twins. Give 2 or"):
         pack.select(Selection(ids=names, limit=1))
+
+
+ASSET = bare_house("house", "target").data["objects"][0]["assetId"]
+
+
+class Sizes(dict[str, int]):
+    """As a database of assets, as far as a pack asks."""
+
+    def __init__(self, sha256: str | None, *ids: str) -> None:
+        super().__init__(dict.fromkeys(ids, 0))
+        self.sha256 = sha256
+
+
+@pytest.mark.parametrize(
+    ("made_with", "given", "is_refused"),
+    [
+        (None, Sizes(None), False),
+        ("a" * 64, Sizes("a" * 64), False),
+        ("a" * 64, Sizes(None), True),
+        ("a" * 64, Sizes("b" * 64), True),
+        (None, Sizes("b" * 64, ASSET), True),
+        (None, Sizes("b" * 64, "another asset"), False),
+    ],
+)
+def test_a_pack_is_held_to_its_asset_database(tmp_path: Path, made_with, given: Sizes, is_refused: bool):
+    meta = {} if made_with is None else {"asset_database_sha256": made_with}
+    pack = frozen(tmp_path / "small", meta=meta)
+    if not is_refused:
+        pack.check_assets(given)
+        return
+    with pytest.raises(PackMismatch, match=r"Pack 'small' was made with .* things would have other sizes"):
+        pack.check_assets(given)
+
+
+def test_a_house_that_changes_after_the_pack_was_loaded_is_not_played(folder: Path):
+    pack = Pack.load(folder)
+    pack._houses.clear()
+    file = folder / "houses" / "house.json"
+    file.write_bytes(file.read_bytes().replace(b"oak", b"elm"))
+    with pytest.raises(PackMismatch, match=r"houses/house.json has SHA-256 .* changed after freezing"):
+        pack.house_of(pack.episodes[0])
+
+
+def test_solutions_that_change_after_the_pack_was_loaded_are_not_used(folder: Path):
+    pack = Pack.load(folder)
+    (folder / "solutions.jsonl").write_bytes(b"")
+    with pytest.raises(PackMismatch, match=r"solutions.jsonl has SHA-256 .* changed after freezing"):
+        _ = pack.solutions
+
+
+def test_the_very_pack_of_a_hash_is_loaded(folder: Path):
+    pack = Pack.load(folder)
+    assert Pack.load(folder, pack.sha256).sha256 == pack.sha256
+    with pytest.raises(PackMismatch, match="another one's episodes cannot be compared"):
+        Pack.load(folder, "0" * 64)

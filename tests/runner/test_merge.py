@@ -198,7 +198,7 @@ def test_a_shard_does_not_grow(pack: Path, tmp_path: Path) -> None:
 def test_a_row_of_another_shards_episode_is_not_counted(shards: list[Path]) -> None:
     foreign = read_records(shards[2] / EPISODES_FILE)[0]
     with AppendFile(shards[1] / EPISODES_FILE) as file:
-        file.append(dump_line(foreign.model_copy(update={"run_id": "2"})))
+        file.append(dump_line(read_header(shards[1]).own(foreign)))
     run = read_run(shards[1])
     assert len(run.table.rows) == 4
     assert "is of an episode of another shard" in run.notes[1]
@@ -276,7 +276,7 @@ DAMAGE: dict[str, tuple[Callable[[Path], Any], str]] = {
 }
 ALWAYS: dict[str, tuple[Callable[[Path], Any], str]] = {
     "value": (lambda shard: spoil_first_row(shard, epoch=0), f"{EPISODES_FILE}' line 1 cannot be read: epoch"),
-    "row of another run": (lambda shard: spoil_first_row(shard, run_id="other"), "line 1 is of another run: 'other'"),
+    "row of another run": (lambda shard: spoil_first_row(shard, run_sha256="0" * 64), "line 1 is of another run: "),
     "torn": (
         lambda shard: (shard / EPISODES_FILE).write_bytes((shard / EPISODES_FILE).read_bytes()[:-9]),
         "line 4 is torn",
@@ -354,3 +354,26 @@ def test_the_script_of_the_docs_plays_and_joins(pack: Path, whole: RunResult, tm
     bash(join)
     records = read_run(tmp_path / "runs" / "random").table.rows
     assert set(records) == {row.key for row in whole.records}
+
+
+@pytest.mark.parametrize("place", ["logs/worker-1.log", "frames/ab/secret.png", "inspect"])
+def test_what_a_link_leads_to_is_not_joined(shards: list[Path], tmp_path: Path, place: str) -> None:
+    secret = tmp_path / "secret"
+    secret.write_text("private")
+    link = shards[1] / place
+    link.parent.mkdir(parents=True, exist_ok=True)
+    link.unlink(missing_ok=True)
+    link.symlink_to(secret)
+    assert "is a link to outside of" in refused(tmp_path / "run", shards)
+
+
+def test_a_run_that_goes_on_does_not_write_through_a_link(pack: Path, tmp_path: Path) -> None:
+    secret, run = tmp_path / "secret", tmp_path / "run"
+    secret.write_text("private")
+    run_pack(quick(pack, run, limit=1, agent="noop"))
+    (run / "logs").mkdir(exist_ok=True)
+    (run / "logs" / "worker-1.log").unlink(missing_ok=True)
+    (run / "logs" / "worker-1.log").symlink_to(secret)
+    with pytest.raises(RecordError, match=r"worker-1\.log' is a link to outside of"):
+        run_pack(quick(pack, run, limit=2, agent="noop"))
+    assert secret.read_text() == "private"

@@ -105,7 +105,7 @@ def test_another_value_makes_another_run(pack: Path, name: str) -> None:
 def test_another_pack_episode_or_database_makes_another_run(pack: Path, tmp_path: Path) -> None:
     tiny_pack(tmp_path / "other", 4)
     database = tmp_path / "asset-database.json"
-    database.write_text("{}", encoding="utf-8")
+    database.write_text('{"Chair": []}', encoding="utf-8")
     episode = Pack.load(pack).episodes[0].id
     others = [{"pack": tmp_path / "other"}, {"episode_ids": (episode,)}, {"asset_database": database}]
     assert all(spec_of(pack, **other) != spec_of(pack) for other in others)
@@ -131,13 +131,14 @@ def test_workers_are_told_the_settings_that_concern_them(pack: Path) -> None:
     plan = worker_plan(RunSettings(**told, render_quality="fast"), Pack.load(pack), Profile())
     assert {name: getattr(plan, name) for name in told} == told
     assert plan.quality == "fast"
-    own = {"pack", "run_id", "profile", "frames", "quality"}
+    own = {"pack", "pack_sha256", "run_id", "profile", "frames", "quality"}
     assert {field.name for field in fields(WorkerPlan)} == own | told.keys()
 
 
 def test_workers_and_environments_have_the_defaults_of_a_runs_settings(pack: Path) -> None:
     settings = RunSettings()
-    assert worker_plan(settings, Pack.load(pack), Profile()) == WorkerPlan(pack, "", Profile())
+    loaded = Pack.load(pack)
+    assert worker_plan(settings, loaded, Profile()) == WorkerPlan(pack, "", Profile(), pack_sha256=loaded.sha256)
     expected = RenderSettings(settings.backend, settings.render_quality, settings.asset_database)
     assert expected == RenderSettings()
     given = inspect.signature(make_env).parameters

@@ -7,10 +7,13 @@ import subprocess
 import sys
 import threading
 import time
+from collections import ChainMap
 from collections.abc import Callable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import Any
 
 import pytest
 from waiting import HANGS_AFTER_S, wait_until
@@ -40,15 +43,25 @@ def service() -> Iterator[RenderService]:
 @pytest.fixture
 def moment(pack: Pack) -> EpisodeMoment:
     episode = pack.episodes[0]
-    return EpisodeMoment(RenderSettings("fake"), house_of(pack), episode.start, episode.setup)
+    return EpisodeMoment(RenderSettings("fake"), house_of(pack), episode.house.sha256, episode.start, episode.setup)
+
+
+class Endless(ChainMap[str, str]):
+    """A place whose text is read from a pipe: whoever names it waits as long as nobody closes the other end."""
+
+    def __init__(self, pipe: Path) -> None:
+        super().__init__()
+        self.pipe = pipe
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return ChainMap, (), {"maps": map(Path.read_bytes, [self.pipe])}
 
 
 @pytest.fixture
 def endless(moment: EpisodeMoment, tmp_path: Path) -> EpisodeMoment:
-    """A moment over which the worker hangs: it waits for what nobody writes into a pipe."""
-    os.mkfifo(tmp_path / "assets.json")
-    settings = RenderSettings("fake", asset_database=tmp_path / "assets.json")
-    return EpisodeMoment(settings, moment.house, moment.start, moment.setup)
+    """A moment over which the worker hangs."""
+    os.mkfifo(tmp_path / "pipe")
+    return replace(moment, house=Endless(tmp_path / "pipe"), house_sha256="0" * 64)  # type: ignore[arg-type]
 
 
 def house_of(pack: Pack) -> Path:
@@ -72,13 +85,13 @@ def failures(ask: Callable[[], object]) -> tuple[threading.Thread, list[Exceptio
 
 def reader_of(endless: EpisodeMoment) -> int:
     """Waits until the worker hangs. Returns the end of the pipe to close afterwards."""
-    database = endless.render_settings.asset_database
-    assert database is not None
+    house: object = endless.house
+    assert isinstance(house, Endless)
     ends: list[int] = []
 
     def opens() -> bool:
         with suppress(OSError):
-            ends.append(os.open(database, os.O_WRONLY | os.O_NONBLOCK))
+            ends.append(os.open(house.pipe, os.O_WRONLY | os.O_NONBLOCK))
         return bool(ends)
 
     wait_until(opens, "somebody reads the pipe")
@@ -93,13 +106,14 @@ def test_pictures_walks_and_names_are_of_the_moment(
     assert service.walk(moment, None).picture == first
     turned = service.walk(moment, TURN)
     assert (turned.effect.turned_deg, turned.pose.rotation) == (90.0, moment.start.rotation + 90.0)
-    later = EpisodeMoment(moment.render_settings, moment.house, moment.start, moment.setup, (TURN,))
+    later = replace(moment, actions=(TURN,))
     assert service.picture(later) == turned.picture != first
     assert service.walk(moment, None).picture == first  # after a later moment of the same house
     assert service.name_at(moment, 320, 240) is not None
-    gone = EpisodeMoment(moment.render_settings, tmp_path / "gone.json", moment.start, moment.setup)
     with pytest.raises(HouseError, match="does not exist"):
-        service.picture(gone)
+        service.picture(replace(moment, house=tmp_path / "gone.json", house_sha256="0" * 64))
+    with pytest.raises(HouseError, match=r"has SHA-256 \S+, expected 000000000000\.\.\."):
+        service.picture(replace(moment, house_sha256="0" * 64))
     assert service.walk(moment, None).picture == first
 
 

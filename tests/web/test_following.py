@@ -34,7 +34,7 @@ class GoingRun:
         self.header = read_header(source).model_copy(update={"run_id": folder.name, "ended": None})
         write_header(folder, self.header)
         rows = read_records(source / "episodes.jsonl")
-        self.waiting = [_told(record.model_copy(update={"run_id": folder.name}), usage) for record in rows]
+        self.waiting = [_told(self.header.own(record), usage) for record in rows]
 
     def play(self, count: int = 1, error: str = "") -> list[EpisodeRecord]:
         played = [self.waiting.pop(0) for _ in range(count)]

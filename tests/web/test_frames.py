@@ -127,12 +127,13 @@ def thor_run(thor_files: Path, tmp_path_factory: pytest.TempPathFactory) -> tupl
     run = folder / "run"
     run.mkdir()
     now = datetime.now(UTC)
-    write_header(run, RunHeader(run_id="thor", nonce="0" * 32, spec=spec, package_version="0", started=now, ended=now))
+    header = RunHeader(run_id="thor", nonce="0" * 32, spec=spec, package_version="0", started=now, ended=now)
+    write_header(run, header)
     simulator = make_simulator("mujoco", assets=AssetDatabase.load(database), quality="fast")
     try:
         env = Env(simulator, pack.house_of, profile)
         play(episode, env, scripted_agent("sweep", 3), EpisodeObserver(answered=lambda observation, _: observation.rgb))
-        record = env.record(run_id="thor")
+        record = header.own(env.record())
         assert record.end != "error", record.error
         (run / "episodes.jsonl").write_bytes(dump_line(record))
     finally:

@@ -154,19 +154,19 @@ def strange(runs: Path, tmp_path: Path) -> Path:
     """A run most of whose rows are not its own, or impossible; its last line is cut off."""
     folder = Path(shutil.copytree(runs / "random", tmp_path / "strange"))
     rows = [json.loads(line) for line in (folder / "episodes.jsonl").read_text().splitlines()]
-    rows[0]["run_id"] = "another"
+    rows[0]["run_sha256"] = "a" * 64
     rows[1]["epoch"] = 2
     rows[2]["prompt_sha256"] = "0" * 64
     rows[3] |= {"end": "fail_no_report", "steps": rows[3]["steps"][:1]}
     rows[4] |= {"end": "error", "steps": [], "attempt": 3, "error": {"boundary": "worker", "message": "gone"}}
-    again = {**rows[5], "run_id": "another"}
+    again = {**rows[5], "run_sha256": "a" * 64}
     lines = [json.dumps(row).encode() + b"\n" for row in (*rows, again, rows[5])]
     (folder / "episodes.jsonl").write_bytes(b"".join(lines) + b'{"episode_id": "ti')
     return folder
 
 
 REASONS = (
-    "is of another run (line 1: &#39;another&#39;; line 9: &#39;another&#39;)",
+    "is of another run (line 1: &#39;random&#39;, hash aaaaaaaaaaaa; line 9: &#39;random&#39;, hash aaaaaaaaaaaa)",
     "is of an epoch that this run does not have (line 2: epoch 2 of 1)",
     "was played with another prompt (line 3: ",
     "contradicts the protocol (line 4: it ended as fail_no_report after 1 of ",

@@ -5,6 +5,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from quick_runs import claim
 from web_server import Site, served
 
 from vigil.errors import SettingError
@@ -72,10 +73,14 @@ def test_links_out_of_a_folder_are_not_followed(trap: Path, pack: Pack, render_s
         found = {run.slug: run for run in library.runs()}
         assert set(found) == {"frames_link", "rows_link", "bad_hash"}
         assert "link to outside" in found["rows_link"].fault
-        for slug in ("frames_link", "bad_hash"):
-            answer = site.get(f"/runs/{slug}/episodes/{pack.episodes[0].id}/1/frames/1.png")
-            assert SECRET not in answer.text
-            assert answer.body.startswith(b"\x89PNG")
+        answers = [
+            site.get(f"/runs/{slug}/episodes/{pack.episodes[0].id}/1/frames/1.png")
+            for slug in ("frames_link", "bad_hash")
+        ]
+        assert all(SECRET not in answer.text for answer in answers)
+        assert answers[0].body.startswith(b"\x89PNG")
+        assert answers[1].status == 404
+        assert "frame_sha256: String should match" in found["bad_hash"].notes[0]
         for path in ("/", "/runs/rows_link"):
             assert SECRET not in site.get(path).text
 
@@ -97,6 +102,7 @@ def hostile(runs: Path, tmp_path: Path) -> Path:
     header = json.loads((folder / "run.json").read_text())
     header["spec"]["agent"] = header["renderer"] = EVIL
     (folder / "run.json").write_text(json.dumps(header))
+    claim(folder)
     return folder.parent
 
 

@@ -172,8 +172,8 @@ def test_other_bytes_are_told(made: Path, tmp_path: Path) -> None:
     [
         (["pack.recipe.json"], ["'two.jsonl.gz'", "--houses"]),
         (["pack.recipe.json", "--houses", "nothing.jsonl"], ["'two.jsonl.gz'", "--houses"]),
-        (["pack.recipe.json", "--houses", "two.jsonl.gz", "--assets", "two.jsonl.gz"], ["without", "VIGIL_ASSETS"]),
-        (["no_such_recipe"], ["'no_such_recipe' is no file", *(path.stem for path in PACKAGED.glob("*.json"))]),
+        (["pack.recipe.json", "--houses", "two.jsonl.gz", "--assets", "sizes.json"], ["no asset", "VIGIL_ASSETS"]),
+        (["no_such_recipe"], ["'no_such_recipe' does not exist", *(path.stem for path in PACKAGED.glob("*.json"))]),
         (["two.jsonl.gz"], ["is not JSON"]),
         (["pack/manifest.json"], ["manifest.json'"]),
     ],
@@ -182,6 +182,7 @@ def test_what_is_no_recipe_or_lacks_something_is_named(
     made: Path, arguments: list[str], words: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(made)
+    (made / "sizes.json").write_text('{"Chair": []}')
     done = vigil("remake", *arguments, "--out", "o")
     assert isinstance(done.exception, SettingError)
     for word in words:
@@ -208,3 +209,44 @@ def test_too_few_drafts_are_no_recipe(made: Path, tmp_path: Path) -> None:
     done = vigil("make", *arguments, "--out", with_drafts(made, tmp_path / "pack"))
     assert isinstance(done.exception, EpisodeError)
     assert not list(tmp_path.glob("*.recipe.json"))
+
+
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [
+        ({"revision": "../../evil"}, "houses.0.revision: String should match"),
+        ({"revision": "0" * 39}, "houses.0.revision: String should match"),
+        ({"split": "../secret"}, "houses.0.split: Input should be 'train', 'val' or 'test'"),
+        ({"index": -1}, "houses.0.index: Input should be greater than or equal to 0"),
+        ({"index": 10**30}, "houses.0.index: Input should be less than"),
+        ({"name": "../x"}, "houses.0.name: String should match"),
+        ({"dataset": "/etc/passwd"}, "houses.0.dataset: String should match"),
+    ],
+)
+def test_a_recipe_names_no_place_outside(made: Path, tmp_path: Path, fields: dict[str, object], said: str) -> None:
+    recipe = json.loads((made / "pack.recipe.json").read_text())
+    recipe["houses"][0] |= {"dataset": "procthor-10k", "split": "val", "index": 0, "revision": REVISION} | fields
+    (tmp_path / "evil.json").write_text(json.dumps(recipe))
+    done = vigil("remake", tmp_path / "evil.json", "--out", tmp_path / "o")
+    assert isinstance(done.exception, SettingError)
+    assert said in str(done.exception)
+
+
+def test_no_other_revision_than_the_pinned_one_is_fetched(
+    made: Path, lines: list[bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is fetched runs: the program of the dataset, as it is in that revision."""
+    prior = Prior(tmp_path / "datasets", lines)
+    monkeypatch.setitem(sys.modules, "prior", prior)
+    recipe = json.loads((made / "pack.recipe.json").read_text())
+    recipe["houses"][0] |= {"dataset": "procthor-10k", "split": "val", "index": 0, "revision": "e" * 40}
+    (tmp_path / "evil.json").write_text(json.dumps(recipe))
+    done = vigil("remake", tmp_path / "evil.json", "--houses", made / "two.jsonl.gz", "--out", tmp_path / "o")
+    assert isinstance(done.exception, SettingError)
+    assert f"this package knows {REVISION} alone" in str(done.exception)
+    assert prior.calls == []
+
+
+def test_an_endless_recipe_is_refused() -> None:
+    with pytest.raises(SettingError, match="is a device, not a file"):
+        Recipe.load("/dev/zero")

@@ -94,7 +94,7 @@ class GenerationSettings:
             forms=self.forms,
             drafts=DRAFTS_VERSION,
             is_seed_secret=self.is_seed_secret,
-            asset_database_sha256=self.assets and self.assets.sha256,
+            asset_database_sha256=None if self.assets is None else self.assets.sha256,
         )
 
     def kept_of_kind(self, family: Family) -> int:
