@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from vigil.errors import SettingError, did_you_mean
+from vigil.files import read_file
 
 INSTRUCTION_SLOT: Final = "<TASK_INSTRUCTION>"
 ACTIONS_SLOT: Final = "<ALLOWED_ACTIONS>"
@@ -33,13 +34,11 @@ def read_prompt_file(name: str) -> str:
     if not path.is_file():
         raise SettingError(f"Prompt file {name!r} does not exist, or is no file. Give the path of a text file.")
     try:
-        data = path.read_bytes()
+        data = read_file(path, f"Prompt file {name!r}", SettingError, 2 * MAX_BYTES)
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
         raise SettingError(f"Prompt file {name!r}: line {line}: no UTF-8. Save it as UTF-8.") from None
-    except OSError as error:
-        raise SettingError(f"Prompt file {name!r} cannot be read: {error.strerror}.") from error
     template = text.replace("\r\n", "\n").rstrip("\n")
     try:
         check_template(template)

@@ -28,6 +28,8 @@ SCHEMA_VERSION = 2
 """Of rows and headers; no other is read. It is raised by one when a field changes its meaning, its unit or its name, or
 goes away, so that an older reader would misunderstand a row; a new field with a default, which leaves old rows as they
 are, does not raise it. Any other is refused with what to do. `tests/release/test_old_files.py` guards it."""
+MAX_EPOCHS = 10_000
+"""Plays of one episode, each of which is planned beforehand."""
 EPISODES_FILE = "episodes.jsonl"
 HEADER_FILE = "run.json"
 FRAMES_FOLDER = "frames"
@@ -174,7 +176,7 @@ class RunSpec(_Record):
     """The episodes to play, sorted; of a shard's run, those of all shards."""
     shard: Shard | None = None
     """The part of them that is played here; None for all."""
-    epochs: int = Field(default=1, ge=1)
+    epochs: int = Field(default=1, ge=1, le=MAX_EPOCHS)
     seed: int = 0
     """For scheduling and scripted agents only."""
     simulator: str = "mujoco"

@@ -1,11 +1,14 @@
 """The Gymnasium environment: what Gymnasium asks of one, what the protocol does, and that nothing hidden is told."""
 
+import copy
 import importlib
 import json
+import pickle
 import re
 import sys
 import warnings
 from collections.abc import Iterator
+from contextlib import closing
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -538,3 +541,15 @@ def test_a_seed_decides_at_which_house_a_stream_begins(monkeypatch: pytest.Monke
 def test_options_of_a_stream_are_checked(options: dict[str, Any], message: str) -> None:
     with pytest.raises(SettingError, match=message):
         make(**options)
+
+
+def test_a_pickled_environment_is_another_one_by_the_same_options(pack: str) -> None:
+    """Asynchronous vectors and replay buffers pickle, wrappers copy."""
+    with closing(make(pack, family="DA")) as env:
+        seen, _ = env.reset(seed=3)
+        env.step(FORWARD)
+        for again in (pickle.loads(pickle.dumps(env)), copy.deepcopy(env)):
+            with closing(again):
+                assert again.reset(seed=3)[0]["instruction"] == seen["instruction"]
+                assert again.action_space == env.action_space
+        assert env.step(report("success"))[2]

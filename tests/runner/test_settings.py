@@ -10,6 +10,7 @@ from tiny_pack import tiny_pack
 
 from vigil.api import make_env
 from vigil.costs import Prices
+from vigil.errors import SettingError
 from vigil.pack import Pack
 from vigil.profile import Profile
 from vigil.record import RunSpec, Shard
@@ -143,3 +144,8 @@ def test_workers_and_environments_have_the_defaults_of_a_runs_settings(pack: Pat
     assert expected == RenderSettings()
     given = inspect.signature(make_env).parameters
     assert expected == RenderSettings(*(given[field.name].default for field in fields(RenderSettings)))
+
+
+def test_more_plays_than_can_be_planned_are_refused() -> None:
+    with pytest.raises(SettingError, match=r"epochs is 99999999999; it must be 10000 or less"):
+        RunSettings(agent="noop", epochs=99_999_999_999)

@@ -222,7 +222,7 @@ def _tracks(
 
 
 def _track(run: Run, pack: Pack, episode: Episode, epoch: int, assets: Path | None) -> AgentTrajectory:
-    record = find_record(run, episode, epoch)
+    record = find_record(run, pack.episodes, (episode.id, epoch))
     return track(run.name, episode, record, frames_of(run.folder, run.header.spec, pack, record, assets))
 
 

@@ -23,7 +23,7 @@ from vigil.profile import (
 )
 from vigil.prompt import policy_sha256, policy_version
 from vigil.prompt_file import check_template, variant_of
-from vigil.record import AgentKind, RunSpec, Shard
+from vigil.record import MAX_EPOCHS, AgentKind, RunSpec, Shard
 from vigil.runner.models.providers import named
 from vigil.runner.models.redaction import Secrets, without_login, without_secrets
 from vigil.runner.models.serving import Serving, serving
@@ -110,7 +110,7 @@ class RunSettings:
         Shard | None, Setting("Only part I of N of the episodes, e.g. 2/8.", metavar="I/N", read=read_shard)
     ] = None
     """To be joined with the other parts by `vigil.runner.merge`."""
-    epochs: Annotated[int, Setting("Play each episode so often.", least=1, metavar="N")] = 1
+    epochs: Annotated[int, Setting("Play each episode so often.", least=1, most=MAX_EPOCHS, metavar="N")] = 1
     temperature: Annotated[float | None, _NOT_SENT] = None
     top_p: Annotated[float | None, _NOT_SENT] = None
     max_tokens: Annotated[int | None, replace(_NOT_SENT, least=1, metavar="N")] = None

@@ -25,6 +25,8 @@ from vigil.analysis.plots.trajectory import (
     worded,
 )
 from vigil.errors import RecordError
+from vigil.record import Shard
+from vigil.shards import part_of
 
 AI = episode("AI")
 
@@ -104,8 +106,14 @@ def test_the_protocol_draws_without_every_family():
 
 def test_a_record_is_found_by_episode_and_epoch(write: Write):
     (run,) = read_runs([write("run", {"AI-000": small_records()["AI-000"]})])
-    episodes = {one.id: one for one in thousand(2)}
-    assert find_record(run, episodes["AI-000"]).episode_id == "AI-000"
-    for wanted, epoch in (("AI-001", 1), ("AI-000", 2)):
+    assert find_record(run, thousand(2), ("AI-000", 1)).episode_id == "AI-000"
+    for wanted in (("AI-001", 1), ("AI-000", 2)):
         with pytest.raises(RecordError, match="no scored record"):
-            find_record(run, episodes[wanted], epoch)
+            find_record(run, thousand(2), wanted)
+
+
+def test_a_record_of_a_shard_is_found(write: Write):
+    part = part_of([one for one in thousand(2) if one.id in small_records()], Shard(index=1, of=2))
+    records = {one.id: small_records()[one.id] for one in part}
+    (run,) = read_runs([write("run", records, planned=sorted(small_records()), shard=Shard(index=1, of=2))])
+    assert find_record(run, thousand(2), (part[0].id, 1)).episode_id == part[0].id

@@ -5,7 +5,7 @@ Frames come from the caller (kept by the run, or drawn again from its actions); 
 
 import io
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +20,7 @@ from vigil.analysis.plots.style import FAINT, INK, LABEL_COLOURS, canvas, ink_of
 from vigil.episode import FAMILIES, Episode
 from vigil.errors import RecordError
 from vigil.goal_check import check
-from vigil.record import EpisodeRecord, StepRecord
+from vigil.record import EpisodeRecord, Key, StepRecord
 from vigil.saved_run import RecordTable
 from vigil.scoring import Label, Outcome, settle
 
@@ -53,14 +53,14 @@ class AgentTrajectory:
     """The frame that each reply answered, (480, 640, 3) uint8."""
 
 
-def find_record(run: Run, episode: Episode, epoch: int = 1) -> EpisodeRecord:
-    """Returns the record that stands for an episode of a run. Raises RecordError."""
-    table = RecordTable(run.folder, run.header, [episode])
+def find_record(run: Run, episodes: Iterable[Episode], key: Key) -> EpisodeRecord:
+    """Returns the record that stands for an episode of a run; `episodes` are its pack's. Raises RecordError."""
+    table = RecordTable(run.folder, run.header, episodes)
     table.refresh()
-    row = table.rows.get((episode.id, epoch))
+    row = table.rows.get(key)
     if row is None or row.outcome is None:
-        raise RecordError(f"Run {run.name!r} has no scored record of episode {episode.id!r} (epoch {epoch}).")
-    return table.record((episode.id, epoch))
+        raise RecordError(f"Run {run.name!r} has no scored record of episode {key[0]!r} (epoch {key[1]}).")
+    return table.record(key)
 
 
 def track(name: str, episode: Episode, record: EpisodeRecord, frames: Sequence[np.ndarray]) -> AgentTrajectory:

@@ -1,6 +1,7 @@
 """Where houses come from: files of houses, ProcTHOR-10K, or seeds for the project's own generator."""
 
 import gzip
+import re
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -118,10 +119,15 @@ def seeded(seeds: str, specs: Iterable[str], secret: int | None = None) -> list[
 
     With a `secret` seed these are numbers of houses that only who knows it can make. Raises SettingError.
     """
-    first, _, last = seeds.partition(":")
-    if not (first.isdigit() and last.isdigit()) or int(first) >= int(last):
+    found = re.fullmatch(r"(\d{1,18}):(\d{1,18})", seeds, re.ASCII)
+    first, last = (int(found[1]), int(found[2])) if found else (0, 0)
+    if first >= last:
         raise SettingError(f"Seeds {seeds!r}: expected FIRST:END with FIRST < END, e.g. 100:160.")
-    return _in_turn(range(int(first), int(last)), specs, secret)
+    if last - first > MOST_LINES:
+        raise SettingError(
+            f"Seeds {seeds!r}: more than {MOST_LINES:,} houses. Propose in parts, each in a file of its own."
+        )
+    return _in_turn(range(first, last), specs, secret)
 
 
 def drawn(seed: int, count: int, specs: Iterable[str]) -> list[Source]:

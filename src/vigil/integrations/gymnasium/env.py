@@ -4,6 +4,7 @@ What an agent may see is in observations, and nothing else is; the reward and, i
 of an episode come from the hidden world.
 """
 
+from functools import partial
 from typing import Any
 
 import gymnasium
@@ -34,7 +35,10 @@ OUTCOME_KEYS = (
 
 
 class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
-    """Episodes of a pack. A report terminates an episode; a spent budget, of steps or invalid replies, truncates it."""
+    """Episodes of a pack. A report terminates an episode; a spent budget, of steps or invalid replies, truncates it.
+
+    A pickled or copied environment is another one made by the same options, whose first episode is still to begin.
+    """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 4}  # noqa: RUF012 - as Gymnasium declares it
 
@@ -43,6 +47,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise SettingError(f"Vigil-v0: render_mode is {render_mode!r}; it may be 'rgb_array' or None.")
         self.render_mode = render_mode
+        self._made = partial(type(self), render_mode, **options)
         self._options = Options.of(options)
         self._source = source_of(self._options)
         assets = self._options.assets
@@ -55,6 +60,9 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         self.action_space: Space[Any] = self._actions.space
         self.observation_space: Space[Any] = self._observations()
         self._observation: Observation | None = None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return self._made, (), {"spec": self.spec}
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
