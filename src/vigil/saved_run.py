@@ -92,10 +92,15 @@ class RecordTable:
         return (*self.check.notes, *told(self.left_out), *(torn if self.torn is not None else ()))
 
     def refresh(self) -> None:
-        """Reads what is new in the file. Starts afresh when it was replaced, cut, or its last line went on."""
+        """Reads what is new in the file. Starts afresh when it was replaced, cut, or its last line went on.
+
+        Raises RecordError when it is there and cannot be read.
+        """
         try:
             stat = self.path.stat()
-        except OSError:
+        except OSError as error:
+            if not isinstance(error, FileNotFoundError | NotADirectoryError):
+                raise RecordError(f"{str(self.path)!r} cannot be read: {error.strerror}.") from None
             self._forget()
             self.is_missing, self.stamp = True, (0, 0)
             return
