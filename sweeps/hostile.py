@@ -1,6 +1,6 @@
-"""Feeds hostile packs and houses to all that reads them: each must work, or be refused with its name and its fault.
+"""Feeds hostile packs, houses and recipes to all that reads them: each must work, or be refused by name and fault.
 
-    python -m sweeps.hostile                         400 pieces: 25 packs or houses each
+    python -m sweeps.hostile                         400 pieces: 25 packs, houses or recipes each
     python -m sweeps.hostile --piece 3 --case 7      one of them again
     python -m sweeps.hostile --piece 3 --case 7 --keep DIR   the same, its files left in DIR
 
@@ -22,9 +22,11 @@ from pathlib import Path
 from sweeps.support import pieces
 from sweeps.support.confined import Outcome, confined
 from sweeps.support.hostile_cases import base, hostile_house, hostile_pack, house_file
+from sweeps.support.json_mutations import mutated
 from sweeps.support.pieces import Failure, Finding, Sweep
 from vigil.actions import Reply
 from vigil.assets.sizes import AssetDatabase
+from vigil.authoring.packing.recipes import PACKAGED, Recipe, check_assets, check_drafts, sources_of
 from vigil.cli import main as vigil_main
 from vigil.env import Env
 from vigil.episode import Episode
@@ -73,7 +75,8 @@ def fuzz(seed: int, case: int | None, keep: Path | None, count: int, piece: int)
     for number in range(count) if case is None else (case,):
         rng = random.Random(f"{seed}/{piece}/{number}")
         with _folder(keep) as folder:
-            what, call, places = (_pack_case if rng.random() < 0.6 else _house_case)(rng, folder)
+            (make,) = rng.choices((_pack_case, _house_case, _recipe_case), (5, 4, 1))
+            what, call, places = make(rng, folder)
             outcome = confined(call)
         finding.counts["cases"] += 1
         ending = outcome.text if outcome.text.startswith("exit ") else outcome.kind
@@ -135,6 +138,21 @@ def _house_case(rng: random.Random, folder: Path) -> Case:
         arguments = rng.choice((check, picture))
         return f"house, vigil {arguments[0]}: {what}", partial(_command, arguments), ["exit"]
     return f"house: {what}", partial(_use_house, path, rng.random() < DRAWN), ["the_house"]
+
+
+def _recipe_case(rng: random.Random, folder: Path) -> Case:
+    document = json.loads(min(PACKAGED.glob("*.json")).read_bytes())
+    document["houses"] = document["houses"][:3]
+    path = folder / "the_recipe.json"
+    path.write_bytes(json.dumps(mutated(rng, document)).encode("utf-8", "surrogatepass"))
+    return "recipe", partial(_use_recipe, path), ["ecipe"]
+
+
+def _use_recipe(path: Path) -> str:
+    recipe = Recipe.load(str(path))
+    check_drafts(recipe)
+    check_assets(recipe, AssetDatabase.default())
+    return f"{len(sources_of(recipe, [], print))} houses, {len(recipe.notes())} notes"
 
 
 def _command(arguments: list[str]) -> str:

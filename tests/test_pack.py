@@ -352,3 +352,17 @@ def test_the_very_pack_of_a_hash_is_loaded(folder: Path):
     assert Pack.load(folder, pack.sha256).sha256 == pack.sha256
     with pytest.raises(PackMismatch, match="another one's episodes cannot be compared"):
         Pack.load(folder, "0" * 64)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (b'"houses": 1', b'"houses": 2', "promises 2 houses, the episodes are in 1"),
+        (HASH, b"0" * 64, "house_sources gives house 'house' another SHA-256"),
+    ],
+)
+def test_what_a_manifest_says_of_houses_is_compared(tmp_path: Path, old: bytes, new: bytes, said: str):
+    pack = frozen(tmp_path / "small", meta={"house_sources": {"house": {"sha256": HOUSE.sha256}}})
+    tamper(pack.folder, "manifest.json", old, new)
+    with pytest.raises(PackMismatch, match=said):
+        Pack.load(pack.folder)

@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from vigil.episode import Episode, Family
 from vigil.errors import SettingError, did_you_mean
 from vigil.jsonl import dump_line, parse, read_lines
+from vigil.pack_files import MANIFEST, PackFiles
 from vigil.versions import reads_schema
 
 LEVELS_SCHEMA = 2
@@ -144,7 +145,7 @@ def levels_bytes(levels: Iterable[EpisodeLevel]) -> bytes:
 
 def read_levels(path: Path) -> dict[str, EpisodeLevel]:
     """Returns the levels in a file by episode id. Raises SettingError naming the line that is wrong."""
-    if not path.is_file():
+    if not path.exists():
         raise SettingError(f"Levels file {str(path)!r} does not exist. `vigil pack levels PACK --out FILE` writes one.")
     advice = "Write it anew with `vigil pack levels`."
     rows = [parse(line, EpisodeLevel, f"Levels file {str(path)!r}", advice, SettingError) for line in read_lines(path)]
@@ -152,6 +153,14 @@ def read_levels(path: Path) -> dict[str, EpisodeLevel]:
 
 
 def levels_of(folder: Path) -> Mapping[str, EpisodeLevel]:
-    """Returns the levels that lie in a pack's folder, by episode id; none when there are none. Raises SettingError."""
+    """Returns the levels that lie in a pack's folder, by episode id; none when there are none.
+
+    Those that its manifest lists are held against their hash. Raises PackMismatch, EpisodeError or SettingError.
+    """
     path = folder / LEVELS_FILE
-    return read_levels(path) if path.is_file() else {}
+    if not path.exists():
+        return {}
+    files = PackFiles.of(folder) if (folder / MANIFEST).exists() else None
+    if files is None or LEVELS_FILE not in files.manifest.files:
+        return read_levels(path)
+    return {row.episode_id: row for row in files.rows(LEVELS_FILE, EpisodeLevel)}

@@ -180,11 +180,11 @@ class Pack:
     def _check(self) -> None:
         check_ids(self.episodes, self.folder)
         counts = count_families(self.episodes)
-        houses = len({episode.house.name for episode in self.episodes})
-        if houses != self.manifest.houses:
+        hashes = {episode.house.name: episode.house.sha256 for episode in self.episodes}
+        if len(hashes) != self.manifest.houses:
             raise PackMismatch(
                 f"Pack {str(self.folder)!r}: the manifest promises {self.manifest.houses} houses, the episodes are in "
-                f"{houses}. Freeze it again."
+                f"{len(hashes)}. Freeze it again."
             )
         if len(self.episodes) != self.manifest.episodes or counts != self.manifest.families:
             raise PackMismatch(
@@ -199,6 +199,13 @@ class Pack:
                     f"{did_you_mean(episode.house.name, known)}"
                 )
             check_house(episode, self.house_of(episode))
+        sources = self.manifest.meta.get("house_sources")
+        for name, source in (sources if isinstance(sources, dict) else {}).items():
+            if isinstance(source, dict) and source.get("sha256") not in (None, hashes.get(name)):
+                raise PackMismatch(
+                    f"Pack {str(self.folder)!r}: {MANIFEST}: meta.house_sources gives house {name!r} another SHA-256 "
+                    "than its episodes do. Freeze it again."
+                )
 
 
 def other_assets(what: str, wanted: str | None, given: str | None) -> str | None:

@@ -15,7 +15,8 @@ from sweeps.support.json_mutations import mutated, nested
 from vigil.episode import Episode, HouseRef, Solution
 from vigil.errors import VigilError
 from vigil.house import House
-from vigil.pack import EPISODES, MANIFEST, SOLUTIONS, Pack
+from vigil.pack import Pack
+from vigil.pack_files import EPISODES, MANIFEST, SOLUTIONS
 
 EPISODES_TAKEN = 3
 SPARSE_BYTES = 3 * 2**30

@@ -14,7 +14,8 @@ from vigil.authoring.packing.assemble import FOUND_BY_TURNING, HOUSE_USES
 from vigil.authoring.review.validate import validate_pack
 from vigil.episode import FAMILIES
 from vigil.levels import LEVELS, levels_of
-from vigil.pack import MANIFEST, Pack
+from vigil.pack import Pack
+from vigil.pack_files import MANIFEST
 from vigil.sim import make_simulator
 
 BUILT = {"vigil_smoke_v2": 1, "vigil_mini_v2_1": 10, "vigil_balanced_1000_v2_2": 125}

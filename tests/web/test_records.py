@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 from web_server import served
 
-from vigil.pack import MANIFEST, Pack
+from vigil.pack import Pack
+from vigil.pack_files import MANIFEST
 from vigil.record import read_header
 from vigil.record_file import RecordLog
 from vigil.row_check import RowCheck

@@ -12,7 +12,8 @@ from vigil.authoring.packing.assemble import PackRequest, assemble
 from vigil.authoring.review.reviews import read_reviews
 from vigil.errors import SettingError
 from vigil.house import House
-from vigil.pack import HOUSES, Pack, find
+from vigil.pack import Pack, find
+from vigil.pack_files import HOUSES
 from vigil.runner.workers.messages import RenderSettings
 from vigil.web.drawing import RenderService
 from vigil.web.review import ReviewSession, ReviewSet, make_review

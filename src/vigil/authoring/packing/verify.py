@@ -155,6 +155,7 @@ def key_of(episode: Episode, actions: tuple[Action, ...] | None, settings: Verif
     """Returns the hash by which a log names what was verified."""
     solution = Solution(episode_id=episode.id, actions=actions).model_dump(mode="json") if actions else None
     besides = ["robust"] if settings.is_robust else []
+    besides += [settings.assets.sha256] if settings.assets and settings.assets.sha256 else []
     besides += [name for name, rule in RULES.items() if rule.is_for(episode.family)]
     facts = [episode.model_dump(mode="json"), solution, settings.backend, PackVersions.here().model_dump(), *besides]
     return hashlib.sha256(canonical_json(facts)).hexdigest()

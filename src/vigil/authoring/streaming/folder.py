@@ -25,7 +25,8 @@ from vigil.freezing import check_free, freeze
 from vigil.house import canonical_json
 from vigil.housegen.document import generators_of
 from vigil.jsonl import AppendFile, Line, dump_line, parse
-from vigil.pack import MANIFEST, Pack, manifest_of
+from vigil.pack import Pack, manifest_of
+from vigil.pack_files import MANIFEST
 from vigil.private import SEED_SHA256, seed_sha256
 
 ADVICE = "Remove it; it is made anew."

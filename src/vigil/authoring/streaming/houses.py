@@ -21,7 +21,8 @@ from vigil.authoring.streaming.address import stream_version
 from vigil.authoring.streaming.difficulty import DIFFICULTIES, Difficulty, difficulty_of
 from vigil.episode import FAMILIES, Episode, Family
 from vigil.house import House, canonical_json
-from vigil.pack import HOUSES, manifest_of, packaged_names
+from vigil.pack import manifest_of, packaged_names
+from vigil.pack_files import HOUSES
 
 PER_HOUSE, TRIED = 4, 8
 """Episodes kept, and drafts validated, of each family in each house, shared out among its kinds."""
