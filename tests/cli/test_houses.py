@@ -135,7 +135,7 @@ def test_show_names_a_room_that_crosses_itself(tmp_path, bow):
 def test_a_folder_is_no_house_file(tmp_path):
     code, said = check(tmp_path)
     assert code == 2
-    assert "is no file" in said
+    assert "is a folder, not a file" in said
 
 
 def test_export_writes_a_house_of_thors_assets(tmp_path, bedroom, thor_files):

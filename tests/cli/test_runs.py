@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from commands import Said, Vigil
+from quick_runs import claim
 from tiny_pack import tiny_pack
 from waiting import HANGS_AFTER_S, wait_until
 
@@ -218,6 +219,7 @@ def test_tables_are_cut_in_no_terminal(
     vigil(*command, "--agent", "noop")
     header = tmp_path / "run" / "run.json"
     header.write_text(header.read_text().replace('"noop"', '"exec:long_words [b]odd [/name]"'))
+    claim(tmp_path / "run")
     monkeypatch.setattr(text, "PIPED_WIDTH", width)
     alone = vigil("score", tmp_path / "run").out
     beside = vigil("score", tmp_path / "run", tmp_path / "run").out

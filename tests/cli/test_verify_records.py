@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from commands import Vigil
+from quick_runs import claim
 from tiny_pack import tiny_pack
 
 from vigil.record import EPISODES_FILE, HEADER_FILE
@@ -28,6 +29,7 @@ def of_thor(run: Path, version: str) -> None:
     header = json.loads((run / HEADER_FILE).read_text())
     header["spec"]["simulator"], header["simulator_version"] = "thor", version
     (run / HEADER_FILE).write_text(json.dumps(header))
+    claim(run)
 
 
 def test_records_are_checked_without_a_simulator(vigil: Vigil, run: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -381,7 +381,9 @@ def test_frames_are_kept_by_content_when_asked(pack: Path, tmp_path: Path) -> No
     hashes = [step.frame_sha256 for row in result.records for step in row.steps]
     assert None not in hashes
     for sha256 in hashes:
-        assert store.keep(store.load(sha256)) == sha256
+        kept = store.frame(sha256)
+        assert kept is not None
+        assert store.keep(kept[1]) == sha256
     assert len(list((tmp_path / "run" / "frames").rglob("*.png"))) == len(set(hashes))
     found = verify_run(tmp_path / "run", VerifySettings(workers=1, frames=True))
     assert (found.is_verified, found.frames) == (True, len(hashes))

@@ -200,14 +200,11 @@ class DraftsFile:
 
     def read(self) -> Proposed:
         """Returns what the file says. Raises SettingError naming the line that is wrong."""
-        if not self.path.exists():
-            raise SettingError(f"Drafts file {str(self.path)!r} does not exist. `vigil pack propose` writes one.")
-        return self._proposed(_finished(read_lines(self.path)))
+        return self._proposed(_finished(self._lines()))
 
     def check_assets(self, given: str | None) -> None:
         """Raises SettingError when the drafts were made with another asset database than the one of hash `given`."""
-        rows = read_lines(self.path, most=1)
-        header = self._proposed(rows).header
+        header = self._proposed(self._lines(most=1)).header
         fault = other_assets(f"Drafts file {str(self.path)!r}", header.asset_database_sha256, given)
         if fault is not None:
             raise SettingError(fault)
@@ -218,6 +215,11 @@ class DraftsFile:
         if not path.exists():
             raise HouseError(f"House {name!r} of drafts file {str(self.path)!r} is missing: {str(path)!r}.")
         return House.load(path)
+
+    def _lines(self, most: int | None = None) -> Sequence[JsonLine]:
+        if not self.path.exists():
+            raise SettingError(f"Drafts file {str(self.path)!r} does not exist. `vigil pack propose` writes one.")
+        return read_lines(self.path, most)
 
     def _continue(self, file: AppendFile, header: Header) -> tuple[FamilyDone, ...]:
         """Returns what is done in the file, which then ends with it."""
