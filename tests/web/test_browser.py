@@ -11,6 +11,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
+from quick_runs import claim
 from tiny_pack import loose_pack, tiny_episode, tiny_house
 from web_server import Site, served
 from web_visitor import Visitor
@@ -129,6 +130,7 @@ def test_what_a_model_wrote_runs_nowhere(
     run.mkdir(parents=True)
     (run / "run.json").write_text(json.dumps(header))
     (run / "episodes.jsonl").write_text(json.dumps(row) + "\n")
+    claim(run)
     library = Library([run], [pack.folder])
     (shown,) = library.runs()
     assert shown.table is not None
@@ -344,6 +346,7 @@ def test_a_frame_that_cannot_be_drawn_says_why(
     header = json.loads((folder / "run.json").read_text())
     header["spec"]["asset_database_sha256"] = "0" * 64
     (folder / "run.json").write_text(json.dumps(header))
+    claim(folder)
     with served(make_view(Library([folder], [pack.folder]), render_service)) as site:
         visitor.page.goto(f"{site.url}/runs/run/episodes/{pack.episodes[0].id}/1")
         visitor.has("html[data-noted='1']")
