@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from published import SMALL, EpisodeCourse, Write, played, records_of, small_records, thousand, write_pack, write_run
+from quick_runs import claim
 
 from vigil.analysis.measures.pairs import compare, family_differences, pair, recognise, shared
 from vigil.analysis.measures.rows import Run, read_runs
@@ -207,7 +208,8 @@ def test_the_epochs_of_an_episode_change_their_labels_together(write: Write):
         second = {name: record.model_copy(update={"epoch": 2}) for name, record in records.items()}
         extra = (write("extra", second, epochs=2) / "episodes.jsonl").read_bytes()
         with (folder / "episodes.jsonl").open("ab") as file:
-            file.write(extra.replace(b'"run_id":"extra"', b'"run_id":"%b"' % folder.name.encode()))
+            file.write(extra)
+        claim(folder)
     (found,) = recognise(read_runs(folders)).feedback
     (change,) = transitions(*found.tables())
     assert (change.there, change.back) == (0, 16)
@@ -227,7 +229,8 @@ def test_repeats_are_runs_or_epochs_and_seeds_of_models_are_free(write: Write):
     twice = write("epochs", small_records(), epochs=2)
     with (twice / "episodes.jsonl").open("ab") as file:
         extra = write("extra", again, epochs=2)
-        file.write((extra / "episodes.jsonl").read_bytes().replace(b'"run_id":"extra"', b'"run_id":"epochs"'))
+        file.write((extra / "episodes.jsonl").read_bytes())
+    claim(twice)
     made = tables(study(read_runs([twice]), with_paper=False))["open_repeat_robustness"]
     (row,) = made.rows
     assert row.cells["runs"] == 2
@@ -255,7 +258,8 @@ def test_the_epochs_of_one_run_are_repeats_too(write: Write):
     again = {name: record.model_copy(update={"epoch": 2}) for name, record in missed().items()}
     extra = write("extra", again, epochs=2)
     with (run / "episodes.jsonl").open("ab") as file:
-        file.write((extra / "episodes.jsonl").read_bytes().replace(b'"run_id":"extra"', b'"run_id":"epochs"'))
+        file.write((extra / "episodes.jsonl").read_bytes())
+    claim(run)
     (repeats,) = recognise(read_runs([run])).repeats
     assert repeats.names == ("model, epoch 1", "model, epoch 2")
     ((name, before, after),) = repeats.against_the_first()
