@@ -203,7 +203,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             RunSettings(pack=pack.folder, agent="sweep", log_dir=finished, backend="fake", workers=1, save_frames=True)
         )
         readers = Readers(finished, pack.folder)
-        with progress("cases", ticks=False) as show:
+        with progress("cases", may_fork=True) as show:
             for number, case in enumerate(cases, start=1):
                 corruption, found = one_case(given.seed, case, finished, readers, given.case is not None)
                 for name, outcome in found.items():

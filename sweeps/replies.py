@@ -44,7 +44,7 @@ def main() -> int:
         pack = Path(folder) / "pack"
         episodes = [tiny_episode(number, "DA", max_steps=STEPS, max_invalid=STEPS) for number in range(EPISODES_A_RUN)]
         loose_pack(pack, episodes, [tiny_house()])
-        with progress("replies", ticks=False) as show:
+        with progress("replies", may_fork=True) as show:
             while done < given.count:
                 count, found = _one_run(pack, Path(folder) / f"run-{run}", f"{given.seed} {run}", given.stream, forms)
                 done, run = done + count, run + 1

@@ -258,7 +258,7 @@ def main() -> int:
     wanted = [each for index, each in enumerate(houses(options.packs, options.seeds)) if index % int(of) == int(part)]
     simulator = embedded("mujoco")
     missing = [(name, source) for name, source in wanted if name not in done]
-    with progress("houses", ticks=False) as show:
+    with progress("houses", may_fork=True) as show:
         for number, (name, source) in enumerate(missing, start=1):
             done[name] = row = _swept(simulator, name, source)
             append_line(options.log, json.dumps(row).encode() + b"\n")

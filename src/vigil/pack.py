@@ -8,7 +8,6 @@
 The pack's own hash is the SHA-256 of its manifest's bytes. Plain files, no code. Source: `protocol.md` section 7.
 """
 
-import hashlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -84,7 +84,7 @@ def run(sweep: Sweep, options: argparse.Namespace) -> int:
         missing = [piece for piece in range(options.pieces) if piece not in log.done]
         if log.done:
             print(f"{path}: {len(log.done)} pieces are done, {len(missing)} are left", flush=True)
-        with progress(sweep.name, ticks=False) as show:
+        with progress(sweep.name, may_fork=True) as show:
             for number, (piece, seconds, finding) in enumerate(_results(sweep.work, missing, options.workers), start=1):
                 log.append(_line(piece, seconds, finding))
                 for fall in finding.falls[:3]:

@@ -64,14 +64,17 @@ class _Told:
 
 
 @contextmanager
-def progress(label: str) -> Iterator[Show]:
-    """Yields what is told how many of how many are done; nothing is shown before that, or before it takes long."""
+def progress(label: str, *, may_fork: bool = False) -> Iterator[Show]:
+    """Yields what is told how many of how many are done; nothing is shown before that, or before it takes long.
+
+    Where the process `may_fork` no thread runs beside it: a bar changes only when something is told.
+    """
     output = console(stderr=True)
     is_live = sys.stderr.isatty() and output.is_interactive
     bar = Progress(
         TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(),
         TextColumn("{task.fields[facts]}", markup=False), TextColumn("ETA {task.fields[left]}"), TimeElapsedColumn(),
-        console=output, redirect_stdout=sys.stdout.isatty(), disable=not is_live,
+        console=output, redirect_stdout=sys.stdout.isatty(), disable=not is_live, auto_refresh=not may_fork,
     )  # fmt: skip
     task = bar.add_task(label, total=None, facts="", left="-")
     told = _Told(label)
@@ -80,7 +83,7 @@ def progress(label: str) -> Iterator[Show]:
     def show(done: int, total: int, facts: str = "") -> None:
         left = told.take(done, total, facts)
         bar.start()
-        bar.update(task, completed=done, total=total, facts=facts, left=left)
+        bar.update(task, completed=done, total=total, facts=facts, left=left, refresh=may_fork)
         if not is_live:
             told.print_line(0.0 if done >= total else PLAIN_SECONDS)
 
@@ -92,7 +95,8 @@ def progress(label: str) -> Iterator[Show]:
                 elif not is_over.is_set():
                     told.print_sign_of_life()
 
-    threading.Thread(target=keep_alive, name=f"progress of {label}", daemon=True).start()
+    if not may_fork:
+        threading.Thread(target=keep_alive, name=f"progress of {label}", daemon=True).start()
     try:
         yield show
     finally:

@@ -17,13 +17,13 @@ from vigil.authoring.packing.assemble import FACTS, seed_facts
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.review.reviews import Review, apply_reviews, decisions
 from vigil.authoring.review.validate import Finding
-from vigil.closure import ANSWERS, KINDS, PAIRED, SUITE, ClosureAnswer, Kind, check_pairs
+from vigil.closure import KINDS, PAIRED, SUITE, ClosureAnswer, Kind, check_pairs
 from vigil.episode import Solution
 from vigil.errors import EpisodeError
 from vigil.freezing import check_free, freeze
 from vigil.house import canonical_json
 from vigil.housegen.document import generators_of
-from vigil.pack import Pack
+from vigil.pack import ANSWERS, Pack
 
 BLIND: dict[str, tuple[Status | None, ...]] = {
     "nothing": (None,),

@@ -14,10 +14,10 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from vigil.actions import STEP_M
+from vigil.house import EXTERIOR
 from vigil.pose import Vec3
 from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, room_floor, thing_shapes, wall_shapes, whole_floor
 from vigil.scene.things import Scene
-from vigil.scene.walls import EXTERIOR
 
 CENTRE_SHARE = 0.25
 """The share of the body that counts as its axis."""

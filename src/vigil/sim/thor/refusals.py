@@ -8,7 +8,7 @@ import logging
 import re
 from dataclasses import dataclass
 
-from vigil.scene.walls import EXTERIOR
+from vigil.house import EXTERIOR
 from vigil.world import RefusalCode
 
 UNKNOWN: RefusalCode = "blocked_by_object"

@@ -10,10 +10,9 @@ import mapbox_earcut
 import numpy as np
 import shapely
 
-from vigil.house import MaterialRef
+from vigil.house import EXTERIOR, MaterialRef
 from vigil.scene.outlines import room_floor
 from vigil.scene.things import Hole, RoomShape, Scene, WallPanel
-from vigil.scene.walls import EXTERIOR
 from vigil.sim.engines.mujoco.compiled.frames import faces as facing
 from vigil.sim.engines.mujoco.compiled.frames import points
 from vigil.sim.engines.mujoco.compiled.pieces import Triangles, merge
