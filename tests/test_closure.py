@@ -162,11 +162,12 @@ def tried(story: RecordBuilder, intent: Intent, hit: str | None) -> RecordBuilde
     ("intent", "hit", "is_knowing"),
     [
         *((intent, "target", intent == "ground") for intent in INTENTS if intent != "drop"),
-        ("deactivate", "table", True),
-        ("deactivate", None, True),
+        ("deactivate", "table", False),
+        ("deactivate", None, False),
+        ("ground", "table", True),
     ],
 )
-def test_a_try_is_an_act_even_when_it_is_refused(intent: Intent, hit: str | None, is_knowing: bool):
+def test_where_nothing_is_to_be_done_each_try_is_needless_even_when_it_is_refused(intent: Intent, hit: str | None, is_knowing: bool):
     goal = ObjectInState(object_id="target", state="is_toggled", value=False)
     facts = {"kind": "already", "reason": None, "accepted": ("success",), "side": "already"}
     story = tried(RecordBuilder(target=thing(is_toggled=False), table=thing()), intent, hit)
@@ -181,14 +182,17 @@ def test_a_try_is_an_act_even_when_it_is_refused(intent: Intent, hit: str | None
         (Effect(hit=None, near=("target",)), True),
         (Effect(hit="table", hit_category="Table", near=("table", "target")), True),
         (Effect(hit="second", hit_category="Thing", near=("second", "target")), False),
+        (Effect(hit="table", hit_category="Table", near=("table",)), False),
     ],
 )
 def test_a_click_beside_a_thing_is_on_it_unless_it_hits_another_of_its_kind(effect: Effect, is_needless: bool):
-    goal = ObjectInState(object_id="target", state="is_toggled", value=False)
-    facts = {"kind": "already", "reason": None, "accepted": ("success",), "side": "already"}
-    story = RecordBuilder(target=thing(is_toggled=False)).do(InteractPixel(intent="deactivate", x=1, y=1), effect)
+    off = {"state": "is_toggled", "value": False}
+    goal = AllOf(object_id="lamp", parts=tuple(ObjectInState(object_id=name, **off) for name in ("lamp", "target")))
+    facts = {"kind": "already", "reason": None, "accepted": ("success",), "side": "open"}
+    story = RecordBuilder(lamp=thing(is_toggled=True), target=thing(is_toggled=False))
+    story.do(InteractPixel(intent="deactivate", x=1, y=1), effect, lamp={"is_toggled": False})
     found = settle_closure(impossible(**facts), episode("SI", goal=goal), story.report())
-    assert found.is_needless is is_needless
+    assert (found.C, found.is_needless) == (True, is_needless)
 
 
 def test_what_still_is_to_be_done_may_be_acted_on():

@@ -13,7 +13,7 @@ from typing import Any, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from vigil.actions import InteractPixel, Status
+from vigil.actions import Action, InteractPixel, Status
 from vigil.episode import Episode
 from vigil.errors import EpisodeError, PackMismatch
 from vigil.goal_check import check
@@ -23,7 +23,7 @@ from vigil.pack import ANSWERS, frozen_table, manifest_of
 from vigil.pose import Pose, Vec3, distance
 from vigil.record import EpisodeRecord
 from vigil.scoring import NEGATIVE, Outcome, settle
-from vigil.world import RefusalCode, WorldState
+from vigil.world import Effect, RefusalCode, WorldState
 
 SUITE: Literal["closure"] = "closure"
 """What `meta.suite` says in the manifest of such a pack."""
@@ -147,7 +147,7 @@ class ClosureOutcome:
     evidence_seen: float | None
     """Share of the evidence that was seen before the report; None without any."""
     is_needless: bool
-    """Something that held at the reset was acted on, whether or not that changed anything."""
+    """What held at the reset was acted on, whether or not that changed anything; where all held, by any act."""
     is_wrong_branch: bool
     """Of a condition: something that held and was to stay so was changed."""
     is_refused: bool
@@ -234,7 +234,7 @@ def settle_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecor
         claim=_claim(outcome),
         is_exact=outcome.reported == answer.accepted[0] and outcome.raw_status is None,
         evidence_seen=evidence_seen(answer.evidence, record),
-        is_needless=any(_is_acted_on(part, record) or _is_changed(part, record) for part in kept),
+        is_needless=_is_needless(episode.goal, kept, record),
         is_wrong_branch=answer.kind == "if_so" and any(_is_changed(part, record) for part in kept),
         is_refused=any(step.effect is not None and step.effect.refusal in _UNTOLD for step in record.steps),
         is_wrong_one=not outcome.W and _is_done_to(episode.bindings.get(ALIKE), episode.goal, record),
@@ -283,10 +283,13 @@ def _is_done_to(object_id: str | None, goal: Goal, record: EpisodeRecord) -> boo
     return rows[-1].semantic and not rows[0].semantic
 
 
+def _parts(goal: Goal) -> tuple[Goal, ...]:
+    return goal.parts if isinstance(goal, AllOf) else (goal,)
+
+
 def _held_at_reset(goal: Goal, record: EpisodeRecord) -> list[ObjectInState]:
     """Returns the parts of a goal that ask for a state which held at the reset."""
-    parts = goal.parts if isinstance(goal, AllOf) else (goal,)
-    asked = [part for part in parts if isinstance(part, ObjectInState) and part.state != "is_visible"]
+    asked = [part for part in _parts(goal) if isinstance(part, ObjectInState) and part.state != "is_visible"]
     return [part for part in asked if check(part, record).rows[0].semantic]
 
 
@@ -296,10 +299,23 @@ def _is_changed(part: ObjectInState, record: EpisodeRecord) -> bool:
     return any(value != told[0] for value in told)
 
 
-def _is_acted_on(part: ObjectInState, record: EpisodeRecord) -> bool:
-    """Whether a click that is more than pointing was on a thing, even one that was refused or without effect."""
+def _is_needless(goal: Goal, kept: Sequence[ObjectInState], record: EpisodeRecord) -> bool:
+    """Whether what held at the reset was changed or acted on, even by a click that was refused or without effect.
+
+    Where all of the goal held, nothing is to be done, and every act is needless whatever it hits: a click that acts on
+    a gap may meet the floor once that is closed.
+    """
+    acts = [step.effect for step in record.steps if _is_act(step.action)]
+    if acts and len(kept) == len(_parts(goal)):
+        return True
+    return any(_is_changed(part, record) or _is_acted_on(part, record, acts) for part in kept)
+
+
+def _is_act(action: Action | None) -> bool:
+    """Whether an action is a click that is more than pointing."""
+    return isinstance(action, InteractPixel) and action.intent != "ground"
+
+
+def _is_acted_on(part: ObjectInState, record: EpisodeRecord, acts: Iterable[Effect | None]) -> bool:
     category = record.worlds[0].objects[part.object_id].category
-    clicks = (
-        step for step in record.steps if isinstance(step.action, InteractPixel) and step.action.intent != "ground"
-    )
-    return any(grounded(part.object_id, category, click.effect)[0] for click in clicks)
+    return any(grounded(part.object_id, category, effect)[0] for effect in acts)

@@ -32,7 +32,7 @@ from vigil.authoring.closure.packing import (
 )
 from vigil.authoring.closure.refusals import FULL, silent_refusal
 from vigil.authoring.closure.tasks import ClosureTask
-from vigil.authoring.closure.twins import BrokenRule, check_hidden
+from vigil.authoring.closure.twins import STRICT_SINCE, BrokenRule, check_hidden
 from vigil.authoring.closure.verify import certified_anew, task_of, verify_closure
 from vigil.authoring.drafting.drafts import ClosureDraft, DraftsFile, Header, Rejection
 from vigil.authoring.drafting.generation import GenerationSettings
@@ -228,6 +228,8 @@ def test_what_bars_the_way_is_in_no_first_frame(drafts: DraftsFile, simulator: P
         assert start is not None
         seen = replace(task, episodes=tuple(each.model_copy(update={"start": start}) for each in task.episodes))
         assert certifier.certify(seen, house)[1][0].rule == "difference_hidden"
+        by_rules_of_its_time = Certifier(simulator, STRICT_SINCE - 1).certify(seen, house)[1]
+        assert "difference_hidden" not in {finding.rule for finding in by_rules_of_its_time}
 
 
 def test_what_is_asked_about_is_in_no_first_frame_of_a_second_side(

@@ -17,7 +17,7 @@ from vigil.authoring.closure.refusals import FULL, is_full
 from vigil.authoring.closure.rooms import has_room
 from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.closure.telling import told
-from vigil.authoring.closure.twins import BrokenRule, check_hidden, check_same, where_gone
+from vigil.authoring.closure.twins import STRICT_SINCE, BrokenRule, check_hidden, check_same, where_gone
 from vigil.authoring.language.referring import Phrase, items_of, referents
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.robustness import shows_one_wall
@@ -50,6 +50,7 @@ from vigil.pose import Pose, floor_distance
 from vigil.scene.geometry import box_distances, box_of
 from vigil.scene.things import Thing
 from vigil.sim.privileged import PrivilegedSimulator
+from vigil.versions import RULES_VERSION
 
 _WORDS = frozenset({"target_named", "unambiguous"})
 EXEMPT: dict[str, frozenset[str]] = {
@@ -96,7 +97,9 @@ def exempt_of(task: ClosureTask) -> frozenset[str]:
 class Certifier:
     """Certifies tasks on one simulator."""
 
-    def __init__(self, simulator: PrivilegedSimulator) -> None:
+    def __init__(self, simulator: PrivilegedSimulator, rules: int = RULES_VERSION) -> None:
+        """Certifies by a version of the rules: what is frozen is held to those of its time."""
+        self._is_strict = rules >= STRICT_SINCE
         self._simulator = simulator
         self._validator = Validator(simulator)
         self._oracle = Oracle(simulator)
@@ -232,7 +235,7 @@ class Certifier:
         """Returns the answers of twins. Raises BrokenRule where they are none, or the second side can be done."""
         first = task.episodes[0]
         check_same(task, second)
-        for side in task.episodes if task.kind != "if_so" else ():
+        for side in task.episodes if self._is_strict and task.kind != "if_so" else ():
             self._begin(side)
             check_hidden(task, side, self._oracle, is_searched="hidden_at_start" not in exempt_of(task))
         sides, pair = PAIRED[task.kind], f"pair:{first.id}"
@@ -265,7 +268,7 @@ class Certifier:
             if not removed.is_broken:
                 raise BrokenRule("twin_impossible", f"{task.removed!r} is there, and not broken")
             return "broken"
-        return where_gone(meant, items_of(self._oracle.scene).values())
+        return where_gone(meant, items_of(self._oracle.scene).values(), is_strict=self._is_strict)
 
     def _why_not(self, second: Episode) -> str:
         """Returns what the exhaustive search says. Raises BrokenRule where it finds a way."""

@@ -13,6 +13,10 @@ from vigil.episode import Episode
 from vigil.errors import EpisodeError
 
 
+STRICT_SINCE = 3
+"""Version of the rules since which first frames show no difference, and what lies elsewhere has the very name."""
+
+
 class BrokenRule(EpisodeError):
     """A rule that twins break."""
 
@@ -50,15 +54,17 @@ def check_hidden(task: ClosureTask, episode: Episode, oracle: Oracle, *, is_sear
             raise BrokenRule(rule, f"{pixels} px of {object_id!r} are in view at the start of {episode.id!r}")
 
 
-def where_gone(phrases: Sequence[Phrase], items: Iterable[DescribedThing]) -> Literal["absent", "elsewhere"]:
+def where_gone(
+    phrases: Sequence[Phrase], items: Iterable[DescribedThing], *, is_strict: bool = True
+) -> Literal["absent", "elsewhere"]:
     """Returns whether nothing of the name of what is gone is left, or another one lies elsewhere.
 
-    A pot may be taken for a kettle, and so may not lie where the kettle is sought; but it is no kettle. Raises
-    BrokenRule where something still answers to a phrase.
+    A pot may be taken for a kettle, and so may not lie where the kettle is sought; but it is no kettle, unless by rules
+    that were not `is_strict`. Raises BrokenRule where something still answers to a phrase.
     """
     everything = list(items)
     for phrase in phrases:
         for other in referents(phrase, everything)[:1]:
             raise BrokenRule("told_apart", f"{str(phrase)!r} fits {other.id!r} still")
-    left = [each for phrase in phrases for each in referents(phrase.placeless, everything) if each.name == phrase.name]
-    return "elsewhere" if left else "absent"
+    left = [(phrase.name, each.name) for phrase in phrases for each in referents(phrase.placeless, everything)]
+    return "elsewhere" if any(name == found or not is_strict for name, found in left) else "absent"

@@ -25,7 +25,7 @@ def verify_closure(
     findings = [Finding(episode.id, "closes_rightly", "it has no answer") for episode in pack.episodes
                 if episode.id not in answers]  # fmt: skip
     tasks = [] if findings else list(_tasks(pack, answers))
-    certifier, faulty = Certifier(simulator), 0
+    certifier, faulty = Certifier(simulator, pack.manifest.versions.rules), 0
     for done, task in enumerate(tasks, start=1):
         found = _verify(certifier, pack, task, answers)
         findings += found
