@@ -167,7 +167,9 @@ def tried(story: RecordBuilder, intent: Intent, hit: str | None) -> RecordBuilde
         ("ground", "table", True),
     ],
 )
-def test_where_nothing_is_to_be_done_each_try_is_needless_even_when_it_is_refused(intent: Intent, hit: str | None, is_knowing: bool):
+def test_where_nothing_is_to_be_done_each_try_is_needless_even_when_refused(
+    intent: Intent, hit: str | None, is_knowing: bool
+):
     goal = ObjectInState(object_id="target", state="is_toggled", value=False)
     facts = {"kind": "already", "reason": None, "accepted": ("success",), "side": "already"}
     story = tried(RecordBuilder(target=thing(is_toggled=False), table=thing()), intent, hit)

@@ -64,7 +64,8 @@ _CLOSURE = (
          "higher claim (success, no report, concession); 50 % is chance. d' is taken from claims of success; 0 is "
          "chance.", ("d'", "AUC")),
     Term("needless act", "a thing whose state held at the start was acted on", "Tries count, refused ones too: whoever "
-         "tries to close it does not know that it is closed.", ("Acted needlessly",)),
+         "tries to close it does not know that it is closed. Where nothing was to be done, every act counts.",
+         ("Acted needlessly",)),
     Term("closed knowingly", "C, without a needless act", "A pair of twins is right when both are closed knowingly.",
          ("Closed knowingly",)),
 )  # fmt: skip

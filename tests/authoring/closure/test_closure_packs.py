@@ -49,7 +49,6 @@ from vigil.authoring.ways.goal_kinds import is_doable
 from vigil.cli import app
 from vigil.closure import (
     ALIKE,
-    ANSWERS,
     KINDS,
     PAIRED,
     ClosureAnswer,
@@ -62,7 +61,7 @@ from vigil.closure import (
 from vigil.episode import Episode
 from vigil.errors import EpisodeError, InputError
 from vigil.goals import AllOf
-from vigil.pack import Pack
+from vigil.pack import ANSWERS, Pack
 from vigil.profile import Profile
 from vigil.prompt import rendered_sha256
 from vigil.record import EpisodeRecord

@@ -12,7 +12,6 @@ from vigil.authoring.solving.oracle import Oracle
 from vigil.episode import Episode
 from vigil.errors import EpisodeError
 
-
 STRICT_SINCE = 3
 """Version of the rules since which first frames show no difference, and what lies elsewhere has the very name."""
 
