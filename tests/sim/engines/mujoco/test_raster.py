@@ -12,7 +12,7 @@ from vigil.observation import Quality
 from vigil.pose import Pose, Vec3
 from vigil.scene.things import Scene, Thing
 from vigil.sim.engines.mujoco.compiled import model_cache
-from vigil.sim.engines.mujoco.compiled.model import build
+from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, occluders
 from vigil.sim.engines.mujoco.raster import lighting as lighting_module
@@ -345,6 +345,67 @@ def test_light_follows_what_moves_and_leaves_no_shade_behind(scene: Scene) -> No
     assert np.array_equal(other.planes, planes)
 
 
+def test_furniture_that_a_setup_has_moved_changes_the_light_on_itself_alone(scene: Scene) -> None:
+    found = []
+    for position in (scene.things["big"].position, Vec3(-1.3, 0.45, 1.3)):
+        model = build(scene)
+        put(model, scene.things["big"], position)
+        lighting = Lighting(model)
+        lighting.follow(np.arange(model.native.ngeom))
+        found.append((lighting.vertices, lighting.planes))
+        (own,) = (lighting.geometry.vertex_slices[geom] for geom in model.things["big"].geoms)
+        scene.things["big"].position = Vec3(1.3, 0.45, 1.3)
+    (vertices, planes), (vertices_after, planes_after) = found
+    changed = np.flatnonzero((vertices_after != vertices).any(axis=1))
+    assert len(changed)
+    assert own.start <= changed.min()
+    assert changed.max() < own.stop
+    assert np.array_equal(planes_after, planes)
+
+
+@pytest.mark.parametrize("is_taken_away", [False, True])
+def test_what_is_put_where_furniture_stood_is_lit(scene: Scene, is_taken_away) -> None:
+    scene.things["cube"].is_pickupable = True
+    model = model_cache.model_of(scene)
+    lighting, every = Lighting(model), np.arange(model.native.ngeom)
+    (own,) = (lighting.geometry.vertex_slices[geom] for geom in model.things["cube"].geoms)
+    big = scene.things["big"]
+    before = big.position
+    put(model, scene.things["cube"], before)
+    lighting.follow(every)
+    inside = lighting.vertices[own, :3].copy()
+    big.is_present = not is_taken_away
+    put(model, big, before if is_taken_away else Vec3(-1.3, 0.45, 1.3))
+    lighting.follow(every)
+    assert lighting.vertices[own, :3].mean() > inside.mean() + 20
+    big.is_present = True
+    put(model, big, before)
+    lighting.follow(every)
+    assert np.array_equal(lighting.vertices[own, :3], inside)
+
+
+def test_how_a_case_looked_when_its_light_was_cast_does_not_matter(scene: Scene) -> None:
+    cabinet = scene.things["cabinet"]
+    found = []
+    for is_toggled, is_broken, is_present in ((False, False, True), (True, True, True), (False, False, False)):
+        model_cache.forget()
+        model = model_cache.model_of(scene)
+        every, lighting = np.arange(model.native.ngeom), Lighting(model)
+        cabinet.is_toggled, cabinet.is_broken, cabinet.is_present = is_toggled, is_broken, is_present
+        put(model, cabinet, cabinet.position)
+        lighting.follow(every)
+        found.append(lighting.vertices)
+        cabinet.is_toggled, cabinet.is_broken, cabinet.is_present = False, False, True
+    assert np.array_equal(found[1], found[0])
+    assert np.array_equal(found[2], found[0])
+
+
+def put(model: CompiledModel, thing: Thing, position: Vec3) -> None:
+    thing.position = position
+    model.place(thing)
+    model.settle()
+
+
 def test_light_is_the_same_however_it_is_cast_in_parts(scene: Scene, monkeypatch) -> None:
     found = []
     for points in (10, 500, 10**6):
@@ -393,6 +454,33 @@ def is_red(frame: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("quality", ["default", "fast"])
 def test_frames_are_the_same_bytes_again(scene: Scene, quality) -> None:
     assert np.array_equal(draw(scene, quality=quality), draw(scene, quality=quality))
+
+
+@pytest.mark.usefixtures("drawing")
+@pytest.mark.parametrize("quality", ["default", "fast"])
+def test_a_frame_does_not_depend_on_the_setups_drawn_before_it(scene: Scene, quality) -> None:
+    home, aside = scene.things["big"].position, Vec3(-1.2, 0.45, 1.2)
+    setups = [{"big": home}, {"big": aside}, {"big": aside, "cube": home}, {"big": home, "cube": aside}]
+    cube = scene.things["cube"].position
+
+    def frames(order: list[int]) -> dict[int, np.ndarray]:
+        model_cache.forget()
+        engine = MujocoEngine(quality)
+        engine.load(scene)
+        drawn = {}
+        for number in order:
+            for thing_id, position in ({"big": home, "cube": cube} | setups[number]).items():
+                scene.things[thing_id].position = position
+            engine.update(scene, {"big", "cube"})
+            drawn[number] = engine.draw(LOOK, None)
+        engine.close()
+        scene.things["big"].position, scene.things["cube"].position = home, cube
+        return drawn
+
+    fresh = [frames([number])[number] for number in range(len(setups))]
+    for order in ([0, 1, 2, 3], [3, 2, 1, 0]):
+        drawn = frames(order)
+        assert [np.array_equal(drawn[number], fresh[number]) for number in range(len(setups))] == [True] * len(setups)
 
 
 def test_of_a_mirrored_picture_only_what_is_seen_of_the_mirror_is_drawn() -> None:

@@ -58,6 +58,8 @@ class CompiledModel:
 
     native: NativeModel
     data: NativeData
+    first: NativeData
+    """Where everything was when the model was built; its copies share it."""
     things: dict[str, Placed]
     geom_things: np.ndarray
     """(ngeom + 1,) int32: thing of each geom, -1 for structure and for "no geom" in the last place."""
@@ -73,6 +75,10 @@ class CompiledModel:
     lamps: lights.Lamps
     still: np.ndarray
     """Geoms that stop light: structure, and the bodies of furniture; no leaf that opens, no glass, nothing on top."""
+    usual_groups: np.ndarray
+    """The group of each geom while its thing is off, whole and there, and ..."""
+    usual_looks: np.ndarray
+    """its native material then: light that is cast once must not depend on how a thing looked at that time."""
     materials: tuple[Material, ...]
     """Of each native material."""
     portals: Portals
@@ -115,6 +121,13 @@ class CompiledModel:
         if len(changed):
             has_moved[self.wholes[self.body_things[changed]]] = True
         return has_moved[self.wholes]
+
+    def displaced(self) -> np.ndarray:
+        """Returns which of the `still` geoms (k,) are absent, or not where they were when the model was built."""
+        now, first = self.data, self.first
+        is_absent = self.native.geom_group[self.still] == HIDDEN
+        is_elsewhere = (now.geom_xpos[self.still] != first.geom_xpos[self.still]).any(axis=1)
+        return is_absent | is_elsewhere | (now.geom_xmat[self.still] != first.geom_xmat[self.still]).any(axis=1)
 
     def copy(self) -> "CompiledModel":
         """Returns a model of the same scene, everything where it is now, that changes by itself."""
@@ -174,6 +187,7 @@ def build(scene: Scene) -> CompiledModel:
     model = CompiledModel(
         native,
         mujoco.MjData(native),
+        mujoco.MjData(native),
         things,
         np.array([*draft.geom_things, -1], dtype=np.int32),
         np.array([*draft.geom_roles, 0], dtype=np.uint8),
@@ -183,6 +197,8 @@ def build(scene: Scene) -> CompiledModel:
         rooms,
         lights.lamps_of(scene),
         _still(draft, scene, kinds, things),
+        _usual_groups(native, things),
+        native.geom_matid.copy(),
         tuple(draft.looks.materials[native.material(number).name] for number in range(native.nmat)),
         Portals(scene),
         {},
@@ -190,7 +206,15 @@ def build(scene: Scene) -> CompiledModel:
     for thing in scene.things.values():
         model.place(thing)
     model.settle()
+    mujoco.mj_copyData(model.first, native, model.data)
     return model
+
+
+def _usual_groups(native: NativeModel, things: dict[str, Placed]) -> np.ndarray:
+    groups = native.geom_group.copy()
+    for placed in things.values():
+        groups[placed.geoms] = np.where(placed.shown_off, placed.groups, HIDDEN)
+    return groups
 
 
 def _compiled(draft: _Draft) -> NativeModel:

@@ -56,7 +56,7 @@ def shares_of_light(model: CompiledModel, geometry: Geometry, geoms: np.ndarray,
         if not any(piece.has_inside for piece in pieces):
             continue
         parts = np.concatenate([piece.geoms for piece in pieces])
-        parts = parts[~np.isin(model.native.geom_group[parts], (HIDDEN, GLASS))]
+        parts = parts[~np.isin(model.usual_groups[parts], (HIDDEN, GLASS))]
         others = parts[model.native.geom_bodyid[parts] != body]
         if not len(others):
             continue
@@ -96,7 +96,7 @@ def shares_from_afar(model: CompiledModel, geoms: np.ndarray, shares: np.ndarray
     """
     afar = shares.copy()
     dim = np.flatnonzero(shares < 1.0)
-    things, groups = model.geom_things[geoms[dim]], model.native.geom_group
+    things, groups = model.geom_things[geoms[dim]], model.usual_groups
     for whole in np.unique(model.wholes[things]).tolist():
         chosen = dim[model.wholes[things] == whole]
         parts = np.flatnonzero(model.wholes[model.geom_things[:-1]] == whole)
@@ -113,7 +113,7 @@ def shares_from_afar(model: CompiledModel, geoms: np.ndarray, shares: np.ndarray
 
 def _albedo(model: CompiledModel, geoms: np.ndarray) -> np.ndarray:
     """Returns how much light the materials of geoms (n,) send back, on average over the colours."""
-    roots = np.array([model.materials[number].rgba[:3] for number in model.native.geom_matid[geoms]])
+    roots = np.array([model.materials[number].rgba[:3] for number in model.usual_looks[geoms]])
     return np.maximum((roots**2).mean(axis=1), 1e-3)
 
 

@@ -1,12 +1,14 @@
 """The light of a scene: cast on what is looked at for the first time, and anew on whatever has moved since.
 
-What stands still (structure, furniture without its leaves) stops light. What can move stops none, so it leaves no shade
-behind; its own contact with what is around it is darkened when a frame is drawn.
+What stands still (structure, furniture without its leaves) stops light from where it stood when the scene was loaded:
+moving one thing changes no light on another that has stayed. What can move stops none, so it leaves no shade behind;
+its own contact with what is around it is darkened when a frame is drawn. Furniture that has been moved or taken away
+stops no light on what has been moved too, which may stand in its old place.
 """
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -16,7 +18,7 @@ from vigil.sim.engines.mujoco.compiled.model import HELD, CompiledModel
 from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, smoothing
 from vigil.sim.engines.mujoco.raster.geometry import Geometry, geometry_of
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
-from vigil.sim.engines.mujoco.raster.occluders import THREADS, occluders_of
+from vigil.sim.engines.mujoco.raster.occluders import THREADS, Occluders, occluders_of
 from vigil.sim.engines.mujoco.raster.smoothing import inset, of_one_surface, smoothed
 
 BRIGHTEST = 2.0
@@ -83,11 +85,12 @@ class Baked:
     """The light of a model as it stood at first, shared by its copies, and cast for what is looked at."""
 
     def __init__(self, model: CompiledModel) -> None:
-        self.geometry = geometry_of(model)
-        self.places = _places(model)
-        self.charts, self._samples = _charts(model, self.geometry)
+        first = replace(model, data=model.first)
+        self.geometry = geometry_of(first)
+        self.places = _places(first)
+        self.charts, self._samples = _charts(first, self.geometry)
         self._lamps, self._portals = list(model.lamps.places), model.portals
-        self._occluders = occluders_of(model, self.geometry, model.still)
+        self.occluders = occluders_of(first, self.geometry, model.still)
         self._is_cast = np.zeros(model.native.ngeom, dtype=bool)
         self.vertices = Cast.none(len(self._lamps), len(self.geometry.vertices))
         self.near = np.full(len(self.geometry.vertices), FULL, np.uint8)
@@ -104,13 +107,16 @@ class Baked:
         self._is_cast[missing] = True
         is_charted = self.geometry.is_charted[missing]
         meshes, planes = missing[~is_charted], missing[is_charted]
-        on_meshes = partial(self.cast_on, model, meshes, self.vertices, self.near)
+        on_meshes = partial(self.cast_on, model, meshes, self.occluders, (self.vertices, self.near))
         do_at_once([on_meshes, partial(self._cast_planes, planes)])
 
-    def cast_on(self, model: CompiledModel, geoms: np.ndarray, into: Cast, near: np.ndarray) -> None:
-        """Casts light on the vertices of geoms where they are now, into the light and `near` (n,) of all vertices."""
+    def cast_on(
+        self, model: CompiledModel, geoms: np.ndarray, occluders: Occluders, into: tuple[Cast, np.ndarray]
+    ) -> None:
+        """Casts light on the vertices of geoms where they are now, into the light and the `near` (n,) of all."""
         if not len(geoms):
             return
+        light, near = into
         places = [self.geometry.world(model, geom) for geom in geoms.tolist()]
         points, normals = (np.concatenate(each) for each in zip(*places, strict=True))
         counts = [len(each) for each, _ in places]
@@ -121,7 +127,7 @@ class Baked:
         samples = Samples(points[first], normals[first])
         along = of_one_surface(samples.normals, edges)
         in_gaps = partial(gaps.shares_of_light, model, self.geometry, geoms[owners[first]], samples)
-        (cast, is_buried), shares = do_at_once([partial(self._cast, inset(samples, along)), in_gaps])
+        (cast, is_buried), shares = do_at_once([partial(self._cast, inset(samples, along), occluders), in_gaps])
         cast = cast.smoothed(samples, ~is_buried, along, owners[first]).shaded(samples, self._lamps)
         shares = np.where(gaps.bounded(shares < 1.0, samples.points, edges), shares, 1.0)
         afar = gaps.shares_from_afar(model, geoms[owners[first]], shares)
@@ -131,8 +137,8 @@ class Baked:
         start = 0
         for geom, count in zip(geoms.tolist(), counts, strict=True):
             part, stop = self.geometry.vertex_slices[geom], start + count
-            into.ambient[part] = cast.ambient[which[start:stop]]
-            into.reach[:, part] = cast.reach[:, which[start:stop]]
+            light.ambient[part] = cast.ambient[which[start:stop]]
+            light.reach[:, part] = cast.reach[:, which[start:stop]]
             near[part] = kept[which[start:stop]]
             start = stop
 
@@ -170,26 +176,26 @@ class Baked:
             [numbers[top : top + tall, left : left + wide].ravel() for top, left, tall, wide in boxes]
         )
         samples = Samples(self._samples.points[chosen], self._samples.normals[chosen])
-        cast, is_buried = self._cast(samples)
+        cast, is_buried = self._cast(samples, self.occluders)
         cast = cast.shaded(samples, self._lamps)
         self.is_open[chosen] = ~is_buried
         self.planes.ambient[chosen], self.planes.reach[:, chosen] = cast.ambient, cast.reach
 
-    def _cast(self, samples: Samples) -> tuple[Cast, np.ndarray]:
+    def _cast(self, samples: Samples, occluders: Occluders) -> tuple[Cast, np.ndarray]:
         """Returns the light that comes to samples, whichever way they face, and which of them are buried."""
         starts = range(0, len(samples.points), PART_POINTS)
         parts = [samples.part(slice(start, start + PART_POINTS)) for start in starts]
-        found = do_at_once([partial(self._cast_part, part) for part in parts])
+        found = do_at_once([partial(self._cast_part, part, occluders) for part in parts])
         ambient, reach, is_buried = zip(*found, strict=True)
         return Cast(np.concatenate(ambient), np.concatenate(reach, axis=1)), np.concatenate(is_buried)
 
-    def _cast_part(self, samples: Samples) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _cast_part(self, samples: Samples, occluders: Occluders) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Returns the light from around (n, 3) and from each lamp (lamps, n), and which samples are buried (n,)."""
-        ambient, is_buried = irradiance.ambient(self._occluders, samples)
+        ambient, is_buried = irradiance.ambient(occluders, samples)
         places = samples.origins[:, :2]
         reach = [
             irradiance.from_lamp(
-                self._occluders, lamp, samples, irradiance.spilled(self._portals.distances_from(room, places))
+                occluders, lamp, samples, irradiance.spilled(self._portals.distances_from(room, places))
             )
             for room, lamp in enumerate(self._lamps)
         ]
@@ -212,6 +218,8 @@ class Lighting:
         count = len(self.geometry.vertices)
         self._cast = Cast.none(len(model.lamps.places), count)
         self._places = _places(model)
+        self._displaced, self._occluders = np.zeros(len(model.still), dtype=bool), self._baked.occluders
+        """Which furniture has been moved, and what stops light on things that have been: all else."""
         self._things = np.append(model.geom_things[:-1], np.full(len(self.geometry.hand), -1))
         self._turns = np.zeros(len(model.things) + 1, dtype=int)
         """How often each thing has moved, or a part of it; the last is for what is no thing."""
@@ -240,6 +248,7 @@ class Lighting:
         if not np.array_equal(strengths, self._strengths):
             self._strengths = strengths
             self._lit[:] = -1
+        self._clear_displaced()
         places = _places(self._model)
         self._turns += self._model.moved(places, self._places)
         self._places = places
@@ -250,13 +259,23 @@ class Lighting:
         is_charted = self.geometry.is_charted[stale]
         is_moved = self._model.moved(places, self._baked.places)[self._things[stale]]
         self._baked.ensure(self._model, stale[~is_moved])
-        self._baked.cast_on(self._model, stale[is_moved], self._cast, self._near)
+        self._baked.cast_on(self._model, stale[is_moved], self._occluders, (self._cast, self._near))
         for geom, moved in zip(stale[~is_charted].tolist(), is_moved[~is_charted].tolist(), strict=True):
             part = self.geometry.vertex_slices[geom]
             cast, near = (self._cast, self._near) if moved else (self._baked.vertices, self._baked.near)
             self.vertices[part, :3], self.vertices[part, 3] = encoded(cast.under(self._strengths, part)), near[part]
         self._mix_planes(stale[is_charted])
         return bool(is_charted.any()), [self.geometry.vertex_slices[geom] for geom in stale[~is_charted].tolist()]
+
+    def _clear_displaced(self) -> None:
+        """Has furniture that has been moved stop no light on things that have been, and all other furniture stop it."""
+        displaced = self._model.displaced()
+        if np.array_equal(displaced, self._displaced):
+            return
+        self._displaced, self._lit[:] = displaced, -1
+        still = self._model.still[~displaced]
+        is_all = len(still) == len(displaced)
+        self._occluders = self._baked.occluders if is_all else occluders_of(self._model, self.geometry, still)
 
     def in_hand(self, geoms: np.ndarray, up: np.ndarray) -> list[slice]:
         """Lights what is held, from above the one who holds it. Returns which vertices have changed."""

@@ -92,7 +92,7 @@ class Occluders:
 
 
 def occluders_of(model: CompiledModel, geometry: Geometry, geoms: np.ndarray) -> Occluders:
-    """Returns the triangles of geoms where they are now."""
+    """Returns the triangles of geoms where they are in a model."""
     vertices = np.concatenate([geometry.world(model, geom)[0] for geom in geoms])
     counts = [geometry.vertex_slices[geom].stop - geometry.vertex_slices[geom].start for geom in geoms]
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
