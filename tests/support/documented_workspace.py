@@ -5,7 +5,7 @@ import shutil
 from pathlib import Path
 
 from documented import ROOT
-from quick_runs import quick
+from quick_runs import claim, quick
 from thor_files import write_asset_database
 
 from vigil.housegen import generate, spec_for
@@ -33,6 +33,7 @@ def write_workspace(folder: Path) -> Path:
         run = folder / "runs" / name
         run_pack(quick(Path("starter"), run, agent=agent, episode_ids=EPISODES))
         _name_model(run / "run.json", model)
+        claim(run)
     house = generate(7, spec_for("2"))
     house.save(folder / "house.json")
     (folder / "my_houses").mkdir()
