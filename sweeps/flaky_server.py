@@ -252,7 +252,7 @@ def _faults(calm: EpisodeRecord, rough: EpisodeRecord, server: FlakyServer) -> I
 def plain(record: EpisodeRecord) -> dict[str, Any]:
     """Returns a record without what may differ: run, times, and tokens, which an odd answer may not count."""
     fields = record.model_dump(mode="json")
-    for name in ("run_id", "started", "ended", "attempt"):
+    for name in ("run_id", "run_sha256", "started", "ended", "attempt"):
         fields.pop(name)
     for step in fields["steps"]:
         for name in ("seconds", "usage"):

@@ -81,7 +81,11 @@ def test_records_are_written_as_a_run_that_is_read_scored_and_verified(tmp_path:
         records = [vigil.play(episode, env, LooksRound()) for episode in some]
     run = vigil.save_run(tmp_path / "run", pack, records, env, agent="looks_round")
     read = read_run(run)
-    assert (read.notes, read.header.spec.agent, read.header.spec.simulator) == ((), "looks_round", "fake")
+    assert (read.notes, read.header.spec.agent, read.header.spec.simulator) == (
+        read.header.version_notes,
+        "looks_round",
+        "fake",
+    )
     assert summarise(read.table.settlement()) == vigil.summarise(some, records)
     assert verify_run(run, VerifySettings()).is_verified
     (shown,) = Library([tmp_path]).runs()

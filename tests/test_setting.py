@@ -63,6 +63,6 @@ def test_settings_from_python_alone_are_few() -> None:
     """Of all that a run takes, only what is no text, and the patience with servers and simulators, is no option."""
     offered = {one.name for one in declared_in(RunSettings) if one.setting.is_option}
     assert {one.name for one in fields(RunSettings)} - offered == {
-        *("agent_factory", "simulator_factory"),
+        *("agent_factory", "simulator_factory", "reveal_private_pack"),
         *("retries", "first_wait_s", "longest_wait_s", "patience_s"),
     }

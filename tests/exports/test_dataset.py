@@ -70,7 +70,7 @@ def test_episodes_are_the_rows_of_a_report_and_steps_join_them(write: Write, tmp
 def test_the_answer_key_is_left_out_unless_asked_for_and_the_card_says_which(
     write: Write, tmp_path: Path, has_key: bool
 ) -> None:
-    runs = read_runs([write("a")], use_cache=False)
+    runs = read_runs([write("a")])
     card = write_dataset(runs, None, tmp_path / "out", Disclosure(answer_key=has_key)).read_text(encoding="utf-8")
     columns = pq.read_schema(tmp_path / "out" / "episodes.parquet").names
     key = {"target", "distance_m", "expected", "first_goal_step", "lag", "lag_from_reset", "actions_after_goal.look"}

@@ -154,8 +154,6 @@ def test_an_error_is_raised_with_where_it_was_and_the_vector_goes_on(vector: Sha
         vector.reset(options={"episode_id": "nowhere"})
     with pytest.raises(AttributeError, match="no_such_thing"):
         vector.get_attr("no_such_thing")
-    with pytest.raises(Exception, match="pickle"):
-        vector.get_attr("unwrapped")
     vector.reset(seed=0)
     assert vector.step((TURN, TURN, FAIL))[2].tolist() == [False, False, True]
 

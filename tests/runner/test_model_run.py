@@ -488,6 +488,7 @@ def test_inspects_task_takes_settings_of_a_run_with_their_defaults() -> None:
         "image_format": "png",
         "backend": "mujoco",
         "anyway": False,
+        "system_role": "system",
         "reveal_private_pack": False,
     }
 
@@ -519,8 +520,8 @@ def test_inspects_task_reads_a_prompt_file(tmp_path: Path) -> None:
         ({"pack": "startr"}, "ERROR: .*'startr'.* Did you mean 'starter'"),
         ({"profile": "pure_depth"}, "ERROR: Profile 'pure_depth' does not exist"),
         ({"backend": "unity"}, "ERROR: Simulator 'unity' does not exist"),
-        ({"coordinates": "pixels"}, "ERROR: Setting coordinates is 'pixels'. Did you mean 'pixel'"),
-        ({"workers": 0}, "ERROR: Setting workers is 0; it must be 1 or more"),
+        ({"coordinates": "pixels"}, "ERROR: --coordinates is 'pixels'. Did you mean 'pixel'"),
+        ({"workers": 0}, "ERROR: --workers is 0; it must be 1 or more"),
         ({"famly": "DA"}, "ERROR: The task takes no argument 'famly'. Did you mean 'family'"),
     ],
 )

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
@@ -202,7 +202,7 @@ def thousand(per_family: int = PER_FAMILY) -> list[Episode]:
     return sorted(found, key=lambda one: one.id)
 
 
-def write_pack(folder: Path, episodes: list[Episode]) -> str:
+def write_pack(folder: Path, episodes: list[Episode], houses: Mapping[str, bytes] | None = None) -> str:
     """Writes as much of a pack as readers of runs need, and returns its hash."""
     lines = b"".join(one.model_dump_json().encode() + b"\n" for one in episodes)
     families = {family: sum(one.family == family for one in episodes) for family in FAMILIES}
@@ -211,10 +211,16 @@ def write_pack(folder: Path, episodes: list[Episode]) -> str:
         "episodes": len(episodes),
         "houses": 40,
         "families": {family: count for family, count in families.items() if count},
-        "files": {"episodes.jsonl": hashlib.sha256(lines).hexdigest(), "solutions.jsonl": "0" * 64},
+        "files": {
+            "episodes.jsonl": hashlib.sha256(lines).hexdigest(),
+            "solutions.jsonl": "0" * 64,
+            **{f"houses/{name}.json": hashlib.sha256(data).hexdigest() for name, data in (houses or {}).items()},
+        },
     }
     raw = json.dumps(manifest).encode()
-    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "houses").mkdir(parents=True, exist_ok=True)
+    for name, data in (houses or {}).items():
+        (folder / f"houses/{name}.json").write_bytes(data)
     (folder / "manifest.json").write_bytes(raw)
     (folder / "episodes.jsonl").write_bytes(lines)
     return hashlib.sha256(raw).hexdigest()

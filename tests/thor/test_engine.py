@@ -127,7 +127,9 @@ def test_settings_that_do_nothing_here_are_taken(client):
 
 
 def test_a_house_that_cannot_be_built_says_why(client):
-    assert client.fail("CreateHouse", house={"rooms": []}).startswith("Exception creating house: House 'house': ")
+    assert client.fail("CreateHouse", house={"rooms": []}).startswith(
+        "Exception creating house: House 'house' has no rooms"
+    )
     assert client.do("Pass")["objects"] == []
     assert "is not in this engine" in client.fail("Reset", sceneName="FloorPlan1_physics")
 

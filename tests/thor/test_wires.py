@@ -120,7 +120,7 @@ def test_the_command_is_one_that_the_client_can_split(monkeypatch, tmp_path):
     assert os.environ["DISPLAY"]
     with pytest.raises(SettingError, match="is no engine's"):
         thor_engine(backend="unity")
-    with pytest.raises(SettingError, match="cannot be read"):
+    with pytest.raises(SettingError, match="does not exist"):
         thor_engine(asset_database=tmp_path / "nowhere.json")
 
 

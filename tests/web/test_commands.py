@@ -87,12 +87,14 @@ def test_where_no_browser_is_the_address_is_enough(
 
 def test_a_folder_of_several_runs_is_no_site(runs: Path, pack: Pack, tmp_path: Path) -> None:
     with pytest.raises(RecordError, match=r"holds 2 runs; give one of them: .*random, .*sweep"):
-        write_site(runs, tmp_path / "site", None, [str(pack.folder)], None)
+        write_site(runs, tmp_path / "site", None, [str(pack.folder)], None, reveals=False)
 
 
 def test_one_episode_is_exported_to_a_file(runs: Path, pack: Pack, tmp_path: Path) -> None:
     def write(name: str, episode: str) -> bytes:
-        return write_site(runs / "sweep", tmp_path / name, (episode, 1), [str(pack.folder)], None).read_bytes()
+        return write_site(
+            runs / "sweep", tmp_path / name, (episode, 1), [str(pack.folder)], None, reveals=False
+        ).read_bytes()
 
     episode = pack.episodes[0].id
     assert write("one.gif", episode).startswith(b"GIF89a")

@@ -1,5 +1,6 @@
 """Results by stratum: every episode in one stratum of each way that concerns it, with intervals."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -36,11 +37,8 @@ def begun(record: EpisodeRecord, category: str, distance_m: float) -> EpisodeRec
 @pytest.fixture
 def run(tmp_path: Path) -> Path:
     episodes = [marked(one) for one in thousand(2)]
-    write_pack(tmp_path / "pack", episodes)
-    for number, rooms in enumerate((1, 4)):
-        house = tmp_path / f"pack/houses/house_{number}.json"
-        house.parent.mkdir(exist_ok=True)
-        house.write_text(f'{{"rooms": {[{}] * rooms}}}', encoding="utf-8")
+    houses = {f"house_{number}": json.dumps({"rooms": [{}] * rooms}).encode() for number, rooms in ((0, 1), (1, 4))}
+    write_pack(tmp_path / "pack", episodes, houses)
     records = {}
     for one in episodes:
         is_first = one.id.endswith("0")
@@ -85,14 +83,15 @@ def test_the_table_has_every_rate_with_its_interval(run: Path):
     assert row.group == "Rooms of the house (all families)"
 
 
-def test_a_pack_without_its_houses_tells_no_rooms(run: Path):
-    for file in (run.parent / "pack/houses").iterdir():
-        file.unlink()
-    (found,) = read_runs([run])
+def test_a_pack_without_houses_tells_no_rooms(tmp_path: Path):
+    episodes = thousand(1)
+    write_pack(tmp_path / "pack", episodes)
+    records = {one.id: played(plot_of(one.family)) for one in episodes}
+    (found,) = read_runs([write_run(tmp_path / "run", tmp_path / "pack", "vllm/model", records)])
     assert by_stratum(found.rows)["Rooms of the house (all families)"] == []
 
 
 def test_a_damaged_house_is_named(run: Path):
     (run.parent / "pack/houses/house_1.json").write_text('{"walls": []}', encoding="utf-8")
-    with pytest.raises(PackMismatch, match=r"house_1\.json' is no house"):
+    with pytest.raises(PackMismatch, match=r"houses/house_1\.json has SHA-256"):
         read_runs([run])
