@@ -34,10 +34,10 @@ class GoingRun:
         self.header = read_header(source).model_copy(update={"run_id": folder.name, "ended": None})
         write_header(folder, self.header)
         rows = read_records(source / "episodes.jsonl")
-        self.waiting = [_told(self.header.own(record), usage) for record in rows]
+        self.waiting = [_told(record, usage) for record in rows]
 
     def play(self, count: int = 1, error: str = "") -> list[EpisodeRecord]:
-        played = [self.waiting.pop(0) for _ in range(count)]
+        played = [self.header.own(self.waiting.pop(0)) for _ in range(count)]
         if error:
             fact = ErrorFact(boundary="model", message=error)
             played = [each.model_copy(update={"end": "error", "error": fact, "steps": ()}) for each in played]
