@@ -166,7 +166,7 @@ def test_an_episode_that_is_played_again_has_cost_twice(
     runs: Path, pack: Pack, render_service: RenderService, tmp_path: Path
 ) -> None:
     going = GoingRun(runs / "random", tmp_path / "runs" / "going", Usage(input_tokens=7, output_tokens=0))
-    record = going.waiting[0]
+    record = going.header.own(going.waiting[0])
     fact = ErrorFact(boundary="model", message="gone")
     cut = record.model_copy(update={"end": "error", "error": fact, "steps": record.steps[:2]})
     with (going.folder / "episodes.jsonl").open("ab") as file:
