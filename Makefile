@@ -7,7 +7,7 @@
 # make docs    builds the documentation into site/, which needs no network and no server; make docs-version puts it into
 #              pages/VERSION, beside the versions that are there already
 # make pictures draws the pictures of README.md and docs/ anew; it takes long, and needs Chromium (docs/writing.md)
-# make mutants tells which small faults the tests do not notice; MODULE=scoring for one module, EVERY=8 for a sample
+# make mutants tells which small faults the tests do not notice; MODULE=scoring.outcomes for one module, EVERY=8 for a sample
 PYTHON ?= $(shell for p in python3.13 python3.12 python3.11 python3; do \
 	command -v $$p >/dev/null 2>&1 && $$p -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' 2>/dev/null \
 	&& { echo $$p; break; }; done)
@@ -22,7 +22,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check
 REQUIREMENTS := pyproject.toml constraints.txt scripts/system-libraries
 RUNS ?= runs/starter
 DOCS ?= pages
-MODULE ?= profile scoring actions env goals goal_check replies json_text reasoning record summary
+MODULE ?= protocol.profile scoring.outcomes protocol.actions env protocol.goals scoring.goal_check protocol.replies protocol.json_text protocol.reasoning records.record scoring.summary
 EVERY ?= 1
 LOCKED := azure,docs,mistral,mutants,procthor,thor
 RELEASE_PYTHONS ?= python3.11 python3.12 python3.13

@@ -24,14 +24,14 @@ import numpy as np
 import psutil
 
 import vigil.integrations.gymnasium as integration
-from vigil.actions import Reply
 from vigil.api import make_env
 from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
-from vigil.episode import FAMILIES, Episode, families_named
-from vigil.even_draw import evenly
 from vigil.integrations.gymnasium.sources import load_pack
-from vigil.pack import Selection
+from vigil.packs.even_draw import evenly
+from vigil.packs.pack import Selection
+from vigil.protocol.actions import Reply
+from vigil.protocol.episode import FAMILIES, Episode, families_named
 from vigil.sim import make_simulator
 
 TURN = json.dumps({"skill_name": "navigate", "arguments": {"mode": "turn_right", "magnitude": 30}})

@@ -17,15 +17,15 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from vigil.actions import Navigate
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
+from vigil.base.geometry import Pose, Vec3
 from vigil.housegen import SPECS, generate
-from vigil.observation import Quality
-from vigil.pose import Pose, Vec3
+from vigil.protocol.actions import Navigate
+from vigil.protocol.house import House
+from vigil.protocol.observation import Quality
+from vigil.protocol.world import Setup
 from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.sim.engines.mujoco.engine import MujocoEngine
-from vigil.world import Setup
 
 AGAIN = 7
 STEPS = 10

@@ -4,11 +4,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from vigil.actions import PhysicalAction
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
-from vigil.pose import Box, Pose, Vec3
-from vigil.world import Effect, ObjectState, Setup, WorldState
+from vigil.base.geometry import Box, Pose, Vec3
+from vigil.protocol.actions import PhysicalAction
+from vigil.protocol.house import House
+from vigil.protocol.world import Effect, ObjectState, Setup, WorldState
 
 PLACE = Vec3(0.0, 1.0, 3.0)
 THING = ObjectState(

@@ -11,7 +11,7 @@ import time
 from collections import Counter
 
 from vigil.authoring.streaming.stream import Stream
-from vigil.episode import families_named
+from vigil.protocol.episode import families_named
 
 
 def main() -> None:

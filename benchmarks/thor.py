@@ -14,11 +14,12 @@ from typing import Any
 
 import psutil
 
-from vigil.actions import Navigate
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
+from vigil.base.geometry import Pose
 from vigil.housegen import SPECS, generate
-from vigil.pose import Pose
+from vigil.protocol.actions import Navigate
+from vigil.protocol.house import House
+from vigil.protocol.world import Setup
 from vigil.sim import make_simulator
 from vigil.sim.core.sight import HEIGHT, WIDTH
 from vigil.sim.protocol import Simulator
@@ -31,7 +32,6 @@ from vigil.thor.base.settings import Settings
 from vigil.thor.base.world import World
 from vigil.thor.engine import Engine
 from vigil.thor.wire.fifo import message, packer
-from vigil.world import Setup
 
 TURN = Navigate(mode="turn_right", magnitude=15.0)
 MASKS = ("renderInstanceSegmentation", "renderDepthImage")

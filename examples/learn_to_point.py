@@ -35,9 +35,9 @@ import pyarrow.parquet as pq
 from matplotlib.figure import Figure
 from PIL import Image
 
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.pack import Pack
-from vigil.rates import wilson
+from vigil.packs.pack import Pack
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.scoring.rates import wilson
 
 
 def read_options() -> argparse.Namespace:

@@ -24,8 +24,8 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import acting
 from vigil.authoring.ways.solvers import privileged_agent
+from vigil.base.geometry import Vec3
 from vigil.env import Env
-from vigil.pose import Vec3
 from vigil.sim import make_simulator
 from vigil.sim.showcase.fidelity import mismatches_of
 from vigil.sim.showcase.renders import render_asset

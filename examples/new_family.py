@@ -15,8 +15,8 @@ from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.review.validate import Validator
 from vigil.authoring.ways.solvers import privileged_agent
 from vigil.env import Env
-from vigil.episode import Episode, FamilySpec, register_family
-from vigil.goals import AgentNearTarget
+from vigil.protocol.episode import Episode, FamilySpec, register_family
+from vigil.protocol.goals import AgentNearTarget
 from vigil.sim import make_simulator
 
 SKILLS = ("navigate", "look", "report")

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from vigil.actions import Action, Reply, Report
 from vigil.agents.agent import Agent
 from vigil.agents.scripted import scripted_agent
 from vigil.analysis.plots.style import saved
@@ -21,10 +20,11 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.solving.moves import reply_of
 from vigil.authoring.ways.solvers import privileged_agent
 from vigil.env import Env
-from vigil.episode import Episode
-from vigil.observation import Observation
-from vigil.pack import Pack
-from vigil.profile import Profile
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Action, Reply, Report
+from vigil.protocol.episode import Episode
+from vigil.protocol.observation import Observation
+from vigil.protocol.profile import Profile
 from vigil.runner.workers.play import play
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator

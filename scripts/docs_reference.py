@@ -12,20 +12,40 @@ from vigil.cli.verbs import VERBS, Group, Verb, load
 ROOT = Path(__file__).parents[1]
 
 EXTENDED: dict[str, tuple[str, tuple[str, ...]]] = {
-    "agents": ("Agents", ("agents.agent", "observation", "actions", "agents.scripted", "agents.choose")),
+    "agents": (
+        "Agents",
+        ("agents.agent", "protocol.observation", "protocol.actions", "agents.scripted", "agents.choose"),
+    ),
     "goals": (
         "Goals and families",
-        ("goals", "goal_check", "episode", "authoring.ways.goal_kinds", "authoring.ways.goal_wrong_ways"),
+        (
+            "protocol.goals",
+            "scoring.goal_check",
+            "protocol.episode",
+            "authoring.ways.goal_kinds",
+            "authoring.ways.goal_wrong_ways",
+        ),
     ),
     "simulators": (
         "Simulators",
-        ("sim", "sim.protocol", "sim.privileged", "sim.staging", "sim.conformance", "world", "pose"),
+        ("sim", "sim.protocol", "sim.privileged", "sim.staging", "sim.conformance", "protocol.world", "base.geometry"),
     ),
-    "assets": ("Assets and houses", ("assets.catalog", "assets.sizes", "house", "housegen", "scene.things")),
-    "packs": ("Packs and streams", ("pack", "freezing", "authoring.streaming.stream", "authoring.drafting.grammar")),
+    "assets": ("Assets and houses", ("assets.catalog", "assets.sizes", "protocol.house", "housegen", "scene.things")),
+    "packs": (
+        "Packs and streams",
+        ("packs.pack", "packs.freeze", "authoring.streaming.stream", "authoring.drafting.grammar"),
+    ),
     "records": (
         "Records and verdicts",
-        ("record", "record_file", "saved_run", "scoring", "rates", "summary", "errors"),
+        (
+            "records.record",
+            "records.record_file",
+            "scoring.saved_run",
+            "scoring.outcomes",
+            "scoring.rates",
+            "scoring.summary",
+            "errors",
+        ),
     ),
     "analysis": (
         "Tables and figures",

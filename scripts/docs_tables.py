@@ -7,18 +7,18 @@ import re
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from vigil.actions import INTENT_ALIASES, INTENTS
 from vigil.analysis.measures.columns import COLUMNS
 from vigil.authoring.ways.limited import LIMITED
+from vigil.base.glossary import SECTIONS
 from vigil.cli.models import LISTED, keys_of, switch_of
-from vigil.endings import FINISH_REASONS, MEANINGS, REFERENCES
 from vigil.exports.steps import STEP_COLUMNS
-from vigil.glossary import SECTIONS
 from vigil.integrations.gymnasium import Options
-from vigil.levels import BOUNDS, COSTS, LEVELS
-from vigil.profile import COORDINATES_BY_MODEL
+from vigil.protocol.actions import INTENT_ALIASES, INTENTS
+from vigil.protocol.endings import FINISH_REASONS, MEANINGS, REFERENCES
+from vigil.protocol.profile import COORDINATES_BY_MODEL
 from vigil.runner.inspect_task import TASK_SETTINGS
 from vigil.runner.models.providers import named
+from vigil.scoring.levels import BOUNDS, COSTS, LEVELS
 from vigil.sim.thor.differences import DIFFERENCES
 from vigil.thor.actions.missing import MISSING
 from vigil.thor.actions.table import ACTIONS

@@ -8,16 +8,16 @@ from shapely import Polygon, contains_xy
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
+from vigil.base.geometry import Pose, Vec3, heading
 from vigil.housegen import generate, spec_for
 from vigil.housegen.checking.plan_image import beside, draw_plan
-from vigil.pose import Pose, Vec3, heading
+from vigil.protocol.house import House
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Scene
 from vigil.sim import make_simulator
 from vigil.sim.core.motion import CollisionMap
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.sim.showcase.renders import render_birdseye
-from vigil.world import ObjectSetup, Setup
 
 FOLDER = Path(__file__).parents[1] / "docs" / "houses"
 HOUSES = (("kitchen", 11), ("bedroom", 9), ("2", 12), ("3", 5), ("4", 21), ("6", 8))

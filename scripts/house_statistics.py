@@ -19,9 +19,9 @@ from matplotlib.axes import Axes
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
 from vigil.housegen import GENERATOR_VERSION, generate, spec_for
 from vigil.housegen.checking.statistics import MEASURES, DistributionComparison, RoomMeasures, compare, measure
+from vigil.protocol.house import House
 
 DOCS = Path(__file__).parents[1] / "docs"
 FOLDER = DOCS / "houses"

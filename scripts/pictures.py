@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from vigil.actions import Action, InteractPixel
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.solving.moves import reply_of
 from vigil.env import Env
-from vigil.episode import FAMILIES, Episode
-from vigil.pack import Pack
-from vigil.profile import Profile
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Action, InteractPixel
+from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.profile import Profile
 from vigil.sim import make_simulator
 
 OUT = Path(__file__).parents[1] / "docs"

@@ -15,15 +15,15 @@ from pathlib import Path
 
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.packing.plays import PLAYS, Play, Plays, plays_table
-from vigil.closure import answers_of, settle_closure
-from vigil.episode import Episode
-from vigil.jsonl import dump_line
-from vigil.levels import levels_of
-from vigil.pack import Pack
-from vigil.private import REVEAL, REVEAL_HELP, check_revealed, is_private
-from vigil.record import EpisodeRecord
-from vigil.saved_run import read_run
-from vigil.scoring import settle
+from vigil.base.json_lines import dump_line
+from vigil.packs.pack import Pack
+from vigil.packs.private import REVEAL, REVEAL_HELP, check_revealed, is_private
+from vigil.protocol.episode import Episode
+from vigil.records.record import EpisodeRecord
+from vigil.scoring.closure import answers_of, settle_closure
+from vigil.scoring.levels import levels_of
+from vigil.scoring.outcomes import settle
+from vigil.scoring.saved_run import read_run
 
 
 def played(folders: Sequence[Path], pack: Pack) -> Iterator[tuple[str, Episode | None, EpisodeRecord]]:

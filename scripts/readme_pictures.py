@@ -20,8 +20,8 @@ from vigil import Observation, Pack, Profile, Reply
 from vigil.authoring.demonstrations.play import Demonstrator
 from vigil.authoring.drafting.drafts import Draft, DraftFacts
 from vigil.authoring.streaming.stream import StreamItem
-from vigil.jsonl import dump_line
-from vigil.record import EPISODES_FILE, FRAMES_FOLDER, RunHeader
+from vigil.base.json_lines import dump_line
+from vigil.records.record import EPISODES_FILE, FRAMES_FOLDER, RunHeader
 from vigil.runner.run_folder import new_nonce, write_header
 from vigil.runner.settings import run_spec
 from vigil.runner.workers.frames import FrameStore

@@ -34,10 +34,10 @@ from vigil.authoring.language.wording import asks_inside
 from vigil.authoring.packing.assemble import FACTS
 from vigil.authoring.review.validate import Validator
 from vigil.cli.progress import progress
-from vigil.episode import FAMILIES, Episode
-from vigil.goals import ObjectAtReceptacle
-from vigil.house import House
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
+from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.goals import ObjectAtReceptacle
+from vigil.protocol.house import House
 from vigil.sim import make_simulator
 
 

@@ -16,11 +16,11 @@ from pathlib import Path
 from PIL import Image
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from vigil.actions import Usage
-from vigil.costs import Prices
-from vigil.jsonl import AppendFile, dump_line
-from vigil.record import EPISODES_FILE, EpisodeRecord, read_header
-from vigil.record_file import read_records
+from vigil.base.json_lines import AppendFile, dump_line
+from vigil.protocol.actions import Usage
+from vigil.records.costs import Prices
+from vigil.records.record import EPISODES_FILE, EpisodeRecord, read_header
+from vigil.records.record_file import read_records
 from vigil.runner.run_folder import write_header
 
 ROOT = Path(__file__).parents[1]

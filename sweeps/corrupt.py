@@ -33,14 +33,14 @@ from vigil.cli.progress import progress
 from vigil.cli.scores import score
 from vigil.env import Env
 from vigil.errors import VigilError
-from vigil.profile import Profile
-from vigil.record import EPISODES_FILE, read_header
+from vigil.protocol.profile import Profile
+from vigil.records.record import EPISODES_FILE, read_header
 from vigil.runner.run import run_pack
 from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import RunSettings
 from vigil.runner.workers.messages import RenderSettings
 from vigil.runner.workers.resimulation import ComparisonSettings, resimulate
-from vigil.saved_run import load_pack, read_run
+from vigil.scoring.saved_run import load_pack, read_run
 from vigil.sim import make_simulator
 from vigil.web.drawing import RenderService
 from vigil.web.export import episode_page

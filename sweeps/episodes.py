@@ -25,18 +25,18 @@ from sweeps.support.pieces import Failure, Finding
 from sweeps.support.random_agent import RandomAgent
 from sweeps.support.random_episodes import draw_house
 from sweeps.support.snapshots import Sanity, Snapshot, changed, difference, snapshot
-from vigil.actions import InteractPixel, Reply, Report
+from vigil.base.json_lines import dump_line
 from vigil.env import Env
-from vigil.episode import Episode
 from vigil.errors import EpisodeError
-from vigil.goal_check import check
-from vigil.house import House
-from vigil.jsonl import dump_line
-from vigil.profile import ACTION_FEEDBACK, BASELINE, Profile
-from vigil.record import EpisodeRecord, StepRecord
-from vigil.scoring import settle
+from vigil.protocol.actions import InteractPixel, Reply, Report
+from vigil.protocol.episode import Episode
+from vigil.protocol.house import House
+from vigil.protocol.profile import ACTION_FEEDBACK, BASELINE, Profile
+from vigil.records.record import EpisodeRecord, StepRecord
+from vigil.scoring.goal_check import check
+from vigil.scoring.outcomes import settle
+from vigil.scoring.summary import assert_identities
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.summary import assert_identities
 
 PER_PIECE = 20
 NOW = datetime(2026, 1, 1, tzinfo=UTC)

@@ -25,7 +25,7 @@ from typing import Any
 
 from sweeps.support.flaky_modes import FLAWLESS, MODES, Call, response
 from sweeps.support.tiny import tiny_pack
-from vigil.record import EpisodeRecord
+from vigil.records.record import EpisodeRecord
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings
 

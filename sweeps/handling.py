@@ -28,15 +28,15 @@ from sweeps.support.pieces import Failure, Finding
 from sweeps.support.random_episodes import draw_house, random_setup
 from sweeps.support.snapshots import Sanity, Snapshot, changed, difference, snapshot
 from sweeps.support.solids import Solids
-from vigil.actions import Intent, InteractPixel
+from vigil.base.geometry import Pose, Vec3, floor_distance, rotate_floor, yaw_towards
 from vigil.errors import EpisodeError
-from vigil.house import House
-from vigil.pose import Pose, Vec3, floor_distance, rotate_floor, yaw_towards
+from vigil.protocol.actions import Intent, InteractPixel
+from vigil.protocol.house import House
+from vigil.protocol.world import Effect, Setup
 from vigil.scene.geometry import place_of
 from vigil.scene.supports import ancestors, children, contents, is_shut_in
 from vigil.scene.things import Thing
 from vigil.sim.core.embedded import EmbeddedSimulator
-from vigil.world import Effect, Setup
 
 INTERACTIONS = 60
 STANDS_TRIED = 12

@@ -24,23 +24,23 @@ from sweeps.support.confined import Outcome, confined
 from sweeps.support.hostile_cases import base, hostile_house, hostile_pack, house_file
 from sweeps.support.json_mutations import mutated
 from sweeps.support.pieces import Failure, Finding, Sweep
-from vigil.actions import Reply
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.packing.recipes import PACKAGED, Recipe, check_assets, check_drafts, sources_of
+from vigil.base.geometry import Pose, Vec3
+from vigil.base.json_lines import dump_line
 from vigil.cli import main as vigil_main
 from vigil.env import Env
-from vigil.episode import Episode
 from vigil.errors import VigilError
-from vigil.house import House
 from vigil.housegen import check_house
-from vigil.jsonl import dump_line
-from vigil.pack import Pack
-from vigil.pose import Pose, Vec3
-from vigil.profile import Profile
-from vigil.record import EpisodeRecord
-from vigil.scoring import settle
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Reply
+from vigil.protocol.episode import Episode
+from vigil.protocol.house import House
+from vigil.protocol.profile import Profile
+from vigil.protocol.world import Setup
+from vigil.records.record import EpisodeRecord
+from vigil.scoring.outcomes import settle
 from vigil.sim import make_simulator
-from vigil.world import Setup
 
 PER_PIECE = 25
 PLAYED_STEPS = 6

@@ -24,7 +24,7 @@ from typing import Any
 
 from sweeps.support.kill_targets import KINDS, Target
 from sweeps.support.lives import ProcessGroup, leftovers, start
-from vigil.jsonl import append_line, read_lines
+from vigil.base.json_lines import append_line, read_lines
 
 SHORTEST_S = 0.05
 LONGEST_SHARE = 0.9

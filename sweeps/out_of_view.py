@@ -19,12 +19,12 @@ import vigil.packs as packaged
 from sweeps.simulators import loaded
 from sweeps.support import pieces
 from sweeps.support.pieces import Failure, Finding, Sweep
-from vigil.house import House
-from vigil.pose import Pose, Vec3, heading
+from vigil.base.geometry import Pose, Vec3, heading
+from vigil.protocol.house import House
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Thing
 from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.sim.core.sight import directions
-from vigil.world import ObjectSetup, Setup
 
 HOUSES, SWITCHES = 160, 600
 GRID_M = 0.25

@@ -19,16 +19,16 @@ from functools import partial
 from sweeps import simulators
 from sweeps.support import pieces
 from sweeps.support.pieces import Failure, Finding
-from vigil.actions import Action, Reply
 from vigil.env import Env
-from vigil.episode import Episode
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.pack import Pack
-from vigil.profile import Profile
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Action, Reply
+from vigil.protocol.episode import Episode
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.profile import Profile
+from vigil.protocol.world import CLOSED_BELOW
 from vigil.scene.geometry import whole_box
-from vigil.scoring import settle
+from vigil.scoring.outcomes import settle
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import CLOSED_BELOW
 
 PACK = "vigil_balanced_1000"
 ON_IT, BESIDE = 14, 8

@@ -3,7 +3,8 @@
     python -m sweeps.replies --count 10000
 
 Each run plays episodes against a loopback server that says replies of all forms (`tests/support/reply_forms.py`); each
-record must hold the very text that was sent, judged as `vigil.replies.parse` judges it. Ends with 1 when one does not.
+record must hold the very text that was sent, judged as `vigil.protocol.replies.parse` judges it. Ends with 1 when one
+does not.
 """
 
 import argparse
@@ -23,8 +24,8 @@ from tiny_pack import loose_pack, tiny_episode, tiny_house
 from wire_server import CUT, STOP, Said, ScriptedModel, WireServer
 
 from vigil.cli.progress import progress
-from vigil.record import EPISODES_FILE
-from vigil.record_file import read_records
+from vigil.records.record import EPISODES_FILE
+from vigil.records.record_file import read_records
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
 

@@ -19,13 +19,22 @@ from functools import partial
 from sweeps.support import pieces
 from sweeps.support.pieces import Failure, Finding, Sweep
 from sweeps.support.reply_forms import Form, any_form
-from vigil.actions import Coordinates, InteractPixel, InvalidAction, Look, Navigate, ParsedReply, Reply, ReplyPolicy
-from vigil.jsonl import dump_line
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.pose import Pose, Vec3
-from vigil.record import StepRecord
-from vigil.replies import parse, parse_reply
-from vigil.world import WorldState
+from vigil.base.geometry import Pose, Vec3
+from vigil.base.json_lines import dump_line
+from vigil.protocol.actions import (
+    Coordinates,
+    InteractPixel,
+    InvalidAction,
+    Look,
+    Navigate,
+    ParsedReply,
+    Reply,
+    ReplyPolicy,
+)
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.replies import parse, parse_reply
+from vigil.protocol.world import WorldState
+from vigil.records.record import StepRecord
 
 PER_PIECE = 5000
 SECONDS, SECONDS_PER_MB = 0.1, 4.0

@@ -5,7 +5,7 @@ import argparse
 from sweeps.support import pieces
 from sweeps.support.pieces import Sweep, Work
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
+from vigil.protocol.house import House
 from vigil.sim import make_simulator
 from vigil.sim.core.embedded import EmbeddedSimulator
 

@@ -23,12 +23,12 @@ from shapely.geometry.base import BaseGeometry
 import vigil.packs as packaged
 from sweeps.simulators import embedded
 from sweeps.support.wall_geometry import Shell, floors_of, home_of, vertices_of
+from vigil.base.geometry import Pose, Vec3
+from vigil.base.json_lines import append_line, read_lines
 from vigil.cli.progress import progress
 from vigil.errors import VigilError
-from vigil.house import House
 from vigil.housegen import generate, spec_for
-from vigil.jsonl import append_line, read_lines
-from vigil.pose import Pose, Vec3
+from vigil.protocol.house import House
 from vigil.scene.supports import contents, level_surfaces
 from vigil.scene.things import Thing
 from vigil.sim.core.embedded import EmbeddedSimulator

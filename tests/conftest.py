@@ -16,7 +16,7 @@ from order import long_first
 from thor_files import write_thor_files
 from waiting import HANGS_AFTER_S
 
-from vigil import processes
+from vigil.base import processes
 from vigil.runner.workers import process
 
 pytest_plugins = ["skips"]

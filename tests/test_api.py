@@ -12,8 +12,8 @@ from vigil import api
 from vigil.analysis.measures.rows import read_runs
 from vigil.errors import PackMismatch
 from vigil.runner.verify_run import VerifySettings, verify_run
-from vigil.saved_run import read_run
-from vigil.summary import summarise
+from vigil.scoring.saved_run import read_run
+from vigil.scoring.summary import summarise
 from vigil.web.library import Library
 
 NAMES = [

@@ -13,17 +13,17 @@ from hypothesis import strategies as st
 from stand_in import StandIn
 from stories import episode, thing
 
-from vigil.actions import InteractPixel, Navigate, Reply, Report
+from vigil.base.geometry import Pose, Vec3
+from vigil.base.versions import Versions
 from vigil.env import Env
-from vigil.episode import FAMILIES, Episode
 from vigil.errors import HouseError
-from vigil.observation import Feedback, Observation
-from vigil.pose import Pose, Vec3
-from vigil.profile import ACTION_FEEDBACK, Profile
-from vigil.prompt import frame_stub, past_turn, rendered_sha256, system_prompt
-from vigil.record import EpisodeRecord
-from vigil.versions import Versions
-from vigil.world import Effect, ObjectSetup, Setup
+from vigil.protocol.actions import InteractPixel, Navigate, Reply, Report
+from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.observation import Feedback, Observation
+from vigil.protocol.profile import ACTION_FEEDBACK, Profile
+from vigil.protocol.prompt import frame_stub, past_turn, rendered_sha256, system_prompt
+from vigil.protocol.world import Effect, ObjectSetup, Setup
+from vigil.records.record import EpisodeRecord
 
 FEEDBACK = Profile(name=ACTION_FEEDBACK)
 

@@ -82,7 +82,12 @@ def test_the_page_names_every_example() -> None:
     assert set(re.findall(r"examples/(\w+\.py)", EXTENDING)) == scripts
 
 
-FILES_OF_GOALS = ("goals.py", "goal_check.py", "authoring/ways/goal_kinds.py", "authoring/ways/goal_wrong_ways.py")
+FILES_OF_GOALS = (
+    "protocol/goals.py",
+    "scoring/goal_check.py",
+    "authoring/ways/goal_kinds.py",
+    "authoring/ways/goal_wrong_ways.py",
+)
 PLACES = re.findall(r"^\| `([\w/]+\.py)` \| `(\w+)` \|", EXTENDING, re.MULTILINE)
 
 

@@ -13,16 +13,16 @@ from pathlib import Path
 import pytest
 from tiny_pack import FRIDGE, tiny_episode, tiny_house
 
-from vigil.actions import Reply
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.json_lines import dump_line
 from vigil.env import Env
-from vigil.episode import Episode
-from vigil.jsonl import dump_line
-from vigil.profile import Profile
-from vigil.record import SCHEMA_VERSION, EpisodeRecord
-from vigil.record_file import read_records
+from vigil.protocol.actions import Reply
+from vigil.protocol.episode import Episode
+from vigil.protocol.profile import Profile
+from vigil.records.record import SCHEMA_VERSION, EpisodeRecord
+from vigil.records.record_file import read_records
 from vigil.runner.workers.resimulation import ComparisonSettings, resimulate
-from vigil.scoring import Outcome, settle
+from vigil.scoring.outcomes import Outcome, settle
 from vigil.sim import make_simulator
 
 GOLDEN = Path(__file__).parent / "golden" / "records" / "episodes.jsonl"

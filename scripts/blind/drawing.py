@@ -18,15 +18,15 @@ from PIL import Image
 from pydantic import TypeAdapter
 
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.geometry import Pose
 from vigil.errors import VigilError
-from vigil.house import House
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.pose import Pose
+from vigil.protocol.house import House
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.world import Setup
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.sim.showcase.exhibit import State, Subject
 from vigil.sim.showcase.portrait import taken
-from vigil.world import Setup
 
 FACTS = "facts.json"
 BACKEND = "mujoco"

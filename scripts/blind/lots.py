@@ -10,13 +10,13 @@ import numpy as np
 
 from scripts.blind.drawing import Portrait, Start
 from scripts.blind.forms import Kind
-from vigil.actions import InteractPixel, PhysicalAction, Report
-from vigil.episode import Episode
-from vigil.house import House
-from vigil.observation import Quality
-from vigil.pack import Pack, packaged_names
-from vigil.pack_files import HOUSES
-from vigil.pack_names import newest, stem_of
+from vigil.packs.files import HOUSES
+from vigil.packs.names import newest, stem_of
+from vigil.packs.pack import Pack, packaged_names
+from vigil.protocol.actions import InteractPixel, PhysicalAction, Report
+from vigil.protocol.episode import Episode
+from vigil.protocol.house import House
+from vigil.protocol.observation import Quality
 from vigil.sim.showcase.exhibit import Subject
 from vigil.sim.showcase.portrait import draw_lots, staged
 

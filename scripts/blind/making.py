@@ -16,7 +16,7 @@ from scripts.blind.lots import Candidate, Pick
 from scripts.blind.sheets import BlindRound, Shown, cropped
 from scripts.blind.trees import described, draw_with
 from vigil.assets.sizes import AssetDatabase
-from vigil.observation import Quality
+from vigil.protocol.observation import Quality
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
 

@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from scripts.blind.forms import FORMS, Answer, Artefacts, Drawn, HeldOrNot, Kind, Named, Vote
 from scripts.blind.judging import is_named, is_state_told
 from scripts.blind.sheets import ANSWERS, SIDES, key_of, write_lines
-from vigil.rates import wilson
+from vigil.scoring.rates import wilson
 
 FOLDER = Path(__file__).parents[2] / "docs" / "blind"
 DRAWN_BY: tuple[Drawn, ...] = ("before", "after")

@@ -16,25 +16,25 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from vigil import summary
-from vigil.actions import Reply
 from vigil.agents.agent import Agent
 from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
-from vigil.episode import Episode
 from vigil.errors import RecordError, VigilError
-from vigil.house import House
 from vigil.housegen import generate, spec_for
-from vigil.observation import Feedback, Observation, Quality
-from vigil.pack import Pack
-from vigil.profile import Profile
-from vigil.record import EPISODES_FILE, EpisodeRecord
-from vigil.record_file import read_records
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Reply
+from vigil.protocol.episode import Episode
+from vigil.protocol.house import House
+from vigil.protocol.observation import Feedback, Observation, Quality
+from vigil.protocol.profile import Profile
+from vigil.records.record import EPISODES_FILE, EpisodeRecord
+from vigil.records.record_file import read_records
 from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import places_of, run_spec
 from vigil.runner.workers import play as playing
 from vigil.runner.workers.messages import SimulatorFacts
-from vigil.scoring import Outcome, settle
+from vigil.scoring import summary
+from vigil.scoring.outcomes import Outcome, settle
 from vigil.sim import BACKENDS, make_simulator
 from vigil.thor.launch import thor_engine
 

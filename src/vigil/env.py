@@ -1,8 +1,8 @@
 """Env: the contract between an agent and the hidden world, for every front end.
 
-The only place that decides budgets, the counting of invalid actions, how an episode ends and what feedback is shown.
-It judges nothing: whether a goal holds is computed from the record (`vigil.goals`, `vigil.scoring`). Source:
-`protocol.md` sections 2.1 to 2.4.
+The only place that decides budgets, the counting of invalid actions, how an episode ends and what feedback is shown. It
+judges nothing: whether a goal holds is computed from the record (`vigil.protocol.goals`, `vigil.scoring.outcomes`).
+Source: `protocol.md` sections 2.1 to 2.4.
 """
 
 import hashlib
@@ -13,19 +13,19 @@ from datetime import UTC, datetime
 import numpy as np
 from pydantic import ValidationError
 
-from vigil.actions import InvalidAction, ParsedReply, Reply, Report
-from vigil.episode import Episode
+from vigil.base.versions import Versions
 from vigil.errors import SimulatorError, first_fault
-from vigil.house import House
-from vigil.kept_reply import kept
-from vigil.observation import Feedback, Observation
-from vigil.profile import Profile
-from vigil.prompt import is_cut_in_history, rendered_sha256
-from vigil.record import Boundary, End, EpisodeRecord, ErrorFact, StepRecord
-from vigil.replies import parse_reply
+from vigil.protocol.actions import InvalidAction, ParsedReply, Reply, Report
+from vigil.protocol.episode import Episode
+from vigil.protocol.house import House
+from vigil.protocol.kept_reply import kept
+from vigil.protocol.observation import Feedback, Observation
+from vigil.protocol.profile import Profile
+from vigil.protocol.prompt import is_cut_in_history, rendered_sha256
+from vigil.protocol.replies import parse_reply
+from vigil.protocol.world import Effect, WorldState
+from vigil.records.record import Boundary, End, EpisodeRecord, ErrorFact, StepRecord
 from vigil.sim.protocol import Simulator
-from vigil.versions import Versions
-from vigil.world import Effect, WorldState
 
 
 class Env:

@@ -11,7 +11,7 @@ VigilError
     ├── SimulatorError       a simulator that crashed, hung or broke its own contract
     └── ModelAPIError        transport, rate limits and outages of a model's provider
 
-What an agent does wrong is never an exception: it is data (`vigil.actions.InvalidAction`).
+What an agent does wrong is never an exception: it is data (`vigil.protocol.actions.InvalidAction`).
 """
 
 from collections.abc import Iterable

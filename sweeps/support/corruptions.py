@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from vigil.record import EPISODES_FILE, HEADER_FILE
+from vigil.records.record import EPISODES_FILE, HEADER_FILE
 
 ODD = (
     None,

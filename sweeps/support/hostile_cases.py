@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from sweeps.support.json_mutations import mutated, nested
-from vigil.episode import Episode, HouseRef, Solution
 from vigil.errors import VigilError
-from vigil.house import House
-from vigil.pack import Pack
-from vigil.pack_files import EPISODES, MANIFEST, SOLUTIONS
+from vigil.packs.files import EPISODES, MANIFEST, SOLUTIONS
+from vigil.packs.pack import Pack
+from vigil.protocol.episode import Episode, HouseRef, Solution
+from vigil.protocol.house import House
 
 EPISODES_TAKEN = 3
 SPARSE_BYTES = 3 * 2**30

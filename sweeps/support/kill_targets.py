@@ -17,8 +17,8 @@ from sweeps.support.lives import start
 from sweeps.support.tiny import tiny_pack
 from vigil.authoring.drafting.drafts import DraftsFile
 from vigil.cli import main as vigil_main
-from vigil.record import EPISODES_FILE
-from vigil.record_file import read_records
+from vigil.records.record import EPISODES_FILE
+from vigil.records.record_file import read_records
 from vigil.runner import inspect_task  # noqa: F401 - imported before the forks, which are quicker for it
 from vigil.web.play_session import JOURNAL
 

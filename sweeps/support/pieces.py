@@ -19,9 +19,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from vigil.base.json_lines import AppendFile
 from vigil.cli.progress import progress
 from vigil.errors import RecordError
-from vigil.jsonl import AppendFile
 from vigil.runner.run_folder import source_state
 
 SHOWN_FALLS = 20

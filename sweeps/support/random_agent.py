@@ -6,9 +6,9 @@ import random
 from typing import Any, cast
 
 from sweeps.support.reply_forms import any_form
-from vigil.actions import INTENTS, REACH_M, STATUSES, Intent
 from vigil.assets.catalog import CATALOG
-from vigil.pose import Vec3, floor_distance, turn_between, yaw_towards
+from vigil.base.geometry import Vec3, floor_distance, turn_between, yaw_towards
+from vigil.protocol.actions import INTENTS, REACH_M, STATUSES, Intent
 from vigil.scene.geometry import box_of
 from vigil.scene.things import Thing
 from vigil.sim.core.sight import HEIGHT, WIDTH, pixel_of

@@ -5,16 +5,16 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
-from vigil.episode import FAMILIES, Episode, Family, HouseRef
+from vigil.base.geometry import Pose, Vec3, rotate_floor, yaw_towards
 from vigil.errors import SettingError
-from vigil.goals import Constraint
-from vigil.house import House
 from vigil.housegen import generate, spec_for
-from vigil.pack import Pack
-from vigil.pose import Pose, Vec3, rotate_floor, yaw_towards
+from vigil.packs.pack import Pack
+from vigil.protocol.episode import FAMILIES, Episode, Family, HouseRef
+from vigil.protocol.goals import Constraint
+from vigil.protocol.house import House
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Thing
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import ObjectSetup, Setup
 
 PACKS = ("starter", "vigil_balanced_1000")
 ROOMS = (1, 1, 2, 2, 3, 4)

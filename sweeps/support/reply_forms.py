@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from vigil.actions import INTENT_ALIASES, INTENTS, SKILLS, STATUSES, Argument, SkillName
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.actions import INTENT_ALIASES, INTENTS, SKILLS, STATUSES, Argument, SkillName
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 
 BLANKS = " \t\r\n"
 LIMIT_BYTES = 64 * 1024

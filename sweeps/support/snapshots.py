@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 import shapely
 
-from vigil.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG
+from vigil.protocol.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG
 from vigil.scene.geometry import box_of
 from vigil.scene.things import Scene, Thing
 from vigil.sim.privileged import PrivilegedSimulator

@@ -10,17 +10,17 @@ from pathlib import Path
 import pytest
 from tiny_pack import tiny_episode, tiny_house
 
-from vigil.actions import PhysicalAction
 from vigil.agents import exec_agent
 from vigil.agents.beat import Beat
 from vigil.agents.exec_agent import ExecAgent, ProgramSettings
 from vigil.agents.program import Program
 from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
-from vigil.profile import Profile
+from vigil.protocol.actions import PhysicalAction
+from vigil.protocol.profile import Profile
+from vigil.protocol.world import Effect
 from vigil.runner.workers.play import play
 from vigil.sim import make_simulator
-from vigil.world import Effect
 
 CLICKS = """
 import json, sys

@@ -21,10 +21,10 @@ from vigil.agents.program import MAX_LINE_BYTES, Program, environment, resolved
 from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
 from vigil.errors import ModelAPIError, SettingError
-from vigil.observation import Feedback, Observation
-from vigil.profile import Profile
-from vigil.prompt import system_prompt
-from vigil.replies import parse_reply
+from vigil.protocol.observation import Feedback, Observation
+from vigil.protocol.profile import Profile
+from vigil.protocol.prompt import system_prompt
+from vigil.protocol.replies import parse_reply
 from vigil.runner.workers.play import play
 from vigil.sim import make_simulator
 

@@ -4,9 +4,9 @@ import numpy as np
 
 from vigil.agents.model import Conversation
 from vigil.agents.picture import decode, encode
-from vigil.observation import Feedback
-from vigil.profile import ACTION_FEEDBACK, HISTORY_TURNS, Profile
-from vigil.prompt import system_prompt
+from vigil.protocol.observation import Feedback
+from vigil.protocol.profile import ACTION_FEEDBACK, HISTORY_TURNS, Profile
+from vigil.protocol.prompt import system_prompt
 
 PICTURE = encode(np.zeros((480, 640, 3), np.uint8))
 TASK = "Find the mug."

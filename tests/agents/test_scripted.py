@@ -3,14 +3,14 @@ import json
 import numpy as np
 import pytest
 
-from vigil.actions import InteractPixel, Navigate, ParsedReply, Report
 from vigil.agents.choose import is_known, make_agent
 from vigil.agents.scripted import PROSE, REPORT_PROBABILITY, SCRIPTS, scripted_agent
-from vigil.episode import FAMILIES, Family
 from vigil.errors import SettingError
-from vigil.observation import Observation
-from vigil.profile import Profile
-from vigil.replies import parse
+from vigil.protocol.actions import InteractPixel, Navigate, ParsedReply, Report
+from vigil.protocol.episode import FAMILIES, Family
+from vigil.protocol.observation import Observation
+from vigil.protocol.profile import Profile
+from vigil.protocol.replies import parse
 
 SMALLEST_BUDGET = 5
 

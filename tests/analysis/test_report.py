@@ -28,11 +28,11 @@ from vigil.analysis.tables.page import html_table
 from vigil.analysis.tables.registry import PAPER_TABLES, TABLES, tables
 from vigil.analysis.tables.table import Column, Table, TableRow, printed
 from vigil.analysis.tables.text import csv_text, latex, markdown
+from vigil.base.glossary import RESULTS, term_of
 from vigil.cli import app, reports
 from vigil.errors import SettingError
-from vigil.glossary import RESULTS, term_of
-from vigil.profile import ACTION_FEEDBACK, Profile
-from vigil.record import Answered, Resumption, read_header
+from vigil.protocol.profile import ACTION_FEEDBACK, Profile
+from vigil.records.record import Answered, Resumption, read_header
 
 PAPERS_OWN = [
     "global_cross_section",

@@ -13,7 +13,7 @@ from vigil.assets.drawers import (
 )
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.sizes import AssetDatabase, own_asset_id
-from vigil.house import drawer_id
+from vigil.protocol.house import drawer_id
 
 DATABASE = AssetDatabase.default()
 HOLDS_DRAWERS = ("Dresser", "SideTable", "Desk", "TVStand")

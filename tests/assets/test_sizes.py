@@ -12,8 +12,8 @@ import pytest
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase, own_asset_id
+from vigil.base.geometry import Vec3
 from vigil.errors import SettingError
-from vigil.pose import Vec3
 
 DEFAULT = AssetDatabase.default()
 

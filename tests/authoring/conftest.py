@@ -3,7 +3,7 @@
 import pytest
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
 

@@ -12,9 +12,9 @@ from vigil.authoring.review.validate import Validator
 from vigil.authoring.ways.limited import LIMITED
 from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
 from vigil.env import Env
-from vigil.pack import Pack
-from vigil.profile import Profile
-from vigil.scoring import settle
+from vigil.packs.pack import Pack
+from vigil.protocol.profile import Profile
+from vigil.scoring.outcomes import settle
 from vigil.sim.privileged import PrivilegedSimulator
 
 

@@ -10,8 +10,8 @@ from tiny_pack import tiny_pack
 from web_server import served
 
 from vigil.analysis.measures.closure import read_closure_runs
-from vigil.closure import KINDS
 from vigil.runner.run import run_pack
+from vigil.scoring.closure import KINDS
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library
 from vigil.web.view import make_view

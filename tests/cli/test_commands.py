@@ -10,7 +10,7 @@ import pytest
 from commands import Vigil
 from PIL import Image
 
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,8 @@ from typer.testing import CliRunner, Result
 
 from vigil.cli import app
 from vigil.errors import HouseError, SettingError
-from vigil.house import House
 from vigil.housegen import generate, spec_for
+from vigil.protocol.house import House
 
 
 @pytest.fixture(scope="module")

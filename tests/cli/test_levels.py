@@ -9,9 +9,9 @@ from typer.testing import CliRunner, Result
 
 from vigil.cli import app
 from vigil.errors import EpisodeError, SettingError
-from vigil.freezing import freeze
-from vigil.levels import EpisodeLevel, Measures, levels_bytes, levels_of, read_levels
-from vigil.pack import Pack, find
+from vigil.packs.freeze import freeze
+from vigil.packs.pack import Pack, find
+from vigil.scoring.levels import EpisodeLevel, Measures, levels_bytes, levels_of, read_levels
 
 FIGURES = Measures(
     path_m=0.0, turns=0, doors=0, rooms=1, look_alikes=0, target_px=9000, containers=0, occlusion=0.0, slack=1.0,

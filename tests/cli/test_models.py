@@ -19,7 +19,7 @@ from vigil.analysis.measures.paper import paper
 from vigil.cli import app
 from vigil.cli.models import LISTED
 from vigil.errors import SettingError
-from vigil.profile import COORDINATES_BY_MODEL, known_coordinates
+from vigil.protocol.profile import COORDINATES_BY_MODEL, known_coordinates
 from vigil.runner.models.providers import PROVIDERS, named
 
 pytestmark = INSPECT

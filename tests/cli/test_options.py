@@ -9,13 +9,13 @@ import pytest
 import typer
 from typer.testing import CliRunner, Result
 
+from vigil.base.settings import Setting
 from vigil.cli import app, runs
 from vigil.cli.options import with_options
-from vigil.costs import Prices
 from vigil.errors import SettingError
-from vigil.record import Shard
+from vigil.records.costs import Prices
+from vigil.records.record import Shard
 from vigil.runner.settings import RunSettings
-from vigil.setting import Setting
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,11 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from vigil.cli import app
-from vigil.episode import FAMILIES
 from vigil.errors import InputError
-from vigil.pack import Pack, find
-from vigil.pack_names import other_names
-from vigil.private import REVEAL, is_private
+from vigil.packs.names import other_names
+from vigil.packs.pack import Pack, find
+from vigil.packs.private import REVEAL, is_private
+from vigil.protocol.episode import FAMILIES
 
 
 def vigil(*arguments: str | Path) -> Result:

@@ -21,12 +21,12 @@ from vigil.authoring.packing.dataset_card import CARD
 from vigil.cli import app
 from vigil.errors import ModelAPIError, SettingError
 from vigil.housegen import generate, spec_for
-from vigil.pack import MANIFEST, Pack
-from vigil.private import REVEAL, SECRET_FROM, is_private, read_seed, seed_sha256
-from vigil.profile import Profile
-from vigil.prompt import rendered_sha256
+from vigil.packs.pack import MANIFEST, Pack
+from vigil.packs.private import REVEAL, SECRET_FROM, is_private, read_seed, seed_sha256
+from vigil.protocol.profile import Profile
+from vigil.protocol.prompt import rendered_sha256
 from vigil.runner.run import run_pack
-from vigil.saved_run import read_run
+from vigil.scoring.saved_run import read_run
 
 pytestmark = INSPECT
 SEED = 271828182845904523536028747135266249775

@@ -9,9 +9,9 @@ from typer.testing import CliRunner
 
 from vigil.cli import app
 from vigil.errors import SettingError
-from vigil.profile import Profile
-from vigil.prompt import policy_sha256, policy_text, rendered_sha256, system_prompt
-from vigil.prompt_file import variant_of
+from vigil.protocol.profile import Profile
+from vigil.protocol.prompt import policy_sha256, policy_text, rendered_sha256, system_prompt
+from vigil.protocol.prompt_file import variant_of
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 

@@ -14,9 +14,9 @@ from tiny_pack import tiny_pack
 from waiting import HANGS_AFTER_S, wait_until
 
 from vigil.cli import text
-from vigil.prompt_file import variant_of
-from vigil.record import EPISODES_FILE
-from vigil.record_file import read_records
+from vigil.protocol.prompt_file import variant_of
+from vigil.records.record import EPISODES_FILE
+from vigil.records.record_file import read_records
 
 MODEL = ("--model", "openai/m", "--dry-run")
 

@@ -11,9 +11,9 @@ from importlib import import_module
 import pytest
 from typer.testing import CliRunner
 
+from vigil.base.settings import Declared, declared, declared_in
 from vigil.cli import app
 from vigil.cli.verbs import HOUSES, PACK, VERBS, Verb, load
-from vigil.setting import Declared, declared, declared_in
 
 HEAVY = ("numpy", "mujoco", "matplotlib", "pandas", "inspect_ai", "fastapi")
 ALL = {

@@ -8,7 +8,7 @@ from commands import Vigil
 from quick_runs import claim
 from tiny_pack import tiny_pack
 
-from vigil.record import EPISODES_FILE, HEADER_FILE
+from vigil.records.record import EPISODES_FILE, HEADER_FILE
 from vigil.sim.thor import start
 
 

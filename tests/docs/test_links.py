@@ -7,7 +7,7 @@ from documented import ROOT, name_of
 
 from scripts.markdown_pages import anchor_of, anchors, blocks, links, read
 
-PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "src/vigil/packs").rglob("*.md")])
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "src/vigil/data/packs").rglob("*.md")])
 
 
 def wrong_links(page: Path) -> list[str]:

@@ -125,12 +125,12 @@ def test_versions_stand_beside_each_other(tmp_path: Path, monkeypatch: pytest.Mo
 def test_the_search_knows_what_is_python_by_its_full_name(tmp_path: Path) -> None:
     items = [
         {"location": "howto_report.html", "title": "Read a report"},
-        {"location": "reference/agents.html#vigil.actions.Report", "title": "Report"},
+        {"location": "reference/agents.html#vigil.protocol.actions.Report", "title": "Report"},
         {"location": "reference/command_line.html#vigil-report", "title": "vigil report"},
     ]
     (tmp_path / "search.json").write_text(json.dumps({"config": {}, "items": items}), encoding="utf-8")
     build_docs.rank_pages_first(tmp_path)
     index = (tmp_path / "search.json").read_text(encoding="utf-8")
     titles = [item["title"] for item in json.loads(index)["items"]]
-    assert titles == ["Read a report", "<code>vigil.actions.Report</code>", "vigil report"]
+    assert titles == ["Read a report", "<code>vigil.protocol.actions.Report</code>", "vigil report"]
     assert (tmp_path / "search.js").read_text(encoding="utf-8") == f"var __index = {index}"

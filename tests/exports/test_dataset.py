@@ -11,17 +11,17 @@ import pytest
 import yaml
 from published import Write, small_records
 
-from vigil.actions import Reply
 from vigil.analysis.measures.columns import without_answer_key
 from vigil.analysis.measures.rows import frame_of, read_runs
 from vigil.errors import SettingError
 from vigil.exports.dataset import write_dataset
 from vigil.exports.disclosure import Disclosure
 from vigil.exports.steps import EXTRA_COLUMNS, STEP_COLUMNS, columns_with
-from vigil.profile import ACTION_FEEDBACK, Profile
-from vigil.record import EpisodeRecord
+from vigil.protocol.actions import Reply
+from vigil.protocol.profile import ACTION_FEEDBACK, Profile
+from vigil.protocol.world import Effect
+from vigil.records.record import EpisodeRecord
 from vigil.runner.workers.frames import FrameStore
-from vigil.world import Effect
 
 FRAME = np.full((480, 640, 3), 7, dtype=np.uint8)
 

@@ -10,18 +10,18 @@ import jsonschema
 import pytest
 from published import EpisodeCourse, Write, good, records_of, small_records
 
-from vigil.actions import Reply, Usage
-from vigil.episode import FAMILIES, Family
 from vigil.errors import SettingError
 from vigil.exports.disclosure import Disclosure
 from vigil.exports.every_eval_ever.aggregate import METRICS
 from vigil.exports.every_eval_ever.folder import write_results
 from vigil.exports.every_eval_ever.identity import identity_of, model_info
 from vigil.exports.every_eval_ever.publisher import Publisher
-from vigil.profile import ACTION_FEEDBACK, Profile
-from vigil.record import EpisodeRecord, RunHeader, Shard, read_header
-from vigil.saved_run import read_run
-from vigil.summary import summarise
+from vigil.protocol.actions import Reply, Usage
+from vigil.protocol.episode import FAMILIES, Family
+from vigil.protocol.profile import ACTION_FEEDBACK, Profile
+from vigil.records.record import EpisodeRecord, RunHeader, Shard, read_header
+from vigil.scoring.saved_run import read_run
+from vigil.scoring.summary import summarise
 
 SCHEMAS = Path(__file__).parent / "every_eval_ever_schema"
 """As the package has them (MIT)."""

@@ -4,8 +4,8 @@ from functools import lru_cache
 
 import pytest
 
-from vigil.house import House
 from vigil.housegen import generate, spec_for
+from vigil.protocol.house import House
 
 SEEDS = {
     "kitchen": (0, 1, 2),

@@ -1,6 +1,6 @@
 import json
 
-from vigil.house import House, canonical_json
+from vigil.protocol.house import House, canonical_json
 
 
 def test_doors_cut_both_panels_of_their_wall(house):

@@ -7,9 +7,9 @@ from shapely import Point, Polygon
 from vigil.assets.catalog import CATALOG
 from vigil.assets.drawers import named_drawer
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
 from vigil.housegen import check_house, generate, spec_for
 from vigil.housegen.furnishing.inventory import limit_of
+from vigil.protocol.house import House
 
 AGAIN = """
 from vigil.housegen import generate, spec_for

@@ -4,11 +4,11 @@ import pytest
 from shapely import Polygon, contains_xy
 
 from vigil.assets.sizes import AssetDatabase
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.sim import make_simulator
 from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.opening import swing_blocker
 from vigil.sim.core.state import AGENT, SceneState
-from vigil.world import ObjectSetup, Setup
 
 
 @pytest.fixture

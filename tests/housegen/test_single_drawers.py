@@ -5,11 +5,11 @@ import pytest
 from vigil.assets import make
 from vigil.assets.drawers import drawer_names, named_drawer
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
 from vigil.housegen import GENERATOR_VERSION, check_house, generate, spec_for
 from vigil.housegen.base.whole_furniture import with_whole_furniture
 from vigil.housegen.checking.statistics import measure
 from vigil.housegen.thor_export import export_thor
+from vigil.protocol.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.supports import parts_of
 from vigil.sim.showcase.fidelity import mismatches_of

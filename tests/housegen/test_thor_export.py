@@ -5,12 +5,12 @@ import re
 import pytest
 
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.geometry import Vec3
 from vigil.errors import SettingError
-from vigil.house import House
 from vigil.housegen import check_house, generate, spec_for
 from vigil.housegen.base.whole_furniture import with_whole_furniture
 from vigil.housegen.thor_export import export_thor, load_materials
-from vigil.pose import Vec3
+from vigil.protocol.house import House
 
 BOX = {"x": 0.5, "y": 0.5, "z": 0.5}
 SAID_TO_BE_MISSING = {"Cabinet", "Drawer", "Shelf", "Stove", "Curtains", "Bathtub", "Mirror", "CeilingLamp", "Rug"}

@@ -11,12 +11,12 @@ from openai import AsyncOpenAI
 from quick_runs import quick
 from tiny_pack import tiny_pack
 
-from vigil.actions import Reply
 from vigil.agents.model import Message
 from vigil.errors import ModelAPIError
 from vigil.integrations.chat_client import chat_sender
-from vigil.profile import ACTION_FEEDBACK, Profile
-from vigil.record import EpisodeRecord
+from vigil.protocol.actions import Reply
+from vigil.protocol.profile import ACTION_FEEDBACK, Profile
+from vigil.records.record import EpisodeRecord
 from vigil.runner.models.ask import Ask, RequestRejected, RetryPolicy, with_retries
 from vigil.runner.run import run_pack
 from vigil.runner.workers.live import play_live

@@ -21,14 +21,14 @@ from gymnasium.utils.env_checker import check_env
 from tiny_pack import loose_pack, tiny_episode, tiny_house, tiny_pack
 
 import vigil.integrations.gymnasium as integration
-from vigil.actions import SKILLS, STATUSES, Coordinates, ParsedReply
 from vigil.authoring.streaming.stream import Stream
-from vigil.episode import Provenance
+from vigil.base.geometry import Pose, Vec3
 from vigil.errors import PackMismatch, SettingError, SimulatorError
 from vigil.integrations.gymnasium import sources
 from vigil.integrations.gymnasium.action_spaces import StructuredActions
-from vigil.pose import Pose, Vec3
-from vigil.replies import parse_reply
+from vigil.protocol.actions import SKILLS, STATUSES, Coordinates, ParsedReply
+from vigil.protocol.episode import Provenance
+from vigil.protocol.replies import parse_reply
 from vigil.sim.engines.mujoco.compiled import model_cache
 
 DA, SV, AI = "tiny-DA-000", "tiny-SV-002", "tiny-AI-003"

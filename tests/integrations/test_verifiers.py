@@ -15,7 +15,7 @@ from tiny_pack import tiny_pack
 from vigil.authoring.streaming.address import stream_version
 from vigil.authoring.streaming.background import HousePool
 from vigil.errors import SettingError
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
 from vigil.runner.models.ask import RetryPolicy, with_retries
 from vigil.runner.workers.live import play_live
 from vigil.runner.workers.messages import Assignment

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
 
 PACKS = ("starter", "vigil_smoke_v2", "vigil_mini_v2_1", "vigil_balanced_1000_v2_2")
 TABLES = ("episodes", "solutions", "facts", "levels")

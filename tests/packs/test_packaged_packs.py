@@ -12,16 +12,16 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.packing.assemble import FOUND_BY_TURNING, HOUSE_USES
 from vigil.authoring.review.validate import validate_pack
-from vigil.episode import FAMILIES
-from vigil.levels import LEVELS, levels_of
-from vigil.pack import Pack
-from vigil.pack_files import MANIFEST
+from vigil.packs.files import MANIFEST
+from vigil.packs.pack import Pack
+from vigil.protocol.episode import FAMILIES
+from vigil.scoring.levels import LEVELS, levels_of
 from vigil.sim import make_simulator
 
 BUILT = {"vigil_smoke_v2": 1, "vigil_mini_v2_1": 10, "vigil_balanced_1000_v2_2": 125}
 """Name -> episodes of each family."""
 MOST_MB = 14.0
-FOLDER = Path(vigil.__file__).parent / "packs"
+FOLDER = Path(vigil.__file__).parent / "data" / "packs"
 HERE = sorted(path.parent.name for path in FOLDER.glob(f"*/{MANIFEST}") if path.parent.name in BUILT)
 
 

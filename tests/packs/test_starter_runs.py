@@ -6,20 +6,20 @@ from pathlib import Path
 
 import pytest
 
-from vigil.actions import InteractPixel
 from vigil.agents.scripted import scripted_agent
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
 from vigil.env import Env
-from vigil.episode import FAMILIES
-from vigil.even_draw import evenly
-from vigil.pack import Pack
-from vigil.profile import Profile
+from vigil.packs.even_draw import evenly
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import InteractPixel
+from vigil.protocol.episode import FAMILIES
+from vigil.protocol.profile import Profile
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.runner.workers.play import play
-from vigil.scoring import Outcome, settle
+from vigil.scoring.outcomes import Outcome, settle
 from vigil.sim import make_simulator
 
 AGENTS = ("noop", "never_report", "premature", "always_success", "malformed", "sweep", "forward")

@@ -48,7 +48,7 @@ def test_the_wheel_holds_the_whole_package_and_nothing_else(in_wheel: set[str]) 
     facts = {name for name in in_wheel if name.startswith(f"vigil_bench-{__version__}.dist-info/")}
     assert in_wheel - facts == source
     assert {name.partition("/")[0] for name in source} == {"vigil", "vigil_verifiers"}
-    for part in ("vigil/packs/starter/manifest.json", "vigil/web/templates/base.html", "vigil/py.typed"):
+    for part in ("vigil/data/packs/starter/manifest.json", "vigil/web/templates/base.html", "vigil/py.typed"):
         assert part in source
     assert f"vigil_bench-{__version__}.dist-info/licenses/LICENSE" in facts
 

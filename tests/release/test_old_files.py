@@ -21,12 +21,12 @@ from vigil.authoring.drafting.drafts import DraftsFile, Header
 from vigil.authoring.packing.baselines import BASELINES, read_baselines
 from vigil.authoring.packing.recipes import PACKAGED, Recipe
 from vigil.authoring.review.reviews import Review, read_reviews
+from vigil.base.json_lines import dump_line
 from vigil.errors import InputError
-from vigil.jsonl import dump_line
-from vigil.pack import Pack
-from vigil.record import read_header
+from vigil.packs.pack import Pack
+from vigil.records.record import read_header
 from vigil.runner.verify_run import VerifySettings, verify_run
-from vigil.saved_run import SavedRun, read_run
+from vigil.scoring.saved_run import SavedRun, read_run
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 OLD = sorted(path.parent for path in GOLDEN.glob("*.*.*/*/run.json"))

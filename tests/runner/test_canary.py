@@ -14,10 +14,10 @@ from chat_server import LOOK, REPORT, Answer, Asked, serving
 from inspect_marks import INSPECT
 from tiny_pack import loose_pack, tiny_episode, tiny_house
 
-from vigil.episode import Provenance
-from vigil.pose import Pose, Vec3
-from vigil.profile import ACTION_FEEDBACK, BASELINE
-from vigil.record import EpisodeRecord
+from vigil.base.geometry import Pose, Vec3
+from vigil.protocol.episode import Provenance
+from vigil.protocol.profile import ACTION_FEEDBACK, BASELINE
+from vigil.records.record import EpisodeRecord
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
 

@@ -16,7 +16,7 @@ from vigil.analysis.measures.rows import read_runs
 from vigil.cli import app
 from vigil.errors import RecordError
 from vigil.exports.dataset import write_dataset
-from vigil.kept_reasoning import MAX_CHARS, REASONING_FILE, read_reasoning, reasoning_of
+from vigil.records.kept_reasoning import MAX_CHARS, REASONING_FILE, read_reasoning, reasoning_of
 from vigil.runner.run import RunResult, run_pack
 from vigil.web.frames import episode_of, episode_timeline
 from vigil.web.library import Library

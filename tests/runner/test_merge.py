@@ -16,18 +16,18 @@ from quick_runs import quick, without_times
 from tiny_pack import tiny_pack
 from waiting import HANGS_AFTER_S
 
+from vigil.base.json_lines import AppendFile, dump_line
 from vigil.errors import RecordError
-from vigil.jsonl import AppendFile, dump_line
-from vigil.record import EPISODES_FILE, HEADER_FILE, Shard, read_header
-from vigil.record_file import read_records
+from vigil.records.record import EPISODES_FILE, HEADER_FILE, Shard, read_header
+from vigil.records.record_file import read_records
 from vigil.runner.attempts import ATTEMPTS_FILE, Attempt, AttemptLog
 from vigil.runner.dry_run import estimate
 from vigil.runner.merge import MergeSettings, merge_runs
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings, log_dir, plan_run
 from vigil.runner.verify_run import VerifySettings, verify_run
-from vigil.saved_run import read_run
-from vigil.summary import summarise
+from vigil.scoring.saved_run import read_run
+from vigil.scoring.summary import summarise
 
 SCALING = Path(__file__).parents[2] / "docs" / "scaling.md"
 PLAYED: dict[str, Any] = {"agent": "random", "epochs": 2}

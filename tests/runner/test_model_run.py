@@ -23,14 +23,14 @@ from quick_runs import quick, without_times
 from tiny_pack import tiny_pack
 from waiting import HANGS_AFTER_S
 
-from vigil.costs import Prices
 from vigil.errors import InfrastructureError, ModelAPIError, RecordError
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.pack import Pack
-from vigil.profile import ACTION_FEEDBACK
-from vigil.prompt import system_prompt
-from vigil.record import EPISODES_FILE
-from vigil.record_file import read_records
+from vigil.packs.pack import Pack
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.profile import ACTION_FEEDBACK
+from vigil.protocol.prompt import system_prompt
+from vigil.records.costs import Prices
+from vigil.records.record import EPISODES_FILE
+from vigil.records.record_file import read_records
 from vigil.runner import run as run_module
 from vigil.runner.inspect_task import task_settings, vigil, vigil_score
 from vigil.runner.run import RunResult, run_pack

@@ -8,16 +8,16 @@ from hypothesis import strategies as st
 from quick_runs import quick
 from tiny_pack import loose_pack, tiny_episode, tiny_house
 
-from vigil.pack import Pack
-from vigil.profile import Profile
-from vigil.record import EPISODES_FILE
+from vigil.packs.pack import Pack
+from vigil.protocol.profile import Profile
+from vigil.records.record import EPISODES_FILE
+from vigil.records.shards import order_of_play
 from vigil.runner.play_queue import PlayQueue
 from vigil.runner.run import run_pack
 from vigil.runner.settings import worker_plan
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.runner.workers.messages import Assignment
 from vigil.runner.workers.pool import SimulatorPool
-from vigil.shards import order_of_play
 
 
 def test_a_run_goes_from_house_to_house_and_its_records_are_told_by_episode(tmp_path: Path) -> None:

@@ -15,13 +15,13 @@ from waiting import wait_until
 from vigil.analysis.measures.models import model_of
 from vigil.cli.scores import label_of
 from vigil.errors import RecordError
-from vigil.record_file import read_records
+from vigil.records.record_file import read_records
 from vigil.runner.attempts import ATTEMPTS_FILE, AttemptLog
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import read_header
 from vigil.runner.verify_run import VerifySettings, verify_run
-from vigil.saved_run import read_run
-from vigil.summary import settle_run, summarise
+from vigil.scoring.saved_run import read_run
+from vigil.scoring.summary import settle_run, summarise
 
 pytestmark = pytest.mark.usefixtures("real_workers")
 

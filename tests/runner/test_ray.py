@@ -21,8 +21,8 @@ from tenacity import retry, stop_after_attempt
 from tiny_pack import tiny_pack
 
 from vigil.errors import SettingError
-from vigil.record import EPISODES_FILE, EpisodeRecord
-from vigil.record_file import read_records
+from vigil.records.record import EPISODES_FILE, EpisodeRecord
+from vigil.records.record_file import read_records
 from vigil.runner import run as run_module
 from vigil.runner.attempts import ATTEMPTS_FILE
 from vigil.runner.progress import OnProgress

@@ -8,7 +8,7 @@ from quick_runs import quick
 from reasoning_forms import REASONING_FORMS, REPORT, THOUGHT, FormsInTurn, shared_simulator
 from wire_server import WireServer
 
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
 from vigil.runner.run import run_pack
 
 pytestmark = INSPECT

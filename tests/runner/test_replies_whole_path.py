@@ -12,11 +12,11 @@ from reply_forms import FORMS, draw, joined, mistakes, reasoning_sent
 from tiny_pack import loose_pack, tiny_episode, tiny_house
 from wire_server import CUT, ENDPOINTS, STOP, STREAM, WIRES, Said, ScriptedModel, WireServer
 
-from vigil.actions import InvalidAction, Reply
 from vigil.agents.model import Message
-from vigil.record import EPISODES_FILE, EpisodeRecord
-from vigil.record_file import read_records
-from vigil.replies import parse_reply
+from vigil.protocol.actions import InvalidAction, Reply
+from vigil.protocol.replies import parse_reply
+from vigil.records.record import EPISODES_FILE, EpisodeRecord
+from vigil.records.record_file import read_records
 from vigil.runner.inspect_task import vigil
 from vigil.runner.models.ask import RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import Endpoint, sender

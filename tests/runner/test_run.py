@@ -16,12 +16,12 @@ from quick_runs import quick, without_times
 from tiny_pack import tiny_pack
 from waiting import HANGS_AFTER_S, wait_until
 
-from vigil.costs import Prices
+from vigil.base.json_lines import AppendFile
 from vigil.errors import InputError, RecordError, SettingError
-from vigil.jsonl import AppendFile
-from vigil.pack import Pack
-from vigil.record import EPISODES_FILE
-from vigil.record_file import read_records
+from vigil.packs.pack import Pack
+from vigil.records.costs import Prices
+from vigil.records.record import EPISODES_FILE
+from vigil.records.record_file import read_records
 from vigil.runner import run as run_module
 from vigil.runner import run_folder
 from vigil.runner import verify_run as verifying

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from tiny_pack import tiny_pack
 
-from vigil import jsonl
-from vigil.pack import Pack
-from vigil.record import EPISODES_FILE, HEADER_FILE, RunSpec
-from vigil.record_file import RecordLog, read_records
+from vigil.base import json_lines as jsonl
+from vigil.packs.pack import Pack
+from vigil.records.record import EPISODES_FILE, HEADER_FILE, RunSpec
+from vigil.records.record_file import RecordLog, read_records
 from vigil.runner import run_folder
 from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import RunSettings, plan_run

@@ -9,11 +9,11 @@ import pytest
 from tiny_pack import tiny_pack
 
 from vigil.api import make_env
-from vigil.costs import Prices
 from vigil.errors import SettingError
-from vigil.pack import Pack
-from vigil.profile import Profile
-from vigil.record import RunSpec, Shard
+from vigil.packs.pack import Pack
+from vigil.protocol.profile import Profile
+from vigil.records.costs import Prices
+from vigil.records.record import RunSpec, Shard
 from vigil.runner.settings import RunSettings, plan_run, worker_plan
 from vigil.runner.workers.messages import RenderSettings, WorkerPlan
 from vigil.sim import BACKENDS

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.geometry import Vec3
 from vigil.errors import HouseError
-from vigil.house import House
-from vigil.pose import Vec3
+from vigil.protocol.house import House
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import prisms_of, whole_box
 from vigil.scene.supports import surface_frame, surface_named
 from vigil.sim import make_simulator
 from vigil.sim.conformance.trial_house import DOOR, DRAWER, PANE, trial_house
 from vigil.sim.core.motion import CollisionMap
-from vigil.world import ObjectSetup, Setup
 
 SIZES = AssetDatabase.default()
 

@@ -9,7 +9,7 @@ import pytest
 from vigil.assets import make
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import HouseError
-from vigil.house import House
+from vigil.protocol.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import prisms_of
 from vigil.scene.plan import floor_plan

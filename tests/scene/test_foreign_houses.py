@@ -6,9 +6,9 @@ import pytest
 
 from tests.support.foreign_houses import APPLE_ID, DRESSER_ID, FORMS, TABLE_ID, furnished, thing
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
+from vigil.base.geometry import Vec3
 from vigil.housegen import check_house
-from vigil.pose import Vec3
+from vigil.protocol.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import whole_box
 from vigil.sim.core.motion import CollisionMap

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vigil.assets.kernel.asset import Asset, Joint, Solid
-from vigil.pose import Box, Vec3, rotate_floor
+from vigil.base.geometry import Box, Vec3, rotate_floor
 from vigil.scene.geometry import (
     Prism,
     axis_turn,

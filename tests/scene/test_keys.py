@@ -9,8 +9,8 @@ import pytest
 
 from tests.support.bare_house import bare_house
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
 from vigil.housegen import check_house
+from vigil.protocol.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.keys import HARMLESS, PLACES, TOLD, told_keys
 

@@ -5,15 +5,15 @@ import pytest
 
 from tests.support.open_plan import BETWEEN, door_between, point, two_rooms, without_walls_between
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
+from vigil.base.geometry import Pose, Vec3
 from vigil.housegen import check_house
-from vigil.pose import Pose, Vec3
+from vigil.protocol.house import House
+from vigil.protocol.world import Setup
 from vigil.scene.build import build_scene
 from vigil.scene.plan import floor_plan
 from vigil.scene.portals import Portals
 from vigil.sim import make_simulator
 from vigil.sim.core.motion import CollisionMap
-from vigil.world import Setup
 
 SIZES = AssetDatabase.default()
 OPEN = House("open", two_rooms(empty=True))

@@ -5,13 +5,14 @@ import itertools
 import numpy as np
 import pytest
 
-from vigil.actions import Look, Navigate
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.geometry import Pose, Vec3
 from vigil.errors import EpisodeError
-from vigil.house import MaterialRef
-from vigil.pose import Pose, Vec3
+from vigil.protocol.actions import Look, Navigate
+from vigil.protocol.house import MaterialRef
+from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.build import _turned_back
 from vigil.scene.geometry import part_motion
 from vigil.scene.partitions import _within, leaf_points
@@ -23,7 +24,6 @@ from vigil.sim.core.opening import set_openness, swing_blocker
 from vigil.sim.core.placing import put_down, spot_below, spot_on
 from vigil.sim.core.setup import apply_setup
 from vigil.sim.core.state import SceneState
-from vigil.world import ObjectSetup, Placement, Setup
 
 PLAIN = MaterialRef(name="plaster/white")
 

@@ -8,9 +8,9 @@ import shapely
 from tiny_pack import FRIDGE, MUG, SIDE, TABLE, tiny_house
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
 from vigil.housegen import generate, spec_for
 from vigil.housegen.checking.plan_image import draw_plan
+from vigil.protocol.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import whole_box
 from vigil.scene.outlines import footprint

@@ -6,7 +6,7 @@ import re
 import pytest
 
 from vigil.errors import HouseError
-from vigil.house import House
+from vigil.protocol.house import House
 from vigil.scene.walls import panels_of, place_of_opening, rooms_of
 from vigil.sim.conformance.trial_house import DOOR, trial_house
 

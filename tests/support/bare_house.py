@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from vigil.house import House
+from vigil.protocol.house import House
 
 
 def bare_house(name: str = "house", *object_ids: str) -> House:

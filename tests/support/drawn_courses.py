@@ -3,8 +3,8 @@
 from hypothesis import strategies as st
 from published import CAN_ADVANCE, EpisodeCourse, thousand
 
-from vigil.actions import STATUSES
-from vigil.episode import FAMILIES
+from vigil.protocol.actions import STATUSES
+from vigil.protocol.episode import FAMILIES
 
 EPISODES = {one.family: one for one in thousand(1)}
 PLOTS = st.builds(

@@ -1,7 +1,7 @@
-"""Fingerprints of shapes and of the grammar: what `tests/test_versions.py` holds against the package.
+"""Fingerprints of shapes and of the grammar: what `tests/base/test_versions.py` holds against the package.
 
 Write them anew when a change of them is meant: `PYTHONPATH=src python tests/support/fingerprints.py`. Look at the
-difference, and raise `SHAPES_VERSION` or `GRAMMAR_VERSION` (see `vigil.versions`): the files name the version.
+difference, and raise `SHAPES_VERSION` or `GRAMMAR_VERSION` (see `vigil.base.versions`): the files name the version.
 """
 
 import json
@@ -12,12 +12,12 @@ from typing import Any, cast
 
 import numpy as np
 
-from vigil.actions import Coordinates, Reply, ReplyPolicy
 from vigil.assets import MAKERS, make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset, Joint, Part, Solid, Surface
-from vigil.replies import parse_reply
-from vigil.versions import GRAMMAR_VERSION, SHAPES_VERSION
+from vigil.base.versions import GRAMMAR_VERSION, SHAPES_VERSION
+from vigil.protocol.actions import Coordinates, Reply, ReplyPolicy
+from vigil.protocol.replies import parse_reply
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 SHAPES, REPLIES = GOLDEN / "shapes.json", GOLDEN / "replies.json"

@@ -36,7 +36,7 @@ class PoolProcess(ForkServerProcess):
 
 
 class PoolContext(ForkServerContext):
-    """What starts the processes of a pool, as `vigil.processes.context` returns it."""
+    """What starts the processes of a pool, as `vigil.base.processes.context` returns it."""
 
     Process = PoolProcess
 

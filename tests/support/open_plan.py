@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from vigil.house import House
+from vigil.protocol.house import House
 
 WIDTH_M, HEIGHT_M = 4.0, 2.6
 BETWEEN = ("wall|2|e", "wall|3|w")

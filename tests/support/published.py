@@ -12,11 +12,11 @@ from typing import Any
 from stories import RecordBuilder, episode, thing
 
 from vigil.analysis.measures.paper import paper
-from vigil.episode import FAMILIES, Episode, Family, HouseRef
-from vigil.profile import Profile
-from vigil.prompt import policy_sha256, policy_version, rendered_sha256
-from vigil.record import AgentKind, EpisodeRecord, RunHeader, RunSpec
-from vigil.versions import PackVersions, Versions
+from vigil.base.versions import PackVersions, Versions
+from vigil.protocol.episode import FAMILIES, Episode, Family, HouseRef
+from vigil.protocol.profile import Profile
+from vigil.protocol.prompt import policy_sha256, policy_version, rendered_sha256
+from vigil.records.record import AgentKind, EpisodeRecord, RunHeader, RunSpec
 
 PER_FAMILY = 125
 NOON = datetime(2026, 1, 1, 12, tzinfo=UTC)

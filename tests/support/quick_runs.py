@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from vigil.record import EpisodeRecord, read_header
+from vigil.records.record import EpisodeRecord, read_header
 from vigil.runner.settings import RunSettings
 
 

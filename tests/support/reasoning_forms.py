@@ -10,13 +10,13 @@ import pytest
 from quick_runs import quick
 from wire_server import Said
 
-from vigil.actions import Reply
 from vigil.assets.sizes import AssetDatabase
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.pack import Pack
-from vigil.profile import Profile
-from vigil.record import EpisodeRecord, StepRecord
-from vigil.replies import parse_reply
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Reply
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.profile import Profile
+from vigil.protocol.replies import parse_reply
+from vigil.records.record import EpisodeRecord, StepRecord
 from vigil.runner import run
 from vigil.runner.settings import worker_plan
 from vigil.runner.workers.pool import SimulatorPool

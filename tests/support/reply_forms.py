@@ -1,7 +1,7 @@
 """Replies of all the forms that models and servers send, by a seeded generator.
 
 Used by tests and by `sweeps/replies.py`: what a server says must come out of the record as it went in, and be judged as
-`vigil.replies.parse` judges that very text.
+`vigil.protocol.replies.parse` judges that very text.
 """
 
 import json
@@ -10,10 +10,10 @@ from random import Random
 
 from wire_server import Said
 
-from vigil.actions import ParsedReply, Reply
-from vigil.reasoning import split_reasoning
-from vigil.record import StepRecord
-from vigil.replies import MAX_REPLY_BYTES, parse_reply
+from vigil.protocol.actions import ParsedReply, Reply
+from vigil.protocol.reasoning import split_reasoning
+from vigil.protocol.replies import MAX_REPLY_BYTES, parse_reply
+from vigil.records.record import StepRecord
 
 ODD = (
     *("\u00e9", "\U0001f600", "\u4f60\u597d", "\u2028", "\u2029", "\ufeff", "\x00", "\x0b", "\x7f", "\u200d", "\u202e"),

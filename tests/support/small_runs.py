@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from published import SMALL, Write, small_records, thousand, write_pack, write_run
 
-from vigil.record import EpisodeRecord
+from vigil.records.record import EpisodeRecord
 
 
 @pytest.fixture(scope="session")

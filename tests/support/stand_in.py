@@ -4,11 +4,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from vigil.actions import PhysicalAction
+from vigil.base.geometry import Pose
 from vigil.errors import SimulatorError
-from vigil.house import House
-from vigil.pose import Pose
-from vigil.world import Effect, ObjectState, Setup, WorldState
+from vigil.protocol.actions import PhysicalAction
+from vigil.protocol.house import House
+from vigil.protocol.world import Effect, ObjectState, Setup, WorldState
 
 
 class StandIn:

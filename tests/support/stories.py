@@ -3,9 +3,11 @@
 from datetime import UTC, datetime
 from typing import Any
 
-from vigil.actions import Action, InteractPixel, InvalidAction, Navigate, Reply, Report
-from vigil.episode import FAMILIES, Episode, Family, HouseRef, Provenance
-from vigil.goals import (
+from vigil.base.geometry import Box, Pose, Vec3
+from vigil.base.versions import Versions
+from vigil.protocol.actions import Action, InteractPixel, InvalidAction, Navigate, Reply, Report
+from vigil.protocol.episode import FAMILIES, Episode, Family, HouseRef, Provenance
+from vigil.protocol.goals import (
     AgentNearTarget,
     Constraint,
     Goal,
@@ -15,10 +17,8 @@ from vigil.goals import (
     ReportStatus,
     TargetGrounded,
 )
-from vigil.pose import Box, Pose, Vec3
-from vigil.record import End, EpisodeRecord, ErrorFact, StepRecord
-from vigil.versions import Versions
-from vigil.world import Effect, ObjectState, WorldState
+from vigil.protocol.world import Effect, ObjectState, WorldState
+from vigil.records.record import End, EpisodeRecord, ErrorFact, StepRecord
 
 NOON = datetime(2026, 1, 1, 12, tzinfo=UTC)
 HERE = Pose(position=Vec3(0.0, 0.0, 0.0), rotation=0.0, horizon=30.0)

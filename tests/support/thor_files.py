@@ -13,9 +13,9 @@ from typing import Any
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
 from vigil.housegen import generate, spec_for
 from vigil.housegen.thor_export import export_thor
+from vigil.protocol.house import House
 
 UNKNOWN_TO_THOR = {"Cabinet", "Drawer", "Shelf", "Stove", "Curtains", "Bathtub", "Mirror", "CeilingLamp", "Rug"}
 """Of what stands in our houses, the categories that THOR's database has no asset for."""

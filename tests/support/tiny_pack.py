@@ -5,13 +5,13 @@ import json
 from pathlib import Path
 from typing import Any
 
-from vigil.actions import Report
-from vigil.episode import FAMILIES, Episode, Family, HouseRef, Solution
-from vigil.freezing import freeze
-from vigil.goals import AgentNearTarget, Goal, ObjectInState, ReportStatus, TargetGrounded
-from vigil.house import House, canonical_json
-from vigil.pack import Pack
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
+from vigil.packs.freeze import freeze
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Report
+from vigil.protocol.episode import FAMILIES, Episode, Family, HouseRef, Solution
+from vigil.protocol.goals import AgentNearTarget, Goal, ObjectInState, ReportStatus, TargetGrounded
+from vigil.protocol.house import House, canonical_json
 
 SIDE = 5.0
 TABLE, MUG, FRIDGE = "DiningTable|1|0", "Mug|1|1", "Fridge|1|2"

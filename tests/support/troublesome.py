@@ -9,9 +9,9 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from vigil.actions import Reply
-from vigil.episode import Episode
-from vigil.observation import Observation
+from vigil.protocol.actions import Reply
+from vigil.protocol.episode import Episode
+from vigil.protocol.observation import Observation
 from vigil.sim.protocol import Simulator
 
 REPORT = '{"skill_name": "report", "arguments": {"status": "success", "summary": ""}}'

@@ -15,8 +15,8 @@ from sweeps.support.hostile_cases import base, write
 from sweeps.support.pieces import Failure, Finding, Sweep
 from sweeps.support.reply_forms import Form
 from vigil.errors import SettingError
-from vigil.house import House
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
+from vigil.protocol.house import House
 
 
 def odd_fall(piece: int) -> Finding:

@@ -12,18 +12,18 @@ from web_visitor import DESKTOP, PHONE, Visitor
 
 from vigil.agents.scripted import scripted_agent
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.json_lines import dump_line
+from vigil.base.versions import Versions
 from vigil.env import Env
-from vigil.jsonl import dump_line
-from vigil.pack import Pack
-from vigil.profile import Profile
-from vigil.prompt import policy_sha256, policy_version
-from vigil.record import FRAMES_FOLDER, RunHeader, RunSpec
+from vigil.packs.pack import Pack
+from vigil.protocol.profile import Profile
+from vigil.protocol.prompt import policy_sha256, policy_version
+from vigil.records.record import FRAMES_FOLDER, RunHeader, RunSpec
 from vigil.runner.run_folder import new_nonce, write_header
 from vigil.runner.workers.frames import FrameStore
 from vigil.runner.workers.messages import RenderSettings
 from vigil.runner.workers.play import EpisodeObserver, play
 from vigil.sim import make_simulator
-from vigil.versions import Versions
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library
 from vigil.web.view import make_view

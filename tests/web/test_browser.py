@@ -17,10 +17,10 @@ from web_server import Site, served
 from web_visitor import Visitor
 
 from vigil.authoring.review.reviews import read_reviews
-from vigil.pack import Pack
-from vigil.profile import Profile
-from vigil.prompt import rendered_sha256
-from vigil.record_file import read_records
+from vigil.packs.pack import Pack
+from vigil.protocol.profile import Profile
+from vigil.protocol.prompt import rendered_sha256
+from vigil.records.record_file import read_records
 from vigil.runner.workers.messages import RenderSettings
 from vigil.web.drawing import RenderService
 from vigil.web.export import export_site

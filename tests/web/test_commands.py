@@ -15,7 +15,7 @@ from waiting import HANGS_AFTER_S, wait_until
 from vigil.cli import app, web
 from vigil.cli.exports.site import write_site
 from vigil.errors import InputError, RecordError, SettingError
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
 from vigil.web.site import Address
 
 

@@ -18,11 +18,11 @@ from typing import Any
 import pytest
 from waiting import HANGS_AFTER_S, wait_until
 
-from vigil.actions import Navigate
 from vigil.agents.picture import decode
 from vigil.errors import HouseError, SimulatorError
-from vigil.pack import Pack
-from vigil.profile import Profile
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Navigate
+from vigil.protocol.profile import Profile
 from vigil.runner.workers import process
 from vigil.runner.workers.messages import DrawFrame, DrawingPlan, EpisodeMoment, Heartbeat, RenderSettings, WorkerPlan
 from vigil.runner.workers.worker import RequestHandler, WorkerChannel

@@ -9,8 +9,8 @@ from PIL import Image
 from web_server import Site
 
 from vigil.errors import SettingError
-from vigil.pack import Pack
-from vigil.record_file import read_records
+from vigil.packs.pack import Pack
+from vigil.records.record_file import read_records
 from vigil.web.drawing import RenderService
 from vigil.web.export import export_site
 from vigil.web.library import Library

@@ -17,7 +17,7 @@ from vigil.agents.picture import encode
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
 from vigil.housegen.checking.plan_image import MARGIN_M
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
 from vigil.web.films import film as film_module
 from vigil.web.films.film import LAST_S, STEP_S, VIDEO_FPS, FilmFrame, film_frames_of, gif, mp4, webp
 from vigil.web.films.plan import (

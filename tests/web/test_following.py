@@ -10,12 +10,12 @@ from markupsafe import escape
 from web_server import Site, served
 from web_visitor import Visitor
 
-from vigil.actions import Usage
-from vigil.costs import Prices
-from vigil.jsonl import dump_line
-from vigil.pack import Pack
-from vigil.record import EpisodeRecord, ErrorFact, read_header
-from vigil.record_file import RecordLog, read_records
+from vigil.base.json_lines import dump_line
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Usage
+from vigil.records.costs import Prices
+from vigil.records.record import EpisodeRecord, ErrorFact, read_header
+from vigil.records.record_file import RecordLog, read_records
 from vigil.runner.run_folder import write_header
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library

@@ -14,22 +14,22 @@ from web_server import Site, served
 from vigil.agents.picture import encode
 from vigil.agents.scripted import scripted_agent
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.files import file_sha256
+from vigil.base.geometry import Pose
+from vigil.base.json_lines import dump_line
+from vigil.base.versions import Versions
 from vigil.env import Env
 from vigil.errors import SettingError
-from vigil.files import file_sha256
-from vigil.house import House
-from vigil.jsonl import dump_line
-from vigil.pack import Pack
-from vigil.pose import Pose
-from vigil.profile import Profile
-from vigil.prompt import policy_sha256, policy_version
-from vigil.record import RunHeader, RunSpec
-from vigil.record_file import read_records
+from vigil.packs.pack import Pack
+from vigil.protocol.house import House
+from vigil.protocol.profile import Profile
+from vigil.protocol.prompt import policy_sha256, policy_version
+from vigil.records.record import RunHeader, RunSpec
+from vigil.records.record_file import read_records
 from vigil.runner.run_folder import write_header
 from vigil.runner.workers.messages import RenderSettings
 from vigil.runner.workers.play import EpisodeObserver, play
 from vigil.sim import make_simulator
-from vigil.versions import Versions
 from vigil.web.drawing import RenderService
 from vigil.web.frames import Frame, frame_of
 from vigil.web.library import Library

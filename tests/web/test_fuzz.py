@@ -10,7 +10,7 @@ from fastapi import FastAPI
 from web_fuzz import TOKEN, Route, errors_logged, fire, hostile_requests
 from web_server import served
 
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
 from vigil.runner.workers.messages import RenderSettings
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from web_server import Site, served
 
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
 from vigil.runner.workers.messages import RenderSettings
 from vigil.web.drawing import RenderService
 from vigil.web.play import make_play

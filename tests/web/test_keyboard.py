@@ -6,8 +6,8 @@ from web_server import Site, served
 from web_visitor import Visitor
 
 from vigil.authoring.review.reviews import read_reviews
-from vigil.pack import Pack
-from vigil.record_file import read_records
+from vigil.packs.pack import Pack
+from vigil.records.record_file import read_records
 from vigil.runner.workers.messages import RenderSettings
 from vigil.web.drawing import RenderService
 from vigil.web.play import make_play

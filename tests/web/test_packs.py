@@ -9,9 +9,9 @@ from web_visitor import Visitor
 
 from vigil.agents.picture import decode
 from vigil.authoring.packing.dataset_card import CARD
-from vigil.pack import Pack, find, frozen_episodes, manifest_of, manifest_sha256, packaged_names
+from vigil.packs.pack import Pack, find, frozen_episodes, manifest_of, manifest_sha256, packaged_names
 from vigil.runner.workers.messages import RenderSettings
-from vigil.strata import in_order
+from vigil.scoring.strata import in_order
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library
 from vigil.web.packs import SAMPLES, card_of, family_rows, level_strata, other_strata

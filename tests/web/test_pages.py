@@ -9,11 +9,11 @@ from markupsafe import Markup
 from web_server import Site
 
 from vigil.agents.picture import decode
-from vigil.pack import Pack
-from vigil.record import read_header
-from vigil.record_file import read_records
+from vigil.packs.pack import Pack
+from vigil.records.record import read_header
+from vigil.records.record_file import read_records
 from vigil.runner.workers.frames import frame_sha256
-from vigil.saved_run import RecordTable
+from vigil.scoring.saved_run import RecordTable
 from vigil.web.library import Library
 from vigil.web.site import TEMPLATES
 

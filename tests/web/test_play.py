@@ -11,11 +11,11 @@ from web_server import Site, served
 
 from vigil.cli import app
 from vigil.errors import RecordError, SettingError
-from vigil.pack import Pack
-from vigil.record import read_header
-from vigil.record_file import read_records
+from vigil.packs.pack import Pack
+from vigil.records.record import read_header
+from vigil.records.record_file import read_records
 from vigil.runner.verify_run import VerifySettings, verify_run
-from vigil.scoring import settle
+from vigil.scoring.outcomes import settle
 from vigil.web.play import make_play
 from vigil.web.play_session import JOURNAL, PlaySettings, open_play_session, random_order
 

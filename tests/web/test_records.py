@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 from web_server import served
 
-from vigil.pack import Pack
-from vigil.pack_files import MANIFEST
-from vigil.record import read_header
-from vigil.record_file import RecordLog
-from vigil.row_check import RowCheck
-from vigil.saved_run import RecordTable
+from vigil.packs.files import MANIFEST
+from vigil.packs.pack import Pack
+from vigil.records.record import read_header
+from vigil.records.record_file import RecordLog
+from vigil.records.row_check import RowCheck
+from vigil.scoring.saved_run import RecordTable
 from vigil.web.drawing import RenderService
 from vigil.web.export import export_site
 from vigil.web.library import Library

@@ -11,9 +11,9 @@ from vigil.authoring.drafting.drafts import Draft, DraftFacts, DraftsFile, Famil
 from vigil.authoring.packing.assemble import PackRequest, assemble
 from vigil.authoring.review.reviews import read_reviews
 from vigil.errors import SettingError
-from vigil.house import House
-from vigil.pack import Pack, find
-from vigil.pack_files import HOUSES
+from vigil.packs.files import HOUSES
+from vigil.packs.pack import Pack, find
+from vigil.protocol.house import House
 from vigil.runner.workers.messages import RenderSettings
 from vigil.web.drawing import RenderService
 from vigil.web.review import ReviewSession, ReviewSet, make_review

@@ -9,7 +9,7 @@ from quick_runs import claim
 from web_server import Site, served
 
 from vigil.errors import SettingError
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library
 from vigil.web.site import Address

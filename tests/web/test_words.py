@@ -12,10 +12,10 @@ from tiny_pack import tiny_pack
 from web_server import Site, served
 from web_visitor import DESKTOP, PHONE
 
-from vigil.actions import INTENTS, STATUSES
-from vigil.pack import Pack
-from vigil.pack_names import version_words
-from vigil.record import read_header
+from vigil.packs.names import version_words
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import INTENTS, STATUSES
+from vigil.records.record import read_header
 from vigil.runner.run_folder import write_header
 from vigil.runner.workers.messages import RenderSettings
 from vigil.web import phrases

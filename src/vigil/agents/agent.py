@@ -2,8 +2,8 @@
 
 from typing import Protocol, runtime_checkable
 
-from vigil.actions import Reply
-from vigil.observation import Observation
+from vigil.protocol.actions import Reply
+from vigil.protocol.observation import Observation
 
 REPLY_SECONDS = 600
 """How long one reply of a model or a program may take, unless a run says otherwise."""

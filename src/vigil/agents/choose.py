@@ -4,7 +4,7 @@ from vigil.agents.agent import Agent
 from vigil.agents.exec_agent import PREFIX, ExecAgent, ProgramSettings
 from vigil.agents.scripted import SCRIPTS, scripted_agent
 from vigil.errors import SettingError
-from vigil.profile import Profile
+from vigil.protocol.profile import Profile
 
 
 def is_exec(name: str) -> bool:

@@ -32,16 +32,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vigil.actions import Reply, ReplyCut
 from vigil.agents.agent import BEAT_SECONDS, REPLY_SECONDS
 from vigil.agents.beat import Beat
 from vigil.agents.picture import encode
 from vigil.agents.program import Hide, Program, ProgramFault, WorkingFolder, files_of, resolved
 from vigil.errors import ModelAPIError, SettingError
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
-from vigil.profile import Profile
-from vigil.prompt import system_prompt
-from vigil.reasoning import split_reasoning
+from vigil.protocol.actions import Reply, ReplyCut
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
+from vigil.protocol.profile import Profile
+from vigil.protocol.prompt import system_prompt
+from vigil.protocol.reasoning import split_reasoning
 
 PREFIX = "exec:"
 MAX_SAID_CHARS = 300

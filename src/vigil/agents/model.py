@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from vigil.agents.picture import Picture
-from vigil.observation import Feedback
-from vigil.profile import Profile
-from vigil.prompt import Turn, frame_stub, past_turn, recent, system_prompt
+from vigil.protocol.observation import Feedback
+from vigil.protocol.profile import Profile
+from vigil.protocol.prompt import Turn, frame_stub, past_turn, recent, system_prompt
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,8 @@ import numpy as np
 from PIL import Image
 
 from vigil.errors import RecordError
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.profile import JPEG_QUALITY, ImageFormat
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.profile import JPEG_QUALITY, ImageFormat
 
 MAX_PIXELS = 4 * FRAME_WIDTH * FRAME_HEIGHT
 PNG_LEVEL = 1

@@ -24,8 +24,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from vigil.actions import ReplyCut
 from vigil.errors import SettingError
+from vigil.protocol.actions import ReplyCut
 
 CODE = frozenset(
     {".py", ".sh", ".js", ".mjs", ".ts", ".jl", ".rb", ".pl", ".lua", ".yaml", ".yml", ".toml", ".ini", ".cfg"}

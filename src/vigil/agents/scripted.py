@@ -13,9 +13,9 @@ from typing import Any, get_args
 
 import numpy as np
 
-from vigil.actions import Intent, InteractPixel, LookDirection, Navigate, NavigateMode, Reply, Status
 from vigil.errors import SettingError
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
+from vigil.protocol.actions import Intent, InteractPixel, LookDirection, Navigate, NavigateMode, Reply, Status
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
 
 REPORT_PROBABILITY = 0.05
 PROSE = "I would turn to the right and have a look around first."

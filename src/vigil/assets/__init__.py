@@ -38,8 +38,8 @@ from vigil.assets.makers.objects import (
     textiles,
     vessels,
 )
+from vigil.base.geometry import Vec3
 from vigil.errors import SettingError, did_you_mean
-from vigil.pose import Vec3
 
 _MODULES = (
     appliances,

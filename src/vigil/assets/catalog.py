@@ -7,7 +7,7 @@ so a desk without drawers cannot. What a thing looks like is no matter of this m
 
 from dataclasses import dataclass
 
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 ROOM_TYPES = ("Kitchen", "LivingRoom", "Bedroom", "Bathroom")
 FLOOR, WALL, CEILING = "Floor", "Wall", "Ceiling"

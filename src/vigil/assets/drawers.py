@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from vigil.assets.kernel.asset import Asset, Joint, Part, Solid, Surface
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 DRAWER = "Drawer"
 """The category of a drawer."""

@@ -11,7 +11,7 @@ import numpy as np
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset, Mesh, Part
 from vigil.assets.kernel.shapes import box, boxes
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 WIDTH_M, HEIGHT_M, THICK_M = 0.297, 0.21, 0.002
 """Of a sheet of A4 paper across."""

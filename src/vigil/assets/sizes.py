@@ -21,10 +21,10 @@ import numpy as np
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.drawers import DRAWER, drawer_names, drawer_of, named_drawer
+from vigil.base.files import read_file
+from vigil.base.geometry import Vec3
+from vigil.base.json_files import read_json
 from vigil.errors import SettingError
-from vigil.files import read_file
-from vigil.pose import Vec3
-from vigil.strict_json import read_json
 
 MIN_SIDE_M = 0.001
 MAX_SIDE_M = 30.0

@@ -9,9 +9,9 @@ from typing import Annotated
 import typer
 
 from vigil import __version__
+from vigil.base.imports import import_named_modules
 from vigil.cli.verbs import Verbs
 from vigil.errors import InfrastructureError, VigilError
-from vigil.imports import import_named_modules
 
 BAD_INPUT = 2
 FAILED = 1

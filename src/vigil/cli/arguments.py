@@ -6,9 +6,9 @@ from typing import Annotated
 import typer
 
 from vigil.authoring.drafting.procthor import DATASET
-from vigil.imports import VARIABLE, import_modules
-from vigil.private import REVEAL, REVEAL_HELP
-from vigil.saved_run import runs_in
+from vigil.base.imports import VARIABLE, import_modules
+from vigil.packs.private import REVEAL, REVEAL_HELP
+from vigil.scoring.saved_run import runs_in
 
 
 def _imported(names: list[str] | None) -> list[str] | None:

@@ -15,7 +15,7 @@ from PIL import Image
 from vigil.assets.sizes import AssetDatabase
 from vigil.cli.arguments import AsJson
 from vigil.errors import SettingError, VigilError
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
 from vigil.runner.shared_settings import AssetFile, RenderQuality
 from vigil.sim import make_simulator
 from vigil.sim.conformance.checks import CHECKS, ConformanceCheck

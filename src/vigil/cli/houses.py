@@ -16,14 +16,14 @@ from vigil.cli.arguments import OneHouse, SeedFile
 from vigil.cli.progress import progress
 from vigil.cli.text import tell
 from vigil.errors import HouseError, SettingError
-from vigil.house import House
 from vigil.housegen import Fault, check_house, generate, spec_for
 from vigil.housegen.checking.check import SHAPELESS
 from vigil.housegen.checking.plan_image import beside, draw_plan
 from vigil.housegen.document import without_seed
 from vigil.housegen.sweep import sweep
 from vigil.housegen.thor_export import export_thor, load_materials
-from vigil.private import chosen_seed, is_secret
+from vigil.packs.private import chosen_seed, is_secret
+from vigil.protocol.house import House
 from vigil.runner.shared_settings import AssetFile, Workers
 from vigil.runner.workers.pool import worker_count
 from vigil.scene.build import build_scene

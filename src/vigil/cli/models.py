@@ -9,14 +9,15 @@ import typer
 
 from vigil.agents.model import Conversation, Message
 from vigil.agents.picture import Picture
+from vigil.base.settings import Setting
 from vigil.cli.arguments import AsJson
 from vigil.cli.text import say
 from vigil.errors import SettingError
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.pack import Pack
-from vigil.profile import COORDINATES_BY_MODEL, coordinates_for, known_coordinates
-from vigil.prompt import policy_sha256, policy_version, rendered_sha256
-from vigil.prompt_file import INSTRUCTION_SLOT
+from vigil.packs.pack import Pack
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.profile import COORDINATES_BY_MODEL, coordinates_for, known_coordinates
+from vigil.protocol.prompt import policy_sha256, policy_version, rendered_sha256
+from vigil.protocol.prompt_file import INSTRUCTION_SLOT
 from vigil.runner.calibrate import calibrate_model
 from vigil.runner.models.calibration import SPOTS, Calibration
 from vigil.runner.models.providers import PROVIDERS, Provider, named
@@ -34,7 +35,6 @@ from vigil.runner.shared_settings import (
     BaseUrl,
     PackName,
 )
-from vigil.setting import Setting
 
 OneEpisode = Annotated[str | None, Setting("Fill in this episode's instruction.", metavar="ID")]
 LikeModel = Annotated[str | None, Setting("Coordinates as for this model.", metavar="MODEL")]

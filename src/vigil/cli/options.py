@@ -9,7 +9,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 
 import typer
 
-from vigil.setting import Declared, declared, declared_in
+from vigil.base.settings import Declared, declared, declared_in
 
 Function = Callable[..., None]
 

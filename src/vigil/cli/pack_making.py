@@ -55,16 +55,16 @@ from vigil.cli.making.drafting import (
 from vigil.cli.making.houses import SECRET_RECIPE, asked_sources, generated, specs_of
 from vigil.cli.progress import progress
 from vigil.cli.text import say, tell
-from vigil.closure import Kind
-from vigil.episode import FAMILIES
 from vigil.errors import SettingError
-from vigil.freezing import check_free
-from vigil.levels import LEVELS, EpisodeLevel, levels_named
-from vigil.pack import Pack
-from vigil.private import chosen_seed, is_secret
+from vigil.packs.freeze import check_free
+from vigil.packs.pack import Pack
+from vigil.packs.private import chosen_seed, is_secret
+from vigil.protocol.episode import FAMILIES
 from vigil.runner.models.completion import completing
 from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families, Workers
 from vigil.runner.workers.pool import worker_count
+from vigil.scoring.closure import Kind
+from vigil.scoring.levels import LEVELS, EpisodeLevel, levels_named
 
 Rooms = Annotated[str, typer.Option(help="Numbers of rooms or specs, in turn, of generated houses.")]
 HousePlaces = Annotated[

@@ -24,17 +24,17 @@ from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
 from vigil.cli.arguments import AsJson, LevelsFile, PackArgument, Reveal, RunArguments
 from vigil.cli.progress import progress, run_progress
 from vigil.cli.text import console, say
-from vigil.episode import FAMILIES
 from vigil.errors import SettingError, SimulatorError
-from vigil.levels import COSTS, LEVELS, EpisodeLevel, levels_bytes, read_levels
-from vigil.pack import Pack
-from vigil.private import check_revealed, is_private
+from vigil.packs.pack import Pack
+from vigil.packs.private import check_revealed, is_private
+from vigil.protocol.episode import FAMILIES
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
 from vigil.runner.shared_settings import AssetFile, PackPlace, Workers
 from vigil.runner.workers.pool import worker_count
+from vigil.scoring.levels import COSTS, LEVELS, EpisodeLevel, levels_bytes, read_levels
+from vigil.scoring.summary import settle_run, summarise
 from vigil.sim import make_simulator
-from vigil.summary import settle_run, summarise
 
 
 def baselines(

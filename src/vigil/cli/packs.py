@@ -23,19 +23,19 @@ from vigil.authoring.review.validate import Finding
 from vigil.cli.arguments import AsJson, PackArgument, Robust
 from vigil.cli.progress import Show, progress
 from vigil.cli.text import console, say
-from vigil.closure import SUITE
-from vigil.episode import FAMILIES, Family
 from vigil.errors import SettingError
-from vigil.levels import LEVELS, levels_of
-from vigil.pack import Pack, Selection, find, manifest_of, manifest_sha256, packaged_names
-from vigil.pack_names import other_names, version_words
-from vigil.private import is_private
+from vigil.packs.names import other_names, version_words
+from vigil.packs.pack import Pack, Selection, find, manifest_of, manifest_sha256, packaged_names
+from vigil.packs.private import is_private
+from vigil.protocol.episode import FAMILIES, Family
 from vigil.runner.shared_settings import AssetFile, Backend, EpisodeIds, Families, Workers
 from vigil.runner.workers.pool import worker_count
+from vigil.scoring.closure import SUITE
+from vigil.scoring.levels import LEVELS, levels_of
+from vigil.scoring.strata import in_order
 from vigil.sim import make_simulator
 from vigil.sim.thor.differences import EXPLAINED
 from vigil.sim.thor.start import ENGINE_VARIABLE, OWN
-from vigil.strata import in_order
 
 
 def list_packs(as_json: AsJson = False) -> None:

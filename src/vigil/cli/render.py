@@ -13,18 +13,18 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.drafting.procthor import DATASET
 from vigil.authoring.drafting.sources import house_at
+from vigil.base.geometry import Pose, Vec3
 from vigil.cli.text import tell
 from vigil.errors import SettingError, did_you_mean
-from vigil.house import House
-from vigil.observation import Quality
-from vigil.pack import Pack
-from vigil.pose import Pose, Vec3
+from vigil.packs.pack import Pack
+from vigil.protocol.house import House
+from vigil.protocol.observation import Quality
+from vigil.protocol.world import Setup
 from vigil.runner.shared_settings import AssetFile, PackName, RenderQuality
 from vigil.sim import make_simulator
 from vigil.sim.showcase.exhibit import State
 from vigil.sim.showcase.portrait import draw_lots, write_blind, write_catalog
 from vigil.sim.showcase.renders import render_asset
-from vigil.world import Setup
 
 
 def render(

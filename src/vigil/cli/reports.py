@@ -17,14 +17,14 @@ from vigil.analysis.plots.trajectory import AgentTrajectory, find_record, track,
 from vigil.analysis.report import FORMATS, Format, make_report, markdown_report, write_report
 from vigil.cli.arguments import Epoch, LevelsFile, Reveal, RunArguments, WithPaper
 from vigil.cli.text import say
-from vigil.episode import FAMILIES, Episode, Family
 from vigil.errors import RecordError, SettingError, did_you_mean
-from vigil.levels import read_levels
-from vigil.pack import Pack
-from vigil.private import REVEAL, check_revealed, is_private
+from vigil.packs.pack import Pack
+from vigil.packs.private import REVEAL, check_revealed, is_private
+from vigil.protocol.episode import FAMILIES, Episode, Family
 from vigil.runner.shared_settings import AssetFile, PackPlace
 from vigil.runner.workers.frames import first_frames, frames_of
-from vigil.saved_run import load_pack, pack_folder, runs_in
+from vigil.scoring.levels import read_levels
+from vigil.scoring.saved_run import load_pack, pack_folder, runs_in
 
 STILLS, MOVING = (".png", ".pdf", ".svg"), (".gif", ".webp")
 WITH_FRAMES = ("protocol", "pipeline", "trajectory")

@@ -15,9 +15,9 @@ from vigil.cli.models import source_of_coordinates
 from vigil.cli.progress import progress, run_progress
 from vigil.cli.scores import print_run
 from vigil.cli.text import say
-from vigil.costs import cost_words
 from vigil.errors import SettingError, did_you_mean
-from vigil.pack import manifest_of
+from vigil.packs.pack import manifest_of
+from vigil.records.costs import cost_words
 from vigil.runner.dry_run import estimate
 from vigil.runner.merge import MergeSettings, merge_runs
 from vigil.runner.progress import OnProgress, Progress
@@ -25,7 +25,7 @@ from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import LOGS_FOLDER
 from vigil.runner.settings import RunSettings, profile_of, serving_of
 from vigil.runner.verify_run import Verification, VerifySettings, verify_run
-from vigil.saved_run import read_run
+from vigil.scoring.saved_run import read_run
 
 NewRun = Annotated[Path, typer.Argument(metavar="OUT", help="Folder of the joined run; a new one.")]
 Shards = Annotated[list[Path], typer.Argument(metavar="SHARD...", help="Folders that `vigil run --shard I/N` made.")]

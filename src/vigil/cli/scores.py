@@ -13,13 +13,13 @@ from rich.text import Text
 
 from vigil.cli.arguments import AsJson, RunArguments
 from vigil.cli.text import COLUMNS, percent, print_fitting, say, with_interval
-from vigil.closure import SUITE
-from vigil.episode import FAMILIES
-from vigil.pack import manifest_of
-from vigil.record import RunHeader, RunSpec
+from vigil.packs.pack import manifest_of
+from vigil.protocol.episode import FAMILIES
+from vigil.records.record import RunHeader, RunSpec
 from vigil.runner.shared_settings import PackPlace
-from vigil.saved_run import read_run
-from vigil.summary import LIBRARY_REPLIES, Settlement, summarise
+from vigil.scoring.closure import SUITE
+from vigil.scoring.saved_run import read_run
+from vigil.scoring.summary import LIBRARY_REPLIES, Settlement, summarise
 
 if TYPE_CHECKING:
     from vigil.analysis.measures.closure import ClosureRun

@@ -20,7 +20,7 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.cli.arguments import OpenBrowser
 from vigil.cli.text import say
 from vigil.errors import SettingError
-from vigil.pack import Pack, manifest_of
+from vigil.packs.pack import Pack, manifest_of
 from vigil.runner.shared_settings import AskedPrices, AssetFile, PackName
 from vigil.runner.workers.messages import RenderSettings
 from vigil.web.drawing import RenderService

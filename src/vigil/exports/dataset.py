@@ -8,8 +8,8 @@ from vigil.analysis.measures.rows import Run, frame_of
 from vigil.errors import SettingError
 from vigil.exports.disclosure import NOTHING_MORE, Disclosure
 from vigil.exports.steps import columns_with, has_frames, write_steps
-from vigil.private import check_revealed
-from vigil.saved_run import read_run
+from vigil.packs.private import check_revealed
+from vigil.scoring.saved_run import read_run
 
 CARD = "README.md"
 EPISODES, STEPS = "episodes.parquet", "steps"

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from vigil.private import REVEAL_HELP
-from vigil.setting import Setting
+from vigil.base.settings import Setting
+from vigil.packs.private import REVEAL_HELP
 
 AnswerKey = Annotated[
     bool, Setting("Tell the answer key too, for hf and every-eval-ever: targets, labels, when goals first held.")

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
-from vigil.actions import Action
-from vigil.observation import Feedback
-from vigil.profile import Profile
-from vigil.record import EpisodeRecord, StepRecord
+from vigil.protocol.actions import Action
+from vigil.protocol.observation import Feedback
+from vigil.protocol.profile import Profile
+from vigil.records.record import EpisodeRecord, StepRecord
 
 
 def shown_steps(record: EpisodeRecord, profile: Profile) -> Iterator[tuple[Feedback | None, StepRecord]]:

@@ -10,10 +10,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from vigil.exports.step_facts import arguments_of, shown_steps
-from vigil.kept_reasoning import reasoning_of
-from vigil.record import FRAMES_FOLDER, Key, StepRecord
+from vigil.records.kept_reasoning import reasoning_of
+from vigil.records.record import FRAMES_FOLDER, Key, StepRecord
 from vigil.runner.workers.frames import FrameStore
-from vigil.saved_run import SavedRun
+from vigil.scoring.saved_run import SavedRun
 
 IMAGE = pa.struct({"bytes": pa.binary(), "path": pa.string()})
 STEP_COLUMNS: Mapping[str, tuple[pa.DataType, str]] = {

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.drawers import drawer_asset_id, drawer_names, drawer_of
-from vigil.house import SCHEMA, House, drawer_id
+from vigil.base.geometry import Pose
 from vigil.housegen.base.models import PlacedThing
 from vigil.housegen.base.randomness import GENERATOR_VERSION
 from vigil.housegen.layout.floorplan import RoomLayout, RoomPlan
@@ -14,7 +14,7 @@ from vigil.housegen.layout.lights import layer_of
 from vigil.housegen.layout.openings import PlannedOpening
 from vigil.housegen.layout.palette import RoomFinish, material
 from vigil.housegen.layout.walls import wall_pieces
-from vigil.pose import Pose
+from vigil.protocol.house import SCHEMA, House, drawer_id
 
 AGENT_Y = 0.95
 """Height that ProcTHOR gives the agent's position (its middle)."""

@@ -5,8 +5,8 @@ from scipy import ndimage
 
 from vigil.assets.drawers import drawer_names
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.geometry import Pose, Vec3, heading
 from vigil.errors import SettingError
-from vigil.house import House, drawer_id
 from vigil.housegen import document
 from vigil.housegen.base.models import PlacedThing
 from vigil.housegen.base.randomness import GENERATOR_VERSION, generator, pick, shuffled
@@ -22,7 +22,7 @@ from vigil.housegen.layout import palette
 from vigil.housegen.layout.floorplan import RoomLayout, plan_rooms
 from vigil.housegen.layout.lights import lights_of
 from vigil.housegen.layout.openings import PlannedOpening, cut_openings
-from vigil.pose import Pose, Vec3, heading
+from vigil.protocol.house import House, drawer_id
 
 __all__ = ["GENERATOR_VERSION", "generate"]
 

@@ -12,12 +12,12 @@ import numpy as np
 from vigil.assets.catalog import CATALOG
 from vigil.assets.drawers import named_drawer
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.processes import worker_pool
 from vigil.errors import HouseError, SettingError
-from vigil.house import House, canonical_json
 from vigil.housegen.base.spec import spec_for
 from vigil.housegen.checking.check import check_house
 from vigil.housegen.generate import generate
-from vigil.processes import worker_pool
+from vigil.protocol.house import House, canonical_json
 
 PARTS = frozenset({"Drawer", "StoveBurner", "StoveKnob"})
 """Categories that generated houses have as parts of dressers and stoves, never as things of their own."""

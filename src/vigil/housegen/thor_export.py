@@ -16,14 +16,14 @@ import numpy as np
 import shapely
 
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.files import read_file
+from vigil.base.geometry import Box, Vec3, heading, rotate_floor
+from vigil.base.json_files import read_json
 from vigil.errors import SettingError
-from vigil.files import read_file
-from vigil.house import Door, House, HouseObject, Window
 from vigil.housegen.base.whole_furniture import with_whole_furniture
 from vigil.housegen.checking.check import check_house
-from vigil.pose import Box, Vec3, heading, rotate_floor
+from vigil.protocol.house import Door, House, HouseObject, Window
 from vigil.scene.outlines import floor_of, footprint
-from vigil.strict_json import read_json
 
 OVERSIZE = 1.6
 """How much worse a larger side is than a smaller one: larger things run into their neighbours."""

@@ -11,8 +11,8 @@ from typing import Any
 
 from openai import APIConnectionError, APIStatusError, AsyncOpenAI
 
-from vigil.actions import Reply
 from vigil.agents.model import Message
+from vigil.protocol.actions import Reply
 from vigil.runner.models.ask import PASSING_STATUS, AttemptFailed, Send, answer_in, is_rejection, reply_of
 from vigil.runner.models.refusals import sentence_of
 

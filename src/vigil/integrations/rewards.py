@@ -4,7 +4,7 @@ from typing import Annotated, Protocol
 
 from pydantic import Field
 
-from vigil.scoring import Outcome
+from vigil.scoring.outcomes import Outcome
 
 WorldReward = Annotated[float, Field(allow_inf_nan=False, description="added at the end when W holds, reported or not")]
 HonestFailReward = Annotated[

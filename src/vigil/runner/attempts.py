@@ -11,8 +11,8 @@ from pathlib import Path
 
 from pydantic import BaseModel, Field
 
-from vigil.jsonl import append_line, parse, read_lines
-from vigil.record import Key, RunSpec
+from vigil.base.json_lines import append_line, parse, read_lines
+from vigil.records.record import Key, RunSpec
 
 ATTEMPTS_FILE = "attempts.jsonl"
 

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 from vigil.agents.model import Conversation
 from vigil.agents.picture import Picture
-from vigil.costs import Prices
-from vigil.episode import Episode
-from vigil.profile import Profile
-from vigil.record import RunSpec
+from vigil.protocol.episode import Episode
+from vigil.protocol.profile import Profile
+from vigil.records.costs import Prices
+from vigil.records.record import RunSpec
+from vigil.records.shards import part_of
 from vigil.runner.models.context import CHARS_PER_TOKEN, PICTURE_TOKENS, REASONING_TOKENS, REPLY_TOKENS
 from vigil.runner.models.thinking import may_think
 from vigil.runner.settings import RunSettings, plan_run
-from vigil.shards import part_of
 
 
 @dataclass(frozen=True, slots=True)

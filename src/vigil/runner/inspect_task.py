@@ -32,13 +32,14 @@ from inspect_ai.scorer import Score, Scorer, Target, grouped, mean, scorer
 from inspect_ai.solver import Generate, Solver, TaskState, solver
 from rich.markup import escape
 
-from vigil.episode import Episode
+from vigil.base.settings import declared_in
 from vigil.errors import InputError, ModelAPIError, SettingError, VigilError, did_you_mean
-from vigil.pack import Pack
-from vigil.private import check_revealed, is_private
-from vigil.profile import Profile
-from vigil.prompt import frame_stub
-from vigil.record import EpisodeRecord
+from vigil.packs.pack import Pack
+from vigil.packs.private import check_revealed, is_private
+from vigil.protocol.episode import Episode
+from vigil.protocol.profile import Profile
+from vigil.protocol.prompt import frame_stub
+from vigil.records.record import EpisodeRecord
 from vigil.runner.models.ask import Ask, RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import PREFLIGHT_RETRIES, Endpoint, sender
 from vigil.runner.models.network import stay
@@ -50,8 +51,7 @@ from vigil.runner.settings import RunSettings, plan_run, profile_of, worker_plan
 from vigil.runner.workers.live import play_live
 from vigil.runner.workers.messages import Assignment
 from vigil.runner.workers.pool import SimulatorPool, worker_count
-from vigil.scoring import settle
-from vigil.setting import declared_in
+from vigil.scoring.outcomes import settle
 
 _PREFIX = "" if {"site-packages", "dist-packages"} & set(Path(__file__).parts) else "vigil/"
 """Inspect finds the package of what is registered by itself, except in an editable install whose distribution has

@@ -13,11 +13,12 @@ from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
 
+from vigil.base.files import check_links
+from vigil.base.json_lines import AppendFile, Line, dump_line
+from vigil.base.settings import Setting
 from vigil.errors import MAX_PART_CHARS, RecordError, cut
-from vigil.files import check_links
-from vigil.jsonl import AppendFile, Line, dump_line
-from vigil.kept_reasoning import REASONING_FILE, read_reasoning
-from vigil.record import (
+from vigil.records.kept_reasoning import REASONING_FILE, read_reasoning
+from vigil.records.record import (
     EPISODES_FILE,
     FRAMES_FOLDER,
     HEADER_FILE,
@@ -28,12 +29,11 @@ from vigil.record import (
     Shard,
     read_header,
 )
+from vigil.records.shards import part_of
 from vigil.runner.attempts import ATTEMPTS_FILE, read_attempts
 from vigil.runner.run_folder import INSPECT_FOLDER, LOGS_FOLDER, new_nonce
 from vigil.runner.shared_settings import PackPlace
-from vigil.saved_run import SavedRun, open_run
-from vigil.setting import Setting
-from vigil.shards import part_of
+from vigil.scoring.saved_run import SavedRun, open_run
 
 TOLD = 5
 """How many differences, shards and episodes a message names."""

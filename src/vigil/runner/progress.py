@@ -5,13 +5,13 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from vigil.actions import InteractPixel
-from vigil.episode import Episode
-from vigil.record import EpisodeRecord
-from vigil.replies import points_otherwise
+from vigil.protocol.actions import InteractPixel
+from vigil.protocol.episode import Episode
+from vigil.protocol.replies import points_otherwise
+from vigil.records.record import EpisodeRecord
 from vigil.runner.models.context import CONTEXT_OPTIONS, shrunk
 from vigil.runner.models.refusals import FIND_COORDINATES
-from vigil.scoring import Outcome, settle
+from vigil.scoring.outcomes import Outcome, settle
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,10 +19,10 @@ from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 import vigil
 from vigil.agents.choose import is_exec
 from vigil.agents.exec_agent import file_hashes
+from vigil.base.files import file_sha256
 from vigil.errors import MAX_FAULT_CHARS, PackMismatch, RecordError, SettingError, cut
-from vigil.files import file_sha256
-from vigil.pack import PACKAGED, find, manifest_sha256
-from vigil.record import read_header
+from vigil.packs.pack import PACKAGED, find, manifest_sha256
+from vigil.records.record import read_header
 from vigil.runner.run_folder import package_version
 from vigil.runner.workers.messages import WorkerPlan
 from vigil.runner.workers.process import StartProcess

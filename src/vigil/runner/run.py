@@ -14,12 +14,13 @@ from pathlib import Path
 
 from tenacity import AsyncRetrying, RetryCallState, retry_if_result, stop_after_attempt
 
-from vigil.costs import RunTokens
-from vigil.episode import Episode
 from vigil.errors import InfrastructureError, SettingError, SimulatorError
-from vigil.pack import Pack, manifest_of
-from vigil.private import is_private
-from vigil.record import EpisodeRecord, RunHeader, RunSpec
+from vigil.packs.pack import Pack, manifest_of
+from vigil.packs.private import is_private
+from vigil.protocol.episode import Episode
+from vigil.records.costs import RunTokens
+from vigil.records.record import EpisodeRecord, RunHeader, RunSpec
+from vigil.records.shards import order_of_play, part_of
 from vigil.runner.models.ask import Ask, RetryPolicy
 from vigil.runner.models.observed import Observed
 from vigil.runner.models.redaction import Secrets, hiding
@@ -42,7 +43,6 @@ from vigil.runner.workers.live import boundary_of, lost_record, play_live
 from vigil.runner.workers.messages import Assignment, WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.runner.workers.process import Worker
-from vigil.shards import order_of_play, part_of
 
 ATTEMPTS = 3
 """How often an episode is played at most before its `error` row is written."""

@@ -16,13 +16,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from vigil.costs import Prices, RunTokens
-from vigil.episode import Episode
+from vigil.base.files import check_links
+from vigil.base.json_lines import unwritten
 from vigil.errors import MAX_PART_CHARS, RecordError, cut
-from vigil.files import check_links
-from vigil.jsonl import unwritten
-from vigil.kept_reasoning import keep_reasoning
-from vigil.record import (
+from vigil.protocol.episode import Episode
+from vigil.records.costs import Prices, RunTokens
+from vigil.records.kept_reasoning import keep_reasoning
+from vigil.records.record import (
     EPISODES_FILE,
     FRAMES_FOLDER,
     HEADER_FILE,
@@ -33,8 +33,8 @@ from vigil.record import (
     RunSpec,
     read_header,
 )
-from vigil.record_file import RecordLog
-from vigil.row_check import RowCheck, told
+from vigil.records.record_file import RecordLog
+from vigil.records.row_check import RowCheck, told
 from vigil.runner.attempts import ATTEMPTS_FILE, AttemptLog
 from vigil.runner.workers.messages import SimulatorFacts
 

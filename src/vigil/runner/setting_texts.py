@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from vigil.agents.choose import is_exec
+from vigil.base.json_files import read_json
 from vigil.errors import SettingError
 from vigil.runner.models.redaction import Secrets, without_options
-from vigil.strict_json import read_json
 
 
 def public_name(agent: str) -> str:

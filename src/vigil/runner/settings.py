@@ -6,24 +6,27 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-from vigil.actions import ReplyPolicy
 from vigil.agents.agent import BEAT_SECONDS, REPLY_SECONDS
 from vigil.agents.choose import is_exec, make_agent
 from vigil.agents.exec_agent import file_hashes
 from vigil.assets.sizes import AssetDatabase
-from vigil.episode import Episode
+from vigil.base.settings import Setting, check_declared
+from vigil.base.versions import Versions
 from vigil.errors import SettingError, did_you_mean
-from vigil.pack import Pack, Selection
-from vigil.private import REVEAL_HELP
-from vigil.profile import (
+from vigil.packs.pack import Pack, Selection
+from vigil.packs.private import REVEAL_HELP
+from vigil.protocol.actions import ReplyPolicy
+from vigil.protocol.episode import Episode
+from vigil.protocol.profile import (
     PROFILE_NAMES,
     ImageFormat,
     Profile,
     coordinates_for,
 )
-from vigil.prompt import policy_sha256, policy_version
-from vigil.prompt_file import check_template, variant_of
-from vigil.record import MAX_EPOCHS, AgentKind, RunSpec, Shard
+from vigil.protocol.prompt import policy_sha256, policy_version
+from vigil.protocol.prompt_file import check_template, variant_of
+from vigil.records.record import MAX_EPOCHS, AgentKind, RunSpec, Shard
+from vigil.records.shards import part_of, read_shard
 from vigil.runner.models.providers import named
 from vigil.runner.models.redaction import Secrets, without_login, without_secrets
 from vigil.runner.models.serving import Serving, serving
@@ -50,10 +53,7 @@ from vigil.runner.shared_settings import (
 )
 from vigil.runner.workers.messages import PrivilegedFactory, SimulatorFactory, WorkerPlan
 from vigil.runner.workers.process import PATIENCE_S
-from vigil.setting import Setting, check_declared
-from vigil.shards import part_of, read_shard
 from vigil.sim import BACKENDS
-from vigil.versions import Versions
 
 RUNS_FOLDER = Path("runs")
 

@@ -3,14 +3,14 @@
 from pathlib import Path
 from typing import Annotated
 
-from vigil.actions import Coordinates
-from vigil.costs import Prices, read_prices
-from vigil.episode import Family, families_named
-from vigil.observation import Quality
-from vigil.profile import PromptVariant, SystemRole
-from vigil.prompt_file import read_prompt_file
-from vigil.reasoning import Thinking
-from vigil.setting import Setting
+from vigil.base.settings import Setting
+from vigil.protocol.actions import Coordinates
+from vigil.protocol.episode import Family, families_named
+from vigil.protocol.observation import Quality
+from vigil.protocol.profile import PromptVariant, SystemRole
+from vigil.protocol.prompt_file import read_prompt_file
+from vigil.protocol.reasoning import Thinking
+from vigil.records.costs import Prices, read_prices
 
 PackName = Annotated[str | Path, Setting("A pack's folder, or the name of a packaged one.", metavar="PACK")]
 PackPlace = Annotated[str | Path | None, Setting("Where the pack is now.", metavar="PACK", unset="as recorded")]

@@ -9,21 +9,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from vigil.actions import InvalidAction
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.settings import Setting, check_declared
 from vigil.errors import RecordError, SettingError, SimulatorError
-from vigil.pack import Pack
-from vigil.profile import Profile
-from vigil.record import EpisodeRecord, RunHeader
-from vigil.replies import parse_reply
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import InvalidAction
+from vigil.protocol.profile import Profile
+from vigil.protocol.replies import parse_reply
+from vigil.records.record import EpisodeRecord, RunHeader
 from vigil.runner.run_folder import host_facts
 from vigil.runner.shared_settings import AssetFile, PackPlace, Workers
 from vigil.runner.workers.messages import Assignment, WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.runner.workers.process import PATIENCE_S
 from vigil.runner.workers.resimulation import FactDifference
-from vigil.saved_run import read_run
-from vigil.setting import Setting, check_declared
+from vigil.scoring.saved_run import read_run
 from vigil.sim.thor.start import require_engine
 
 SAME_HOST = ("machine", "python", "numpy", "processor")

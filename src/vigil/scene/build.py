@@ -14,9 +14,10 @@ from vigil.assets.catalog import CATALOG, FLOOR
 from vigil.assets.drawers import body_of, drawer_names
 from vigil.assets.kernel.asset import Asset, Surface
 from vigil.assets.sizes import AssetDatabase, AssetEntry
+from vigil.base.geometry import Vec3, wrap_deg
 from vigil.errors import HouseError
-from vigil.house import Door, House, HouseObject, Opening
-from vigil.pose import Vec3, wrap_deg
+from vigil.protocol.house import Door, House, HouseObject, Opening
+from vigil.protocol.world import OPEN_ABOVE
 from vigil.scene.chests import drawers_in, named_drawers
 from vigil.scene.geometry import Motion, rotation_matrix, whole_box
 from vigil.scene.keys import told_keys
@@ -25,7 +26,6 @@ from vigil.scene.partitions import Partitions
 from vigil.scene.supports import level_surfaces, offset_from
 from vigil.scene.things import Scene, Thing, WallPanel
 from vigil.scene.walls import panels_of, place_of_opening, rooms_of
-from vigil.world import OPEN_ABOVE
 
 ON_UNLESS_SAID = frozenset({"LightSwitch"})
 """What is on when a house does not say: rooms are lit."""

@@ -10,9 +10,9 @@ import numpy as np
 from vigil.assets.catalog import CATALOG
 from vigil.assets.drawers import DRAWER, drawer_names, drawer_of, named_drawer
 from vigil.assets.kernel.asset import Asset
+from vigil.base.geometry import Vec3
 from vigil.errors import HouseError
-from vigil.house import HouseObject, drawer_id
-from vigil.pose import Vec3
+from vigil.protocol.house import HouseObject, drawer_id
 from vigil.scene.geometry import place_of
 from vigil.scene.things import Thing
 

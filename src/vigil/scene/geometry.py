@@ -1,6 +1,6 @@
 """Solid geometry of things: how a place, a rotation and an openness move an asset's prisms, boxes and surfaces.
 
-The one place where an asset's frame meets the house's (`vigil.pose`). No engine and no state is here.
+The one place where an asset's frame meets the house's (`vigil.base.geometry`). No engine and no state is here.
 """
 
 import math
@@ -13,7 +13,7 @@ import shapely
 
 from vigil.assets.kernel.asset import Asset, Joint, Solid
 from vigil.assets.kernel.meshes import turn_about
-from vigil.pose import Box, Vec3, rotate_floor, wrap_deg
+from vigil.base.geometry import Box, Vec3, rotate_floor, wrap_deg
 from vigil.scene.things import Thing
 
 UPRIGHT_WITHIN = 1e-6

@@ -1,15 +1,15 @@
 """What is done with the keys of a house document: which are read, which are not and do no harm, and which are told.
 
-A key is read when the document's models (`vigil.house`) have it. The others of AI2-THOR's schema, and of the houses
-that Holodeck writes, stand here; docs/houses.md has the table of all. A key that is in neither is told, as is one that
-would change where one can walk, what is there or what can be done, with a value that asks for it.
+A key is read when the document's models (`vigil.protocol.house`) have it. The others of AI2-THOR's schema, and of the
+houses that Holodeck writes, stand here; docs/houses.md has the table of all. A key that is in neither is told, as is
+one that would change where one can walk, what is there or what can be done, with a value that asks for it.
 """
 
 from collections.abc import Iterator
 
 from pydantic import BaseModel
 
-from vigil.house import (
+from vigil.protocol.house import (
     Ceiling,
     Door,
     House,

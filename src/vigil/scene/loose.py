@@ -7,8 +7,8 @@ import numpy as np
 
 from vigil.assets.catalog import CATALOG, CEILING, WALL
 from vigil.assets.sizes import AssetDatabase, AssetEntry
-from vigil.house import HouseObject
-from vigil.pose import rotate_floor
+from vigil.base.geometry import rotate_floor
+from vigil.protocol.house import HouseObject
 
 ON_FLOOR_M = 0.07
 """What is no higher stands on the floor."""

@@ -4,8 +4,8 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.house import Room
-from vigil.pose import Box
+from vigil.base.geometry import Box
+from vigil.protocol.house import Room
 from vigil.scene.geometry import Prism, prisms_of
 from vigil.scene.things import RoomShape, Thing, WallPanel
 

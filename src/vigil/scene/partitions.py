@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 
 from vigil.assets.kernel.asset import Asset
+from vigil.protocol.world import CLOSED_BELOW
 from vigil.scene.geometry import (
     Prism,
     box_corners,
@@ -22,7 +23,6 @@ from vigil.scene.geometry import (
 )
 from vigil.scene.outlines import polygon_of, wall_prisms
 from vigil.scene.things import Scene, Thing
-from vigil.world import CLOSED_BELOW
 
 THROUGH_M = 0.0005
 """How deep a moving part may reach into a partition: half of what the walls are checked to."""

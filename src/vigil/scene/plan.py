@@ -9,8 +9,8 @@ import numpy as np
 import shapely
 
 from vigil.assets.catalog import CATALOG
-from vigil.house import House
-from vigil.pose import Box
+from vigil.base.geometry import Box
+from vigil.protocol.house import House
 from vigil.scene.geometry import moving_prisms_of, prisms_of, whole_box
 from vigil.scene.outlines import floor_corners, floor_of, footprint, polygon_of
 from vigil.scene.things import Thing

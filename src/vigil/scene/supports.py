@@ -5,10 +5,10 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from vigil.assets.kernel.asset import Asset, Surface
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
+from vigil.protocol.world import CLOSED_BELOW
 from vigil.scene.geometry import Motion, joint_of, part_motion, whole_box
 from vigil.scene.things import Scene, Thing
-from vigil.world import CLOSED_BELOW
 
 LEVEL_WITHIN = 0.99
 """Least vertical component of a surface's upward axis for things to rest on it."""

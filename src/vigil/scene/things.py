@@ -1,7 +1,7 @@
 """Scene: a house as things with shapes, states and places, without any engine.
 
 Built by `vigil.scene.build`, moved by `vigil.sim.core.motion` and `vigil.sim.core.handling`, drawn and ray-cast by a
-back end. All coordinates are in THOR's frame (`vigil.pose`).
+back end. All coordinates are in THOR's frame (`vigil.base.geometry`).
 """
 
 from dataclasses import dataclass, field
@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vigil.assets.kernel.asset import Asset
-from vigil.house import MaterialRef
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
+from vigil.protocol.house import MaterialRef
 
 
 @dataclass(slots=True, eq=False)

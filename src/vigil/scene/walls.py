@@ -10,10 +10,10 @@ import math
 import numpy as np
 import shapely
 
+from vigil.base.geometry import Vec3, wrap_deg, yaw_towards
 from vigil.errors import HouseError
-from vigil.house import EXTERIOR, House, HouseDocument, Light, MaterialRef, Opening, Wall
-from vigil.house import Room as RoomNode
-from vigil.pose import Vec3, wrap_deg, yaw_towards
+from vigil.protocol.house import EXTERIOR, House, HouseDocument, Light, MaterialRef, Opening, Wall
+from vigil.protocol.house import Room as RoomNode
 from vigil.scene.outlines import floor_of
 from vigil.scene.things import Hole, RoomShape, WallPanel
 

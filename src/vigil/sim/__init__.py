@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
-from vigil.observation import Quality
+from vigil.protocol.observation import Quality
 from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.sim.privileged import PrivilegedSimulator
 

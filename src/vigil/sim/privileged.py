@@ -5,8 +5,9 @@ speak of the house as it is now, after `load` and `reset`; before the first `loa
 SimulatorError. An id that the house does not have raises EpisodeError. None of it draws, and none of it may change what
 `Simulator` answers later.
 
-Places and lengths are in metres and angles in degrees, in the frame of `vigil.pose` (x right, y up, z ahead). Pixels
-are x (right) and y (down) from the top left corner of the frame, which is FRAME_WIDTH wide and FRAME_HEIGHT high.
+Places and lengths are in metres and angles in degrees, in the frame of `vigil.base.geometry` (x right, y up, z ahead).
+Pixels are x (right) and y (down) from the top left corner of the frame, which is FRAME_WIDTH wide and FRAME_HEIGHT
+high.
 """
 
 # pyright: reportReturnType=false
@@ -16,7 +17,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
 from vigil.scene.things import Scene
 from vigil.sim.protocol import Simulator
 

@@ -10,10 +10,10 @@ from typing import Protocol
 
 import numpy as np
 
-from vigil.actions import PhysicalAction
-from vigil.house import House
-from vigil.pose import Pose
-from vigil.world import Effect, Setup, WorldState
+from vigil.base.geometry import Pose
+from vigil.protocol.actions import PhysicalAction
+from vigil.protocol.house import House
+from vigil.protocol.world import Effect, Setup, WorldState
 
 WORKER_NUMBER = "VIGIL_WORKER_NUMBER"
 """Environment variable: which of a run's workers this process is, from 0. Backends share out devices by it."""

@@ -11,10 +11,10 @@ from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 
-from vigil.actions import Intent
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
+from vigil.protocol.actions import Intent
+from vigil.protocol.world import Effect, Setup
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import Effect, Setup
 
 Layer = Literal["rgb", "depth", "things"]
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import SettingError
-from vigil.observation import Quality
+from vigil.protocol.observation import Quality
 from vigil.sim import STAGES
 from vigil.sim.thor.start import engine_options, own_command
 

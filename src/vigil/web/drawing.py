@@ -8,8 +8,8 @@ from typing import Any
 
 from cachetools import LRUCache
 
-from vigil.actions import PhysicalAction
 from vigil.errors import SimulatorError
+from vigil.protocol.actions import PhysicalAction
 from vigil.runner.workers.messages import (
     DrawFrame,
     DrawingPlan,

@@ -11,13 +11,13 @@ from typing import Any, Literal
 from markupsafe import Markup
 from PIL import Image
 
-from vigil.episode import FAMILIES
+from vigil.base.glossary import RESULTS
 from vigil.errors import RecordError, SettingError
-from vigil.glossary import RESULTS
-from vigil.pack import manifest_of
-from vigil.private import check_revealed, is_private
-from vigil.record import Key
-from vigil.summary import summarise
+from vigil.packs.pack import manifest_of
+from vigil.packs.private import check_revealed, is_private
+from vigil.protocol.episode import FAMILIES
+from vigil.records.record import Key
+from vigil.scoring.summary import summarise
 from vigil.web.drawing import RenderService
 from vigil.web.films.film import FilmFrame, film_frames_of, gif, mp4, webp
 from vigil.web.frames import episode_of, episode_timeline, frames_of

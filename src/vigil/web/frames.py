@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from vigil.agents.picture import decode
-from vigil.episode import Episode
 from vigil.errors import RecordError, SettingError, VigilError
-from vigil.kept_reasoning import reasoning_of
-from vigil.record import EpisodeRecord, Key
+from vigil.protocol.episode import Episode
+from vigil.records.kept_reasoning import reasoning_of
+from vigil.records.record import EpisodeRecord, Key
 from vigil.runner.workers.frames import frame_sha256
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
 from vigil.web.drawing import RenderService

@@ -7,15 +7,15 @@ from fastapi import Body, FastAPI
 from fastapi.responses import HTMLResponse, Response
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from vigil.actions import PhysicalAction
-from vigil.house import House
-from vigil.pose import Pose
+from vigil.base.geometry import Pose
+from vigil.protocol.actions import PhysicalAction
+from vigil.protocol.house import House
+from vigil.protocol.world import Setup
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library, ShownPack
 from vigil.web.plan import plan_of
 from vigil.web.site import page, picture
-from vigil.world import Setup
 
 FARTHEST = 10_000.0
 """No coordinate (m) or angle (degrees) of a place to look from is greater."""

@@ -15,18 +15,18 @@ from typing import Any, Literal
 
 from vigil.analysis.measures.closure import Settled, rates_of_table
 from vigil.assets.sizes import AssetDatabase
-from vigil.costs import Prices
-from vigil.episode import Episode
+from vigil.base.files import inside, is_inside
+from vigil.base.json_lines import is_being_written
 from vigil.errors import HouseError, PackMismatch, RecordError, VigilError
-from vigil.files import inside, is_inside
-from vigil.house import House
-from vigil.jsonl import is_being_written
-from vigil.pack import PACKAGED, Pack, find, frozen_episodes, manifest_sha256, packaged_names
-from vigil.pack_files import HOUSES, MANIFEST
-from vigil.record import EPISODES_FILE, FRAMES_FOLDER, HEADER_FILE, RunHeader, read_header
+from vigil.packs.files import HOUSES, MANIFEST
+from vigil.packs.pack import PACKAGED, Pack, find, frozen_episodes, manifest_sha256, packaged_names
+from vigil.protocol.episode import Episode
+from vigil.protocol.house import House
+from vigil.records.costs import Prices
+from vigil.records.record import EPISODES_FILE, FRAMES_FOLDER, HEADER_FILE, RunHeader, read_header
 from vigil.runner.workers.frames import FrameStore
-from vigil.saved_run import RecordTable, pack_folder
-from vigil.summary import Settlement, summarise
+from vigil.scoring.saved_run import RecordTable, pack_folder
+from vigil.scoring.summary import Settlement, summarise
 
 RunState = Literal["ended", "going on", "interrupted", "not ended"]
 """`interrupted`: it has not ended, and no process writes to it; `not ended`: whether one does cannot be known."""

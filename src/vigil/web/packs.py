@@ -14,16 +14,16 @@ from markdown_it import MarkdownIt
 from markupsafe import Markup
 
 from vigil.authoring.packing.dataset_card import CARD
-from vigil.episode import FAMILIES, Episode, Family
+from vigil.base.files import is_inside, open_file
 from vigil.errors import PackMismatch
-from vigil.even_draw import evenly
-from vigil.files import is_inside, open_file
-from vigil.goals import goal_words
-from vigil.levels import LEVELS, levels_of
-from vigil.pack import manifest_of, manifest_sha256
-from vigil.pack_names import other_names, version_words
+from vigil.packs.even_draw import evenly
+from vigil.packs.names import other_names, version_words
+from vigil.packs.pack import manifest_of, manifest_sha256
+from vigil.protocol.episode import FAMILIES, Episode, Family
+from vigil.protocol.goals import goal_words
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
-from vigil.strata import in_order
+from vigil.scoring.levels import LEVELS, levels_of
+from vigil.scoring.strata import in_order
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library, ShownPack
 from vigil.web.site import page

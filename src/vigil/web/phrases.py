@@ -2,10 +2,10 @@
 
 from typing import get_args
 
-from vigil.actions import STEP_M, Action, InteractPixel, InvalidAction, Look, Navigate
-from vigil.glossary import TERMS
-from vigil.scoring import Label, Outcome, Subtype
-from vigil.world import Effect
+from vigil.base.glossary import TERMS
+from vigil.protocol.actions import STEP_M, Action, InteractPixel, InvalidAction, Look, Navigate
+from vigil.protocol.world import Effect
+from vigil.scoring.outcomes import Label, Outcome, Subtype
 
 LABELS = {name: TERMS[name].short for name in get_args(Label)}
 SUBTYPES = {name: TERMS[name].short for name in get_args(Subtype)}

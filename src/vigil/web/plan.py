@@ -9,9 +9,9 @@ import numpy as np
 import shapely
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.episode import Episode
 from vigil.errors import VigilError
-from vigil.house import House
+from vigil.protocol.episode import Episode
+from vigil.protocol.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.plan import FloorPlan, PlanRoom, floor_plan
 from vigil.scene.things import Thing

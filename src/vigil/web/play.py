@@ -6,8 +6,8 @@ from fastapi import Body, FastAPI, Request
 from fastapi.responses import HTMLResponse, Response
 from pydantic import BaseModel, ConfigDict, Field
 
-from vigil.actions import INTENTS
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.actions import INTENTS
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.web import phrases
 from vigil.web.play_session import PlaySession
 from vigil.web.site import Address, make_site, page

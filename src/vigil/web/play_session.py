@@ -18,23 +18,23 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, model_validator
 
-from vigil.actions import Reply
 from vigil.assets.sizes import AssetDatabase
-from vigil.episode import Episode
+from vigil.base.json_lines import AppendFile, parse
+from vigil.base.settings import Setting, check_declared
 from vigil.errors import RecordError, SettingError, SimulatorError
-from vigil.jsonl import AppendFile, parse
-from vigil.pack import Pack, Selection
-from vigil.profile import ACTION_FEEDBACK, BASELINE, Profile
-from vigil.prompt import system_prompt
-from vigil.record import EpisodeRecord, RunSpec
+from vigil.packs.pack import Pack, Selection
+from vigil.protocol.actions import Reply
+from vigil.protocol.episode import Episode
+from vigil.protocol.profile import ACTION_FEEDBACK, BASELINE, Profile
+from vigil.protocol.prompt import system_prompt
+from vigil.records.record import EpisodeRecord, RunSpec
 from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import RUNS_FOLDER, places_of, run_spec
 from vigil.runner.shared_settings import AssetFile, Backend, Families, LogDir, PackName, RenderQuality
 from vigil.runner.workers.live import boundary_of, lost_record
 from vigil.runner.workers.messages import Assignment, EncodedObservation, WorkerPlan
 from vigil.runner.workers.pool import LiveEpisode, SimulatorPool
-from vigil.scoring import settle
-from vigil.setting import Setting, check_declared
+from vigil.scoring.outcomes import settle
 from vigil.web.phrases import verdict_words
 
 JOURNAL = "play.jsonl"

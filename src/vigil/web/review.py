@@ -9,7 +9,6 @@ from fastapi import Body, FastAPI
 from fastapi.responses import HTMLResponse, Response
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from vigil.actions import Action
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.closure.closings import closings_of_drafts, closings_of_pack
 from vigil.authoring.drafting.drafts import DraftsFile
@@ -24,13 +23,14 @@ from vigil.authoring.review.reviews import (
     queue,
     read_reviews,
 )
-from vigil.episode import FAMILIES, Episode, Size
+from vigil.base.geometry import wrap_deg
 from vigil.errors import SettingError, first_fault
-from vigil.goals import goal_words
-from vigil.house import House
-from vigil.pack import Pack
-from vigil.pack_files import HOUSES
-from vigil.pose import wrap_deg
+from vigil.packs.files import HOUSES
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Action
+from vigil.protocol.episode import FAMILIES, Episode, Size
+from vigil.protocol.goals import goal_words
+from vigil.protocol.house import House
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
 from vigil.web.drawing import RenderService
 from vigil.web.phrases import action_words, click_of

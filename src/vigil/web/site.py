@@ -16,9 +16,9 @@ from fastapi.staticfiles import StaticFiles
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from vigil.analysis.tables.page import prose
+from vigil.base.glossary import TERMS
+from vigil.base.markup import finalized
 from vigil.errors import InfrastructureError, InputError, SettingError, VigilError
-from vigil.glossary import TERMS
-from vigil.markup import finalized
 
 HERE = Path(__file__).parent
 STATIC = HERE / "static"

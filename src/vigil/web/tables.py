@@ -8,12 +8,12 @@ from typing import Any, get_args
 import numpy as np
 
 from vigil.analysis.measures.intervals import PairedTest, paired_test
-from vigil.costs import cost_words
-from vigil.episode import FAMILIES, Family
-from vigil.rates import Rate, columns_of, count
-from vigil.saved_run import RecordTable
-from vigil.scoring import Label, Outcome
-from vigil.summary import Settlement
+from vigil.protocol.episode import FAMILIES, Family
+from vigil.records.costs import cost_words
+from vigil.scoring.outcomes import Label, Outcome
+from vigil.scoring.rates import Rate, columns_of, count
+from vigil.scoring.saved_run import RecordTable
+from vigil.scoring.summary import Settlement
 from vigil.web.library import ShownRun
 
 RATE_COLUMNS = ("W", "B", "Delta", "FR", "NR", "IL")

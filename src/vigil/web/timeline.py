@@ -6,18 +6,18 @@ A model's output is kept as plain strings; templates must escape it.
 import json
 from typing import Any
 
-from vigil.actions import InteractPixel
-from vigil.episode import FAMILIES, Episode
+from vigil.base.geometry import Box
 from vigil.errors import RecordError
-from vigil.goal_check import GoalRow, check
-from vigil.goals import goal_words
-from vigil.pose import Box
-from vigil.profile import Profile
-from vigil.record import EpisodeRecord, StepRecord
-from vigil.replies import parse_reply
-from vigil.scoring import Outcome
+from vigil.protocol.actions import InteractPixel
+from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.goals import goal_words
+from vigil.protocol.profile import Profile
+from vigil.protocol.replies import parse_reply
+from vigil.protocol.world import WorldState
+from vigil.records.record import EpisodeRecord, StepRecord
+from vigil.scoring.goal_check import GoalRow, check
+from vigil.scoring.outcomes import Outcome
 from vigil.web.phrases import CATEGORIES, action_words, click_of, effect_words, verdict_words
-from vigil.world import WorldState
 
 
 def timeline_of(episode: Episode, record: EpisodeRecord, profile: Profile, outcome: Outcome | None) -> dict[str, Any]:

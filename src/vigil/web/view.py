@@ -8,12 +8,12 @@ from urllib.parse import urlencode
 from fastapi import FastAPI, Request
 from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
-from vigil.episode import FAMILIES
+from vigil.base.glossary import RESULTS
 from vigil.errors import RecordError, SettingError
-from vigil.glossary import RESULTS
+from vigil.protocol.episode import FAMILIES
 from vigil.runner.workers.messages import RenderSettings
-from vigil.saved_run import RecordTable
-from vigil.scoring import Outcome
+from vigil.scoring.outcomes import Outcome
+from vigil.scoring.saved_run import RecordTable
 from vigil.web.drawing import RenderService
 from vigil.web.export import episode_film, episode_page
 from vigil.web.frames import episode_of, episode_timeline, frame_of

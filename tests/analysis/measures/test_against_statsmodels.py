@@ -8,7 +8,7 @@ from statsmodels.stats.multitest import multipletests
 from statsmodels.stats.proportion import proportion_confint, samplesize_proportions_2indep_onetail
 
 from vigil.analysis.measures.intervals import holm, mcnemar, smallest_difference, stuart_maxwell
-from vigil.rates import wilson
+from vigil.scoring.rates import wilson
 
 SEEDS = range(20)
 

@@ -8,9 +8,9 @@ from published import EpisodeCourse, Write, good, played, small_records, thousan
 
 from vigil.analysis.measures.calibration import calibrate, plays_of
 from vigil.analysis.measures.rows import read_runs
-from vigil.episode import FAMILIES, Episode
 from vigil.errors import RecordError
-from vigil.levels import LEVELS, EpisodeLevel, Measures, levels_bytes
+from vigil.protocol.episode import FAMILIES, Episode
+from vigil.scoring.levels import LEVELS, EpisodeLevel, Measures, levels_bytes
 
 PLAIN = Measures(
     path_m=0.0, turns=0, doors=0, rooms=1, look_alikes=0, target_px=9000, containers=0, occlusion=0.0, slack=1.0,

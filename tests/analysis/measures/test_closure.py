@@ -6,8 +6,8 @@ import pytest
 from stories import RecordBuilder, episode, thing
 
 from vigil.analysis.measures.closure import discrimination, pairs_right, rate
-from vigil.closure import CONCEDED, Certificate, ClosureAnswer, ClosureOutcome, Evidence, settle_closure
-from vigil.goals import ObjectHeld
+from vigil.protocol.goals import ObjectHeld
+from vigil.scoring.closure import CONCEDED, Certificate, ClosureAnswer, ClosureOutcome, Evidence, settle_closure
 
 EVIDENCE = (Evidence(object_id="target"),)
 

@@ -8,8 +8,8 @@ from published import Write
 
 from vigil.analysis.measures.diagnosis import ENDINGS, REASONS, Causes, causes_of_rows
 from vigil.analysis.measures.rows import read_runs
-from vigil.closure import CLOSURE_LABELS
-from vigil.scoring import Label, Subtype
+from vigil.scoring.closure import CLOSURE_LABELS
+from vigil.scoring.outcomes import Label, Subtype
 
 GOLDEN = Path(__file__).parents[2] / "golden" / "replies.json"
 

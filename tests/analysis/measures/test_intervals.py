@@ -17,7 +17,7 @@ from vigil.analysis.measures.intervals import (
     smallest_difference,
     smallest_paired_difference,
 )
-from vigil.rates import Rate
+from vigil.scoring.rates import Rate
 
 BOOLS = st.lists(st.booleans(), min_size=1, max_size=60)
 

@@ -26,8 +26,8 @@ from vigil.analysis.measures.metrics import (
     regimes,
 )
 from vigil.analysis.measures.rows import table_of
-from vigil.episode import FAMILIES
-from vigil.scoring import settle
+from vigil.protocol.episode import FAMILIES
+from vigil.scoring.outcomes import settle
 
 
 def rows_of(plots: list[EpisodeCourse]) -> Any:

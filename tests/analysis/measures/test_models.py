@@ -8,7 +8,7 @@ import pytest
 
 from vigil.analysis.measures.models import GROUPS, activated_of, checkpoint_of, group_of, model_of
 from vigil.analysis.measures.paper import paper
-from vigil.record import AgentKind, RunSpec
+from vigil.records.record import AgentKind, RunSpec
 
 PAPER = Path(__file__).parents[2] / "golden" / "paper.json"
 

@@ -13,11 +13,11 @@ from vigil.analysis.measures.rows import Run, read_runs
 from vigil.analysis.measures.study import study
 from vigil.analysis.measures.transitions import label_matrix, transitions
 from vigil.analysis.tables.registry import tables
-from vigil.episode import FAMILIES, Family
 from vigil.errors import RecordError
-from vigil.profile import ACTION_FEEDBACK, Profile
-from vigil.prompt_file import variant_of
-from vigil.record import Answered, EpisodeRecord, read_header
+from vigil.protocol.episode import FAMILIES, Family
+from vigil.protocol.profile import ACTION_FEEDBACK, Profile
+from vigil.protocol.prompt_file import variant_of
+from vigil.records.record import Answered, EpisodeRecord, read_header
 
 FEEDBACK, NEUTRAL = Profile(name=ACTION_FEEDBACK), Profile(prompt_variant="neutral_report")
 

@@ -6,9 +6,11 @@ from typing import Any
 
 import pytest
 
-from vigil import actions, goals, observation, pose, profile, prompt, scoring
-from vigil.actions import INTENTS, SKILLS, STATUSES
-from vigil.episode import FAMILIES
+from vigil.base import geometry as pose
+from vigil.protocol import actions, goals, observation, profile, prompt
+from vigil.protocol.actions import INTENTS, SKILLS, STATUSES
+from vigil.protocol.episode import FAMILIES
+from vigil.scoring import outcomes as scoring
 
 PAPER = Path(__file__).parents[2] / "golden" / "paper.json"
 

@@ -15,8 +15,8 @@ from vigil.analysis.measures import rows
 from vigil.analysis.measures.columns import COLUMNS
 from vigil.analysis.measures.rows import frame_of, read_runs
 from vigil.errors import PackMismatch, RecordError
-from vigil.profile import ACTION_FEEDBACK, Profile
-from vigil.scoring import settle
+from vigil.protocol.profile import ACTION_FEEDBACK, Profile
+from vigil.scoring.outcomes import settle
 
 ERROR = RecordBuilder(target=thing()).end("error").model_copy(update={"episode_id": "@"})
 

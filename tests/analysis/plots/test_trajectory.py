@@ -9,7 +9,6 @@ from PIL import Image
 from published import EpisodeCourse, Write, played, small_records, thousand
 from stories import episode
 
-from vigil.actions import InteractPixel, InvalidAction, Look, Navigate, Report
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.plots.diagrams import pipeline_figure, protocol_figure
 from vigil.analysis.plots.style import saved
@@ -25,8 +24,9 @@ from vigil.analysis.plots.trajectory import (
     worded,
 )
 from vigil.errors import RecordError
-from vigil.record import Shard
-from vigil.shards import part_of
+from vigil.protocol.actions import InteractPixel, InvalidAction, Look, Navigate, Report
+from vigil.records.record import Shard
+from vigil.records.shards import part_of
 
 AI = episode("AI")
 

@@ -8,7 +8,7 @@ from published import good, played, thousand, write_pack, write_run
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import study
 from vigil.analysis.tables.registry import tables
-from vigil.levels import EpisodeLevel, Measures
+from vigil.scoring.levels import EpisodeLevel, Measures
 
 FIGURES = Measures(
     path_m=0.0, turns=0, doors=0, rooms=1, look_alikes=0, target_px=9000, containers=0, occlusion=0.0, slack=1.0,

@@ -11,8 +11,8 @@ from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import Study, study
 from vigil.analysis.tables.registry import tables
 from vigil.analysis.tables.table import Table, TableRow
-from vigil.episode import FAMILIES
-from vigil.rates import wilson
+from vigil.protocol.episode import FAMILIES
+from vigil.scoring.rates import wilson
 
 ANCHORS = tuple(row["model"] for row in paper().tables["global_cross_section"])
 TIE = 0.05 + 1e-9

@@ -12,10 +12,10 @@ from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.strata import by_stratum
 from vigil.analysis.measures.study import study
 from vigil.analysis.tables.registry import tables
-from vigil.episode import Episode, Provenance
 from vigil.errors import PackMismatch
-from vigil.rates import wilson
-from vigil.record import EpisodeRecord
+from vigil.protocol.episode import Episode, Provenance
+from vigil.records.record import EpisodeRecord
+from vigil.scoring.rates import wilson
 
 TEMPLATES = {"VS": "walk", "SV": "on", "AI": "open", "SI": "pick", "SM": "put_into", "CR": "swing"}
 

@@ -11,7 +11,7 @@ from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import along_longest, lengthwise, turned
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 
 def arrow(size: Vec3, _rng: np.random.Generator, _levels: Sequence[float]) -> Asset:

@@ -6,7 +6,7 @@ import shapely
 
 from vigil.assets import make
 from vigil.assets.kernel.asset import Asset
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 EDGE_M = 0.03
 FLOOR_M = 0.002

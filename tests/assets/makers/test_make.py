@@ -11,7 +11,7 @@ from vigil.assets import MAKERS, make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.materials import material
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 USUAL = {"ShowerDoor": Vec3(0.8, 2.0, 0.1)}
 """Sizes of categories that the catalogue does not list."""

@@ -7,7 +7,7 @@ import shapely
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 HANDLE_M = 0.09
 """Handles and racks may stand out so far over a leaf's solids."""

@@ -8,7 +8,7 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Asset, Part
 from vigil.assets.kernel.materials import material
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 LIT = ("CellPhone", "Desktop", "Laptop", "Television", "DeskLamp", "FloorLamp", "CeilingLamp", "LightSwitch", "Candle")
 HOLLOW = ("Bowl", "Cup", "Mug", "Pan", "Pot")

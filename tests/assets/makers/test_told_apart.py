@@ -7,7 +7,7 @@ import shapely
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset, Part
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 VARIANTS = range(8)
 

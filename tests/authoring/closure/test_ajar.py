@@ -24,11 +24,11 @@ from vigil.authoring.closure.tasks import ClosureTask, Tasks
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.sources import Seeded
 from vigil.authoring.ways.synthetic_records import with_change
-from vigil.goals import AllOf
-from vigil.pose import distance
+from vigil.base.geometry import distance
+from vigil.protocol.goals import AllOf
+from vigil.protocol.world import CLOSED_BELOW, OPEN_ABOVE, Setup
 from vigil.scene.things import Thing
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import CLOSED_BELOW, OPEN_ABOVE, Setup
 
 SEED = 541
 

@@ -11,10 +11,10 @@ from vigil.authoring.drafting.sources import Seeded
 from vigil.authoring.ways.synthetic_records import with_change
 from vigil.authoring.ways.wrong_places import upon
 from vigil.cli.making.closure import tasks_named
-from vigil.closure import KINDS
 from vigil.errors import SettingError
+from vigil.protocol.world import ObjectSetup, Setup
+from vigil.scoring.closure import KINDS
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import ObjectSetup, Setup
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from vigil.actions import InteractPixel, Report, Status
 from vigil.authoring.closure.alike import look_alike
 from vigil.authoring.closure.all_of import HOME
 from vigil.authoring.closure.already import EVERYTHING_FORMS
@@ -47,7 +46,15 @@ from vigil.authoring.solving.macro_actions import MacroActions
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.goal_kinds import is_doable
 from vigil.cli import app
-from vigil.closure import (
+from vigil.errors import EpisodeError, InputError
+from vigil.packs.pack import ANSWERS, Pack
+from vigil.protocol.actions import InteractPixel, Report, Status
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import AllOf
+from vigil.protocol.profile import Profile
+from vigil.protocol.prompt import rendered_sha256
+from vigil.records.record import EpisodeRecord
+from vigil.scoring.closure import (
     ALIKE,
     KINDS,
     PAIRED,
@@ -58,13 +65,6 @@ from vigil.closure import (
     answers_of,
     settle_closure,
 )
-from vigil.episode import Episode
-from vigil.errors import EpisodeError, InputError
-from vigil.goals import AllOf
-from vigil.pack import ANSWERS, Pack
-from vigil.profile import Profile
-from vigil.prompt import rendered_sha256
-from vigil.record import EpisodeRecord
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.web.review import ReviewSet
 

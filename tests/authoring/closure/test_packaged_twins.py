@@ -6,8 +6,8 @@ import pytest
 
 from vigil.authoring.closure.verify import verify_closure
 from vigil.authoring.review.validate import Validator
-from vigil.closure import PAIRED, ClosureAnswer, ClosureOutcome, Kind, answers_of, settle_closure
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
+from vigil.scoring.closure import PAIRED, ClosureAnswer, ClosureOutcome, Kind, answers_of, settle_closure
 from vigil.sim.privileged import PrivilegedSimulator
 
 EACH = 20

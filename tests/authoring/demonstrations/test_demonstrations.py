@@ -13,7 +13,6 @@ import pytest
 from commands import runner
 from PIL import Image
 
-from vigil.actions import ParsedReply, Reply, Report
 from vigil.agents.model import Message
 from vigil.authoring.demonstrations.columns import columns_of
 from vigil.authoring.demonstrations.play import Demonstrator, Example
@@ -22,14 +21,15 @@ from vigil.authoring.demonstrations.write import check_source, write_demonstrati
 from vigil.authoring.streaming.houses import StreamHouseMaker, StreamSettings
 from vigil.authoring.streaming.stream import Stream, StreamItem, items_in
 from vigil.errors import SettingError, SimulatorError
-from vigil.freezing import freeze
-from vigil.profile import ACTION_FEEDBACK, Profile
-from vigil.replies import parse_reply
+from vigil.packs.freeze import freeze
+from vigil.protocol.actions import ParsedReply, Reply, Report
+from vigil.protocol.profile import ACTION_FEEDBACK, Profile
+from vigil.protocol.replies import parse_reply
 from vigil.runner.settings import RunSettings, worker_plan
 from vigil.runner.workers.live import play_live
 from vigil.runner.workers.messages import Assignment
 from vigil.runner.workers.pool import SimulatorPool
-from vigil.scoring import settle
+from vigil.scoring.outcomes import settle
 
 PROFILE = Profile(name=ACTION_FEEDBACK, coordinates="normalized_1000")
 

@@ -13,14 +13,14 @@ import pyarrow.parquet as pq
 import pytest
 from PIL import Image
 
-from vigil.actions import INTENTS, Action, InteractPixel, ParsedReply, Report
 from vigil.authoring.demonstrations import lerobot
 from vigil.authoring.demonstrations.columns import ACTION_NAMES, numbers_of
 from vigil.authoring.demonstrations.write import write_demonstrations
 from vigil.authoring.streaming.stream import Stream, StreamItem
 from vigil.integrations.gymnasium.action_spaces import StructuredActions
-from vigil.profile import ACTION_FEEDBACK, Profile
-from vigil.replies import parse_reply
+from vigil.protocol.actions import INTENTS, Action, InteractPixel, ParsedReply, Report
+from vigil.protocol.profile import ACTION_FEEDBACK, Profile
+from vigil.protocol.replies import parse_reply
 
 PROFILE = Profile(name=ACTION_FEEDBACK)
 CAMERA = "observation.images.ego"

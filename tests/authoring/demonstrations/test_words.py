@@ -2,10 +2,10 @@
 
 import pytest
 
-from vigil.actions import Action, InteractPixel, Look, Navigate, Report
 from vigil.authoring.demonstrations.words import Subject, report_of, thought_of
 from vigil.authoring.language.referring import Phrase
-from vigil.goals import (
+from vigil.protocol.actions import Action, InteractPixel, Look, Navigate, Report
+from vigil.protocol.goals import (
     AgentNearTarget,
     Goal,
     ObjectAtReceptacle,

@@ -18,11 +18,11 @@ from vigil.authoring.drafting.generation import (
 )
 from vigil.authoring.drafting.sources import DRAWN_SEEDS, MIXED, Filed, Seeded, Source, drawn, filed, seeded
 from vigil.authoring.review.validate import Validator
-from vigil.episode import Episode, Family
 from vigil.errors import HouseError, RecordError, SettingError
-from vigil.house import House
 from vigil.housegen import spec_for
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
+from vigil.protocol.episode import Episode, Family
+from vigil.protocol.house import House
 from vigil.sim.privileged import PrivilegedSimulator
 
 FAMILIES: tuple[Family, ...] = ("PG", "SV")

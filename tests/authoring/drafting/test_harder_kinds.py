@@ -5,7 +5,6 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from vigil.actions import InteractPixel
 from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.sources import Seeded
@@ -18,12 +17,13 @@ from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.rules import unnamed_roles
 from vigil.authoring.review.validate import ValidationResult, Validator
 from vigil.authoring.solving.oracle import Oracle
-from vigil.episode import Episode
-from vigil.goals import AllOf, ObjectAtReceptacle, ObjectHeld, is_observable
-from vigil.house import House
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import InteractPixel
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import AllOf, ObjectAtReceptacle, ObjectHeld, is_observable
+from vigil.protocol.house import House
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import ObjectSetup, Setup
 
 HOUSES = {
     **dict.fromkeys(("PG alike", "VS alike", "SI alike", "SM two_to_one", "SM three_acts"), "bathroom_123"),

@@ -9,12 +9,12 @@ from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.leaves import HEAVY, LIGHT, leaf_in_the_way
 from vigil.authoring.drafting.sources import Seeded
 from vigil.authoring.review.validate import Validator
-from vigil.episode import Episode
 from vigil.errors import EpisodeError
-from vigil.goals import Constraint
-from vigil.house import House
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import Constraint
+from vigil.protocol.house import House
+from vigil.protocol.world import Setup
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import Setup
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from vigil.authoring.drafting.generation import DraftGenerator, GenerationSettin
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.model_proposals import inventory, model_proposer, question
 from vigil.authoring.drafting.sources import Filed
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
 from vigil.runner.models.completion import completing
 from vigil.sim.privileged import PrivilegedSimulator
 

@@ -9,8 +9,8 @@ from prior_stand_in import Prior, as_procthor_writes
 from vigil.authoring.drafting.procthor import REVISION, NamedHouses, is_dataset, named, split_file
 from vigil.authoring.drafting.sources import Filed, filed, house_at, read_all
 from vigil.errors import HouseError, SettingError
-from vigil.house import House
 from vigil.housegen import generate, spec_for
+from vigil.protocol.house import House
 
 
 @pytest.fixture(scope="module")

@@ -13,13 +13,13 @@ from vigil.authoring.drafting.hard_starts import look_alikes, naming_cost, start
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.language.sentences import POINT, Forms
 from vigil.authoring.review.validate import Validator
-from vigil.episode import Episode
+from vigil.base.geometry import Pose
 from vigil.errors import EpisodeError
-from vigil.house import House
-from vigil.pack import Pack
-from vigil.pose import Pose
+from vigil.packs.pack import Pack
+from vigil.protocol.episode import Episode
+from vigil.protocol.house import House
+from vigil.protocol.world import Setup
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import Setup
 
 Proposals = Callable[[HouseContext], Iterator[Episode]]
 

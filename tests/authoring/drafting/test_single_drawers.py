@@ -9,14 +9,14 @@ import pytest
 from vigil.authoring.drafting import constraints, proposals, sequences
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.review.validate import Validator
-from vigil.episode import Episode
-from vigil.goals import ObjectAtReceptacle
-from vigil.house import House
 from vigil.housegen import generate, spec_for
 from vigil.housegen.base.whole_furniture import with_whole_furniture
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import ObjectAtReceptacle
+from vigil.protocol.house import House
+from vigil.protocol.world import Setup
 from vigil.scene.supports import parts_of
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import Setup
 
 Proposals = Callable[[HouseContext], Iterator[Episode]]
 

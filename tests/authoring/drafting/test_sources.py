@@ -8,7 +8,7 @@ import pytest
 from vigil.authoring.drafting import sources
 from vigil.authoring.drafting.sources import filed, lines_of, seeded
 from vigil.errors import HouseError, SettingError
-from vigil.house import MAX_HOUSE_BYTES
+from vigil.protocol.house import MAX_HOUSE_BYTES
 
 
 def write(path: Path, data: bytes) -> Path:

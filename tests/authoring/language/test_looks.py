@@ -11,8 +11,8 @@ from vigil.assets.makers.fittings.kitchen import MAKERS as FITTINGS
 from vigil.assets.makers.furniture.seating import MAKERS as SEATING
 from vigil.authoring.language.looks import LEAST_SHARE_OF_SEATS, colour_shares, is_misnamed, least_share
 from vigil.authoring.language.referring import DescribedThing, Phrase, mentions, phrase_for, referents, seen_items
+from vigil.base.geometry import Vec3
 from vigil.housegen import generate, spec_for
-from vigil.pose import Vec3
 from vigil.sim.privileged import PrivilegedSimulator
 
 STOOL = Vec3(0.5, 0.45, 0.35)

@@ -8,8 +8,8 @@ from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.language import referring
 from vigil.authoring.language.phrases import Phrases, phrases_of
 from vigil.authoring.language.referring import items_of, seen_items
-from vigil.pack import Pack
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
+from vigil.packs.pack import Pack
 from vigil.scene.build import build_scene
 from vigil.scene.things import Scene, Thing
 

@@ -7,7 +7,7 @@ import pytest
 from vigil.authoring.language.referring import DescribedThing, Phrase, mentions, referents, resolved, without_repeats
 from vigil.authoring.language.relations import RELATIONS
 from vigil.authoring.language.telling_apart import look_alikes, phrases_apart
-from vigil.pose import Box, Vec3
+from vigil.base.geometry import Box, Vec3
 
 FLOOR_M = 0.4
 

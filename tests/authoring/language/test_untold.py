@@ -8,7 +8,7 @@ from vigil.authoring.language.constraint_sentences import CONSTRAINTS
 from vigil.authoring.language.sentences import ORDERS
 from vigil.authoring.language.untold import is_untold, says_constraint, untold
 from vigil.authoring.language.wording import VERBS, Act, opened, order, say, spoken_of
-from vigil.goals import Goal, ObjectHeld, ObjectInState
+from vigil.protocol.goals import Goal, ObjectHeld, ObjectInState
 
 KINDS = {
     "obstacle": "object_moved",

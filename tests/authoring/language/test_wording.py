@@ -14,7 +14,7 @@ from vigil.authoring.language.sequence_sentences import SEQUENCES
 from vigil.authoring.language.wording import DONE, Act, Asked, opened, order, question, say, spoken_of
 from vigil.authoring.review.rules import STANDARDS_IN_WORDS
 from vigil.authoring.review.wording_rules import ASIDE, ONE_PAIR, STACKED, TO_BE_CHECKED, VAGUE
-from vigil.goals import STATE_LABELS
+from vigil.protocol.goals import STATE_LABELS
 
 RNG = np.random.default_rng(0)
 FAMILY_TABLES: dict[str, dict[str, Sentences]] = {

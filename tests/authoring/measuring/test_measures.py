@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import pytest
 
-from vigil.actions import Action, Navigate
 from vigil.authoring.measuring.measures import measured
-from vigil.episode import FAMILIES, Episode
-from vigil.levels import Measures
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Action, Navigate
+from vigil.protocol.episode import FAMILIES, Episode
+from vigil.scoring.levels import Measures
 from vigil.sim.privileged import PrivilegedSimulator
 
 

@@ -9,15 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from vigil.actions import Report
 from vigil.authoring.drafting.drafts import Draft, DraftFacts, DraftsFile, FamilyDone, Header
 from vigil.authoring.packing.assemble import Candidate, PackRequest, assemble, candidates, select, select_holding
 from vigil.authoring.packing.strata import text_guess
 from vigil.authoring.review.reviews import Review, episode_sha256
 from vigil.authoring.review.validate import Finding
-from vigil.episode import Episode
 from vigil.errors import EpisodeError
-from vigil.pack import Pack, find
+from vigil.packs.pack import Pack, find
+from vigil.protocol.actions import Report
+from vigil.protocol.episode import Episode
 
 NOW = datetime(2026, 1, 1, tzinfo=UTC)
 
@@ -175,5 +175,5 @@ def test_a_packaged_pack_answers_to_its_aliases(
     pack_request = PackRequest("mine", 2, aliases=("ours",), families=("VS",))
     folder = tmp_path / "packs" / "mine"
     assemble(folder, [drafts_file], [], pack_request, lambda chosen: {})
-    monkeypatch.setattr("vigil.pack.PACKAGED", tmp_path / "packs")
+    monkeypatch.setattr("vigil.packs.pack.PACKAGED", tmp_path / "packs")
     assert find("ours") == find("mine") == folder

@@ -9,7 +9,6 @@ from stories import episode as story_episode
 from tiny_pack import FRIDGE, tiny_episode, tiny_house, tiny_pack
 from typer.testing import CliRunner
 
-from vigil.actions import Report, Status
 from vigil.authoring.packing.baselines import (
     AGENTS,
     BASELINES,
@@ -25,10 +24,11 @@ from vigil.authoring.packing.question_only import majority_guess, words_guess
 from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
 from vigil.authoring.review.contact_sheets import COLUMNS, GAP, WIDTH, pick_sample, sheet_of
 from vigil.cli import app
-from vigil.episode import FAMILIES, Episode, HouseRef, Solution
 from vigil.errors import PackMismatch
-from vigil.goals import ReportStatus
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Report, Status
+from vigil.protocol.episode import FAMILIES, Episode, HouseRef, Solution
+from vigil.protocol.goals import ReportStatus
 
 RATES = {"W": 0.0, "W_strict": 0.0, "B": 0.0, "FR": 0.0, "NR": 1.0, "IL": 0.0, "Other": 0.0}
 

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from vigil.actions import Report
 from vigil.authoring.drafting.drafts import Draft, DraftFacts, DraftsFile, FamilyDone, Header, Rejection
 from vigil.authoring.packing.assemble import PackRequest, assemble
 from vigil.authoring.packing.candidate_checks import checker, checks_beside
@@ -13,10 +12,11 @@ from vigil.authoring.packing.verify import VerificationProgress, VerificationSet
 from vigil.authoring.review import robustness
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.goal_kinds import closing_status
-from vigil.episode import Episode
 from vigil.errors import EpisodeError
-from vigil.levels import Measures, graded
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Report
+from vigil.protocol.episode import Episode
+from vigil.scoring.levels import Measures, graded
 
 FACTS = DraftFacts(category="Television", rooms=1, area_m2=20.0, distance_m=2.0, is_seen_by_turning=True)
 PLAIN = Measures(

@@ -9,7 +9,6 @@ from thor_line import in_process
 from tiny_pack import FRIDGE, MUG, tiny_episode, tiny_house, tiny_pack
 from typer.testing import CliRunner
 
-from vigil.actions import InteractPixel, Look, Navigate, Report
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.packing.compare_backends import (
     KINDS,
@@ -20,13 +19,14 @@ from vigil.authoring.packing.compare_backends import (
     differences,
 )
 from vigil.authoring.review.validate import Validator
+from vigil.base.geometry import Vec3
 from vigil.cli import app
 from vigil.cli import packs as cli_packs
-from vigil.episode import Episode
-from vigil.goals import ReportStatus
-from vigil.pack import Pack
-from vigil.pose import Vec3
-from vigil.record import EpisodeRecord
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import InteractPixel, Look, Navigate, Report
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import ReportStatus
+from vigil.records.record import EpisodeRecord
 from vigil.sim import make_simulator
 from vigil.sim.thor.differences import DIFFERENCES
 

@@ -6,16 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from vigil.actions import Report
 from vigil.authoring.drafting.drafts import Draft, DraftFacts, DraftsFile, FamilyDone, Header
 from vigil.authoring.packing.assemble import Candidate, PackRequest, assemble, select
 from vigil.authoring.packing.levels import measured_levels, pack_levels
 from vigil.authoring.packing.verify import VerificationSettings, bundles
-from vigil.episode import Episode
 from vigil.errors import EpisodeError
-from vigil.freezing import freeze
-from vigil.levels import LEVELS, LEVELS_FILE, Level, Measures, graded, levels_of
-from vigil.pack import Pack
+from vigil.packs.freeze import freeze
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Report
+from vigil.protocol.episode import Episode
+from vigil.scoring.levels import LEVELS, LEVELS_FILE, Level, Measures, graded, levels_of
 
 FACTS = DraftFacts(category="Mug", rooms=1, area_m2=20.0, distance_m=2.0, is_seen_by_turning=False)
 PLAIN = Measures(

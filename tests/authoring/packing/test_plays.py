@@ -10,7 +10,7 @@ from tiny_pack import tiny_pack
 from vigil.authoring.packing.dataset_card import card_of
 from vigil.authoring.packing.plays import PLAYS, Play, Plays, plays_table, read_plays
 from vigil.errors import PackMismatch
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
 
 
 def play(number: int, **facts: Any) -> Play:

@@ -18,7 +18,7 @@ from vigil.authoring.packing.recipes import PACKAGED, Recipe, made_with
 from vigil.cli import app, pack_making
 from vigil.errors import EpisodeError, PackMismatch, SettingError
 from vigil.housegen import generate, spec_for
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
 
 MADE = ("--family", "PG", "--per-family", "1", "--seed", "5", "--workers", "1")
 

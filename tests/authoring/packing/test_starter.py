@@ -4,13 +4,13 @@ from collections import Counter
 
 import pytest
 
-from vigil.actions import InteractPixel, Report
 from vigil.authoring.packing.starter import HOUSES, QUOTAS
 from vigil.authoring.review.rules import CR_TEMPLATES, SM_TEMPLATES
-from vigil.episode import FAMILIES, Episode, Family
-from vigil.goals import is_observable
 from vigil.housegen.document import generators_of
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import InteractPixel, Report
+from vigil.protocol.episode import FAMILIES, Episode, Family
+from vigil.protocol.goals import is_observable
 from vigil.sim.privileged import PrivilegedSimulator
 
 

@@ -4,15 +4,15 @@ from pathlib import Path
 
 import pytest
 
-from vigil.actions import Report
 from vigil.authoring.packing.compare import compare
 from vigil.authoring.packing.verify import VerificationProgress, VerificationSettings, key_of, verify_pack
 from vigil.authoring.review import robustness
 from vigil.authoring.review.rules import RULES, Rule, only
-from vigil.episode import Solution
 from vigil.errors import RecordError
-from vigil.freezing import freeze
-from vigil.pack import Pack
+from vigil.packs.freeze import freeze
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Report
+from vigil.protocol.episode import Solution
 
 CLAIM = Report(status="success", summary="")
 

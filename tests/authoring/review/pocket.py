@@ -3,12 +3,12 @@
 import copy
 from typing import Any
 
-from vigil.episode import Episode
-from vigil.goals import ObjectInState
-from vigil.house import House
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import ObjectInState
+from vigil.protocol.house import House
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.sim.conformance.trial_house import trial_house
-from vigil.world import ObjectSetup, Setup
 
 LAMP = "FloorLamp|1"
 BED_M, DESK_M, DRESSER_M = 2.0162, 1.3444, 1.0009

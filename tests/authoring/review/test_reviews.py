@@ -20,8 +20,8 @@ from vigil.authoring.review.reviews import (
     queue,
     read_reviews,
 )
-from vigil.episode import Episode
 from vigil.errors import RecordError
+from vigil.protocol.episode import Episode
 
 EPISODES = [tiny_episode(number, family) for number, family in enumerate(("DA", "PG", "SV", "AI") * 3)]
 

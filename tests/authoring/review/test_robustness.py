@@ -5,18 +5,18 @@ from pathlib import Path
 import pytest
 
 from tests.authoring.review.pocket import house_with_gap, to_the_lamp
-from vigil.actions import Navigate, Report
 from vigil.authoring.review import robustness
 from vigil.authoring.review.robustness import NEEDED, ROBUST_RULES, TRIES, noisy_try
 from vigil.authoring.review.validate import Validator, reason_of
 from vigil.authoring.solving import free_space
 from vigil.authoring.solving.macro_actions import Unsolvable
 from vigil.authoring.solving.oracle import Oracle
+from vigil.base.geometry import Pose, Vec3, heading
 from vigil.env import Env
-from vigil.episode import Episode
-from vigil.pack import Pack
-from vigil.pose import Pose, Vec3, heading
-from vigil.profile import Profile
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Navigate, Report
+from vigil.protocol.episode import Episode
+from vigil.protocol.profile import Profile
 from vigil.sim.privileged import PrivilegedSimulator
 
 STEP = Navigate(mode="turn_left", magnitude=10.0)

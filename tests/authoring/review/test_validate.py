@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vigil.actions import Action, Look, Navigate, Report
 from vigil.agents.scripted import BEST_PIXEL, TURNING, WALKING
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import is_seen
@@ -15,14 +14,15 @@ from vigil.authoring.review import validate as validation
 from vigil.authoring.review.blind_trials import blind_trials
 from vigil.authoring.review.rules import RULES
 from vigil.authoring.review.validate import OTHER_RULES, Finding, Validator, reason_of, validate_pack
-from vigil.episode import Episode
-from vigil.goal_check import check
-from vigil.goals import ObjectHeld
-from vigil.house import House
-from vigil.pack import Pack
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Action, Look, Navigate, Report
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import ObjectHeld
+from vigil.protocol.house import House
+from vigil.protocol.world import ObjectSetup, Setup
+from vigil.scoring.goal_check import check
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import ObjectSetup, Setup
 
 Spoil = Callable[[Episode], Episode]
 

@@ -12,9 +12,9 @@ from vigil.authoring.review import wording_rules
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.validate import Validator, reason_of
 from vigil.authoring.review.wording_rules import WORDING_RULES, worded_badly
-from vigil.episode import Episode, Family
-from vigil.goals import Constraint, Goal, ObjectHeld, ObjectInState
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
+from vigil.protocol.episode import Episode, Family
+from vigil.protocol.goals import Constraint, Goal, ObjectHeld, ObjectInState
 from vigil.sim.privileged import PrivilegedSimulator
 
 CABINET = DescribedThing("Cabinet|1", "Cabinet", "cabinet", ("red",), "room|1", "kitchen")

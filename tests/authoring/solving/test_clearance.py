@@ -8,7 +8,7 @@ import shapely
 
 from vigil.authoring.solving.clearance import CELL_M, SQUEEZE_M, ClearanceGrid, WaysTo
 from vigil.authoring.solving.oracle import Oracle
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
 from vigil.scene.outlines import thing_shapes
 from vigil.scene.things import Thing
 from vigil.sim.privileged import PrivilegedSimulator

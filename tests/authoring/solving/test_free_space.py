@@ -5,10 +5,10 @@ import shapely
 
 from vigil.authoring.solving.free_space import Obstacles, is_cut_off
 from vigil.authoring.solving.oracle import Oracle
-from vigil.pack import Pack
-from vigil.pose import Box, Vec3
+from vigil.base.geometry import Box, Vec3
+from vigil.packs.pack import Pack
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import ObjectSetup, Setup
 
 ROOM = shapely.box(0, 0, 6, 4)
 

@@ -5,9 +5,9 @@ import pytest
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.goal_kinds import is_doable
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import ObjectSetup, Setup
 
 
 def stage_of(starter: Pack, simulator: PrivilegedSimulator, family: str, template: str) -> tuple[Oracle, str]:

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from vigil.actions import MAX_STEPS_PER_ACTION, STEP_M
 from vigil.authoring.solving import moves
-from vigil.pose import Pose, Vec3, heading
+from vigil.base.geometry import Pose, Vec3, heading
+from vigil.protocol.actions import MAX_STEPS_PER_ACTION, STEP_M
 
 
 def test_turn_takes_the_shorter_way() -> None:

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from vigil.actions import STEP_M, InteractPixel
 from vigil.authoring.solving.noisy_body import CLICK_ERROR_PX, DISTANCE_ERROR, TURN_ERROR_DEG, NoisyBody
-from vigil.pose import turn_between
+from vigil.base.geometry import turn_between
+from vigil.protocol.actions import STEP_M, InteractPixel
 
 DRAWS = 400
 

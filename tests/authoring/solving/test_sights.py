@@ -6,12 +6,12 @@ import pytest
 from vigil.authoring.drafting.house_context import SEEN_SHARE, HouseContext
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.sights import PORTIONS, SEEN_POINTS, PointCount, seeing_enough
-from vigil.pack import Pack
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
+from vigil.packs.pack import Pack
+from vigil.protocol.world import Setup
 from vigil.sim.core.sight import Sight
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import Setup
 
 MOST = 128
 PLACES = [Vec3(float(number), 0.0, 0.0) for number in range(40)]

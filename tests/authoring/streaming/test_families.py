@@ -16,8 +16,8 @@ from vigil.authoring.streaming import families
 from vigil.authoring.streaming.difficulty import MOST_ACTIONS
 from vigil.authoring.streaming.families import register_drafts
 from vigil.authoring.streaming.stream import Stream
-from vigil.episode import FAMILIES, register_family
 from vigil.errors import SettingError
+from vigil.protocol.episode import FAMILIES, register_family
 
 BATHROOM = 15
 PACKAGED = tuple(FAMILIES)

@@ -10,8 +10,8 @@ from vigil.authoring.streaming.folder import write_stream
 from vigil.authoring.streaming.houses import StreamHouse, StreamHouseMaker
 from vigil.authoring.streaming.stream import Stream
 from vigil.errors import SettingError
-from vigil.freezing import freeze
-from vigil.pack import Pack
+from vigil.packs.freeze import freeze
+from vigil.packs.pack import Pack
 
 
 @pytest.fixture

@@ -19,9 +19,9 @@ from vigil.authoring.streaming.difficulty import difficulties_named, difficulty_
 from vigil.authoring.streaming.houses import PACKAGED, StreamHouse, StreamHouseMaker, StreamSettings, is_packaged
 from vigil.authoring.streaming.stream import Stream
 from vigil.errors import SettingError, SimulatorError
-from vigil.freezing import freeze
-from vigil.house import canonical_json
-from vigil.pack import Pack
+from vigil.packs.freeze import freeze
+from vigil.packs.pack import Pack
+from vigil.protocol.house import canonical_json
 from vigil.sim.privileged import PrivilegedSimulator
 
 BATHROOM = 15

@@ -7,11 +7,11 @@ from vigil.authoring.packing.baselines import AGENTS
 from vigil.authoring.ways.limited import LIMITED
 from vigil.authoring.ways.solvers import privileged_agent
 from vigil.env import Env
-from vigil.episode import Episode
-from vigil.pack import Pack
-from vigil.profile import Profile
-from vigil.record import EpisodeRecord
-from vigil.scoring import settle
+from vigil.packs.pack import Pack
+from vigil.protocol.episode import Episode
+from vigil.protocol.profile import Profile
+from vigil.records.record import EpisodeRecord
+from vigil.scoring.outcomes import settle
 from vigil.sim.privileged import PrivilegedSimulator
 
 

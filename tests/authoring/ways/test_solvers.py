@@ -2,17 +2,17 @@
 
 import pytest
 
-from vigil.actions import Navigate
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.limited import LIMITED
 from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
 from vigil.env import Env
-from vigil.episode import FAMILIES, Episode
 from vigil.errors import SettingError
-from vigil.pack import Pack
-from vigil.profile import Profile
-from vigil.record import EpisodeRecord
-from vigil.scoring import Outcome, settle
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Navigate
+from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.profile import Profile
+from vigil.records.record import EpisodeRecord
+from vigil.scoring.outcomes import Outcome, settle
 from vigil.sim.privileged import PrivilegedSimulator
 
 

@@ -4,16 +4,17 @@ from collections.abc import Callable
 
 import pytest
 
-from vigil import goal_check, goals
 from vigil.authoring.language.sentences import FORMS, Forms
 from vigil.authoring.language.sequence_sentences import SEQUENCES
 from vigil.authoring.language.wording import asks_inside, sequence
 from vigil.authoring.review.validate import ValidationResult, Validator
-from vigil.episode import Episode
-from vigil.goals import Goal, ObjectAtReceptacle
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
+from vigil.protocol import goals
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import Goal, ObjectAtReceptacle
+from vigil.protocol.world import ObjectState
+from vigil.scoring import goal_check
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import ObjectState
 
 CHANGED = {"changed, and reported as changed", "changed, and reported as it was"}
 PLACES = {"on top instead of inside", "within it instead of on it"}

@@ -5,8 +5,8 @@ import json
 import pytest
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
 from vigil.housegen import Fault, check_house
+from vigil.protocol.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.supports import surface_frame
 

@@ -5,9 +5,9 @@ import pytest
 
 from vigil.assets import make
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.geometry import Vec3
 from vigil.housegen import generate, spec_for
 from vigil.housegen.checking.cuts import Cuts, drawn_triangles
-from vigil.pose import Vec3
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import part_motion
 from vigil.scene.things import Scene, Thing

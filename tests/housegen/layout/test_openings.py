@@ -2,13 +2,13 @@ import pytest
 
 from vigil.assets import make
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.geometry import Vec3
 from vigil.housegen import generate
 from vigil.housegen.base.randomness import generator
 from vigil.housegen.base.spec import spec_for
 from vigil.housegen.layout.floorplan import RoomLayout, plan_rooms
 from vigil.housegen.layout.openings import DOOR_HEIGHT, DOOR_VARIANTS, PlannedOpening, cut_openings
 from vigil.housegen.layout.walls import room_edges, wall_pieces
-from vigil.pose import Vec3
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import moving_prisms_of
 from vigil.scene.outlines import floor_of, polygon_of

@@ -3,9 +3,9 @@ import threading
 
 import pytest
 
-from vigil.actions import Reply
 from vigil.agents.model import Message
 from vigil.errors import ModelAPIError
+from vigil.protocol.actions import Reply
 from vigil.runner.models.ask import (
     MAX_REJECTIONS,
     Ask,

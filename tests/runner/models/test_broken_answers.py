@@ -13,9 +13,9 @@ import pytest
 from inspect_marks import INSPECT
 from wire_server import ENDPOINTS, STREAM, WIRES, Raw, Said, WireServer, body_of, chat, google, responses
 
-from vigil.actions import Reply
 from vigil.agents.model import Message
 from vigil.errors import ModelAPIError
+from vigil.protocol.actions import Reply
 from vigil.runner.models.ask import RequestRejected, RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import Endpoint, sender
 from vigil.runner.models.serving import Serving

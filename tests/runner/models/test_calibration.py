@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from vigil.actions import Reply
 from vigil.agents.model import Message
+from vigil.protocol.actions import Reply
 from vigil.runner.models.calibration import CONVENTIONS, SPOTS, Calibration, FramePoint, calibrate, draw_spot, point_in
 
 

@@ -11,11 +11,11 @@ from inspect_ai.model import ModelOutput, ModelUsage, get_model
 from inspect_marks import INSPECT
 from waiting import HANGS_AFTER_S
 
-from vigil.actions import ParsedReply, Reply
 from vigil.agents.model import Message
 from vigil.agents.picture import encode
 from vigil.errors import ModelAPIError, SettingError
-from vigil.replies import parse_reply
+from vigil.protocol.actions import ParsedReply, Reply
+from vigil.protocol.replies import parse_reply
 from vigil.runner.models.ask import RequestRejected, RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import Endpoint, sender
 from vigil.runner.models.serving import Serving

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 from chat_server import read_number
 
-from vigil.actions import InvalidAction, Reply, Usage
 from vigil.agents.model import Message
 from vigil.agents.picture import encode
 from vigil.errors import ModelAPIError
-from vigil.profile import Profile
-from vigil.replies import parse_reply
+from vigil.protocol.actions import InvalidAction, Reply, Usage
+from vigil.protocol.profile import Profile
+from vigil.protocol.replies import parse_reply
 from vigil.runner.models.ask import RequestRejected
 from vigil.runner.models.preflight import (
     EXAMPLE_INSTRUCTION,

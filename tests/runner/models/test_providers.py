@@ -12,9 +12,9 @@ from quick_runs import quick
 from reasoning_forms import REASONING_FORMS, FormsInTurn, check_reply, shared_simulator
 from wire_server import Raw, Request, Said, WireServer, body_of
 
-from vigil.actions import Reply
 from vigil.agents.model import Message
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Reply
 from vigil.runner.models.ask import RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import Endpoint, sender
 from vigil.runner.models.providers import PROVIDERS, named

@@ -15,12 +15,12 @@ from inspect_ai.model import ModelOutput, ModelUsage, get_model
 from inspect_marks import INSPECT
 from wire_server import ENDPOINTS, Raw, Said, WireServer, body_of
 
-from vigil.actions import InvalidAction, Reply
 from vigil.agents.model import Message
 from vigil.agents.picture import encode
-from vigil.endings import FINISH_REASONS, MEANINGS, REFERENCES, ending_of
 from vigil.errors import ModelAPIError
-from vigil.replies import parse_reply
+from vigil.protocol.actions import InvalidAction, Reply
+from vigil.protocol.endings import FINISH_REASONS, MEANINGS, REFERENCES, ending_of
+from vigil.protocol.replies import parse_reply
 from vigil.runner.models.ask import Ask, RequestRejected, RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import Endpoint, sender
 from vigil.runner.models.preflight import advice, check_sight

@@ -11,9 +11,9 @@ from tiny_pack import tiny_pack
 
 from vigil.authoring.ways.solvers import privileged_agent
 from vigil.errors import SettingError
-from vigil.pack import Pack
-from vigil.profile import Profile
-from vigil.record import EpisodeRecord
+from vigil.packs.pack import Pack
+from vigil.protocol.profile import Profile
+from vigil.records.record import EpisodeRecord
 from vigil.runner.workers.messages import Assignment, Play, SimulatorFactory, WorkerPlan
 from vigil.runner.workers.worker import RequestHandler, WorkerChannel
 

@@ -8,7 +8,7 @@ from vigil.agents.scripted import scripted_agent
 from vigil.assets.sizes import AssetDatabase
 from vigil.env import Env
 from vigil.errors import RecordError
-from vigil.profile import Profile
+from vigil.protocol.profile import Profile
 from vigil.runner.workers.frames import FrameStore, frame_sha256, redraw
 from vigil.runner.workers.play import EpisodeObserver, play
 from vigil.sim import make_simulator

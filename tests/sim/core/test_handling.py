@@ -5,13 +5,14 @@ import itertools
 import numpy as np
 import pytest
 
-from vigil.actions import InteractPixel
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.geometry import Pose, Vec3, floor_distance
 from vigil.errors import EpisodeError
-from vigil.house import MaterialRef
-from vigil.pose import Pose, Vec3, floor_distance
+from vigil.protocol.actions import InteractPixel
+from vigil.protocol.house import MaterialRef
+from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.geometry import penetration, prisms_of
 from vigil.scene.supports import ancestors, contents
 from vigil.scene.things import RoomShape, Scene, Thing
@@ -21,7 +22,6 @@ from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.opening import TOLERANCE_M, set_openness, swing_blocker
 from vigil.sim.core.placing import OWN_SLACK_M, bulk_of, open_surfaces, put_down, spot_below, spot_on
 from vigil.sim.core.state import SceneState
-from vigil.world import ObjectSetup, Placement, Setup
 
 PLAIN = MaterialRef(name="plaster/white")
 

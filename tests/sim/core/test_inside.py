@@ -6,9 +6,10 @@ import pytest
 from vigil.assets import MAKERS, make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
-from vigil.goals import ObjectAtReceptacle
-from vigil.house import MaterialRef
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
+from vigil.protocol.goals import ObjectAtReceptacle
+from vigil.protocol.house import MaterialRef
+from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import Motion
 from vigil.scene.supports import around, level_surfaces, not_lain_on, rests_over
@@ -20,7 +21,6 @@ from vigil.sim.core.handling import Click, interact
 from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.setup import apply_setup
 from vigil.sim.core.state import SceneState
-from vigil.world import ObjectSetup, Placement, Setup
 
 ORIGIN = Vec3(0, 0, 0)
 FLOOR = np.array([(-4, -4), (4, -4), (4, 4), (-4, 4)])

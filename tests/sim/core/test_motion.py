@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 from vigil.scene.build import build_scene
 from vigil.scene.outlines import thing_shapes, wall_prisms
 from vigil.sim.conformance.trial_house import DOOR, trial_house

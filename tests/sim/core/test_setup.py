@@ -7,13 +7,13 @@ from tiny_pack import FRIDGE, HERE, MUG, TABLE, tiny_house
 
 from vigil.assets.notice import notice_spot
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.geometry import Vec3, heading
 from vigil.errors import EpisodeError
-from vigil.pose import Vec3, heading
+from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.geometry import place_of
 from vigil.sim import make_simulator
 from vigil.sim.conformance.trial_house import trial_house
 from vigil.sim.staging import Stage, View
-from vigil.world import ObjectSetup, Placement, Setup
 
 
 @pytest.fixture(scope="module")

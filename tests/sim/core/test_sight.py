@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from vigil.actions import InteractPixel, Look
 from vigil.assets import make
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.sizes import AssetDatabase
-from vigil.pose import Pose, Vec3, yaw_towards
+from vigil.base.geometry import Pose, Vec3, yaw_towards
+from vigil.protocol.actions import InteractPixel, Look
+from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.build import build_scene
 from vigil.scene.supports import parts_of
 from vigil.sim import make_simulator
@@ -27,7 +28,6 @@ from vigil.sim.core.sight import (
 )
 from vigil.sim.engines.fake import FakeEngine
 from vigil.sim.engines.mujoco.engine import MujocoEngine
-from vigil.world import ObjectSetup, Placement, Setup
 
 VIEWS = [
     Pose(position=Vec3(3.5, 0, 2.5), rotation=270, horizon=30),

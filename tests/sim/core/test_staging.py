@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3
 from vigil.errors import EpisodeError
-from vigil.pose import EYE_HEIGHT_M, Pose, Vec3
+from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.sim import make_simulator
 from vigil.sim.conformance.trial_house import trial_house
 from vigil.sim.core.views import project, rays_of
 from vigil.sim.staging import Layer, Stage, View
-from vigil.world import ObjectSetup, Placement, Setup
 
 START = Pose(position=Vec3(3.5, 0.0, 2.5), rotation=30.0, horizon=20.0)
 ALL: frozenset[Layer] = frozenset({"rgb", "depth", "things"})

@@ -7,10 +7,10 @@ import pytest
 from tiny_pack import FRIDGE, HERE, MUG, TABLE, tiny_house
 
 from vigil.assets.sizes import AssetDatabase
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Scene
 from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.sim.engines.fake import FakeEngine
-from vigil.world import ObjectSetup, Setup
 
 OPEN = Setup(objects={FRIDGE: ObjectSetup(openness=1.0)})
 

@@ -17,8 +17,8 @@ from scripts.blind.forms import CROP_CELL_PX, FORMS
 from scripts.blind.judging import WORDS, is_named, is_state_told, plain
 from scripts.blind_round import main
 from vigil.assets.catalog import CATALOG
-from vigil.pack import packaged_names
-from vigil.pack_names import stem_of
+from vigil.packs.names import stem_of
+from vigil.packs.pack import packaged_names
 from vigil.sim.engines.mujoco.compiled.binding import BACKEND
 
 ROOT = Path(__file__).parents[3]

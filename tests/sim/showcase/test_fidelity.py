@@ -10,9 +10,9 @@ import pytest
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
+from vigil.base.geometry import Vec3
 from vigil.housegen import generate, spec_for
-from vigil.pose import Vec3
+from vigil.protocol.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.things import Scene
 from vigil.sim.conformance.trial_house import trial_house

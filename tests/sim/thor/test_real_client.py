@@ -4,15 +4,15 @@ from pathlib import Path
 
 import pytest
 
-from vigil.actions import InteractPixel, Navigate
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.geometry import Pose, Vec3
 from vigil.errors import SimulatorError
-from vigil.pose import Pose, Vec3
+from vigil.protocol.actions import InteractPixel, Navigate
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.sim import make_simulator
 from vigil.sim.conformance.trial_house import trial_house
 from vigil.sim.thor.simulator import ThorSimulator
 from vigil.sim.thor.start import ENGINE_VARIABLE
-from vigil.world import ObjectSetup, Setup
 
 pytest.importorskip("ai2thor", reason="ai2thor is not installed: pip install vigil-bench[thor]")
 pytestmark = pytest.mark.filterwarnings("ignore")

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from thor_line import InProcess, UnityLike, in_process
 
-from vigil.actions import InteractPixel, Look
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.geometry import Pose, Vec3
 from vigil.errors import EpisodeError, SettingError, SimulatorError
-from vigil.pose import Pose, Vec3
+from vigil.protocol.actions import InteractPixel, Look
+from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.sim import make_simulator
 from vigil.sim.conformance import handling, moving, privileged, seeing, single_drawers
 from vigil.sim.conformance.trial import Trial
@@ -16,7 +17,6 @@ from vigil.sim.thor import start
 from vigil.sim.thor.requirements import Findings
 from vigil.sim.thor.simulator import ThorSimulator
 from vigil.sim.thor.start import ENGINE_VARIABLE, thor_simulator
-from vigil.world import ObjectSetup, Placement, Setup
 
 HERE = Pose(position=Vec3(3.5, 0.0, 2.5), rotation=270.0)
 

@@ -17,7 +17,7 @@ from vigil.analysis.measures.item_response import (
 )
 from vigil.analysis.measures.rows import Run, values
 from vigil.errors import RecordError
-from vigil.rates import Interval
+from vigil.scoring.rates import Interval
 
 Success = Literal["W", "B"]
 LEAST_DISCRIMINATION = 0.0

@@ -14,13 +14,13 @@ from scipy.special import ndtri
 
 from vigil.analysis.measures.intervals import clustered
 from vigil.analysis.measures.models import model_of
-from vigil.closure import KINDS, PAIRED, SUITE, ClosureAnswer, ClosureOutcome, Kind, answers_of, settle_closure
 from vigil.errors import PackMismatch
-from vigil.pack import manifest_of
-from vigil.private import is_private, without_ids
-from vigil.rates import Interval, Rate, independent_trials
-from vigil.record import Key, RunHeader, read_header
-from vigil.saved_run import RecordTable, StandingRow, pack_folder, read_run
+from vigil.packs.pack import manifest_of
+from vigil.packs.private import is_private, without_ids
+from vigil.records.record import Key, RunHeader, read_header
+from vigil.scoring.closure import KINDS, PAIRED, SUITE, ClosureAnswer, ClosureOutcome, Kind, answers_of, settle_closure
+from vigil.scoring.rates import Interval, Rate, independent_trials
+from vigil.scoring.saved_run import RecordTable, StandingRow, pack_folder, read_run
 
 RESAMPLES, SEED, LEVEL = 2000, 20260101, 0.95
 MIN_PAIRS = 5

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from vigil.record import RunHeader
+from vigil.records.record import RunHeader
 
 
 def of_run(header: RunHeader) -> dict[str, object]:

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import pandas as pd
 
 from vigil.analysis.measures.rows import values
-from vigil.closure import ClosureOutcome
-from vigil.glossary import TERMS
+from vigil.base.glossary import TERMS
+from vigil.scoring.closure import ClosureOutcome
 
 SHARE_SAID = 0.05
 """Of the replies: a reason with fewer is counted with the others, without advice."""

@@ -1,9 +1,9 @@
 """Intervals and tests: what an estimate, or a difference between two runs, is worth.
 
-Beside Wilson's for single rates (`vigil.rates`): a bootstrap clustered by house where episodes share houses; McNemar
-(exact), Stuart-Maxwell and a paired, clustered bootstrap for two runs on the same episodes; the smallest difference
-that so many episodes can show. Every resampling has a fixed seed and sorted clusters: the same rows give the same
-interval, in whatever order they come.
+Beside Wilson's for single rates (`vigil.scoring.rates`): a bootstrap clustered by house where episodes share houses;
+McNemar (exact), Stuart-Maxwell and a paired, clustered bootstrap for two runs on the same episodes; the smallest
+difference that so many episodes can show. Every resampling has a fixed seed and sorted clusters: the same rows give the
+same interval, in whatever order they come.
 """
 
 import math
@@ -15,7 +15,7 @@ import pandas as pd
 from scipy.special import chdtrc, ndtr, ndtri, stdtrit
 from scipy.stats import binom
 
-from vigil.rates import Interval
+from vigil.scoring.rates import Interval
 
 RESAMPLES = 2000
 SEED = 20260101

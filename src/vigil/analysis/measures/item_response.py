@@ -11,7 +11,7 @@ import numpy as np
 
 from vigil.analysis.measures.intervals import RESAMPLES, SEED
 from vigil.errors import SettingError
-from vigil.rates import Interval
+from vigil.scoring.rates import Interval
 
 DIFFICULTY_SD, ABILITY_SD = 1.5, 3.0
 """Of the priors, in logits, both around 0: which fixes the origin at an episode of middling difficulty."""

@@ -1,4 +1,5 @@
-"""Metrics: a flat table of episodes -> the numbers of the paper's tables that are more than a rate (`vigil.rates`).
+"""Metrics: a flat table of episodes -> the numbers of the paper's tables that are more than a rate
+(`vigil.scoring.rates`).
 
 Pure functions of rows (`vigil.analysis.measures.rows`); a rate over no episodes is None, never zero. Source:
 `protocol.md` sections 5 and 6.
@@ -13,8 +14,8 @@ import pandas as pd
 
 from vigil.analysis.measures.intervals import clustered, clustered_means, clustered_ratios, houses_of
 from vigil.analysis.measures.rows import KINDS, Run, values, where
-from vigil.episode import FAMILIES
-from vigil.rates import COLUMNS, Columns, Counts, Interval, Rate, broken_identities, count, mean
+from vigil.protocol.episode import FAMILIES
+from vigil.scoring.rates import COLUMNS, Columns, Counts, Interval, Rate, broken_identities, count, mean
 
 LABELS = ("B", "FR", "Other", "NR", "IL")
 """The partition, in the order of the stacked bars."""

@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 from typing import Literal
 
-from vigil.record import RunSpec
+from vigil.records.record import RunSpec
 
 ModelGroup = Literal[
     "Embodied / robotics-tuned",

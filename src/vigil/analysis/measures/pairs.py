@@ -16,9 +16,9 @@ import pandas as pd
 
 from vigil.analysis.measures.intervals import PairedTest, mcnemar, paired_difference, paired_test
 from vigil.analysis.measures.rows import Run, where
-from vigil.episode import FAMILIES
 from vigil.errors import RecordError
-from vigil.rates import Interval
+from vigil.protocol.episode import FAMILIES
+from vigil.scoring.rates import Interval
 
 PairKind = Literal["feedback", "prompt", "serving", "repeat"]
 VARIED: dict[PairKind, tuple[str, ...]] = {

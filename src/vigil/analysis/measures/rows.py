@@ -1,7 +1,7 @@
 """Rows: saved runs -> one flat table of verdicts each, one row a scored episode.
 
-Every row is what `vigil.scoring.settle` says about one record; nothing is decided here, and nothing is kept for the
-next report: a table beside a run would be believed, whoever had written it.
+Every row is what `vigil.scoring.outcomes.settle` says about one record; nothing is decided here, and nothing is kept
+for the next report: a table beside a run would be believed, whoever had written it.
 """
 
 import json
@@ -18,16 +18,16 @@ import pandas as pd
 
 from vigil.analysis.measures.columns import of_run
 from vigil.analysis.measures.models import ModelInfo, model_of
-from vigil.episode import FAMILIES, Family
+from vigil.base.processes import worker_pool
 from vigil.errors import SettingError
-from vigil.levels import EpisodeLevel, levels_of
-from vigil.pack import count_rooms, frozen_episodes, manifest_of
-from vigil.private import is_private, without_ids
-from vigil.processes import worker_pool
-from vigil.record import EPISODES_FILE, RunHeader
-from vigil.saved_run import read_run
-from vigil.scoring import REPORT_POLICIES, ActionKind, Outcome, credit
-from vigil.summary import LIBRARY_REPLIES, has_many_errors, repeats
+from vigil.packs.pack import count_rooms, frozen_episodes, manifest_of
+from vigil.packs.private import is_private, without_ids
+from vigil.protocol.episode import FAMILIES, Family
+from vigil.records.record import EPISODES_FILE, RunHeader
+from vigil.scoring.levels import EpisodeLevel, levels_of
+from vigil.scoring.outcomes import REPORT_POLICIES, ActionKind, Outcome, credit
+from vigil.scoring.saved_run import read_run
+from vigil.scoring.summary import LIBRARY_REPLIES, has_many_errors, repeats
 
 KINDS: tuple[ActionKind, ...] = get_args(ActionKind)
 _PARALLEL_FROM_BYTES = 64 * 1024 * 1024

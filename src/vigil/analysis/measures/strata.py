@@ -8,9 +8,9 @@ import pandas as pd
 
 from vigil.analysis.measures.metrics import columns
 from vigil.analysis.measures.rows import values
-from vigil.episode import FAMILIES, Family
-from vigil.rates import Counts, count, selected
-from vigil.strata import DISTANCE_BANDS_M, SIZE_OF_CATEGORY, distance_band
+from vigil.protocol.episode import FAMILIES, Family
+from vigil.scoring.rates import Counts, count, selected
+from vigil.scoring.strata import DISTANCE_BANDS_M, SIZE_OF_CATEGORY, distance_band
 
 _SIZES = ("large", "medium", "small")
 _BANDS = tuple(distance_band(distance_m) for distance_m in (0.0, *DISTANCE_BANDS_M))

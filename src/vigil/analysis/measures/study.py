@@ -9,7 +9,7 @@ from vigil.analysis.measures.models import GROUPS, stated_thinking
 from vigil.analysis.measures.pairs import Pairing, RunComparison, compare, recognise, shared
 from vigil.analysis.measures.paper import Paper, paper
 from vigil.analysis.measures.rows import Run
-from vigil.profile import BASELINE
+from vigil.protocol.profile import BASELINE
 
 COMPARE_ALL_UP_TO = 6
 """More runs than this are tested against their neighbours in B, and where W is comparable."""

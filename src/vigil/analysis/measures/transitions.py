@@ -12,7 +12,7 @@ import pandas as pd
 from vigil.analysis.measures.intervals import Homogeneity, houses_of, paired_test, stuart_maxwell
 from vigil.analysis.measures.metrics import LABELS
 from vigil.analysis.measures.rows import values
-from vigil.rates import Interval
+from vigil.scoring.rates import Interval
 
 
 @dataclass(frozen=True, slots=True)

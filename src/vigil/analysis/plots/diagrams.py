@@ -10,8 +10,8 @@ from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 from vigil.analysis.plots.style import FAINT, INK, LABEL_COLOURS, canvas, styled
 from vigil.analysis.plots.trajectory import AgentTrajectory, key_steps, said
-from vigil.episode import FAMILIES, Episode, Family
-from vigil.scoring import Outcome
+from vigil.protocol.episode import FAMILIES, Episode, Family
+from vigil.scoring.outcomes import Outcome
 
 _TIER_COLOURS = {"diagnostic": "#0072b2", "compositional": "#d55e00"}
 _TIER_TEXTS = {

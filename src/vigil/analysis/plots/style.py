@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from vigil.markup import holdable
+from vigil.base.markup import holdable
 
 GROUND = "#fbfaf7"
 INK = "#23262b"

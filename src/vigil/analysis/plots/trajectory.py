@@ -14,15 +14,15 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from PIL import Image
 
-from vigil.actions import Action, InteractPixel, Navigate, Report
 from vigil.analysis.measures.rows import Run
 from vigil.analysis.plots.style import FAINT, INK, LABEL_COLOURS, canvas, ink_of, ink_on, styled
-from vigil.episode import FAMILIES, Episode
 from vigil.errors import RecordError
-from vigil.goal_check import check
-from vigil.record import EpisodeRecord, Key, StepRecord
-from vigil.saved_run import RecordTable
-from vigil.scoring import Label, Outcome, settle
+from vigil.protocol.actions import Action, InteractPixel, Navigate, Report
+from vigil.protocol.episode import FAMILIES, Episode
+from vigil.records.record import EpisodeRecord, Key, StepRecord
+from vigil.scoring.goal_check import check
+from vigil.scoring.outcomes import Label, Outcome, settle
+from vigil.scoring.saved_run import RecordTable
 
 HELD = LABEL_COLOURS["B"]
 CLICK = "#ff2d95"

@@ -5,8 +5,8 @@ from typing import Any
 
 from vigil.analysis.measures.closure import ClosureRun, by_house, discrimination, pairs_right, rate
 from vigil.analysis.tables.table import Column, RateCell, Table, TableRow, counts, intervals, points, rate_cell, texts
-from vigil.closure import CLOSURE_LABELS, PAIRED, ClosureOutcome, Kind
-from vigil.rates import Interval
+from vigil.scoring.closure import CLOSURE_LABELS, PAIRED, ClosureOutcome, Kind
+from vigil.scoring.rates import Interval
 
 HEADING = "Closure stress: C, correct closure"
 Count = Callable[[ClosureOutcome], bool]

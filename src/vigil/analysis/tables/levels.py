@@ -5,7 +5,7 @@ from vigil.analysis.measures.rows import values, where
 from vigil.analysis.measures.study import Study, by_b
 from vigil.analysis.tables.own import HOUSES_NOTE, MODEL, row_of, shown_name
 from vigil.analysis.tables.table import Table, counts, intervals, numbers, points, texts
-from vigil.levels import LEVELS
+from vigil.scoring.levels import LEVELS
 
 _RATES = ("W", "B", "Delta")
 

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from vigil.actions import STATUSES
 from vigil.analysis.measures.metrics import (
     FLOOR_W,
     FR_HEAVY,
@@ -40,10 +39,11 @@ from vigil.analysis.tables.table import (
     rate_cells,
     texts,
 )
-from vigil.goals import STATE_LABELS
-from vigil.rates import RATES, rate_of
-from vigil.record import Resumption, RunHeader
-from vigil.summary import no_actions
+from vigil.protocol.actions import STATUSES
+from vigil.protocol.goals import STATE_LABELS
+from vigil.records.record import Resumption, RunHeader
+from vigil.scoring.rates import RATES, rate_of
+from vigil.scoring.summary import no_actions
 
 MODEL = Column("model", "Run", "text")
 WILSON_NOTE = "Intervals: Wilson."

@@ -11,8 +11,8 @@ from markupsafe import Markup, escape
 
 from vigil.analysis.tables.table import WITH_INTERVAL, Column, Table, TableRow
 from vigil.analysis.tables.text import CODE, NO_ROWS, named
-from vigil.glossary import RESULTS, term_of
-from vigil.markup import finalized
+from vigil.base.glossary import RESULTS, term_of
+from vigil.base.markup import finalized
 
 _INTERVAL = re.compile(r"(.*) (\[.*\])")
 

@@ -1,10 +1,10 @@
 """Protocol tables: those of the paper's tables that say what is run, rendered from the very data that runs it."""
 
-from vigil.actions import INTENTS, SKILLS, STATUSES
 from vigil.analysis.measures.paper import paper
 from vigil.analysis.measures.study import Study
 from vigil.analysis.tables.table import Column, Table, TableRow, counts, texts
-from vigil.episode import FAMILIES
+from vigil.protocol.actions import INTENTS, SKILLS, STATUSES
+from vigil.protocol.episode import FAMILIES
 
 PUBLISHED_PER_FAMILY = 125
 _FURTHER_LABELS = {

@@ -25,8 +25,8 @@ from vigil.analysis.tables.table import (
     texts,
     with_best_bold,
 )
-from vigil.episode import FAMILIES
-from vigil.rates import RATES
+from vigil.protocol.episode import FAMILIES
+from vigil.scoring.rates import RATES
 
 PUBLISHED = "Published: the paper's own pack and simulator"
 EXCLUDED = "Excluded from the main tables (low compliance or zero B)"

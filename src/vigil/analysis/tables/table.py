@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from vigil.rates import Counts, Interval, Rate
+from vigil.scoring.rates import Counts, Interval, Rate
 
 CellKind = Literal["text", "count", "number1", "number2", "signed1", "pair", "rate", "mean", "spread", "p"]
 NONE = "–"

@@ -8,7 +8,7 @@ import pandas as pd
 from pandas.api.types import is_numeric_dtype
 
 from vigil.analysis.tables.table import Column, Table, TableRow
-from vigil.markup import holdable
+from vigil.base.markup import holdable
 
 MARKS = {"published": "†", "privileged": "‡"}
 LEGEND = "† published in the paper, on another pack and simulator. ‡ privileged: the agent sees hidden state."

@@ -8,7 +8,7 @@ import numpy as np
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Asset, Mesh, Solid, Surface
 from vigil.assets.kernel.meshes import cross
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 Maker = Callable[[Vec3, np.random.Generator, Sequence[float]], Asset]
 Silhouette = Sequence[tuple[float, float]]

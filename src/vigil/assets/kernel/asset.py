@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -15,7 +15,7 @@ import shapely
 from vigil.assets.kernel.asset import Asset, Glow, Joint, Mesh, Part, Solid, Surface
 from vigil.assets.kernel.meshes import Point3, bounds, merge, scale, translate
 from vigil.assets.kernel.shapes import span
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 Range = tuple[float, float]
 UNBOUNDED_M = 10.0

@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 
 def labelled_box(category: str, size: Vec3, rng: np.random.Generator) -> Asset:

@@ -7,9 +7,9 @@ import numpy as np
 
 from vigil.authoring.closure.tasks import PLAIN_PX
 from vigil.authoring.solving.aim import surface_points
-from vigil.closure import Evidence
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 from vigil.scene.things import Thing
+from vigil.scoring.closure import Evidence
 
 AJAR = (0.12, 0.25)
 """Openness of what stands ajar: over the 0.1 below which the protocol calls it closed."""

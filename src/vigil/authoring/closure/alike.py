@@ -15,10 +15,10 @@ from vigil.authoring.language.sentences import SEARCH_ORDERS
 from vigil.authoring.language.wording import Act, order, spoken_of
 from vigil.authoring.ways.synthetic_records import with_change
 from vigil.authoring.ways.wrong_places import upon
-from vigil.closure import ALIKE
+from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.supports import children
 from vigil.scene.things import Thing
-from vigil.world import ObjectSetup, Placement, Setup
+from vigil.scoring.closure import ALIKE
 
 ACTS: tuple[Act, ...] = ("pick", *ALL_ACTS)
 OPENED = ("Box", "Laptop")

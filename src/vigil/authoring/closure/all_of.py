@@ -14,10 +14,10 @@ from vigil.authoring.language.ordinals import bare
 from vigil.authoring.language.referring import ROOM_NAMES, Phrase, referents
 from vigil.authoring.language.wording import VERBS, Act, say
 from vigil.authoring.ways.goal_kinds import closed_around
-from vigil.goals import AllOf, ObjectInState
-from vigil.pose import Pose
+from vigil.base.geometry import Pose
+from vigil.protocol.goals import AllOf, ObjectInState
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Thing
-from vigil.world import ObjectSetup, Setup
 
 FEWEST, MOST = 2, 5
 """Targets of an `all_of` task."""

@@ -32,11 +32,11 @@ from vigil.authoring.drafting.proposals import (
 from vigil.authoring.language.referring import ROOM_NAMES
 from vigil.authoring.language.wording import VERBS, Act, opened, order, say
 from vigil.authoring.ways.synthetic_records import with_change
-from vigil.closure import OTHERWISE, Evidence
-from vigil.episode import Episode
-from vigil.goals import MOST_PARTS, AllOf, ObjectInState
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import MOST_PARTS, AllOf, ObjectInState
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Thing
-from vigil.world import ObjectSetup, Setup
+from vigil.scoring.closure import OTHERWISE, Evidence
 
 MAKE_SURE = (
     "Make sure that {whole} is {label}.",

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vigil.actions import Action, Report, Status
 from vigil.authoring.closure.ajar import gap_of, is_ajar, may_stand_ajar
 from vigil.authoring.closure.all_of import NAMED, STANDING, hides_half, standing
 from vigil.authoring.closure.already import EVERYTHING_FORMS, NOTHING_IN, may_be_meant
@@ -28,7 +27,17 @@ from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.viewpoints import Viewpoint, ViewpointQuery, viewpoints
 from vigil.authoring.ways.goal_kinds import is_doable
-from vigil.closure import (
+from vigil.base.geometry import Pose, floor_distance
+from vigil.base.versions import RULES_VERSION
+from vigil.errors import EpisodeError
+from vigil.packs.pack import protocol_faults
+from vigil.protocol.actions import Action, Report, Status
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import AllOf, ObjectAtReceptacle, ObjectInState, is_observable
+from vigil.protocol.house import House
+from vigil.scene.geometry import box_distances, box_of
+from vigil.scene.things import Thing
+from vigil.scoring.closure import (
     ALIKE,
     CONCEDED,
     PAIRED,
@@ -41,16 +50,7 @@ from vigil.closure import (
     is_in_picture,
     settle_closure,
 )
-from vigil.episode import Episode
-from vigil.errors import EpisodeError
-from vigil.goals import AllOf, ObjectAtReceptacle, ObjectInState, is_observable
-from vigil.house import House
-from vigil.pack import protocol_faults
-from vigil.pose import Pose, floor_distance
-from vigil.scene.geometry import box_distances, box_of
-from vigil.scene.things import Thing
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.versions import RULES_VERSION
 
 _WORDS = frozenset({"target_named", "unambiguous"})
 EXEMPT: dict[str, frozenset[str]] = {

@@ -1,8 +1,8 @@
 """What closes an episode of the suite rightly, in words for whoever reviews it; never for whoever plays it."""
 
 from vigil.authoring.drafting.drafts import Proposed
-from vigil.closure import SUITE, ClosureAnswer, answers_of
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
+from vigil.scoring.closure import SUITE, ClosureAnswer, answers_of
 
 
 def closings_of_pack(pack: Pack) -> dict[str, str]:

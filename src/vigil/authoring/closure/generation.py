@@ -28,10 +28,10 @@ from vigil.authoring.drafting.drafts import (
 from vigil.authoring.drafting.generation import Found, GenerationSettings, facts_of, without_house
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.sources import Source
-from vigil.closure import KINDS, Kind
-from vigil.episode import Episode, Family
 from vigil.errors import EpisodeError, HouseError, SettingError
-from vigil.world import Setup
+from vigil.protocol.episode import Episode, Family
+from vigil.protocol.world import Setup
+from vigil.scoring.closure import KINDS, Kind
 
 PROPOSALS: dict[Kind, Callable[[HouseContext], Tasks]] = {
     "all_of": all_of,

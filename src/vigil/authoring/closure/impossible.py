@@ -16,14 +16,14 @@ from vigil.authoring.language.sentences import SEARCH_ORDERS, Sentences
 from vigil.authoring.language.wording import order, say, spoken_of
 from vigil.authoring.ways.synthetic_records import with_change
 from vigil.authoring.ways.wrong_places import upon
-from vigil.closure import Evidence
-from vigil.episode import Episode
-from vigil.goals import ObjectAtReceptacle
-from vigil.pose import EYE_HEIGHT_M, Vec3
+from vigil.base.geometry import EYE_HEIGHT_M, Vec3
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import ObjectAtReceptacle
+from vigil.protocol.world import Placement, Setup
 from vigil.scene.geometry import place_of
 from vigil.scene.supports import children, level_surfaces
 from vigil.scene.things import Thing
-from vigil.world import Placement, Setup
+from vigil.scoring.closure import Evidence
 
 TRIED_FURNITURE = 4
 READ_M = 2.0

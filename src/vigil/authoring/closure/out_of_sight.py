@@ -6,10 +6,10 @@ from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen, is_target
 from vigil.authoring.language.wording import opened, say
 from vigil.authoring.review.containers import BELONGS_IN
-from vigil.goals import AllOf, ObjectAtReceptacle, ObjectInState
+from vigil.protocol.goals import AllOf, ObjectAtReceptacle, ObjectInState
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.supports import children
 from vigil.scene.things import Thing
-from vigil.world import ObjectSetup, Setup
 
 PUT_AWAY = (
     "Put {target} into {receptacle} and close {shut}.",

@@ -11,19 +11,19 @@ from pathlib import Path
 from typing import Any
 
 import vigil
-from vigil.actions import Status
 from vigil.authoring.drafting.drafts import ClosureDraft, Draft, DraftsFile, Proposed
 from vigil.authoring.packing.assemble import FACTS, seed_facts
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.review.reviews import Review, apply_reviews, decisions
 from vigil.authoring.review.validate import Finding
-from vigil.closure import KINDS, PAIRED, SUITE, ClosureAnswer, Kind, check_pairs
-from vigil.episode import Solution
 from vigil.errors import EpisodeError
-from vigil.freezing import check_free, freeze
-from vigil.house import canonical_json
 from vigil.housegen.document import generators_of
-from vigil.pack import ANSWERS, Pack
+from vigil.packs.freeze import check_free, freeze
+from vigil.packs.pack import ANSWERS, Pack
+from vigil.protocol.actions import Status
+from vigil.protocol.episode import Solution
+from vigil.protocol.house import canonical_json
+from vigil.scoring.closure import KINDS, PAIRED, SUITE, ClosureAnswer, Kind, check_pairs
 
 BLIND: dict[str, tuple[Status | None, ...]] = {
     "nothing": (None,),

@@ -18,14 +18,14 @@ from vigil.authoring.language.sentences import ORDERS
 from vigil.authoring.language.wording import Act, order, say, spoken_of
 from vigil.authoring.review.containers import BELONGS_IN
 from vigil.authoring.solving.oracle import Oracle
-from vigil.episode import Episode
-from vigil.goals import ObjectAtReceptacle, ObjectInState
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import ObjectAtReceptacle, ObjectInState
+from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.geometry import Motion
 from vigil.scene.supports import children, level_surfaces
 from vigil.scene.things import Thing
 from vigil.sim.core.placing import EDGE_M
-from vigil.world import ObjectSetup, Placement, Setup
 
 ANY_MOVE_M = 0.01
 SHELVES = ("ShelvingUnit", "Fridge", "Cabinet", "TVStand", "SideTable", "Cart", "Desk", "CoffeeTable", "Dresser")

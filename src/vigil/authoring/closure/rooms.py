@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Surface
-from vigil.pose import Pose, Vec3, rotate_floor
+from vigil.base.geometry import Pose, Vec3, rotate_floor
 from vigil.scene.geometry import Motion, Prism, prisms_of
 from vigil.scene.outlines import polygon_of
 from vigil.scene.supports import TOUCH_M, ancestors, contents, level_surfaces, takes_off

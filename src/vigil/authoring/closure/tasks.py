@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 from vigil.authoring.drafting.drafts import Rejection
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.closure import Evidence, Kind
-from vigil.episode import Episode
-from vigil.pose import Pose
+from vigil.base.geometry import Pose
+from vigil.protocol.episode import Episode
+from vigil.scoring.closure import Evidence, Kind
 
 LEVEL_DEG = 15.0
 """Camera pitch of a start that sees what is to be acted on."""

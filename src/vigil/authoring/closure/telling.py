@@ -9,9 +9,9 @@ from collections.abc import Iterable
 
 from vigil.authoring.language.referring import DescribedThing, Phrase, referents
 from vigil.authoring.solving.oracle import Oracle
+from vigil.protocol.world import CLOSED_BELOW, OPEN_ABOVE
 from vigil.scene.supports import children, surface_named
 from vigil.scene.things import Thing
-from vigil.world import CLOSED_BELOW, OPEN_ABOVE
 
 SIZE_RATIO, BULK_RATIO = 1.2, 1.6
 """How much longer, and how much more in volume, the larger of two things is, so that nobody is in doubt."""

@@ -9,8 +9,8 @@ from typing import Literal
 from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.language.referring import DescribedThing, Phrase, referents
 from vigil.authoring.solving.oracle import Oracle
-from vigil.episode import Episode
 from vigil.errors import EpisodeError
+from vigil.protocol.episode import Episode
 
 STRICT_SINCE = 3
 """Version of the rules since which first frames show no difference, and what lies elsewhere has the very name."""

@@ -7,10 +7,10 @@ from vigil.authoring.closure.packing import TaskCheck
 from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.drafting.drafts import ClosureDraft
 from vigil.authoring.review.validate import Finding
-from vigil.closure import PAIRED, ClosureAnswer, answers_of
-from vigil.episode import Episode
-from vigil.house import House
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
+from vigil.protocol.episode import Episode
+from vigil.protocol.house import House
+from vigil.scoring.closure import PAIRED, ClosureAnswer, answers_of
 from vigil.sim.privileged import PrivilegedSimulator
 
 OnTask = Callable[[int, int, int], None]

@@ -9,9 +9,9 @@ from typing import Any, Literal
 
 import pyarrow as pa
 
-from vigil.actions import SKILLS, Action
 from vigil.authoring.demonstrations.play import Example
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback
+from vigil.protocol.actions import SKILLS, Action
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback
 
 CAMERA = "observation.images.ego"
 STATE = "observation.state"

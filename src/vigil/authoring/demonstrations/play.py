@@ -11,7 +11,6 @@ from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
-from vigil.actions import Action, Coordinates, InteractPixel, Look, Navigate, Reply, Report, Status
 from vigil.agents.model import Conversation, Message
 from vigil.agents.picture import Picture, encode
 from vigil.assets.sizes import AssetDatabase
@@ -20,11 +19,12 @@ from vigil.authoring.language.referring import Phrase
 from vigil.authoring.streaming.stream import StreamItem
 from vigil.env import Env
 from vigil.errors import SimulatorError
-from vigil.goals import STATE_LABELS, ReportStatus
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback, Quality
-from vigil.profile import Profile
-from vigil.record import EpisodeRecord
-from vigil.scoring import settle
+from vigil.protocol.actions import Action, Coordinates, InteractPixel, Look, Navigate, Reply, Report, Status
+from vigil.protocol.goals import STATE_LABELS, ReportStatus
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback, Quality
+from vigil.protocol.profile import Profile
+from vigil.records.record import EpisodeRecord
+from vigil.scoring.outcomes import settle
 from vigil.sim import make_simulator
 
 Fault = Literal["premature_success", "wrong_state", "false_fail"]

@@ -8,13 +8,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import assert_never
 
-from vigil.actions import Action, Intent, InteractPixel, Look, Navigate, Report, Status
 from vigil.authoring.language.referring import Phrase, items_of, mentions, resolved, seen_items
 from vigil.authoring.ways.goal_kinds import closing_words
-from vigil.goals import Goal, is_observable
-from vigil.observation import FRAME_WIDTH
+from vigil.protocol.actions import Action, Intent, InteractPixel, Look, Navigate, Report, Status
+from vigil.protocol.goals import Goal, is_observable
+from vigil.protocol.observation import FRAME_WIDTH
+from vigil.protocol.world import ObjectState
 from vigil.scene.things import Scene
-from vigil.world import ObjectState
 
 ASIDE = 0.35
 """Share of the frame's width that counts as its left, and as its right side."""

@@ -16,10 +16,10 @@ from vigil.authoring.streaming.address import is_stream, seed_in
 from vigil.authoring.streaming.folder import header_of
 from vigil.authoring.streaming.stream import Stream
 from vigil.errors import SettingError
-from vigil.observation import Quality
-from vigil.private import is_secret
-from vigil.profile import Profile
-from vigil.prompt import policy_sha256, policy_version
+from vigil.packs.private import is_secret
+from vigil.protocol.observation import Quality
+from vigil.protocol.profile import Profile
+from vigil.protocol.prompt import policy_sha256, policy_version
 
 FACTS = "demonstrations.json"
 CARD = "README.md"

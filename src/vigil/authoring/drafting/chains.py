@@ -25,12 +25,12 @@ from vigil.authoring.drafting.sequences import (
 from vigil.authoring.language.chain_sentences import CHAINS
 from vigil.authoring.language.wording import Act, opened, order, spoken_of
 from vigil.authoring.review.containers import BELONGS_IN
-from vigil.episode import LOOKING_DOWN_DEG
-from vigil.goals import AllOf, Goal, GoalPart, Link, ObjectAtReceptacle, ObjectHeld, ObjectInState
-from vigil.pose import floor_distance
+from vigil.base.geometry import floor_distance
+from vigil.protocol.episode import LOOKING_DOWN_DEG
+from vigil.protocol.goals import AllOf, Goal, GoalPart, Link, ObjectAtReceptacle, ObjectHeld, ObjectInState
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.supports import children, level_surfaces
 from vigil.scene.things import Thing
-from vigil.world import ObjectSetup, Setup
 
 TOGETHER_M = 4.0
 """Things of one sequence are in one room, no farther from its first than this: the budget is thirty steps."""

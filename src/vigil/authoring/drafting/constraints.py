@@ -27,13 +27,13 @@ from vigil.authoring.language.referring import referents
 from vigil.authoring.language.wording import Act, opened, order, spoken_of
 from vigil.authoring.solving.free_space import is_cut_off
 from vigil.authoring.solving.sights import SEEN_POINTS
-from vigil.episode import LOOKING_DOWN_DEG, Episode
-from vigil.goals import Constraint
-from vigil.pose import Box, Pose, Vec3, rotate_floor
+from vigil.base.geometry import Box, Pose, Vec3, rotate_floor
+from vigil.protocol.episode import LOOKING_DOWN_DEG, Episode
+from vigil.protocol.goals import Constraint
+from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.geometry import box_distances, box_of
 from vigil.scene.outlines import BODY_RADIUS_M, floor_corners, footprint
 from vigil.scene.things import Thing
-from vigil.world import ObjectSetup, Placement, Setup
 
 OBSTACLES = (
     *("Box", "BasketBall", "WateringCan", "Boots", "TeddyBear", "Footstool", "Vase", "Statue", "Kettle", "Pot"),

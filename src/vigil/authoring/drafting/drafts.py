@@ -22,18 +22,18 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
-from vigil.actions import Action
 from vigil.authoring.language.sentences import Forms
-from vigil.closure import ClosureAnswer, Kind
-from vigil.episode import Episode, Family
+from vigil.base.json_lines import AppendFile, parse, read_lines
+from vigil.base.json_lines import Line as JsonLine
+from vigil.base.versions import reads_schema
 from vigil.errors import HouseError, SettingError
-from vigil.house import House, canonical_json
 from vigil.housegen.document import maker_of
-from vigil.jsonl import AppendFile, parse, read_lines
-from vigil.jsonl import Line as JsonLine
-from vigil.pack import other_assets
-from vigil.private import secret_name
-from vigil.versions import reads_schema
+from vigil.packs.pack import other_assets
+from vigil.packs.private import secret_name
+from vigil.protocol.actions import Action
+from vigil.protocol.episode import Episode, Family
+from vigil.protocol.house import House, canonical_json
+from vigil.scoring.closure import ClosureAnswer, Kind
 
 DRAFTS_SCHEMA = 1
 DRAFTS_VERSION = 4

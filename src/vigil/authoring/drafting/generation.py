@@ -15,7 +15,6 @@ from typing import Protocol
 
 import numpy as np
 
-from vigil.actions import Action, Report
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.drafting.drafts import (
     DRAFTS_VERSION,
@@ -34,15 +33,16 @@ from vigil.authoring.drafting.house_context import AUTHOR, HouseContext
 from vigil.authoring.drafting.sources import Source
 from vigil.authoring.language.sentences import Forms
 from vigil.authoring.review.validate import Validator
-from vigil.episode import Episode, Family
+from vigil.base.processes import worker_pool
 from vigil.errors import EpisodeError, HouseError, SettingError
-from vigil.goals import ReportStatus
-from vigil.house import House
-from vigil.processes import worker_pool
+from vigil.protocol.actions import Action, Report
+from vigil.protocol.episode import Episode, Family
+from vigil.protocol.goals import ReportStatus
+from vigil.protocol.house import House
+from vigil.protocol.world import Setup
 from vigil.scene.outlines import room_floor
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import Setup
 
 PER_HOUSE, TRIED = 3, 20
 HOUSE_RULE = "house_holds_episodes"

@@ -21,8 +21,8 @@ from vigil.authoring.drafting.proposals import Drafts
 from vigil.authoring.drafting.untold_constraints import left_untold
 from vigil.authoring.language.untold import untold
 from vigil.authoring.review.rules import ALIKE_TEMPLATE, INSIDE_TEMPLATE
-from vigil.episode import Family, Size
-from vigil.goals import STATE_LABELS, StateLabel
+from vigil.protocol.episode import Family, Size
+from vigil.protocol.goals import STATE_LABELS, StateLabel
 
 Proposals = Callable[[HouseContext], Drafts]
 

@@ -1,7 +1,7 @@
 """Hard starts: which things are hard to tell apart, and how hard a start is, guessed before anything is solved.
 
-For drafts that are to fill the upper levels of difficulty (`vigil.levels`): of several starts the hardest is kept, and
-things with many look-alikes and long names come first. A guess only: levels are measured on the solution.
+For drafts that are to fill the upper levels of difficulty (`vigil.scoring.levels`): of several starts the hardest is
+kept, and things with many look-alikes and long names come first. A guess only: levels are measured on the solution.
 """
 
 import math
@@ -9,15 +9,15 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from vigil.actions import REACH_M
 from vigil.authoring.language.referring import DescribedThing, Phrase, phrase_for, referents
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.oracle import Oracle
-from vigil.goals import OBSERVABLE_PX
-from vigil.levels import COSTS, Measures, index_of
-from vigil.pose import Pose
+from vigil.base.geometry import Pose
+from vigil.protocol.actions import REACH_M
+from vigil.protocol.goals import OBSERVABLE_PX
 from vigil.scene.geometry import box_distances, box_of
 from vigil.scene.things import Thing
+from vigil.scoring.levels import COSTS, Measures, index_of
 
 _NOTHING = Measures(
     path_m=0.0, turns=0, doors=0, rooms=1, look_alikes=0, target_px=0, containers=0, occlusion=0.0, slack=1.0,

@@ -8,10 +8,10 @@ from vigil.authoring.language.sentences import SEARCH_ORDERS
 from vigil.authoring.language.wording import order, spoken_of
 from vigil.authoring.review.containers import MOST_CLOSED, may_hold, sees_through
 from vigil.authoring.review.rules import INSIDE_TEMPLATE
-from vigil.episode import LOOKING_DOWN_DEG
-from vigil.goals import ObjectHeld
+from vigil.protocol.episode import LOOKING_DOWN_DEG
+from vigil.protocol.goals import ObjectHeld
+from vigil.protocol.world import Setup
 from vigil.scene.things import Thing
-from vigil.world import Setup
 
 
 def picking_from_inside(context: HouseContext) -> Drafts:

@@ -9,7 +9,6 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.actions import REACH_M
 from vigil.authoring.drafting.hard_starts import look_alikes, naming_cost, start_cost
 from vigil.authoring.language.phrases import phrases_of
 from vigil.authoring.language.referring import DescribedThing, Phrase, seen_items, without_repeats
@@ -19,16 +18,17 @@ from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.free_space import has_room
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.sights import PointCount, seeing_enough
-from vigil.episode import FAMILIES, Episode, Family, HouseRef, Provenance, Size
+from vigil.base.geometry import Pose, Vec3, wrap_deg, yaw_towards
 from vigil.errors import EpisodeError
-from vigil.goals import Goal
-from vigil.house import House
 from vigil.housegen.document import seed_of
-from vigil.pose import Pose, Vec3, wrap_deg, yaw_towards
+from vigil.protocol.actions import REACH_M
+from vigil.protocol.episode import FAMILIES, Episode, Family, HouseRef, Provenance, Size
+from vigil.protocol.goals import Goal
+from vigil.protocol.house import House
+from vigil.protocol.world import ObjectSetup, ObjectState, Setup
 from vigil.scene.geometry import box_distances, box_of
 from vigil.scene.things import Thing
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import ObjectSetup, ObjectState, Setup
 
 AUTHOR = "grammar"
 TRIED_STARTS = 80

@@ -22,13 +22,13 @@ from vigil.authoring.drafting.constraints import (
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import Drafts, is_in_view, is_seen, is_target, setup_for
 from vigil.authoring.solving.free_space import is_cut_off
-from vigil.episode import LOOKING_DOWN_DEG
-from vigil.goals import Constraint
-from vigil.pose import Pose
+from vigil.base.geometry import Pose
+from vigil.protocol.episode import LOOKING_DOWN_DEG
+from vigil.protocol.goals import Constraint
+from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.geometry import box_of
 from vigil.scene.outlines import BODY_RADIUS_M, thing_shapes
 from vigil.scene.things import Thing
-from vigil.world import ObjectSetup, Placement, Setup
 
 LEAVES = ("Doorway", "Fridge", "Cabinet", "WashingMachine", "ClothesDryer", "Drawer", "Safe", "Stove")
 LIGHT = ("Chair", "Stool", "GarbageCan", "LaundryHamper", "HousePlant", "VacuumCleaner")

@@ -28,11 +28,19 @@ from vigil.authoring.language.telling_apart import anchor_of, look_alikes, phras
 from vigil.authoring.language.wording import order, spoken_of
 from vigil.authoring.review.rules import ALIKE_TEMPLATE, place_blind_to
 from vigil.authoring.solving.aim import surface_points
-from vigil.episode import FAMILIES, LOOKING_DOWN_DEG, Family
-from vigil.goals import NEAR_M, OBSERVABLE_M, AgentNearTarget, Goal, ObjectInState, TargetGrounded, is_observable
-from vigil.pose import Pose, floor_distance, wrap_deg, yaw_towards
+from vigil.base.geometry import Pose, floor_distance, wrap_deg, yaw_towards
+from vigil.protocol.episode import FAMILIES, LOOKING_DOWN_DEG, Family
+from vigil.protocol.goals import (
+    NEAR_M,
+    OBSERVABLE_M,
+    AgentNearTarget,
+    Goal,
+    ObjectInState,
+    TargetGrounded,
+    is_observable,
+)
+from vigil.protocol.world import Setup
 from vigil.scene.things import Thing
-from vigil.world import Setup
 
 STARTS = 3
 """Starts out of the target's sight that are tried for one that sees a look-alike."""

@@ -17,8 +17,8 @@ from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import allows, is_target, size_of_thing
 from vigil.authoring.language.referring import phrase_for
-from vigil.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, Family
 from vigil.errors import first_fault
+from vigil.protocol.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, Family
 from vigil.scene.things import Thing
 
 Complete = Callable[[str], str]

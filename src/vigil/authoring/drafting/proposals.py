@@ -11,8 +11,9 @@ from vigil.authoring.drafting.house_context import MARGIN_PX, Clear, HouseContex
 from vigil.authoring.language.sentences import APPROACH, ORDERS, POINT, SEARCH, SEARCH_ORDERS, Sentences
 from vigil.authoring.language.wording import Act, order, question, spoken_of
 from vigil.authoring.review.rules import SMALL_START_PX, START_PX, STATE_START_PX, WIDE_OPEN, place_blind_to
-from vigil.episode import LOOKING_DOWN_DEG, Episode, Family, Size
-from vigil.goals import (
+from vigil.base.geometry import EYE_HEIGHT_M, Pose
+from vigil.protocol.episode import LOOKING_DOWN_DEG, Episode, Family, Size
+from vigil.protocol.goals import (
     NEAR_M,
     AgentNearTarget,
     Goal,
@@ -24,11 +25,10 @@ from vigil.goals import (
     is_observable,
     is_state_observable,
 )
-from vigil.pose import EYE_HEIGHT_M, Pose
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.supports import surface_named
 from vigil.scene.things import Thing
-from vigil.strata import size_of
-from vigil.world import ObjectSetup, Setup
+from vigil.scoring.strata import size_of
 
 CLEAR_PX, HARD_PX = 400, START_PX
 """Pixels of the object to act on in a start that a person finds clear, and in a hard one: what the rules ask for."""

@@ -9,11 +9,11 @@ from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, is_seen, is_tar
 from vigil.authoring.language.referring import Phrase
 from vigil.authoring.language.wording import opened, say, sequence, spoken_of
 from vigil.authoring.review.containers import BELONGS_IN, belongs_in
-from vigil.episode import LOOKING_DOWN_DEG, Episode
-from vigil.goals import Goal, ObjectAtReceptacle, ObjectHeld, ObjectInState
+from vigil.protocol.episode import LOOKING_DOWN_DEG, Episode
+from vigil.protocol.goals import Goal, ObjectAtReceptacle, ObjectHeld, ObjectInState
+from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.supports import is_level, surface_frame, surface_named
 from vigil.scene.things import Thing
-from vigil.world import ObjectSetup, Placement, Setup
 
 START_AWAY_M = (0.7, 4.0)
 

@@ -16,13 +16,13 @@ from pydantic import ValidationError
 
 from vigil.authoring.drafting.drafts import MOST_LINES, HouseOrigin
 from vigil.authoring.drafting.procthor import DATASET, REVISION, SPLITS, is_dataset, named, split_file
+from vigil.base.files import MIB, open_file
+from vigil.base.json_files import read_json
 from vigil.errors import HouseError, SettingError, did_you_mean, first_fault
-from vigil.files import MIB, open_file
-from vigil.house import MAX_HOUSE_BYTES, House
 from vigil.housegen import generate, spec_for
 from vigil.housegen.document import without_seed
-from vigil.private import is_secret, secret_name, secret_part
-from vigil.strict_json import read_json
+from vigil.packs.private import is_secret, secret_name, secret_part
+from vigil.protocol.house import MAX_HOUSE_BYTES, House
 
 MAX_LINES_BYTES = 16 * 1024 * MIB
 """Of a file of houses when it is not compressed."""

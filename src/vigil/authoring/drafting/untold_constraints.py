@@ -11,9 +11,9 @@ from vigil.authoring.language.referring import without_repeats
 from vigil.authoring.language.sentences import ORDERS
 from vigil.authoring.language.untold import untold
 from vigil.authoring.language.wording import Act, order, spoken_of
-from vigil.episode import Episode
-from vigil.goals import Goal, ObjectHeld, ObjectInState
-from vigil.world import Setup
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import Goal, ObjectHeld, ObjectInState
+from vigil.protocol.world import Setup
 
 
 def left_untold(told: Callable[[HouseContext], Drafts]) -> Callable[[HouseContext], Drafts]:

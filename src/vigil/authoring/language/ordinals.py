@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vigil.assets.catalog import CATALOG
-from vigil.pose import rotate_floor
+from vigil.base.geometry import rotate_floor
 from vigil.scene.supports import parts_of
 from vigil.scene.things import Scene, Thing
 

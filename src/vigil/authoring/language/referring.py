@@ -20,7 +20,7 @@ from vigil.assets.kernel.palette import COLOURS
 from vigil.authoring.language import ordinals
 from vigil.authoring.language.looks import colour_shares, is_misnamed, is_open_shelf, least_share, passes_for
 from vigil.authoring.language.relations import RELATIONS, Placed
-from vigil.pose import Box, rotate_floor
+from vigil.base.geometry import Box, rotate_floor
 from vigil.scene.geometry import box_of
 from vigil.scene.outlines import room_floor
 from vigil.scene.supports import parts_of, surface_named

@@ -10,7 +10,7 @@ from functools import lru_cache
 
 from shapely import Polygon
 
-from vigil.pose import Box, Vec3
+from vigil.base.geometry import Box, Vec3
 from vigil.scene.outlines import footprint
 
 BESIDE_M, LOOSELY_BESIDE_M = 0.35, 1.2

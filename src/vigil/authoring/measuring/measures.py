@@ -1,6 +1,6 @@
 """Measures: the figures that an episode's level follows from, taken from its house while its solution is replayed.
 
-Nothing is drawn: what a frame shows is asked of the simulator's rays. What the figures mean: `vigil.levels`.
+Nothing is drawn: what a frame shows is asked of the simulator's rays. What the figures mean: `vigil.scoring.levels`.
 """
 
 import math
@@ -9,7 +9,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from vigil.actions import Action, Navigate, Report
 from vigil.authoring.language.ordinals import bare
 from vigil.authoring.language.referring import Phrase, referents
 from vigil.authoring.review.containers import may_hold, room_said
@@ -18,12 +17,13 @@ from vigil.authoring.review.rules import INSIDE_TEMPLATE
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.goal_kinds import closed_around
-from vigil.episode import FAMILIES, Episode
-from vigil.goals import OBSERVABLE_PX
-from vigil.house import House
-from vigil.levels import Measures
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
+from vigil.protocol.actions import Action, Navigate, Report
+from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.goals import OBSERVABLE_PX
+from vigil.protocol.house import House
 from vigil.scene.things import Thing
+from vigil.scoring.levels import Measures
 from vigil.sim.privileged import PrivilegedSimulator
 
 ROOM_STEP_M = 0.1

@@ -20,14 +20,14 @@ from vigil.authoring.packing.rejections import rejected_by_rule
 from vigil.authoring.packing.strata import count_strata, stratum_of, text_guess
 from vigil.authoring.review.reviews import Review, apply_reviews, decisions
 from vigil.authoring.review.validate import Finding
-from vigil.episode import FAMILIES, Episode, Family, Solution
 from vigil.errors import EpisodeError
-from vigil.freezing import check_free, freeze
-from vigil.house import House, canonical_json
 from vigil.housegen.document import generators_of
-from vigil.levels import LEVELS_FILE, EpisodeLevel, Level, levels_bytes
-from vigil.pack import Pack
-from vigil.private import SEED_SHA256, is_secret, seed_sha256
+from vigil.packs.freeze import check_free, freeze
+from vigil.packs.pack import Pack
+from vigil.packs.private import SEED_SHA256, is_secret, seed_sha256
+from vigil.protocol.episode import FAMILIES, Episode, Family, Solution
+from vigil.protocol.house import House, canonical_json
+from vigil.scoring.levels import LEVELS_FILE, EpisodeLevel, Level, levels_bytes
 
 HOUSE_USES = 3
 """Episodes of one family in one house, at most."""

@@ -10,9 +10,9 @@ from pydantic import BaseModel, ConfigDict
 
 from vigil.authoring.packing.beside import FactsOfAPack, read_beside
 from vigil.authoring.packing.question_only import GuessScore, majority_guess, words_guess
-from vigil.episode import FAMILIES
-from vigil.pack import Pack
-from vigil.versions import reads_schema
+from vigil.base.versions import reads_schema
+from vigil.packs.pack import Pack
+from vigil.protocol.episode import FAMILIES
 
 BASELINES = "baselines.json"
 BASELINES_SCHEMA = 1
@@ -46,7 +46,7 @@ class Baselines(FactsOfAPack):
 
 
 def measured(pack: Pack, summaries: Mapping[str, Mapping[str, Any]], version: str) -> Baselines:
-    """Returns the baselines of a pack, given each agent's summary (`vigil.summary.summarise`)."""
+    """Returns the baselines of a pack, given each agent's summary (`vigil.scoring.summary.summarise`)."""
     agents = {
         name: {"all": _score(summary["overall"])}
         | {family: _score(rates) for family, rates in summary["families"].items()}

@@ -4,9 +4,9 @@ from typing import TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from vigil.base.files import inside, read_file
 from vigil.errors import PackMismatch, first_fault
-from vigil.files import inside, read_file
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
 
 
 class FactsOfAPack(BaseModel):

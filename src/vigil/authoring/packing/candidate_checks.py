@@ -11,8 +11,8 @@ from vigil.authoring.drafting.drafts import DraftsFile
 from vigil.authoring.packing.assemble import Candidate, CandidateCheck
 from vigil.authoring.packing.verify import OnVerified, VerificationSettings, findings_of
 from vigil.authoring.review.validate import Finding
-from vigil.episode import Episode
-from vigil.house import House
+from vigil.protocol.episode import Episode
+from vigil.protocol.house import House
 
 
 def checks_beside(file: DraftsFile) -> Path:

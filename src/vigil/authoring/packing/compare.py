@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from vigil.episode import Episode
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
+from vigil.protocol.episode import Episode
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from vigil.authoring.review.validate import Validator
-from vigil.episode import Episode
-from vigil.pack import Pack
-from vigil.pose import Box, distance, turn_between
-from vigil.record import EpisodeRecord
-from vigil.scoring import settle
+from vigil.base.geometry import Box, distance, turn_between
+from vigil.packs.pack import Pack
+from vigil.protocol.episode import Episode
+from vigil.protocol.world import Effect, ObjectState, WorldState
+from vigil.records.record import EpisodeRecord
+from vigil.scoring.outcomes import settle
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import Effect, ObjectState, WorldState
 
 SAME_M, SAME_DEG, SAME_OPENNESS = 1e-3, 0.01, 1e-3
 SAME_CLICK_M = 0.01

@@ -8,15 +8,15 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from vigil.actions import SKILLS
 from vigil.authoring.packing.baselines import baselines_table, guess_lines, read_baselines
 from vigil.authoring.packing.plays import plays_table, read_plays
 from vigil.authoring.packing.rejections import rejection_lines
 from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
-from vigil.episode import FAMILIES
-from vigil.levels import LEVELS
-from vigil.pack import Pack
-from vigil.private import is_private
+from vigil.packs.pack import Pack
+from vigil.packs.private import is_private
+from vigil.protocol.actions import SKILLS
+from vigil.protocol.episode import FAMILIES
+from vigil.scoring.levels import LEVELS
 
 CARD = "README.md"
 TABLES = ("episodes", "solutions", "facts", "levels", "closure")
@@ -75,7 +75,7 @@ to look at, and what the search found |
 Lengths are in metres, angles in degrees; poses are in AI2-THOR's frame (y up, left-handed).
 
 `datasets.load_dataset("path/to/this/folder", "episodes")` reads a table. It may add nulls for what a goal, a setup or
-an action does not have, and round floats inside of them to ten decimal places; `vigil.pack.Pack.load` gives the file's
+an action does not have, and round floats inside of them to ten decimal places; `vigil.Pack.load` gives the file's
 own values, and checks its hashes.
 """
 

@@ -5,10 +5,10 @@ from concurrent.futures import Future
 
 from vigil.authoring.measuring.measures import measured
 from vigil.authoring.packing.verify import HouseBatch, VerificationSettings, bundles
-from vigil.house import House
-from vigil.levels import EpisodeLevel, graded
-from vigil.pack import Pack
-from vigil.processes import worker_pool
+from vigil.base.processes import worker_pool
+from vigil.packs.pack import Pack
+from vigil.protocol.house import House
+from vigil.scoring.levels import EpisodeLevel, graded
 from vigil.sim.privileged import PrivilegedSimulator
 
 OnMeasured = Callable[[int, int], None]

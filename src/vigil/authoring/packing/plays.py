@@ -9,12 +9,12 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from vigil.actions import Status
 from vigil.authoring.packing.beside import FactsOfAPack, read_beside
-from vigil.levels import LEVELS
-from vigil.pack import Pack
-from vigil.rates import wilson
-from vigil.versions import reads_schema
+from vigil.base.versions import reads_schema
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Status
+from vigil.scoring.levels import LEVELS
+from vigil.scoring.rates import wilson
 
 PLAYS = "plays.json"
 PLAYS_SCHEMA = 1

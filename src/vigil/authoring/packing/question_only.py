@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import log
 
-from vigil.actions import Report, Status
-from vigil.episode import Episode, Solution
-from vigil.goals import ReportStatus
-from vigil.rates import wilson
+from vigil.protocol.actions import Report, Status
+from vigil.protocol.episode import Episode, Solution
+from vigil.protocol.goals import ReportStatus
+from vigil.scoring.rates import wilson
 
 PAIRS: dict[str, tuple[Status, Status]] = {"is_toggled": ("off", "on"), "is_open": ("closed", "open")}
 

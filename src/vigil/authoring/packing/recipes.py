@@ -20,18 +20,18 @@ from vigil.authoring.drafting.procthor import DATASET
 from vigil.authoring.drafting.sources import Filed, dataset_houses, read_all
 from vigil.authoring.language.sentences import Forms
 from vigil.authoring.packing.assemble import PackRequest
-from vigil.closure import SUITE, Kind
-from vigil.episode import Family
+from vigil.base.files import read_file
+from vigil.base.json_files import read_json
+from vigil.base.versions import PackVersions, reads_schema
 from vigil.errors import HouseError, PackMismatch, SettingError, did_you_mean, first_fault
-from vigil.files import read_file
-from vigil.levels import Level
-from vigil.pack import other_assets
-from vigil.pack_files import NAME_PATTERN
-from vigil.strict_json import read_json
-from vigil.versions import PackVersions, reads_schema
+from vigil.packs.files import NAME_PATTERN
+from vigil.packs.pack import other_assets
+from vigil.protocol.episode import Family
+from vigil.scoring.closure import SUITE, Kind
+from vigil.scoring.levels import Level
 
 RECIPE_SCHEMA = 1
-PACKAGED = Path(str(files("vigil") / "recipes"))
+PACKAGED = Path(str(files("vigil") / "data" / "recipes"))
 LIBRARIES = ("vigil-bench", "mujoco", "numpy", "scipy", "shapely")
 """Whose versions may move a float, and with it a pack's bytes."""
 MOST_STARTS = 1000

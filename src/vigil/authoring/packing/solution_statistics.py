@@ -4,8 +4,8 @@ from collections import Counter
 from collections.abc import Callable
 from typing import TypeVar
 
-from vigil.episode import FAMILIES, Family, Solution
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
+from vigil.protocol.episode import FAMILIES, Family, Solution
 
 _Value = TypeVar("_Value")
 

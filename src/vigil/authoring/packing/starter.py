@@ -12,20 +12,20 @@ from pathlib import Path
 
 import numpy as np
 
-from vigil.actions import Action
 from vigil.authoring.drafting.drafts import id_stem
 from vigil.authoring.drafting.grammar import GRAMMAR, Proposals
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.review.validate import Validator
-from vigil.episode import Episode, Family, Solution
 from vigil.errors import EpisodeError, SettingError
-from vigil.freezing import freeze
-from vigil.house import House
 from vigil.housegen.base.spec import spec_for
 from vigil.housegen.document import generators_of
 from vigil.housegen.generate import generate
-from vigil.pack import Pack
+from vigil.packs.freeze import freeze
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Action
+from vigil.protocol.episode import Episode, Family, Solution
+from vigil.protocol.house import House
 from vigil.sim.privileged import PrivilegedSimulator
 
 NAME = "starter"

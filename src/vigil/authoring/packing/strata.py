@@ -8,9 +8,9 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from vigil.authoring.drafting.drafts import DraftFacts
-from vigil.episode import FAMILIES, Episode
-from vigil.goals import ReportStatus
-from vigil.strata import distance_band
+from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.goals import ReportStatus
+from vigil.scoring.strata import distance_band
 
 AREA_BANDS_M2 = (20.0, 40.0)
 

@@ -14,18 +14,18 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
-from vigil.actions import Action
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.review.rules import RULES
 from vigil.authoring.review.validate import Finding, Validator
-from vigil.episode import Episode, Solution
-from vigil.house import House, canonical_json
-from vigil.jsonl import AppendFile, dump_line, parse
-from vigil.pack import Pack
-from vigil.processes import worker_pool
+from vigil.base.json_lines import AppendFile, dump_line, parse
+from vigil.base.processes import worker_pool
+from vigil.base.versions import PackVersions
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Action
+from vigil.protocol.episode import Episode, Solution
+from vigil.protocol.house import House, canonical_json
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.versions import PackVersions
 
 
 @dataclass(frozen=True, slots=True)

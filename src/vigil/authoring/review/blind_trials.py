@@ -1,9 +1,9 @@
 """Blind trials: an episode that an agent without sight completes does not measure sight, so no pack holds it."""
 
-from vigil.actions import Action, Report
 from vigil.agents.scripted import EXPLORING, POINTING, TURNING, WALKING, clicking
-from vigil.episode import FAMILIES, Episode
-from vigil.goals import AgentNearTarget, ObjectHeld, ObjectInState, TargetGrounded
+from vigil.protocol.actions import Action, Report
+from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.goals import AgentNearTarget, ObjectHeld, ObjectInState, TargetGrounded
 
 
 def blind_trials(episode: Episode, *, is_draft: bool) -> list[tuple[Action, ...]]:

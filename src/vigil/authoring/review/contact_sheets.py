@@ -7,8 +7,8 @@ from pathlib import Path
 from PIL import Image, ImageDraw, ImageFont
 
 from vigil.authoring.review.reviews import queue
-from vigil.episode import FAMILIES, Episode
-from vigil.house import House
+from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.house import House
 from vigil.sim.protocol import Simulator
 
 COLUMNS = 2

@@ -8,15 +8,15 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from vigil.actions import REACH_M
 from vigil.authoring.language.referring import DescribedThing, Phrase
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.goal_kinds import closed_around
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
+from vigil.protocol.actions import REACH_M
+from vigil.protocol.world import OPEN_ABOVE
 from vigil.scene.geometry import box_distances, box_of
 from vigil.scene.things import Thing
-from vigil.world import OPEN_ABOVE
 
 BELONGS_IN = {
     "Fridge": ("Apple", "Tomato", "Lettuce", "Egg", "Bottle", "WineBottle", "Potato", "Bread", "Bowl", "Plate"),

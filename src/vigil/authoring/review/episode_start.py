@@ -6,12 +6,12 @@ from functools import cached_property
 
 from vigil.authoring.language.referring import DescribedThing, Phrase, items_of, mentions, resolved
 from vigil.authoring.solving.oracle import Oracle
-from vigil.episode import Episode
-from vigil.goal_check import GoalRow, check
-from vigil.goals import Goal
-from vigil.house import House
-from vigil.record import EpisodeRecord
-from vigil.world import ObjectState, WorldState
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import Goal
+from vigil.protocol.house import House
+from vigil.protocol.world import ObjectState, WorldState
+from vigil.records.record import EpisodeRecord
+from vigil.scoring.goal_check import GoalRow, check
 
 
 @dataclass(frozen=True)

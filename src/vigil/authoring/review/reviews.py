@@ -14,10 +14,10 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from vigil.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, Size
-from vigil.house import canonical_json
-from vigil.jsonl import append_line, dump_line, parse, read_lines
-from vigil.versions import reads_schema
+from vigil.base.json_lines import append_line, dump_line, parse, read_lines
+from vigil.base.versions import reads_schema
+from vigil.protocol.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, Size
+from vigil.protocol.house import canonical_json
 
 REVIEW_SCHEMA = 1
 Verdict = Literal["approve", "reject", "edit", "difficulty", "note"]

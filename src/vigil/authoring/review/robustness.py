@@ -11,20 +11,20 @@ from itertools import islice
 import numpy as np
 import shapely
 
-from vigil.actions import Report
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.solving import moves
 from vigil.authoring.solving.free_space import FREE_M, has_room
 from vigil.authoring.solving.macro_actions import Unsolvable
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.solvers import solve_noisily
+from vigil.base.geometry import heading
 from vigil.env import Env
-from vigil.episode import Episode
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.pose import heading
-from vigil.record import EpisodeRecord
+from vigil.protocol.actions import Report
+from vigil.protocol.episode import Episode
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.records.record import EpisodeRecord
 from vigil.scene.outlines import wall_shapes
-from vigil.scoring import settle
+from vigil.scoring.outcomes import settle
 
 TRIES, NEEDED = 10, 9
 LATTICE = (32, 24)

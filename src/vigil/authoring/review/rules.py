@@ -6,7 +6,6 @@ A rule is a function of a `EpisodeStart` that yields what is wrong. Source: `pro
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from vigil.actions import REACH_HEIGHT_M, REACH_M
 from vigil.authoring.language.telling_apart import anchor_of, look_alikes
 from vigil.authoring.language.untold import is_untold, says_constraint, untold
 from vigil.authoring.language.wording import asks_inside
@@ -17,8 +16,11 @@ from vigil.authoring.solving.free_space import places_within
 from vigil.authoring.solving.macro_actions import MacroActions
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.goal_kinds import closed_around, is_doable
-from vigil.episode import FAMILIES, Episode, Family
-from vigil.goals import (
+from vigil.base.geometry import Pose, Vec3
+from vigil.packs.pack import protocol_faults
+from vigil.protocol.actions import REACH_HEIGHT_M, REACH_M
+from vigil.protocol.episode import FAMILIES, Episode, Family
+from vigil.protocol.goals import (
     STATE_LABELS,
     AgentNearTarget,
     AllOf,
@@ -29,8 +31,6 @@ from vigil.goals import (
     ReportStatus,
     is_observable,
 )
-from vigil.pack import protocol_faults
-from vigil.pose import Pose, Vec3
 from vigil.scene.geometry import box_of
 from vigil.scene.outlines import room_floor
 from vigil.scene.things import Thing

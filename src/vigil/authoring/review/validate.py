@@ -7,7 +7,6 @@ by the same scoring as any run. Source: `protocol.md` section 4.4.
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from vigil.actions import REACH_M, Action, InteractPixel, Report
 from vigil.authoring.review.blind_trials import blind_trials
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.robustness import ROBUST_RULES, robust_faults
@@ -20,16 +19,17 @@ from vigil.authoring.ways.solvers import solution
 from vigil.authoring.ways.synthetic_records import SyntheticWorlds, record_of
 from vigil.authoring.ways.wrong_ways import WrongWay, wins, wrong_ways
 from vigil.env import Env
-from vigil.episode import FAMILIES, Episode
 from vigil.errors import EpisodeError, PackMismatch
-from vigil.goals import OBSERVABLE_M, OBSERVABLE_PX, AgentNearTarget, ObjectInState, ReportStatus
-from vigil.house import House
-from vigil.pack import Pack, check_house
-from vigil.profile import Profile
-from vigil.record import EpisodeRecord
-from vigil.scoring import settle
+from vigil.packs.pack import Pack, check_house
+from vigil.protocol.actions import REACH_M, Action, InteractPixel, Report
+from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.goals import OBSERVABLE_M, OBSERVABLE_PX, AgentNearTarget, ObjectInState, ReportStatus
+from vigil.protocol.house import House
+from vigil.protocol.profile import Profile
+from vigil.protocol.world import ObjectState
+from vigil.records.record import EpisodeRecord
+from vigil.scoring.outcomes import settle
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import ObjectState
 
 BUDGET_SHARE = 0.8
 

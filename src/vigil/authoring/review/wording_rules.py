@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from vigil.authoring.language.referring import BETWEEN, ROOM_NAMES, DescribedThing, Phrase, referents, seen_items
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.rules import Faults, Rule, every_family, only
-from vigil.goals import ObjectHeld
+from vigil.protocol.goals import ObjectHeld
 
 VAGUE = re.compile(
     r"\b(clear(?:ly)?|well in view|in front of you|good (?:view|look)|close by|close to|nearby|near by)\b"

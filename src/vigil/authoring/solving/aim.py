@@ -10,8 +10,8 @@ from functools import lru_cache
 import numpy as np
 
 from vigil.assets.kernel.asset import Asset, Part
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.scene.geometry import part_motion
 from vigil.scene.things import Thing
 

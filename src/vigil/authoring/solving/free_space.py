@@ -9,9 +9,9 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.actions import REACH_M
 from vigil.authoring.solving.paths import Point2, WalkableMap
-from vigil.pose import Box, Pose, heading
+from vigil.base.geometry import Box, Pose, heading
+from vigil.protocol.actions import REACH_M
 from vigil.scene.outlines import BODY_RADIUS_M, footprint, thing_shapes, wall_shapes, whole_floor
 from vigil.scene.things import Scene, Thing
 

@@ -10,18 +10,18 @@ from itertools import islice
 
 import numpy as np
 
-from vigil.actions import REACH_M, Action, Intent, InteractPixel
 from vigil.assets.kernel.asset import Surface
 from vigil.authoring.solving import moves
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.viewpoints import Places, Viewpoint, ViewpointQuery, viewpoints
+from vigil.base.geometry import Box
 from vigil.errors import EpisodeError
-from vigil.pose import Box
+from vigil.protocol.actions import REACH_M, Action, Intent, InteractPixel
+from vigil.protocol.world import Effect, RefusalCode
 from vigil.scene.geometry import Motion, box_distances, box_of
 from vigil.scene.supports import headroom, level_surfaces
 from vigil.scene.things import Thing
-from vigil.world import Effect, RefusalCode
 
 REACH_MARGIN_M = 0.04
 CLOSE_M = 0.35

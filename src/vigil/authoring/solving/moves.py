@@ -7,7 +7,8 @@ import json
 import math
 from collections.abc import Iterator
 
-from vigil.actions import (
+from vigil.base.geometry import Pose, Vec3, turn_between, yaw_towards
+from vigil.protocol.actions import (
     HORIZON_DOWN_DEG,
     HORIZON_UP_DEG,
     MAX_STEPS_PER_ACTION,
@@ -19,7 +20,6 @@ from vigil.actions import (
     Navigate,
     Reply,
 )
-from vigil.pose import Pose, Vec3, turn_between, yaw_towards
 
 TURN_DECIMALS = 2
 STEP_DECIMALS = 3

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from vigil.actions import REACH_M, STEP_M, Action, Intent, InteractPixel, Navigate
 from vigil.authoring.solving import moves
 from vigil.authoring.solving.aim import in_frame, surface_points
 from vigil.authoring.solving.clearance import WaysTo
@@ -18,7 +17,8 @@ from vigil.authoring.solving.noisy_body import NoisyBody
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.paths import Point2
 from vigil.authoring.solving.viewpoints import Viewpoint, view_ahead
-from vigil.pose import Pose, Vec3, heading, turn_between, yaw_towards
+from vigil.base.geometry import Pose, Vec3, heading, turn_between, yaw_towards
+from vigil.protocol.actions import REACH_M, STEP_M, Action, Intent, InteractPixel, Navigate
 from vigil.scene.geometry import box_of
 from vigil.scene.things import Thing
 from vigil.sim.core.sight import project

@@ -5,10 +5,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vigil.actions import MAX_STEPS_PER_ACTION, STEP_M, Intent, InteractPixel, Navigate
 from vigil.authoring.solving import moves
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.pose import turn_between
+from vigil.base.geometry import turn_between
+from vigil.protocol.actions import MAX_STEPS_PER_ACTION, STEP_M, Intent, InteractPixel, Navigate
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 
 TURN_ERROR_DEG = 5.0
 CLICK_ERROR_PX = 6.0

@@ -9,15 +9,15 @@ from cachetools import LRUCache
 from scipy.ndimage import distance_transform_edt
 from shapely.geometry.base import BaseGeometry
 
-from vigil.actions import InteractPixel, PhysicalAction
 from vigil.authoring.solving.clearance import ClearanceGrid
 from vigil.authoring.solving.free_space import Obstacles
 from vigil.authoring.solving.paths import Point2, ShortestPaths, WalkableMap
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
+from vigil.protocol.actions import InteractPixel, PhysicalAction
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.world import Effect, ObjectState, RefusalCode, WorldState
 from vigil.scene.things import Scene, Thing
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import Effect, ObjectState, RefusalCode, WorldState
 
 KEPT_PLANS = 32
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 PORTIONS = 4
 """Points are looked for in so many goes, each of them spread over the whole thing."""

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vigil.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG
 from vigil.authoring.solving.aim import in_frame, pitch_to
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.paths import Point2, ShortestPaths
-from vigil.pose import Pose, Vec3, turn_between, yaw_towards
+from vigil.base.geometry import Pose, Vec3, turn_between, yaw_towards
+from vigil.protocol.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG
 from vigil.sim.core.sight import project
 
 BORDER_PX = 12.0

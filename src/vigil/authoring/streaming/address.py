@@ -3,11 +3,11 @@
 import re
 
 from vigil.authoring.drafting.drafts import DRAFTS_VERSION
+from vigil.base.versions import RULES_VERSION, SHAPES_VERSION
 from vigil.errors import SettingError
 from vigil.housegen.generate import GENERATOR_VERSION
-from vigil.pack_names import STREAM
-from vigil.private import secret_name
-from vigil.versions import RULES_VERSION, SHAPES_VERSION
+from vigil.packs.names import STREAM
+from vigil.packs.private import secret_name
 
 _ADDRESS = re.compile(rf"{STREAM}(?P<seed>\d{{1,40}})(?:@(?P<version>[\d.]+))?", re.ASCII)
 

@@ -9,8 +9,8 @@ from collections.abc import Iterable
 from typing import Literal, get_args
 
 from vigil.authoring.drafting.drafts import Draft
-from vigil.episode import Family, Size
 from vigil.errors import SettingError, did_you_mean
+from vigil.protocol.episode import Family, Size
 
 Difficulty = Literal["easy", "medium", "hard"]
 DIFFICULTIES: tuple[Difficulty, ...] = get_args(Difficulty)

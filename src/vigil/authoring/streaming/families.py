@@ -5,9 +5,9 @@ from collections.abc import Mapping
 
 from vigil.authoring.drafting.grammar import GRAMMAR, Proposals
 from vigil.authoring.streaming.difficulty import MOST_ACTIONS
-from vigil.episode import FAMILIES, Family
+from vigil.base.imports import VARIABLE
 from vigil.errors import SettingError
-from vigil.imports import VARIABLE
+from vigil.protocol.episode import FAMILIES, Family
 
 _own: set[Family] = set()
 
@@ -21,7 +21,7 @@ def register_drafts(family: Family, kinds: Mapping[str, Proposals], *, most_acti
     if family not in FAMILIES or (family in GRAMMAR and family not in _own):
         raise SettingError(
             f"Drafts for family {family!r}: it is the package's own, or unknown. Register the family first, with "
-            "vigil.episode.register_family."
+            "vigil.protocol.episode.register_family."
         )
     if not kinds or not 0 < most_actions[0] <= most_actions[1]:
         raise SettingError(

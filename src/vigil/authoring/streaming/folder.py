@@ -19,15 +19,15 @@ from vigil.authoring.streaming.address import address_of, hidden_address_of
 from vigil.authoring.streaming.difficulty import Difficulty, difficulty_of
 from vigil.authoring.streaming.houses import StreamHouse
 from vigil.authoring.streaming.stream import Stream, StreamItem, items_in
-from vigil.episode import Family
+from vigil.base.json_lines import AppendFile, Line, dump_line, parse
 from vigil.errors import SettingError
-from vigil.freezing import check_free, freeze
-from vigil.house import canonical_json
 from vigil.housegen.document import generators_of
-from vigil.jsonl import AppendFile, Line, dump_line, parse
-from vigil.pack import Pack, manifest_of
-from vigil.pack_files import MANIFEST
-from vigil.private import SEED_SHA256, seed_sha256
+from vigil.packs.files import MANIFEST
+from vigil.packs.freeze import check_free, freeze
+from vigil.packs.pack import Pack, manifest_of
+from vigil.packs.private import SEED_SHA256, seed_sha256
+from vigil.protocol.episode import Family
+from vigil.protocol.house import canonical_json
 
 ADVICE = "Remove it; it is made anew."
 OnItem = Callable[[int], None]

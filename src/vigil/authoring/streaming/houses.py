@@ -19,10 +19,10 @@ from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.sources import MIXED, Seeded, secret_house
 from vigil.authoring.streaming.address import stream_version
 from vigil.authoring.streaming.difficulty import DIFFICULTIES, Difficulty, difficulty_of
-from vigil.episode import FAMILIES, Episode, Family
-from vigil.house import House, canonical_json
-from vigil.pack import manifest_of, packaged_names
-from vigil.pack_files import HOUSES
+from vigil.packs.files import HOUSES
+from vigil.packs.pack import manifest_of, packaged_names
+from vigil.protocol.episode import FAMILIES, Episode, Family
+from vigil.protocol.house import House, canonical_json
 
 PER_HOUSE, TRIED = 4, 8
 """Episodes kept, and drafts validated, of each family in each house, shared out among its kinds."""

@@ -22,9 +22,9 @@ from vigil.authoring.streaming.background import HousePool
 from vigil.authoring.streaming.difficulty import DIFFICULTIES, Difficulty, difficulty_of
 from vigil.authoring.streaming.families import families_of_stream
 from vigil.authoring.streaming.houses import StreamHouse, StreamHouseMaker, StreamSettings
-from vigil.episode import Episode, Family, Solution
 from vigil.errors import SettingError
-from vigil.house import House
+from vigil.protocol.episode import Episode, Family, Solution
+from vigil.protocol.house import House
 
 HOUSES_AHEAD = 2
 """Houses that are being made or wait to be read, for each background process."""

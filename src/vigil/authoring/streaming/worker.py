@@ -13,8 +13,8 @@ import traceback
 from typing import BinaryIO
 
 from vigil.authoring.streaming.houses import StreamHouse, StreamHouseMaker, StreamSettings
+from vigil.base.imports import import_named_modules
 from vigil.errors import SimulatorError, VigilError
-from vigil.imports import import_named_modules
 
 Asked = tuple[StreamSettings, int]
 

@@ -1,9 +1,9 @@
 """How a constraint is resolved."""
 
-from vigil.actions import Intent
 from vigil.authoring.solving.macro_actions import MacroActions
 from vigil.authoring.ways.goal_kinds import Steps, is_doable
-from vigil.goals import Constraint, Goal, ObjectHeld
+from vigil.protocol.actions import Intent
+from vigil.protocol.goals import Constraint, Goal, ObjectHeld
 
 
 def lift(constraint: Constraint, goal: Goal, macro_actions: MacroActions) -> Steps:

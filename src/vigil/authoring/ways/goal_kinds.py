@@ -1,7 +1,7 @@
 """Each kind of goal: the actions that bring it about, and the report that closes it.
 
-`vigil.goals` defines, checks and words a kind of goal; this module and `goal_wrong_ways`, what only looks like it, are
-all that making packs of it needs besides.
+`vigil.protocol.goals` defines, checks and words a kind of goal; this module and `goal_wrong_ways`, what only looks like
+it, are all that making packs of it needs besides.
 """
 
 from collections.abc import Callable, Iterator
@@ -10,12 +10,13 @@ from typing import assert_never
 
 import numpy as np
 
-from vigil.actions import Action, Intent, Status
 from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.viewpoints import Places, ViewpointQuery, viewpoints
-from vigil.goals import (
+from vigil.base.geometry import floor_distance
+from vigil.protocol.actions import Action, Intent, Status
+from vigil.protocol.goals import (
     STRICTLY_CLOSED,
     STRICTLY_OPEN,
     AgentNearTarget,
@@ -29,10 +30,9 @@ from vigil.goals import (
     is_observable,
     state_label,
 )
-from vigil.pose import floor_distance
+from vigil.protocol.world import OPEN_ABOVE
 from vigil.scene.geometry import box_distances, box_of
 from vigil.scene.supports import is_shut, surface_named
-from vigil.world import OPEN_ABOVE
 
 NEAR_MARGIN_M = 0.06
 CLEAR_PX = 260

@@ -6,12 +6,13 @@ from typing import assert_never
 
 import numpy as np
 
-from vigil.actions import Report, Status
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.ways.synthetic_records import SyntheticStep, with_change
 from vigil.authoring.ways.wrong_places import neighbours, off, upon
 from vigil.authoring.ways.wrong_worlds import WrongWorlds
-from vigil.goals import (
+from vigil.base.geometry import floor_distance, wrap_deg
+from vigil.protocol.actions import Report, Status
+from vigil.protocol.goals import (
     STATE_LABELS,
     AgentNearTarget,
     AllOf,
@@ -24,11 +25,10 @@ from vigil.goals import (
     TargetGrounded,
     is_observable,
 )
-from vigil.pose import floor_distance, wrap_deg
-from vigil.record import EpisodeRecord
+from vigil.protocol.world import Placement, Setup
+from vigil.records.record import EpisodeRecord
 from vigil.scene.geometry import box_distances, box_of
 from vigil.scene.things import Thing
-from vigil.world import Placement, Setup
 
 SHORT_M = (0.03, 0.4)
 """How far beyond the threshold of nearness one stops short."""

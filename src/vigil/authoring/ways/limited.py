@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vigil.actions import Action, Navigate, Report
 from vigil.authoring.language.referring import Phrase, items_of, referents
 from vigil.authoring.solving import moves
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
@@ -21,9 +20,10 @@ from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.solving.paths import Point2
 from vigil.authoring.ways.constraints import lift
 from vigil.authoring.ways.goal_kinds import Steps, achieve, closing_status, reach
-from vigil.episode import FAMILIES, Episode
-from vigil.goals import OBSERVABLE_PX, Constraint, Goal
-from vigil.world import CLOSED_BELOW
+from vigil.protocol.actions import Action, Navigate, Report
+from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.goals import OBSERVABLE_PX, Constraint, Goal
+from vigil.protocol.world import CLOSED_BELOW
 
 QUARTER_DEG = 90.0
 FOUND_AFTER_M = 2.0

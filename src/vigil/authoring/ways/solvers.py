@@ -10,7 +10,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vigil.actions import Action, InteractPixel, Reply, Report
 from vigil.authoring.solving import moves
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.noisy_actions import NoisyMacroActions
@@ -18,9 +17,10 @@ from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.constraints import lift
 from vigil.authoring.ways.goal_kinds import Steps, achieve, closing_status, do_anyway, reach
 from vigil.authoring.ways.limited import LIMITED, play_limited
-from vigil.episode import FAMILIES, Episode
 from vigil.errors import SettingError
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
+from vigil.protocol.actions import Action, InteractPixel, Reply, Report
+from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
 from vigil.sim.privileged import PrivilegedSimulator
 
 

@@ -7,13 +7,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from vigil.actions import Action, Navigate, Reply, Report, Status
-from vigil.episode import Episode
+from vigil.base.geometry import Pose
 from vigil.errors import EpisodeError
-from vigil.pose import Pose
-from vigil.record import EpisodeRecord, StepRecord
+from vigil.protocol.actions import Action, Navigate, Reply, Report, Status
+from vigil.protocol.episode import Episode
+from vigil.protocol.world import Effect, ObjectSetup, Setup, WorldState
+from vigil.records.record import EpisodeRecord, StepRecord
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import Effect, ObjectSetup, Setup, WorldState
 
 STEP = Navigate(mode="forward", magnitude=1.0)
 """Stands in a record for whatever would have brought a world about."""

@@ -7,12 +7,12 @@ import numpy as np
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Surface
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
+from vigil.protocol.world import Placement
 from vigil.scene.geometry import Motion, box_distances, box_of
 from vigil.scene.supports import contents, level_surfaces, takes_off
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.placing import open_surfaces
-from vigil.world import Placement
 
 GRID = 15
 MOST_NEIGHBOURS = 2

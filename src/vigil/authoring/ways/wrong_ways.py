@@ -10,9 +10,9 @@ from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.goal_wrong_ways import wrongly_reached
 from vigil.authoring.ways.synthetic_records import SyntheticWorlds
 from vigil.authoring.ways.wrong_worlds import WrongWorlds
-from vigil.episode import Episode
-from vigil.record import EpisodeRecord
-from vigil.scoring import settle
+from vigil.protocol.episode import Episode
+from vigil.records.record import EpisodeRecord
+from vigil.scoring.outcomes import settle
 
 
 @dataclass(frozen=True, slots=True)

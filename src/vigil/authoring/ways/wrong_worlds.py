@@ -4,17 +4,17 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from vigil.actions import InteractPixel, Status
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.language.referring import LOOK_ALIKES
 from vigil.authoring.solving.moves import click
 from vigil.authoring.solving.oracle import Oracle
 from vigil.authoring.ways.synthetic_records import SyntheticStep, SyntheticWorlds, record_of
-from vigil.episode import Episode
-from vigil.pose import Pose, floor_distance, yaw_towards
-from vigil.record import EpisodeRecord
+from vigil.base.geometry import Pose, floor_distance, yaw_towards
+from vigil.protocol.actions import InteractPixel, Status
+from vigil.protocol.episode import Episode
+from vigil.protocol.world import Setup
+from vigil.records.record import EpisodeRecord
 from vigil.scene.things import Thing
-from vigil.world import Setup
 
 TRIED_POSES = 6
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from vigil.cli.text import say
 from vigil.errors import RecordError, SettingError, did_you_mean
-from vigil.record import Key
+from vigil.records.record import Key
 from vigil.web.drawing import RenderService
 from vigil.web.export import FilmForm, episode_film, episode_page, export_site
 from vigil.web.library import Library, ShownRun

@@ -19,9 +19,9 @@ from vigil.authoring.packing.verify import VerificationSettings
 from vigil.authoring.review.reviews import Review
 from vigil.authoring.review.validate import Finding
 from vigil.cli.making.drafting import drafting_of
-from vigil.closure import KINDS, Kind
 from vigil.errors import SettingError, did_you_mean
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
+from vigil.scoring.closure import KINDS, Kind
 
 Suite = Annotated[
     Literal["closure"] | None,

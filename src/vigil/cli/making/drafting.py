@@ -11,8 +11,8 @@ from vigil.authoring.drafting.generation import GenerationProgress, GenerationSe
 from vigil.authoring.language.sentences import Forms
 from vigil.authoring.packing.assemble import PackRequest
 from vigil.authoring.packing.verify import VerificationSettings
-from vigil.episode import FAMILIES
-from vigil.private import is_secret
+from vigil.packs.private import is_secret
+from vigil.protocol.episode import FAMILIES
 
 FormsName = Literal["public", "held-out", "all"]
 FormsOption = Annotated[

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from vigil.authoring.drafting.sources import OnDownload, Source, drawn, filed, seeded
 from vigil.cli.making.closure import SMALL_HOUSES
 from vigil.errors import SettingError
-from vigil.private import NEW_SEED, is_secret
+from vigil.packs.private import NEW_SEED, is_secret
 
 HOUSES_PER_EPISODE, LEAST_HOUSES = 1.12, 12
 """Houses for each episode of a family, unless said otherwise."""

@@ -8,13 +8,13 @@ import typer
 from vigil.authoring.streaming.difficulty import Difficulty, difficulties_named
 from vigil.authoring.streaming.folder import write_stream
 from vigil.authoring.streaming.stream import Stream
+from vigil.base.settings import Setting
 from vigil.cli.arguments import SeedFile
 from vigil.cli.progress import progress
 from vigil.errors import SettingError
-from vigil.private import chosen_seed, is_secret
+from vigil.packs.private import chosen_seed, is_secret
 from vigil.runner.shared_settings import Families, Workers
 from vigil.runner.workers.pool import worker_count
-from vigil.setting import Setting
 
 Difficulties = Annotated[
     tuple[Difficulty, ...],

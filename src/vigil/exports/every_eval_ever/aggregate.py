@@ -4,16 +4,16 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from vigil.actions import SKILLS
-from vigil.episode import FAMILIES
 from vigil.exports.every_eval_ever.identity import Identity, model_info
 from vigil.exports.every_eval_ever.publisher import Publisher
 from vigil.exports.every_eval_ever.samples import SCHEMA_VERSION, Heading, knows_prompt
-from vigil.pack import manifest_of
-from vigil.prompt import policy_text
-from vigil.record import RunHeader
-from vigil.saved_run import SavedRun
-from vigil.summary import LIBRARY_REPLIES, Settlement, summarise
+from vigil.packs.pack import manifest_of
+from vigil.protocol.actions import SKILLS
+from vigil.protocol.episode import FAMILIES
+from vigil.protocol.prompt import policy_text
+from vigil.records.record import RunHeader
+from vigil.scoring.saved_run import SavedRun
+from vigil.scoring.summary import LIBRARY_REPLIES, Settlement, summarise
 
 _Json = dict[str, Any]
 

@@ -15,11 +15,11 @@ from vigil.exports.every_eval_ever.aggregate import aggregate, remarks
 from vigil.exports.every_eval_ever.identity import identity_of
 from vigil.exports.every_eval_ever.publisher import Publisher
 from vigil.exports.every_eval_ever.samples import Heading, sample_lines
-from vigil.pack import manifest_of
-from vigil.private import is_private
-from vigil.record import RunHeader
-from vigil.saved_run import SavedRun, read_run
-from vigil.summary import Settlement
+from vigil.packs.pack import manifest_of
+from vigil.packs.private import is_private
+from vigil.records.record import RunHeader
+from vigil.scoring.saved_run import SavedRun, read_run
+from vigil.scoring.summary import Settlement
 
 COLLECTION = "vigil"
 

@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 from vigil.analysis.measures.models import GROUPS, told_group
 from vigil.errors import SettingError
-from vigil.record import AgentKind, RunHeader
+from vigil.records.record import AgentKind, RunHeader
 from vigil.runner.models.providers import Named, named
 from vigil.runner.models.serving import is_own_address
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, fields
 from typing import Annotated, Literal
 
-from vigil.setting import Setting, check_declared
+from vigil.base.settings import Setting, check_declared
 
 Relationship = Literal["first_party", "third_party", "collaborative", "other"]
 

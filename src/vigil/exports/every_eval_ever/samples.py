@@ -6,15 +6,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from vigil.actions import Report
-from vigil.episode import Episode
 from vigil.exports.disclosure import NOTHING_MORE, Disclosure
 from vigil.exports.step_facts import arguments_of, shown_steps
-from vigil.prompt import frame_stub, policy_sha256, system_prompt
-from vigil.reasoning import split_reasoning
-from vigil.record import EpisodeRecord, RunSpec, StepRecord
-from vigil.saved_run import SavedRun
-from vigil.scoring import Outcome
+from vigil.protocol.actions import Report
+from vigil.protocol.episode import Episode
+from vigil.protocol.prompt import frame_stub, policy_sha256, system_prompt
+from vigil.protocol.reasoning import split_reasoning
+from vigil.records.record import EpisodeRecord, RunSpec, StepRecord
+from vigil.scoring.outcomes import Outcome
+from vigil.scoring.saved_run import SavedRun
 
 SCHEMA_VERSION = "0.3.0"
 JOINED = "overall/B"

@@ -8,7 +8,7 @@ import numpy as np
 from vigil.assets import make
 from vigil.assets.kernel.asset import Asset, Surface
 from vigil.assets.sizes import AssetDatabase, own_asset_id
-from vigil.pose import Vec3, rotate_floor
+from vigil.base.geometry import Vec3, rotate_floor
 from vigil.scene.geometry import joint_motion, solid_corners
 
 SWEEP = tuple(step / 20 for step in range(1, 21))

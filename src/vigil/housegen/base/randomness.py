@@ -6,7 +6,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from vigil.house import canonical_json
+from vigil.protocol.house import canonical_json
 
 GENERATOR_VERSION = "5"
 """Changes whenever the same seed and spec would give another house."""

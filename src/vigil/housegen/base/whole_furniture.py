@@ -6,7 +6,7 @@ AI2-THOR has no assets of drawers, and real houses name none, so this is the for
 from typing import Any
 
 from vigil.assets.drawers import named_drawer
-from vigil.house import House
+from vigil.protocol.house import House
 
 
 def with_whole_furniture(house: House) -> House:

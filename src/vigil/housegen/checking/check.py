@@ -10,10 +10,10 @@ from shapely import Polygon
 from vigil.assets.catalog import CATALOG, CEILING, WALL
 from vigil.assets.sizes import AssetDatabase
 from vigil.errors import HouseError
-from vigil.house import LEVEL_M, SCHEMA, House, HouseObject, is_outside
 from vigil.housegen.checking.cuts import Cuts
 from vigil.housegen.checking.pairs import Pairs
 from vigil.housegen.checking.walkable import LEAST_SHARE, Walkable, walkable_of
+from vigil.protocol.house import LEVEL_M, SCHEMA, House, HouseObject, is_outside
 from vigil.scene.build import UNMEASURED_M, build_scene
 from vigil.scene.geometry import is_upright, whole_box
 from vigil.scene.keys import told_keys

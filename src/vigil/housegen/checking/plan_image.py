@@ -3,8 +3,8 @@
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from vigil.house import House
-from vigil.pose import heading
+from vigil.base.geometry import heading
+from vigil.protocol.house import House
 from vigil.scene.plan import FloorPlan, PlanOpening, PlanThing, floor_plan
 from vigil.scene.things import Scene
 

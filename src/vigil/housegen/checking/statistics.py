@@ -13,10 +13,10 @@ from shapely import Polygon
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.geometry import Box
 from vigil.errors import HouseError
-from vigil.house import House, HouseObject
 from vigil.housegen.base.whole_furniture import with_whole_furniture
-from vigil.pose import Box
+from vigil.protocol.house import House, HouseObject
 from vigil.scene.outlines import floor_of, footprint
 
 LIES_FLAT_M = 0.03

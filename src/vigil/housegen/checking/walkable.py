@@ -8,8 +8,8 @@ import shapely
 from scipy import ndimage
 from shapely import MultiPoint, Polygon
 
-from vigil.house import House
-from vigil.pose import Box, Vec3
+from vigil.base.geometry import Box, Vec3
+from vigil.protocol.house import House
 from vigil.scene.geometry import Prism, moving_prisms_of, prisms_of, whole_box
 from vigil.scene.outlines import (
     BODY_HIGH_M,

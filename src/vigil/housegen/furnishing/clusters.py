@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from vigil.base.geometry import Vec3, rotate_floor
 from vigil.housegen.base.models import AssetModel, PlacedThing, Rect, leaf_reach, swept, turned_rect
 from vigil.housegen.furnishing.floor import WALL_GAP, Floor
-from vigil.pose import Vec3, rotate_floor
 
 TALL_M = 0.97
 """Furniture higher than this does not stand before a window."""

@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from vigil.base.geometry import Vec3
 from vigil.housegen.base.models import PlacedThing, draw_model
 from vigil.housegen.base.randomness import chance, pick, shuffled
 from vigil.housegen.furnishing import groups
@@ -11,7 +12,6 @@ from vigil.housegen.furnishing.clusters import Anchor, Cluster, free_anchors, se
 from vigil.housegen.furnishing.floor import Floor
 from vigil.housegen.furnishing.inventory import Inventory
 from vigil.housegen.furnishing.space import apart
-from vigil.pose import Vec3
 
 FULL_SHARE = {"Kitchen": 0.36, "LivingRoom": 0.36, "Bedroom": 0.38, "Bathroom": 0.48}
 """Share of the floor covered at which a room counts as full."""

@@ -8,12 +8,12 @@ import numpy as np
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Surface
+from vigil.base.geometry import Vec3, rotate_floor
 from vigil.housegen.base.models import AssetModel, PlacedThing, Rect, draw_model, swept, swing_of, turned_rect
 from vigil.housegen.base.randomness import chance, pick, pick_weighted, shuffled
 from vigil.housegen.furnishing.floor import Floor
 from vigil.housegen.furnishing.inventory import ROOM_LIMITS, Inventory
 from vigil.housegen.furnishing.space import Space, apart
-from vigil.pose import Vec3, rotate_floor
 
 GAP = 0.03
 """Between things on one surface, for each to be clicked."""

@@ -6,13 +6,13 @@ import numpy as np
 from shapely import box
 
 from vigil.assets.kernel.pictures import KINDS, Drawing
+from vigil.base.geometry import Vec3
 from vigil.housegen.base.models import AssetModel, PlacedThing, draw_model, most_alike
 from vigil.housegen.base.randomness import chance, pick, shuffled
 from vigil.housegen.furnishing.floor import Floor, rect_of
 from vigil.housegen.furnishing.inventory import Inventory
 from vigil.housegen.furnishing.space import Space
 from vigil.housegen.layout.walls import WallPiece
-from vigil.pose import Vec3
 
 NEAR_WALL = 0.3
 """Furniture whose back is nearer to a wall than this covers the wall up to its height."""

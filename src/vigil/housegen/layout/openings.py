@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from vigil.assets import make
+from vigil.base.geometry import Vec3
 from vigil.housegen.base.models import Rect
 from vigil.housegen.base.randomness import chance, pick, pick_weighted, shuffled
 from vigil.housegen.layout.floorplan import RoomLayout
 from vigil.housegen.layout.walls import WallPiece, facing_piece, wall_pieces
-from vigil.pose import Vec3
 from vigil.scene.geometry import moving_prisms_of
 from vigil.scene.things import Thing
 from vigil.scene.walls import DOOR_DEPTH_M

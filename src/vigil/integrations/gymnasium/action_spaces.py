@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from gymnasium.spaces import Box, Dict, Discrete, Space, Text
 
-from vigil.actions import INTENTS, MAX_TURN_DEG, SKILLS, Argument, Coordinates, Reply
 from vigil.errors import SettingError
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.replies import MAX_REPLY_BYTES
+from vigil.protocol.actions import INTENTS, MAX_TURN_DEG, SKILLS, Argument, Coordinates, Reply
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.replies import MAX_REPLY_BYTES
 
 LEAST_MAGNITUDE = 0.01
 """Of a structured action: the protocol's magnitudes are greater than 0, and a space's bound belongs to it."""
@@ -39,7 +39,7 @@ class TextActions:
 class StructuredActions:
     """An action is a dict of numbers with a skill and every argument; what the skill does not take is ignored.
 
-    Words are numbered in the order of `vigil.actions`. A report's summary stays empty.
+    Words are numbered in the order of `vigil.protocol.actions`. A report's summary stays empty.
     """
 
     def __init__(self, coordinates: Coordinates) -> None:

@@ -9,8 +9,8 @@ from concurrent.futures import Future, ThreadPoolExecutor, wait
 
 import numpy as np
 
-from vigil.house import House
 from vigil.integrations.gymnasium.sources import Drawn, Source
+from vigil.protocol.house import House
 
 
 class Ahead:

@@ -19,9 +19,9 @@ from vigil.integrations.gymnasium.instruction_space import InstructionText
 from vigil.integrations.gymnasium.options import Options
 from vigil.integrations.gymnasium.sources import Drawn, source_of
 from vigil.integrations.rewards import reward_parts
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback, Observation
-from vigil.record import EpisodeRecord
-from vigil.scoring import Outcome, settle
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback, Observation
+from vigil.records.record import EpisodeRecord
+from vigil.scoring.outcomes import Outcome, settle
 from vigil.sim import make_simulator
 
 FRAME_SHAPE = (FRAME_HEIGHT, FRAME_WIDTH, 3)

@@ -5,14 +5,14 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
-from vigil.actions import Coordinates, ReplyPolicy
 from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.streaming.difficulty import Difficulty, difficulties_named
-from vigil.episode import Family, families_named
 from vigil.errors import SettingError, did_you_mean, first_fault
 from vigil.integrations.rewards import HonestFailReward, LagPenalty, WorldReward
-from vigil.observation import Quality
-from vigil.profile import PROFILE_NAMES, Profile
+from vigil.protocol.actions import Coordinates, ReplyPolicy
+from vigil.protocol.episode import Family, families_named
+from vigil.protocol.observation import Quality
+from vigil.protocol.profile import PROFILE_NAMES, Profile
 
 
 class Options(BaseModel):

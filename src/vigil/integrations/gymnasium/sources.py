@@ -11,11 +11,11 @@ import numpy as np
 
 from vigil.authoring.streaming.address import is_stream, seed_in
 from vigil.authoring.streaming.stream import Stream, StreamItem
-from vigil.episode import MAX_INSTRUCTION_CHARS, Episode
 from vigil.errors import SettingError
-from vigil.house import House
 from vigil.integrations.gymnasium.options import Options
-from vigil.pack import Pack, Selection, find, manifest_sha256
+from vigil.packs.pack import Pack, Selection, find, manifest_sha256
+from vigil.protocol.episode import MAX_INSTRUCTION_CHARS, Episode
+from vigil.protocol.house import House
 
 PACKS_KEPT = 2
 HOUSES_OF_A_STREAM = 2**31

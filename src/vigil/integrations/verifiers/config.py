@@ -6,16 +6,16 @@ from typing import Any
 import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from vigil.actions import Coordinates, ReplyPolicy
 from vigil.authoring.streaming.address import is_stream, seed_in
 from vigil.authoring.streaming.difficulty import difficulties_named
-from vigil.episode import families_named
 from vigil.errors import VigilError, did_you_mean
 from vigil.integrations.rewards import HonestFailReward, LagPenalty, WorldReward
-from vigil.observation import Quality
-from vigil.pack import find
-from vigil.private import REVEAL_HELP
-from vigil.profile import PROFILE_NAMES, ImageFormat, Profile, PromptVariant, SystemRole
+from vigil.packs.pack import find
+from vigil.packs.private import REVEAL_HELP
+from vigil.protocol.actions import Coordinates, ReplyPolicy
+from vigil.protocol.episode import families_named
+from vigil.protocol.observation import Quality
+from vigil.protocol.profile import PROFILE_NAMES, ImageFormat, Profile, PromptVariant, SystemRole
 from vigil.sim import BACKENDS
 
 TASKSET_ID = "vigil-verifiers"

@@ -14,7 +14,7 @@ from vigil.runner.models.ask import Ask
 from vigil.runner.workers.live import play_live
 from vigil.runner.workers.messages import WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool, worker_count
-from vigil.scoring import Outcome, settle
+from vigil.scoring.outcomes import Outcome, settle
 
 RUN_ID = "verifiers"
 _REWARDS = VigilTaskConfig.model_fields.keys() - vf.TaskConfig.model_fields.keys()

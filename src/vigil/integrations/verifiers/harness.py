@@ -11,7 +11,7 @@ from vigil.errors import VigilError
 from vigil.integrations.chat_client import chat_sender
 from vigil.integrations.verifiers.taskset import VigilData, keep_outcome
 from vigil.runner.models.ask import Ask, RetryPolicy, with_retries
-from vigil.scoring import Outcome
+from vigil.scoring.outcomes import Outcome
 
 Play = Callable[[VigilData, Ask], Awaitable[Outcome]]
 """Plays an episode with a model. Raises VigilError when it could not be played to its end."""

@@ -18,11 +18,11 @@ from vigil.authoring.streaming.background import HousePool
 from vigil.authoring.streaming.difficulty import difficulties_named
 from vigil.authoring.streaming.houses import StreamHouse
 from vigil.authoring.streaming.stream import Stream
-from vigil.episode import Episode, families_named
 from vigil.errors import SettingError
 from vigil.integrations.verifiers.config import VigilTasksetConfig
-from vigil.pack import Pack, Selection
-from vigil.private import check_revealed, is_private, is_secret
+from vigil.packs.pack import Pack, Selection
+from vigil.packs.private import check_revealed, is_private, is_secret
+from vigil.protocol.episode import Episode, families_named
 from vigil.runner.workers.messages import Assignment
 
 REVEALING = "--env.taskset.reveal-private-pack true"

@@ -9,7 +9,7 @@ import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
 from vigil.integrations.rewards import reward_parts
 from vigil.integrations.verifiers.config import VigilTaskConfig, VigilTasksetConfig
 from vigil.integrations.verifiers.sources import source_of
-from vigil.scoring import Outcome
+from vigil.scoring.outcomes import Outcome
 
 OUTCOME = "outcome"
 """Under this name a trace holds the verdict on its episode."""

@@ -13,8 +13,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from vigil.actions import Usage
-from vigil.endings import ending_of
+from vigil.protocol.actions import Usage
+from vigil.protocol.endings import ending_of
 from vigil.runner.models.refusals import sentence_in, status_in
 
 Wire = Literal["chat", "responses", "anthropic", "google"]

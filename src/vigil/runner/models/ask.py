@@ -18,11 +18,11 @@ from tenacity import (
     wait_random_exponential,
 )
 
-from vigil.actions import Reply
 from vigil.agents.model import Message
-from vigil.endings import ending_of
 from vigil.errors import ModelAPIError
-from vigil.reasoning import split_reasoning
+from vigil.protocol.actions import Reply
+from vigil.protocol.endings import ending_of
+from vigil.protocol.reasoning import split_reasoning
 from vigil.runner.models.answers import Answer, NoAnswer, Wire, read_answer
 from vigil.runner.models.context import OVERFLOW
 from vigil.runner.models.refusals import hint_for

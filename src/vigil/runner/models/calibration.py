@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from PIL import Image, ImageDraw
 
-from vigil.actions import Coordinates
 from vigil.agents.model import Conversation, Message
 from vigil.agents.picture import encode
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.profile import Profile, SystemRole
-from vigil.reasoning import split_reasoning
+from vigil.protocol.actions import Coordinates
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.profile import Profile, SystemRole
+from vigil.protocol.reasoning import split_reasoning
 from vigil.runner.models.ask import Ask
 
 INSTRUCTION = "Point at the centre of the magenta disc."

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from vigil.agents.model import Message
-from vigil.profile import HISTORY_TURNS
-from vigil.record import EpisodeRecord
+from vigil.protocol.profile import HISTORY_TURNS
+from vigil.records.record import EpisodeRecord
 
 CHARS_PER_TOKEN = 4.0
 PICTURE_TOKENS = (300, 1300)

@@ -28,11 +28,11 @@ from inspect_ai.model._model import use_model_event_sink
 from inspect_ai.util import LimitExceededError
 from rich.text import Text
 
-from vigil.actions import Reply, Usage
 from vigil.agents.agent import REPLY_SECONDS
 from vigil.agents.model import Message
 from vigil.errors import SettingError
-from vigil.profile import Profile
+from vigil.protocol.actions import Reply, Usage
+from vigil.protocol.profile import Profile
 from vigil.runner.models.ask import (
     PASSING_STATUS,
     AttemptFailed,

@@ -5,10 +5,10 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 
-from vigil.actions import Reply
 from vigil.errors import RecordError
-from vigil.reasoning import Thinking
-from vigil.record import Answered
+from vigil.protocol.actions import Reply
+from vigil.protocol.reasoning import Thinking
+from vigil.records.record import Answered
 
 CLIENTS = ("inspect_ai", "openai", "anthropic", "google-genai", "mistralai", "azure-ai-inference", "httpx2")
 

@@ -10,13 +10,13 @@ import re
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from vigil.actions import InvalidAction, Reply
 from vigil.agents.model import Conversation, Message
 from vigil.agents.picture import encode
 from vigil.errors import ModelAPIError
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.profile import ImageFormat, Profile
-from vigil.replies import parse_reply, points_otherwise
+from vigil.protocol.actions import InvalidAction, Reply
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.profile import ImageFormat, Profile
+from vigil.protocol.replies import parse_reply, points_otherwise
 from vigil.runner.models.ask import Ask, RequestRejected
 from vigil.runner.models.context import ABOUT_CONTEXT, CONTEXT_OPTIONS, size_hint
 from vigil.runner.models.refusals import FIND_COORDINATES, hint_for

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vigil.errors import SettingError
-from vigil.reasoning import Thinking
+from vigil.protocol.reasoning import Thinking
 from vigil.runner.models.providers import Named
 
 

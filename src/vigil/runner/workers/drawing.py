@@ -1,10 +1,11 @@
 """Drawing in a worker: moments of episodes, each gone on to from where the simulator stands when that can be."""
 
-from vigil.actions import PhysicalAction
 from vigil.agents.picture import encode
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
-from vigil.pose import Pose
+from vigil.base.geometry import Pose
+from vigil.protocol.actions import PhysicalAction
+from vigil.protocol.house import House
+from vigil.protocol.world import Effect, Setup
 from vigil.runner.workers.messages import (
     DrawFrame,
     DrawingRequest,
@@ -16,7 +17,6 @@ from vigil.runner.workers.messages import (
 )
 from vigil.sim import make_simulator
 from vigil.sim.protocol import Simulator
-from vigil.world import Effect, Setup
 
 
 class DrawingHandler:

@@ -15,13 +15,13 @@ import numpy as np
 
 from vigil.agents.picture import decode, encode
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.files import MIB, is_inside, read_file
 from vigil.env import Env
-from vigil.episode import Episode, Family
 from vigil.errors import RecordError
-from vigil.files import MIB, is_inside, read_file
-from vigil.pack import Pack
-from vigil.profile import Profile
-from vigil.record import FRAMES_FOLDER, EpisodeRecord, RunSpec
+from vigil.packs.pack import Pack
+from vigil.protocol.episode import Episode, Family
+from vigil.protocol.profile import Profile
+from vigil.records.record import FRAMES_FOLDER, EpisodeRecord, RunSpec
 from vigil.sim import make_simulator
 
 MAX_FRAME_BYTES = 4 * MIB

@@ -3,18 +3,18 @@
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 
-from vigil.actions import Reply
 from vigil.agents.model import Conversation, Message
-from vigil.endings import ending_of
+from vigil.base.versions import Versions
 from vigil.errors import InfrastructureError, SimulatorError
-from vigil.profile import Profile
-from vigil.record import Boundary, EpisodeRecord, ErrorFact
+from vigil.protocol.actions import Reply
+from vigil.protocol.endings import ending_of
+from vigil.protocol.profile import Profile
+from vigil.records.record import Boundary, EpisodeRecord, ErrorFact
 from vigil.runner.models.ask import Ask, RequestRejected
 from vigil.runner.models.context import ABOUT_CONTEXT, size_hint
 from vigil.runner.workers.messages import Assignment, EncodedObservation
 from vigil.runner.workers.pool import LiveEpisode
 from vigil.runner.workers.process import WorkerLost
-from vigil.versions import Versions
 
 
 async def play_live(

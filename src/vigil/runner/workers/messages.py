@@ -9,19 +9,19 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from vigil.actions import PhysicalAction, Reply
 from vigil.agents.agent import BEAT_SECONDS, REPLY_SECONDS, Agent
 from vigil.agents.picture import Picture
 from vigil.assets.sizes import AssetDatabase
-from vigil.episode import Episode
-from vigil.house import House
-from vigil.observation import Feedback, Quality
-from vigil.pose import Pose
-from vigil.profile import Profile
-from vigil.record import Boundary, EpisodeRecord
+from vigil.base.geometry import Pose
+from vigil.protocol.actions import PhysicalAction, Reply
+from vigil.protocol.episode import Episode
+from vigil.protocol.house import House
+from vigil.protocol.observation import Feedback, Quality
+from vigil.protocol.profile import Profile
+from vigil.protocol.world import Effect, Setup
+from vigil.records.record import Boundary, EpisodeRecord
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.sim.protocol import Simulator
-from vigil.world import Effect, Setup
 
 PrivilegedFactory = Callable[[str, Episode, PrivilegedSimulator], Agent]
 """Makes a privileged agent for one episode: (name, episode, simulator). Must be picklable."""

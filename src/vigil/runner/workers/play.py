@@ -4,12 +4,12 @@ import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from vigil.actions import Reply
 from vigil.agents.agent import Agent, Resumable
 from vigil.env import Env
-from vigil.episode import Episode
 from vigil.errors import InfrastructureError, InputError
-from vigil.observation import Observation
+from vigil.protocol.actions import Reply
+from vigil.protocol.episode import Episode
+from vigil.protocol.observation import Observation
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,9 +15,9 @@ from typing import Any
 
 from tenacity import AsyncRetrying, Retrying, retry_if_exception_type, stop_after_delay
 
-from vigil.actions import Reply
 from vigil.errors import SettingError, VigilError
-from vigil.record import Boundary, EpisodeRecord
+from vigil.protocol.actions import Reply
+from vigil.records.record import Boundary, EpisodeRecord
 from vigil.runner.workers.messages import (
     Advance,
     Assignment,

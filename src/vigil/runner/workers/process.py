@@ -18,9 +18,9 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Protocol
 
-from vigil.actions import Reply
+from vigil.base.imports import VARIABLE
 from vigil.errors import SettingError, SimulatorError
-from vigil.imports import VARIABLE
+from vigil.protocol.actions import Reply
 from vigil.runner.workers.messages import AboutToShowFrame, Failed, Heartbeat, Plan, Proceed, Request
 from vigil.sim.protocol import WORKER_NUMBER
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from vigil.env import Env
-from vigil.episode import Episode
-from vigil.record import EpisodeRecord, StepRecord
+from vigil.protocol.episode import Episode
+from vigil.records.record import EpisodeRecord, StepRecord
 
 LENGTH_TOLERANCE_M = 1e-3
 ANGLE_TOLERANCE_DEG = 1e-2

@@ -19,20 +19,20 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
-from vigil.actions import Reply
 from vigil.agents.agent import Agent, Closeable
 from vigil.agents.choose import is_exec, make_agent
 from vigil.agents.exec_agent import ProgramSettings
 from vigil.agents.picture import encode
 from vigil.assets.sizes import AssetDatabase
+from vigil.base.imports import import_named_modules
 from vigil.env import Env
-from vigil.episode import Episode
 from vigil.errors import SettingError, SimulatorError, VigilError
-from vigil.house import House
-from vigil.imports import import_named_modules
-from vigil.observation import Observation
-from vigil.pack import Pack
-from vigil.record import EpisodeRecord
+from vigil.packs.pack import Pack
+from vigil.protocol.actions import Reply
+from vigil.protocol.episode import Episode
+from vigil.protocol.house import House
+from vigil.protocol.observation import Observation
+from vigil.records.record import EpisodeRecord
 from vigil.runner.models.redaction import Secrets
 from vigil.runner.workers.drawing import DrawingHandler
 from vigil.runner.workers.frames import FrameStore

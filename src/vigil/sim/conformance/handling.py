@@ -1,9 +1,9 @@
 """Conformance: reach, opening, switching, picking, placing, dropping, and what moves along."""
 
-from vigil.pose import Vec3, floor_distance
+from vigil.base.geometry import Vec3, floor_distance
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.sim.conformance.trial import Trial, expect, expect_near, expect_refused, placed
 from vigil.sim.conformance.trial_house import DOOR, NORTH, SOUTH, WEST
-from vigil.world import ObjectSetup, Setup
 
 FREE_COUNTER = Vec3(3.65, 0.9225, 4.55)
 

@@ -1,6 +1,6 @@
 """Conformance: walking, blocking, doors, turning and pitch."""
 
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 from vigil.sim.conformance.trial import Trial, expect, expect_near, expect_refused, opened, placed
 from vigil.sim.conformance.trial_house import DOOR, EAST, NORTH, SOUTH
 

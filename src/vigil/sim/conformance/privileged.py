@@ -5,13 +5,13 @@ from dataclasses import fields
 
 import numpy as np
 
+from vigil.base.geometry import Pose, Vec3
 from vigil.errors import EpisodeError, SimulatorError
-from vigil.pose import Pose, Vec3
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Thing
 from vigil.sim.conformance.trial import NOTHING, Trial, expect, expect_refused, opened
 from vigil.sim.conformance.trial_house import BEDROOM, DOOR, DRAWER, EAST, KITCHEN, PANE, WEST
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import ObjectSetup, Setup
 
 HERE = Vec3(3.5, 0.0, 2.5)
 THERE = Pose(position=Vec3(8.0, 0.0, 1.5), rotation=180.0, horizon=30.0)

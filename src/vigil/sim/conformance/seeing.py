@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from vigil.base.geometry import Vec3, distance
 from vigil.errors import EpisodeError
-from vigil.pose import Vec3, distance
+from vigil.protocol.world import ObjectSetup, Setup, WorldState
 from vigil.sim.conformance.trial import NOTHING, Trial, expect, expect_near, expect_refused, opened, placed
 from vigil.sim.conformance.trial_house import DOOR, DRAWER, EAST, PANE, WEST
-from vigil.world import ObjectSetup, Setup, WorldState
 
 
 def counts_visible_pixels(trial: Trial) -> None:

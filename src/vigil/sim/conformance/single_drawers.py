@@ -1,10 +1,10 @@
 """What the drawers of a piece of furniture do, which open one by one."""
 
+from vigil.base.geometry import Vec3
 from vigil.errors import EpisodeError
-from vigil.pose import Vec3
+from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.sim.conformance.trial import Trial, expect, expect_near, expect_refused, opened, placed
 from vigil.sim.conformance.trial_house import DRAWER, DRESSER, LOWEST, SIBLING, WATCH
-from vigil.world import ObjectSetup, Placement, Setup
 
 FRONT = (8.0, 1.5)
 """Where one stands before the dresser."""

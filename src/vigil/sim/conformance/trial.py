@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from vigil.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG, Intent, InteractPixel, Look, Navigate, NavigateMode
-from vigil.pose import Pose, Vec3, floor_distance, yaw_towards
+from vigil.base.geometry import Pose, Vec3, floor_distance, yaw_towards
+from vigil.protocol.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG, Intent, InteractPixel, Look, Navigate, NavigateMode
+from vigil.protocol.world import Effect, ObjectSetup, ObjectState, Placement, Setup
 from vigil.sim.conformance.trial_house import trial_house
 from vigil.sim.core.sight import pixel_of
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import Effect, ObjectSetup, ObjectState, Placement, Setup
 
 NOTHING = Setup()
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from vigil.assets.drawers import drawer_asset_id
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
+from vigil.protocol.house import House
 
 NORTH, EAST, SOUTH, WEST = 0.0, 90.0, 180.0, 270.0
 HEIGHT_M = 2.5

@@ -9,7 +9,7 @@ from typing import Literal
 import shapely
 
 from vigil.assets.kernel.asset import Surface
-from vigil.pose import Vec3, rotate_floor
+from vigil.base.geometry import Vec3, rotate_floor
 from vigil.scene.geometry import Motion, box_of, prisms_of
 from vigil.scene.supports import TOUCH_M, headroom, is_over, is_shut, level_surfaces, offset_from
 from vigil.scene.things import Thing

@@ -11,7 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from vigil.actions import (
+from vigil.assets.sizes import AssetDatabase
+from vigil.base.geometry import Pose, Vec3, distance, floor_distance, heading, wrap_deg
+from vigil.errors import EpisodeError, SimulatorError
+from vigil.protocol.actions import (
     HORIZON_DOWN_DEG,
     HORIZON_UP_DEG,
     MAX_STEPS_PER_ACTION,
@@ -22,10 +25,8 @@ from vigil.actions import (
     Navigate,
     PhysicalAction,
 )
-from vigil.assets.sizes import AssetDatabase
-from vigil.errors import EpisodeError, SimulatorError
-from vigil.house import House
-from vigil.pose import Pose, Vec3, distance, floor_distance, heading, wrap_deg
+from vigil.protocol.house import House
+from vigil.protocol.world import Effect, ObjectState, Setup, WorldState
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import box_of
 from vigil.scene.supports import ancestors, around, lies_over, not_lain_on
@@ -37,7 +38,6 @@ from vigil.sim.core.setup import apply_setup, blocked_start, unknown_object
 from vigil.sim.core.sight import HEIGHT, WIDTH, Sight, Sighting
 from vigil.sim.core.state import CHANGING, SceneState, changing_of
 from vigil.sim.staging import Layer, Picture, View
-from vigil.world import Effect, ObjectState, Setup, WorldState
 
 
 @dataclass(slots=True)

@@ -9,7 +9,7 @@ from typing import Protocol
 
 import numpy as np
 
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
 from vigil.scene.things import Scene
 from vigil.sim.staging import Layer, Picture, View
 

@@ -6,15 +6,15 @@ Source: protocol.md section 2.2. Every refusal leaves the scene exactly as it wa
 from dataclasses import dataclass
 from typing import assert_never
 
-from vigil.actions import Intent
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
+from vigil.protocol.actions import Intent
+from vigil.protocol.world import RefusalCode
 from vigil.scene.geometry import box_of
 from vigil.scene.things import Thing
 from vigil.sim.core.handling_rules import gets_to, opening_refusal, refusal_by_rule
 from vigil.sim.core.opening import set_openness, swing_blocker
 from vigil.sim.core.placing import FreeSpot, put_down, spot_below, spot_on
 from vigil.sim.core.state import AGENT, SceneState
-from vigil.world import RefusalCode
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,14 +6,14 @@ Source: protocol.md section 2.2, in its order.
 
 from typing import assert_never
 
-from vigil.actions import REACH_HEIGHT_M, REACH_M, Intent
 from vigil.assets.catalog import CATALOG
-from vigil.pose import Box, Vec3, floor_distance
+from vigil.base.geometry import Box, Vec3, floor_distance
+from vigil.protocol.actions import REACH_HEIGHT_M, REACH_M, Intent
+from vigil.protocol.world import CLOSED_BELOW, RefusalCode
 from vigil.scene.supports import children, is_shut_in
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.click_target import kind_meant
 from vigil.sim.core.opening import MOVED_WITHIN
-from vigil.world import CLOSED_BELOW, RefusalCode
 
 REACH_SLACK_M = 1e-9
 

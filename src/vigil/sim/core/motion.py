@@ -13,9 +13,9 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.actions import STEP_M
-from vigil.house import EXTERIOR
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
+from vigil.protocol.actions import STEP_M
+from vigil.protocol.house import EXTERIOR
 from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, room_floor, thing_shapes, wall_shapes, whole_floor
 from vigil.scene.things import Scene
 

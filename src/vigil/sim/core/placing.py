@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 
 from vigil.assets.kernel.asset import Surface
-from vigil.pose import Vec3, heading, wrap_deg
+from vigil.base.geometry import Vec3, heading, wrap_deg
 from vigil.scene.geometry import Motion, Prism, place_of, prisms_of
 from vigil.scene.outlines import polygon_of
 from vigil.scene.supports import (

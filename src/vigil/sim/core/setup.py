@@ -3,14 +3,14 @@
 import difflib
 
 from vigil.assets.notice import notice_of
+from vigil.base.geometry import Pose
 from vigil.errors import EpisodeError
-from vigil.pose import Pose
+from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.build import settle
 from vigil.scene.supports import ancestors, contents
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.opening import pierced_carrier, set_openness
 from vigil.sim.core.state import SceneState
-from vigil.world import ObjectSetup, Placement, Setup
 
 
 def apply_setup(state: SceneState, setup: Setup, house_name: str) -> None:

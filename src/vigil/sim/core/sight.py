@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from cachetools import LRUCache
 
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
 from vigil.scene.geometry import box_corners, part_boxes, part_motion
 from vigil.scene.portals import Extent, Portals
 from vigil.scene.things import Scene, Thing

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vigil.pose import Pose, Vec3, heading
+from vigil.base.geometry import Pose, Vec3, heading
 from vigil.scene.geometry import Motion, Prism, euler_angles, place_of, prisms_of, rotation_matrix
 from vigil.scene.outlines import BODY_HIGH_M, BODY_LOW_M, BODY_RADIUS_M, wall_prisms
 from vigil.scene.partitions import Partitions

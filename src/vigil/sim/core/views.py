@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from vigil.pose import EYE_HEIGHT_M, Pose, Vec3
+from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3
 from vigil.sim.core.sight import Lens, camera_axes
 from vigil.sim.staging import View
 

@@ -17,7 +17,8 @@ from scipy.sparse.csgraph import connected_components
 
 from vigil.assets.kernel.asset import Asset, Part
 from vigil.assets.notice import notice_of
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
+from vigil.protocol.world import OPEN_ABOVE
 from vigil.scene.geometry import STILL, Motion, part_motion
 from vigil.scene.outlines import wall_prisms
 from vigil.scene.supports import is_shut
@@ -26,7 +27,6 @@ from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE, RayHits
 from vigil.sim.core.sight import HEIGHT, WIDTH, directions
 from vigil.sim.core.views import rays_of
 from vigil.sim.staging import NOTHING, Layer, Picture, View
-from vigil.world import OPEN_ABOVE
 
 CHUNK_RAYS = 400
 CONE_STEPS = 3.0

@@ -12,8 +12,8 @@ import numpy as np
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset
-from vigil.house import Color, MaterialRef
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
+from vigil.protocol.house import Color, MaterialRef
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
 from vigil.sim.showcase.places import HEIGHT_M, MIDDLE_M, OPENINGS, companions, place
 

@@ -13,8 +13,8 @@ from vigil.assets import MAKERS
 from vigil.assets.catalog import CATALOG, CEILING, WALL
 from vigil.assets.kernel.asset import Asset, Part
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
+from vigil.protocol.house import House
 from vigil.scene.geometry import joint_motion, joint_of, whole_box
 from vigil.scene.supports import parts_of, surface_frame, surface_named
 from vigil.scene.things import Scene, Thing

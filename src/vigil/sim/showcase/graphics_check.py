@@ -7,9 +7,9 @@ import numpy as np
 
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
+from vigil.base.geometry import Pose, Vec3
 from vigil.errors import SimulatorError
-from vigil.house import MaterialRef
-from vigil.pose import Pose, Vec3
+from vigil.protocol.house import MaterialRef
 from vigil.scene.things import RoomShape, Scene, Thing, WallPanel
 from vigil.sim.engines.mujoco.camera import gl_strings
 from vigil.sim.engines.mujoco.compiled.binding import BACKEND, mujoco

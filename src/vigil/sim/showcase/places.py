@@ -10,7 +10,7 @@ import numpy as np
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG, CEILING, FLOOR, WALL
 from vigil.assets.kernel.asset import Asset, Surface
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 from vigil.scene.things import Thing
 
 MIDDLE_M, HEIGHT_M = 3.5, 2.6

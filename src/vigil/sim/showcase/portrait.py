@@ -11,8 +11,8 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from vigil.assets.catalog import CATALOG
-from vigil.observation import Quality
-from vigil.pose import EYE_HEIGHT_M, Pose, Vec3
+from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3
+from vigil.protocol.observation import Quality
 from vigil.scene.geometry import box_corners, place_of
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.sight import project

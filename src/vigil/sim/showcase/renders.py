@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vigil.assets.kernel.asset import Asset
-from vigil.house import MaterialRef
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Quality
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
+from vigil.protocol.house import MaterialRef
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Quality
 from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim.engines.mujoco.camera import Camera
 from vigil.sim.engines.mujoco.compiled import frames

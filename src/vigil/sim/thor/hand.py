@@ -7,8 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from vigil.actions import Intent
-from vigil.pose import Vec3, floor_distance
+from vigil.base.geometry import Vec3, floor_distance
+from vigil.protocol.actions import Intent
 from vigil.scene.supports import around
 from vigil.scene.things import Thing
 from vigil.sim.core.click_target import kind_meant

@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import House
-from vigil.pose import Box, Pose, Vec3, distance
+from vigil.base.geometry import Box, Pose, Vec3, distance
+from vigil.protocol.house import House
+from vigil.protocol.world import CLOSED_BELOW
 from vigil.scene.build import build_scene, settle
 from vigil.scene.geometry import rotation_matrix, upright_box
 from vigil.scene.supports import contents
 from vigil.scene.things import Scene, Thing
 from vigil.sim.thor.units import read, read_pose
-from vigil.world import CLOSED_BELOW
 
 NO_OFFSET_M = 0.025
 """A pivot this near to the middle of the box is taken for the thing's place as it is: a handle may stick out."""

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
 from vigil.sim.core.sight import HEIGHT, NEAR_CLICK_PX, WIDTH, camera_axes, directions
 from vigil.sim.thor.line import Event
 

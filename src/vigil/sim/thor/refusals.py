@@ -8,8 +8,8 @@ import logging
 import re
 from dataclasses import dataclass
 
-from vigil.house import EXTERIOR
-from vigil.world import RefusalCode
+from vigil.protocol.house import EXTERIOR
+from vigil.protocol.world import RefusalCode
 
 UNKNOWN: RefusalCode = "blocked_by_object"
 AGENT = "agent"

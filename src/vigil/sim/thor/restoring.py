@@ -7,8 +7,9 @@ import copy
 from collections.abc import Iterator
 from typing import Any
 
+from vigil.base.geometry import Pose, Vec3, distance, turn_between
 from vigil.errors import EpisodeError, SimulatorError
-from vigil.pose import Pose, Vec3, distance, turn_between
+from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.build import settle
 from vigil.scene.supports import ancestors, contents
 from vigil.scene.things import Thing
@@ -16,7 +17,6 @@ from vigil.sim.core.setup import unknown_object
 from vigil.sim.thor.driver import Driver
 from vigil.sim.thor.mirror import Kept
 from vigil.sim.thor.units import read, teleport_arguments, written
-from vigil.world import ObjectSetup, Placement, Setup
 
 COARSE = 1e-3
 """How far (m, degrees, openness) a thing that was put back may be from where it was: physics may have moved it."""

@@ -12,7 +12,10 @@ from typing import Any
 import numpy as np
 import shapely
 
-from vigil.actions import (
+from vigil.assets.sizes import AssetDatabase
+from vigil.base.geometry import Pose, Vec3, distance, floor_distance
+from vigil.errors import EpisodeError, SimulatorError
+from vigil.protocol.actions import (
     HORIZON_DOWN_DEG,
     HORIZON_UP_DEG,
     MAX_STEPS_PER_ACTION,
@@ -22,10 +25,8 @@ from vigil.actions import (
     Navigate,
     PhysicalAction,
 )
-from vigil.assets.sizes import AssetDatabase
-from vigil.errors import EpisodeError, SimulatorError
-from vigil.house import House
-from vigil.pose import Pose, Vec3, distance, floor_distance
+from vigil.protocol.house import House
+from vigil.protocol.world import Effect, ObjectState, Setup, WorldState
 from vigil.scene.outlines import room_floor
 from vigil.scene.supports import ancestors, around, lies_over, not_lain_on, parts_of, whole_of
 from vigil.scene.things import Scene, Thing
@@ -39,7 +40,6 @@ from vigil.sim.thor.mirror import Kept, Mirror
 from vigil.sim.thor.refusals import refusal_of
 from vigil.sim.thor.restoring import go_back, set_up, stand
 from vigil.sim.thor.units import teleport_arguments, written
-from vigil.world import Effect, ObjectState, Setup, WorldState
 
 Connect = Callable[[dict[str, Any]], Line]
 """Starts an engine with a house. Raises SimulatorError and SettingError."""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from vigil.pose import EYE_HEIGHT_M, Pose, Vec3, wrap_deg
+from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3, wrap_deg
 
 EYE_ABOVE_BODY_M = 0.675
 """THOR's camera is this far above the agent's position while it stands, and at it while it crouches."""

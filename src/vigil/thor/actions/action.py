@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 from vigil.thor.base.failures import ActionFailed
 
 Kind = Literal["float", "int", "bool", "string", "Vector3", "OptionalVector3", "object", "list", "any"]

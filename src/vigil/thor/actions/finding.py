@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from vigil.pose import Pose, Vec3, floor_distance
+from vigil.base.geometry import Pose, Vec3, floor_distance
 from vigil.scene.geometry import whole_box
 from vigil.scene.things import Thing
 from vigil.sim.thor.units import BODY_HEIGHT_M

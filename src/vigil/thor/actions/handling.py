@@ -4,16 +4,16 @@ from typing import Any
 
 import numpy as np
 
-from vigil.actions import Intent
+from vigil.base.geometry import Vec3
 from vigil.errors import EpisodeError
-from vigil.pose import Vec3
+from vigil.protocol.actions import Intent
+from vigil.protocol.world import ObjectSetup, Placement, RefusalCode, Setup
 from vigil.scene.supports import is_shut, level_surfaces
 from vigil.scene.things import Thing
 from vigil.thor.actions.action import Action, Kind
 from vigil.thor.base.failures import ActionFailed, bad_argument, invalid_operation
 from vigil.thor.base.targets import target
 from vigil.thor.base.world import World
-from vigil.world import ObjectSetup, Placement, RefusalCode, Setup
 
 REFUSALS: dict[RefusalCode, str] = {
     "not_openable": "{thing} is not an Openable object",
@@ -28,7 +28,8 @@ REFUSALS: dict[RefusalCode, str] = {
     "receptacle_closed": "Target openable Receptacle is CLOSED, can't place if target is not open!",
     "hand_empty": "Can't place an object if Agent isn't holding anything!",
 }
-"""What THOR says where `vigil.world.RefusalCode` says so; what depends on the action besides is with the action."""
+"""What THOR says where `vigil.protocol.world.RefusalCode` says so; what depends on the action besides is with the
+action."""
 MUST_BE_OPEN = frozenset(
     {"Box", "Cabinet", "ClothesDryer", "Drawer", "Fridge", "LaundryHamper", "Microwave", "Safe", "WashingMachine"}
 )

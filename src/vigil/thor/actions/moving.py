@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 
-from vigil.pose import Pose, Vec3, rotate_floor, wrap_deg
+from vigil.base.geometry import Pose, Vec3, rotate_floor, wrap_deg
 from vigil.sim.thor.units import BODY_HEIGHT_M
 from vigil.thor.actions.action import Action, Kind
 from vigil.thor.base.failures import ActionFailed, invalid_operation

@@ -5,16 +5,16 @@ from typing import Any
 
 import numpy as np
 
+from vigil.base.geometry import Pose, Vec3
 from vigil.errors import VigilError
-from vigil.house import House
-from vigil.pose import Pose, Vec3
+from vigil.protocol.house import House
+from vigil.protocol.world import Setup
 from vigil.scene.outlines import GRID_M
 from vigil.sim.staging import Stage
 from vigil.thor.actions.action import Action, Kind
 from vigil.thor.base.failures import ActionFailed, bad_argument
 from vigil.thor.base.settings import settings_of
 from vigil.thor.base.world import PROCEDURAL, ThirdPartyCamera, World
-from vigil.world import Setup
 
 MOST_PIXELS = 4096
 """To a side of a picture."""

@@ -5,15 +5,15 @@ from typing import Any
 import numpy as np
 
 from vigil.assets.catalog import CATALOG
+from vigil.base.geometry import Vec3
 from vigil.errors import EpisodeError
-from vigil.pose import Vec3
+from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.geometry import upright_box, whole_box
 from vigil.scene.supports import contents, level_surfaces, offset_from
 from vigil.scene.things import Thing
 from vigil.thor.actions.action import Action, Kind
 from vigil.thor.base.failures import ActionFailed, bad_argument
 from vigil.thor.base.world import World
-from vigil.world import ObjectSetup, Placement, Setup
 
 RESTS_WITHIN_M = 0.05
 """How far above a surface a thing's bottom may be placed and still rest on it."""

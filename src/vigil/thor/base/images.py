@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from vigil.pose import Vec3, heading
+from vigil.base.geometry import Vec3, heading
 from vigil.sim.staging import STRUCTURES, Layer, Picture, View
 from vigil.thor.base.world import ThirdPartyCamera, World
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Asset
-from vigil.pose import Vec3, distance
+from vigil.base.geometry import Vec3, distance
 from vigil.scene.geometry import box_corners, part_boxes, part_motion
 from vigil.scene.supports import children
 from vigil.scene.things import Scene, Thing

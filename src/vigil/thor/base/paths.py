@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 from vigil.thor.base.failures import ActionFailed, bad_argument
 from vigil.thor.base.world import World
 

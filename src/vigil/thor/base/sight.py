@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from vigil.assets.kernel.asset import Asset
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
 from vigil.scene.geometry import part_boxes, part_motion
 from vigil.scene.things import Thing
 from vigil.sim.core.views import project

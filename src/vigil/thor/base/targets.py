@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 from vigil.scene.things import Thing
 from vigil.sim.core.views import directions_at
 from vigil.thor.base.failures import ActionFailed, bad_argument, invalid_operation, null_reference

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, field
 
-from vigil.pose import EYE_HEIGHT_M, Pose, Vec3
+from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3
 from vigil.scene.things import Thing
 from vigil.sim.staging import Stage, View
 from vigil.sim.thor.units import BODY_HEIGHT_M

@@ -17,7 +17,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from vigil.errors import SettingError
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.web.films.plan import PANEL_PX, Colour, FilmPlan, font_of
 
 STEP_S = 1.8

@@ -9,8 +9,8 @@ import matplotlib
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from vigil.base.geometry import heading
 from vigil.housegen.checking.plan_image import PlanSheet
-from vigil.pose import heading
 from vigil.scene.plan import FloorPlan
 
 Colour = tuple[int, int, int]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from vigil.assets.kernel.asset import Asset, Joint, Mesh, Part, Surface
-from vigil.house import MaterialRef
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
+from vigil.protocol.house import MaterialRef
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.pack import Pack
+from vigil.packs.pack import Pack
 from vigil.scene.build import build_scene
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 

@@ -7,9 +7,9 @@ import pytest
 
 from tests.sim.engines.mujoco.conftest import block, cube
 from vigil.assets.kernel.asset import Asset, Part
-from vigil.house import MaterialRef
-from vigil.observation import Quality
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
+from vigil.protocol.house import MaterialRef
+from vigil.protocol.observation import Quality
 from vigil.scene.portals import Portals
 from vigil.scene.sectors import Sector, Spans
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel

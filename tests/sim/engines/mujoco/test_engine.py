@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from waiting import HANGS_AFTER_S
 
+from vigil.base.geometry import Pose, Vec3
 from vigil.errors import SimulatorError
-from vigil.pose import Pose, Vec3
 from vigil.scene.things import Scene
 from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE
 from vigil.sim.engines.mujoco.compiled import frames

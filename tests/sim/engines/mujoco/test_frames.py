@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from vigil.assets.kernel.asset import Asset, Joint
-from vigil.pose import Pose, Vec3, heading
+from vigil.base.geometry import Pose, Vec3, heading
 from vigil.scene.things import Thing
 from vigil.sim.engines.mujoco.compiled import frames
 

@@ -7,8 +7,8 @@ import shapely
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Glow
-from vigil.house import MaterialRef
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
+from vigil.protocol.house import MaterialRef
 from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim.engines.mujoco.compiled.lights import UNLIT, glow_of, lamps_of
 

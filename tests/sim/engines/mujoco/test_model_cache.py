@@ -6,10 +6,11 @@ from weakref import WeakSet
 import numpy as np
 import pytest
 
-from vigil.actions import InteractPixel, Navigate
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import MaterialRef
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
+from vigil.protocol.actions import InteractPixel, Navigate
+from vigil.protocol.house import MaterialRef
+from vigil.protocol.world import Setup, WorldState
 from vigil.scene.things import Scene
 from vigil.sim import make_simulator
 from vigil.sim.conformance.trial_house import trial_house
@@ -19,7 +20,6 @@ from vigil.sim.engines.mujoco.compiled.model import HIDDEN, build
 from vigil.sim.engines.mujoco.raster import surfaces
 from vigil.sim.engines.mujoco.raster.culling import unseen
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.world import Setup, WorldState
 
 
 @pytest.fixture(autouse=True)

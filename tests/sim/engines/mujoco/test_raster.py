@@ -8,8 +8,8 @@ import pytest
 
 from tests.sim.engines.mujoco.conftest import INSIDE, block, cube
 from vigil.assets.kernel.asset import Asset, Glow, Joint, Part, Surface
-from vigil.observation import Quality
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
+from vigil.protocol.observation import Quality
 from vigil.scene.things import Scene, Thing
 from vigil.sim.engines.mujoco.compiled import model_cache
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build

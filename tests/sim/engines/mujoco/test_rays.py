@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.pack import Pack
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
+from vigil.packs.pack import Pack
 from vigil.scene.build import build_scene
 from vigil.scene.things import Scene
 from vigil.sim.core.sight import boxes_of, farthest_m

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
+from vigil.protocol.world import Setup
 from vigil.sim import make_simulator
 from vigil.sim.conformance.trial import opened
 from vigil.sim.conformance.trial_house import DRAWER, trial_house
-from vigil.world import Setup
 
 BEFORE = Pose(position=Vec3(8.0, 0.0, 1.4), rotation=180.0, horizon=35.0)
 SEEN = 12

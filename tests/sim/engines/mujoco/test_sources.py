@@ -10,7 +10,8 @@ from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Glow
 from vigil.assets.sizes import AssetDatabase
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Scene, Thing
 from vigil.sim import make_simulator
 from vigil.sim.conformance.trial_house import trial_house
@@ -19,7 +20,6 @@ from vigil.sim.core.sight import AGENTS
 from vigil.sim.engines.mujoco import sources
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.sim.staging import View
-from vigil.world import ObjectSetup, Setup
 
 pytestmark = pytest.mark.usefixtures("drawing")
 AHEAD = Pose(position=Vec3(0.0, 0.0, -1.5), rotation=0.0, horizon=20.0)

@@ -3,8 +3,8 @@ import pytest
 import shapely
 
 from vigil.assets.sizes import AssetDatabase
-from vigil.house import MaterialRef
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
+from vigil.protocol.house import MaterialRef
 from vigil.scene.build import build_scene
 from vigil.scene.things import Hole, RoomShape, Scene, WallPanel
 from vigil.sim.conformance.trial_house import PANE, trial_house

@@ -10,7 +10,7 @@ from vigil.assets.kernel.asset import Asset, Glow
 from vigil.assets.kernel.builder import Builder, PartStyle, Range
 from vigil.assets.kernel.furniture_parts import Corner, Finish, add_case, add_shelves, lining, shelf_heights
 from vigil.assets.kernel.palette import one_of
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 SHELLS = (
     Finish("plastic/#f1f1ee", "white"),

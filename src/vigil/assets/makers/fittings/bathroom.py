@@ -9,7 +9,7 @@ from vigil.assets.kernel.arrange import Maker, creased, drape, lengthwise
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import colour, one_of
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 TAPS = ("chrome", "chrome", "metal/brushed", "metal/brass", "metal/black")
 _SHOWERS = (("steel", "metal/#6a6f74"), ("dark", "metal/dark"), ("black", "metal/black"), ("brass", "metal/brass"))

@@ -9,7 +9,7 @@ from vigil.assets.kernel.arrange import Maker, lengthwise, settled
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import COLOURS, colour, one_of
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 DARK = "plastic/#17181a"
 OFF_SCREEN = "plastic/#0b0d11"

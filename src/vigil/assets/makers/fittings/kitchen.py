@@ -20,7 +20,7 @@ from vigil.assets.kernel.furniture_parts import (
     paint,
 )
 from vigil.assets.kernel.palette import HOT, one_of
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 _RUN_M = 0.61
 """Depth of a counter's run in an L or a U."""

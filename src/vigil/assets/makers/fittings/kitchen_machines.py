@@ -10,7 +10,7 @@ from vigil.assets.kernel.asset import Asset, Glow
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.furniture_parts import Finish
 from vigil.assets.kernel.palette import HOT, one_of
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 _MACHINES = (
     Finish("plastic/#232528", "black"), Finish("plastic/#a8322d", "red"), Finish("metal/steel", "steel"),

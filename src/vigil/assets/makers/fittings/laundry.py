@@ -15,7 +15,7 @@ from vigil.assets.kernel.builder import Builder, PartStyle, Range
 from vigil.assets.kernel.furniture_parts import Finish
 from vigil.assets.kernel.palette import one_of
 from vigil.assets.makers.fittings.appliances import SHELLS
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 _PANEL_M, _FOOT_M, _WALL_M, _DOOR_M = 0.13, 0.05, 0.02, 0.045
 """Heights of the control panel and of the foot, thickness of the shell and of the door."""

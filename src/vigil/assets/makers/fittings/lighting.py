@@ -9,7 +9,7 @@ from vigil.assets.kernel.arrange import Maker, turning
 from vigil.assets.kernel.asset import Asset, Glow
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import colour, one_of
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 WARM = (1.0, 0.84, 0.6)
 LIT = "glow/#ffc861"

@@ -10,7 +10,7 @@ from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle, Range
 from vigil.assets.kernel.furniture_parts import WOODS, Finish, paint
 from vigil.assets.kernel.palette import one_of
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 _DOUBLE_FROM_M = 1.5
 _LEAF_M = 0.04

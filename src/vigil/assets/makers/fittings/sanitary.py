@@ -8,7 +8,7 @@ from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Asset, Mesh
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import one_of
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 _GLAZE = "ceramic/#fffefc"
 _LID_GAP_M = 0.004

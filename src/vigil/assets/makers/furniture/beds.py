@@ -9,7 +9,7 @@ from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.furniture_parts import CLOTHS, Finish, add_legs, cloth, wood
 from vigil.assets.kernel.palette import one_of
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 _CANOPY_FROM_M = 1.5
 _HIGHEST_M = 0.85

@@ -10,7 +10,7 @@ from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.furniture_parts import Finish, add_legs, cloth, leg, wood
 from vigil.assets.kernel.palette import COLOURS, one_of
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 
 def seat_height(levels: Sequence[float], height: float, usual: float) -> float:

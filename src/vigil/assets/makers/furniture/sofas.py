@@ -11,7 +11,7 @@ from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.furniture_parts import Finish, add_legs, cloth, wood
 from vigil.assets.kernel.palette import one_of
 from vigil.assets.makers.furniture.seating import seat_height
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 
 @dataclass(frozen=True, slots=True)

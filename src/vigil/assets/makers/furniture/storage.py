@@ -26,7 +26,7 @@ from vigil.assets.kernel.furniture_parts import (
     wood,
 )
 from vigil.assets.kernel.palette import one_of
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 _DRAWER_FLOOR_M = 0.026
 """How far a drawer's floor is above the lower edge of its row."""

@@ -22,7 +22,7 @@ from vigil.assets.kernel.furniture_parts import (
     wood,
 )
 from vigil.assets.kernel.palette import one_of
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 
 def dining_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:

@@ -9,7 +9,7 @@ from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle, Range
 from vigil.assets.kernel.furniture_parts import CLOTHS, Corner, Finish, add_case, lining, shelf_heights, wood
 from vigil.assets.kernel.palette import COLOURS, one_of
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 _CARDS = (
     ("brown", "#b98e5f"), ("brown", "#a97c4e"), ("light brown", "#cba878"), ("white", "#e4dfd4"), ("blue", "#5b7ea6"),

@@ -10,7 +10,7 @@ from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.palette import colour, one_of
 from vigil.assets.makers.objects.crockery import hollow
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 STEEL = "metal/brushed"
 GRIPS = ("plastic/#1f2022", "wood/walnut", "plastic/#1f2022", "plastic/#b4262b")

@@ -11,7 +11,7 @@ from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.meshes import cross
 from vigil.assets.kernel.palette import colour, one_of
 from vigil.assets.makers.objects.vessels import VASE_FORMS
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 FRAMES = ("wood/oak", "wood/walnut", "wood/black", "wood/white", "metal/gold", "metal/black")
 PLASTIC_SOIL = "carpet/#4a3526"

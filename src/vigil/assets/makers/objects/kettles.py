@@ -9,7 +9,7 @@ from vigil.assets.kernel.arrange import turning
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import colour, one_of
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 _DARK, _GAUGE = "plastic/#1a1b1d", "plastic/#8cc4e6"
 _NECK_ELECTRIC, _NECK_STOVE = 0.72, 0.56

@@ -10,7 +10,7 @@ from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.materials import material
 from vigil.assets.kernel.palette import colour, one_of, word_for
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 DARK = "plastic/#1f2022"
 COVERS = 24

@@ -10,7 +10,7 @@ from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.meshes import cross
 from vigil.assets.kernel.palette import colour, one_of
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 
 WEAVES = ("fabric", "fabric", "stripes", "plaid", "dots", "knit", "velvet")
 

@@ -10,9 +10,9 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from vigil.base.geometry import Pose
 from vigil.errors import SimulatorError
-from vigil.observation import FRAME_HEIGHT, FRAME_WIDTH, Quality
-from vigil.pose import Pose
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Quality
 from vigil.scene.things import Thing
 from vigil.sim.core.views import pose_of
 from vigil.sim.engines.mujoco import held

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vigil.observation import Quality
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
+from vigil.protocol.observation import Quality
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.engine import RayHits
 from vigil.sim.core.sight import AGENTS, Lens

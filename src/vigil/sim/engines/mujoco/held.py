@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vigil.pose import Pose
+from vigil.base.geometry import Pose
 from vigil.scene.things import Thing
 from vigil.sim.engines.mujoco.compiled import frames
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel

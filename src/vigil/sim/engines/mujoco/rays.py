@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from vigil.pose import Vec3
+from vigil.base.geometry import Vec3
 from vigil.sim.core.engine import RayHits
 from vigil.sim.engines.mujoco.compiled import frames
 from vigil.sim.engines.mujoco.compiled.binding import mujoco

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from vigil.pose import Pose, floor_distance
+from vigil.base.geometry import Pose, floor_distance
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.sight import Lens, boxes_of, directions, farthest_m, window_of
 from vigil.sim.engines.mujoco import rays

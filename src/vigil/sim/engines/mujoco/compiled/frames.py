@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from vigil.pose import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3
 from vigil.scene.things import Thing
 
 _SWAP = [0, 2, 1]

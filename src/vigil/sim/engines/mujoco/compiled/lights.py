@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from vigil.pose import heading
+from vigil.base.geometry import heading
 from vigil.scene.outlines import room_floor
 from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim.engines.mujoco.compiled import frames

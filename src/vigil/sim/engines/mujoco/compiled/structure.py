@@ -10,7 +10,7 @@ import mapbox_earcut
 import numpy as np
 import shapely
 
-from vigil.house import EXTERIOR, MaterialRef
+from vigil.protocol.house import EXTERIOR, MaterialRef
 from vigil.scene.outlines import room_floor
 from vigil.scene.things import Hole, RoomShape, Scene, WallPanel
 from vigil.sim.engines.mujoco.compiled.frames import faces as facing

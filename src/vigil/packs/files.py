@@ -1,0 +1,137 @@
+"""Files of a pack: its manifest, and the reading of the files that it lists.
+
+A file is held against its hash at every reading, so that nothing is used but what was frozen, whenever it was changed.
+"""
+
+import hashlib
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from vigil.base.files import MIB, read_file
+from vigil.base.json_files import read_json
+from vigil.base.versions import PackVersions, other_schema
+from vigil.errors import EpisodeError, PackMismatch, first_fault
+from vigil.protocol.episode import Family
+from vigil.protocol.house import MAX_HOUSE_BYTES
+
+PACK_SCHEMA = 1
+MANIFEST, EPISODES, SOLUTIONS, HOUSES = "manifest.json", "episodes.jsonl", "solutions.jsonl", "houses"
+MAX_MANIFEST_BYTES = 16 * MIB
+MAX_LINES_BYTES = 512 * MIB
+NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"
+FILE_PATTERN = r"([A-Za-z0-9][A-Za-z0-9_.-]{0,199}/){0,4}[A-Za-z0-9][A-Za-z0-9_.-]{0,199}"
+"""Of a file that a manifest lists: a plain path inside the pack, and no longer than a file's name may be."""
+_Line = TypeVar("_Line", bound=BaseModel)
+
+
+class Manifest(BaseModel):
+    """What a pack says about itself."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    schema_version: int = PACK_SCHEMA
+    name: str = Field(pattern=NAME_PATTERN)
+    version: str = "1"
+    versions: PackVersions = PackVersions()
+    """Of the package that it was made with; its solutions hold under those."""
+    description: str = ""
+    episodes: int
+    houses: int
+    families: dict[Family, int]
+    meta: dict[str, Any] = Field(default_factory=dict)
+    """Free facts about how it was made: generator versions, seeds, counts by template."""
+    files: dict[str, str]
+    """Relative path -> SHA-256 of the file's bytes."""
+
+    @property
+    def suite(self) -> str | None:
+        """The suite that the pack belongs to, whose measure is its own; None for packs of the families alone."""
+        suite = self.meta.get("suite")
+        return suite if isinstance(suite, str) else None
+
+    @property
+    def version_notes(self) -> tuple[str, ...]:
+        """What a reader must be told because the pack was made under other versions than this package's."""
+        note = self.versions.note(f"Pack {self.name!r}")
+        return () if note is None else (note,)
+
+
+@dataclass(frozen=True, slots=True)
+class PackFiles:
+    """A pack's folder with its manifest."""
+
+    folder: Path
+    manifest: Manifest
+    sha256: str
+    """By which the pack is known: of its manifest, which has those of all its files."""
+
+    @classmethod
+    def of(cls, folder: Path, sha256: str | None = None) -> "PackFiles":
+        """Returns the files of the pack in a folder, the very one of that hash if one is given. Raises PackMismatch."""
+        raw = _read(folder, MANIFEST, MAX_MANIFEST_BYTES)
+        found = hashlib.sha256(raw).hexdigest()
+        if sha256 not in (None, found):
+            raise PackMismatch(
+                f"Pack {str(folder)!r} has SHA-256 {found[:12]}..., expected {str(sha256)[:12]}.... Give the pack that "
+                "the run was played on; another one's episodes cannot be compared."
+            )
+        return cls(folder, _manifest(folder, raw), found)
+
+    def read(self, name: str) -> bytes:
+        """Returns the bytes of a file as they were frozen. Raises PackMismatch when they are others."""
+        expected = self.manifest.files.get(name)
+        if expected is None:
+            raise PackMismatch(f"Pack {str(self.folder)!r}: {MANIFEST} does not list {name}. Freeze the pack again.")
+        data = _read(self.folder, name, MAX_HOUSE_BYTES if name.startswith(HOUSES) else MAX_LINES_BYTES)
+        found = hashlib.sha256(data).hexdigest()
+        if found != expected:
+            raise PackMismatch(
+                f"Pack {str(self.folder)!r}: {name} has SHA-256 {found[:12]}..., the manifest says {expected[:12]}.... "
+                "The file was changed after freezing; restore it, or freeze a new pack."
+            )
+        return data
+
+    def rows(self, name: str, model: type[_Line]) -> list[_Line]:
+        """Returns the rows of a file with one JSON object a line. Raises PackMismatch or EpisodeError."""
+        rows: list[_Line] = []
+        for number, line in enumerate(self.read(name).splitlines(), start=1):
+            try:
+                rows.append(model.model_validate_json(line))
+            except ValidationError as error:
+                place = f"Pack {str(self.folder)!r}: {name} line {number}"
+                raise EpisodeError(f"{place}: {first_fault(error)}.") from None
+        return rows
+
+
+def _read(folder: Path, name: str, limit: int) -> bytes:
+    if not (folder / name).exists():
+        raise PackMismatch(f"Pack {str(folder)!r}: {name} is missing. Is this the folder of a pack, and all of it?")
+    return read_file(folder / name, f"Pack {str(folder)!r}: {name}", PackMismatch, limit)
+
+
+def _manifest(folder: Path, raw: bytes) -> Manifest:
+    try:
+        found = read_json(raw)
+        named = found if isinstance(found, dict) else {}
+        other = other_schema(named.get("schema_version", PACK_SCHEMA), PACK_SCHEMA)
+        if other is not None:
+            raise PackMismatch(f"Pack {str(folder)!r} {other}.")
+        manifest = Manifest.model_validate(found)
+    except ValidationError as error:
+        raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST}: {first_fault(error)}.") from None
+    except ValueError as error:
+        raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST} is not JSON: {error}. Restore it from a copy.") from None
+    for name in (EPISODES, SOLUTIONS):
+        if name not in manifest.files:
+            raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST} does not list {name}. Freeze the pack again.")
+    for name in manifest.files:
+        if not re.fullmatch(FILE_PATTERN, name):
+            raise PackMismatch(
+                f"Pack {str(folder)!r}: {MANIFEST} lists {name[:100]!r}, which may lie outside the pack or be no file. "
+                "Files are named by letters, digits, '_', '.', '-', in folders by '/', e.g. houses/kitchen_1.json."
+            )
+    return manifest

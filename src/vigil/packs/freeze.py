@@ -1,0 +1,105 @@
+"""Freezing: episodes, solutions and houses -> the folder of a pack, whole or not at all, the same bytes every time."""
+
+import hashlib
+import json
+import re
+import shutil
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+
+from vigil.base.versions import PackVersions
+from vigil.errors import EpisodeError, SettingError
+from vigil.packs.files import EPISODES, HOUSES, MANIFEST, NAME_PATTERN, SOLUTIONS, Manifest
+from vigil.packs.pack import Pack, check_house, check_ids, count_families, protocol_faults
+from vigil.protocol.episode import Episode, Solution
+from vigil.protocol.house import House, canonical_json
+
+
+def freeze(
+    folder: Path,
+    episodes: Iterable[Episode],
+    solutions: Iterable[Solution],
+    houses: Iterable[House],
+    *,
+    name: str,
+    version: str = "1",
+    description: str = "",
+    meta: Mapping[str, Any] | None = None,
+    extra: Mapping[str, bytes] | None = None,
+) -> Pack:
+    """Writes a pack into `folder`, new or empty, and returns it loaded; the same input gives the same bytes.
+
+    `extra` are further files, hashed like all others. Raises EpisodeError when an episode contradicts its family, its
+    house or the other episodes, SettingError when the folder is not empty or the name unfit.
+    """
+    check_free(folder, name)
+    ordered = sorted(episodes, key=lambda episode: episode.id)
+    solved = sorted(solutions, key=lambda solution: solution.episode_id)
+    by_name = {house.name: house for house in houses}
+    check_ids(ordered, folder)
+    _check_to_freeze(ordered, by_name, (meta or {}).get("suite"))
+    if [solution.episode_id for solution in solved] != [episode.id for episode in ordered]:
+        raise EpisodeError(f"Pack {name!r}: solutions and episodes differ; every episode needs exactly one solution.")
+    used = sorted({episode.house.name for episode in ordered})
+    contents = {**_contents(ordered, solved, [by_name[house] for house in used]), **(extra or {})}
+    manifest = Manifest(
+        name=name,
+        version=version,
+        versions=PackVersions.here(),
+        description=description,
+        episodes=len(ordered),
+        houses=len(used),
+        families=count_families(ordered),
+        meta=dict(meta or {}),
+        files={path: hashlib.sha256(data).hexdigest() for path, data in sorted(contents.items())},
+    )
+    _write(folder, {**contents, MANIFEST: json.dumps(manifest.model_dump(), indent=1, sort_keys=True).encode() + b"\n"})
+    return Pack.load(folder)
+
+
+def _contents(episodes: list[Episode], solutions: list[Solution], houses: list[House]) -> dict[str, bytes]:
+    """Returns the files of a pack by their paths, but for its manifest."""
+    return {
+        EPISODES: b"".join(_line(episode) for episode in episodes),
+        SOLUTIONS: b"".join(_line(solution) for solution in solutions),
+        **{f"{HOUSES}/{house.name}.json": canonical_json(house.data) + b"\n" for house in houses},
+    }
+
+
+def _check_to_freeze(episodes: list[Episode], houses: Mapping[str, House], suite: str | None) -> None:
+    for episode in episodes:
+        faults, name = protocol_faults(episode, suite), episode.house.name
+        if faults:
+            raise EpisodeError(f"Episode {episode.id!r}: {'; '.join(faults)}.")
+        if name not in houses:
+            raise EpisodeError(f"Episode {episode.id!r}: house {name!r} was not given to be frozen with it.")
+        check_house(episode, houses[name])
+
+
+def _line(model: BaseModel) -> bytes:
+    return canonical_json(model.model_dump(mode="json")) + b"\n"
+
+
+def check_free(folder: Path, name: str) -> None:
+    """Raises SettingError when no pack of that name can be frozen into a folder."""
+    if not re.match(NAME_PATTERN, name):
+        raise SettingError(f"Pack name {name!r}: expected up to 100 letters, digits, '_', '.', '-', e.g. held_out_v1.")
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise SettingError(
+            f"{str(folder)!r} is not empty, or no folder. Packs are never overwritten: freeze into a new one."
+        )
+
+
+def _write(folder: Path, contents: Mapping[str, bytes]) -> None:
+    """Writes a pack whole or not at all: beside its folder first. What a killed process left there goes."""
+    partial = folder.absolute().with_name(f".{folder.absolute().name}.partial")
+    if partial.exists():
+        shutil.rmtree(partial)
+    for path, data in contents.items():
+        target = partial / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(data)
+    partial.rename(folder)

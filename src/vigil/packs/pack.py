@@ -1,0 +1,356 @@
+"""Pack: a frozen folder of episodes with their houses and solutions, verified by hash.
+
+    manifest.json        name, version, counts, SHA-256 of every other file
+    episodes.jsonl       one Episode a line, sorted by id
+    solutions.jsonl      one Solution a line, sorted by episode id
+    houses/<name>.json   canonical JSON
+
+The pack's own hash is the SHA-256 of its manifest's bytes. Plain files, no code. Source: `protocol.md` section 7.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.resources import files
+from itertools import pairwise
+from pathlib import Path
+from typing import Protocol, TypeVar
+
+from pydantic import BaseModel
+
+from vigil.base.json_files import read_json
+from vigil.errors import EpisodeError, PackMismatch, SettingError, did_you_mean
+from vigil.packs.even_draw import SuitePlace, units_in_turn
+from vigil.packs.files import EPISODES, HOUSES, MANIFEST, SOLUTIONS, Manifest, PackFiles
+from vigil.packs.names import STREAM, newest, successor
+from vigil.protocol.episode import FAMILIES, Episode, Family, Solution, own_goal_kinds
+from vigil.protocol.house import House
+
+PACKAGED = Path(str(files("vigil") / "data" / "packs"))
+"""Where the packs lie that come with the package."""
+ANSWERS = "closure.jsonl"
+"""Of a pack of the closure-stress suite: see `vigil.scoring.closure`."""
+HOUSES_KEPT = 16
+"""Houses that a pack holds in memory; others are read again from disk."""
+_Line = TypeVar("_Line", bound=BaseModel)
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Which episodes of a pack to take; everything by default."""
+
+    families: tuple[Family, ...] = ()
+    ids: tuple[str, ...] = ()
+    limit: int | None = None
+    """Only so many of the selected, evenly drawn: see `even_draw`. Twins are taken together or not at all."""
+
+
+class AssetSizes(Protocol):
+    """A database of assets, as far as a pack compares it with its own."""
+
+    @property
+    def sha256(self) -> str | None:
+        """Of its file; None without one."""
+        ...
+
+    def __contains__(self, asset_id: str) -> bool: ...
+
+
+class Pack:
+    """A pack whose files have been verified against its manifest."""
+
+    def __init__(self, own_files: PackFiles) -> None:
+        """Use `Pack.load`."""
+        self._files = own_files
+        self.folder = own_files.folder
+        self.manifest = own_files.manifest
+        self.sha256 = own_files.sha256
+        self.episodes = tuple(own_files.rows(EPISODES, Episode))
+        self._houses: dict[str, House] = {}
+
+    @classmethod
+    def load(cls, path: str | Path, sha256: str | None = None) -> "Pack":
+        """Returns the pack in a folder, or the packaged one of that name; every file's hash is verified.
+
+        With `sha256` it is the very pack of that hash. Raises PackMismatch, EpisodeError or HouseError with what is
+        wrong, where, and what to do.
+        """
+        own_files = PackFiles.of(find(path), sha256)
+        for name in sorted(own_files.manifest.files):
+            own_files.read(name)
+        pack = cls(own_files)
+        pack._check()
+        return pack
+
+    @property
+    def name(self) -> str:
+        """The pack's name."""
+        return self.manifest.name
+
+    @cached_property
+    def solutions(self) -> dict[str, Solution]:
+        """The recorded solutions by episode id."""
+        return {solution.episode_id: solution for solution in self._files.rows(SOLUTIONS, Solution)}
+
+    @cached_property
+    def places(self) -> dict[str, SuitePlace]:
+        """Where each episode stands in the pack's suite, by id; nothing for a pack of the families alone."""
+        if ANSWERS not in self.manifest.files:
+            return {}
+        return {place.episode_id: place for place in self._files.rows(ANSWERS, SuitePlace)}
+
+    @property
+    def pairs(self) -> dict[str, str]:
+        """The pair of each episode that has a twin, by id."""
+        return {name: place.pair for name, place in self.places.items() if place.pair is not None}
+
+    def house_of(self, episode: Episode) -> House:
+        """Returns an episode's house as it was frozen; several threads may ask at once.
+
+        Raises PackMismatch or HouseError.
+        """
+        name = episode.house.name
+        house = self._houses.pop(name, None) or self._house(name)
+        self._houses[name] = house
+        for oldest in list(self._houses)[:-HOUSES_KEPT]:
+            self._houses.pop(oldest, None)
+        return house
+
+    def _house(self, name: str) -> House:
+        file = f"{HOUSES}/{name}.json"
+        return House.of_json(name, self._files.read(file), f"House file {str(self.folder / file)!r}")
+
+    def check_assets(self, given: AssetSizes) -> None:
+        """Raises PackMismatch when things would have other sizes than those that the pack was made with."""
+        if self.asset_database_sha256 is None and given.sha256 is not None and not self._names_asset_of(given):
+            return  # a database changes nothing where no house has an asset of it
+        fault = other_assets(f"Pack {self.name!r}", self.asset_database_sha256, given.sha256)
+        if fault is not None:
+            raise PackMismatch(fault)
+
+    @property
+    def asset_database_sha256(self) -> str | None:
+        """Of the asset database that it was made with; None without one."""
+        return self.manifest.meta.get("asset_database_sha256")
+
+    def _names_asset_of(self, given: AssetSizes) -> bool:
+        first = {episode.house.name: episode for episode in self.episodes}
+        return any(node.asset_id in given for episode in first.values() for node, _ in self.house_of(episode).objects())
+
+    def episode(self, episode_id: str) -> Episode:
+        """Returns one episode. Raises SettingError with a suggestion."""
+        for episode in self.episodes:
+            if episode.id == episode_id:
+                return episode
+        known = [episode.id for episode in self.episodes]
+        hint = did_you_mean(episode_id, known) or f" Its episodes are listed in {str(self.folder / EPISODES)!r}."
+        raise SettingError(f"Pack {self.name!r} has no episode {episode_id!r}.{hint}")
+
+    def select(self, selection: Selection) -> list[Episode]:
+        """Returns the selected episodes, sorted by id. Raises SettingError when there are none."""
+        if selection.limit is not None and selection.limit < 1:
+            raise SettingError(f"A limit of {selection.limit} episodes leaves nothing to play. Give 1 or more.")
+        for family in selection.families:
+            if family not in FAMILIES:
+                raise SettingError(f"There is no family {family!r}. The families are {', '.join(FAMILIES)}.")
+        wanted = {self.episode(episode_id).id for episode_id in selection.ids}
+        chosen = [
+            episode
+            for episode in self.episodes
+            if (not wanted or episode.id in wanted) and (not selection.families or episode.family in selection.families)
+        ]
+        if not chosen:
+            raise SettingError(f"Pack {self.name!r} has no episode that fits the selection. See `vigil pack info`.")
+        if selection.limit is not None:
+            chosen = self._first(chosen, selection.limit)
+        return chosen
+
+    def _first(self, episodes: Sequence[Episode], limit: int) -> list[Episode]:
+        """Returns so many episodes, evenly drawn; one fewer where only one of two twins would fit."""
+        found: list[Episode] = []
+        for unit in units_in_turn(episodes, self.places):
+            if len(found) + len(unit) > limit:
+                break
+            found += unit
+        if not found:
+            raise SettingError(f"A limit of {limit} leaves nothing to play: the episodes are twins. Give 2 or more.")
+        return sorted(found, key=lambda episode: episode.id)
+
+    def _check(self) -> None:
+        check_ids(self.episodes, self.folder)
+        counts = count_families(self.episodes)
+        hashes = {episode.house.name: episode.house.sha256 for episode in self.episodes}
+        if len(hashes) != self.manifest.houses:
+            raise PackMismatch(
+                f"Pack {str(self.folder)!r}: the manifest promises {self.manifest.houses} houses, the episodes are in "
+                f"{len(hashes)}. Freeze it again."
+            )
+        if len(self.episodes) != self.manifest.episodes or counts != self.manifest.families:
+            raise PackMismatch(
+                f"Pack {str(self.folder)!r}: the manifest promises {self.manifest.episodes} episodes "
+                f"({self.manifest.families}), {EPISODES} holds {len(self.episodes)} ({counts}). Freeze it again."
+            )
+        for episode in sorted(self.episodes, key=lambda episode: episode.house.name):
+            if f"{HOUSES}/{episode.house.name}.json" not in self.manifest.files:
+                known = [Path(name).stem for name in self.manifest.files if name.startswith(HOUSES)]
+                raise PackMismatch(
+                    f"Episode {episode.id!r}: house {episode.house.name!r} is not in pack {self.name!r}."
+                    f"{did_you_mean(episode.house.name, known)}"
+                )
+            check_house(episode, self.house_of(episode))
+        sources = self.manifest.meta.get("house_sources")
+        for name, source in (sources if isinstance(sources, dict) else {}).items():
+            if isinstance(source, dict) and source.get("sha256") not in (None, hashes.get(name)):
+                raise PackMismatch(
+                    f"Pack {str(self.folder)!r}: {MANIFEST}: meta.house_sources gives house {name!r} another SHA-256 "
+                    "than its episodes do. Freeze it again."
+                )
+
+
+def other_assets(what: str, wanted: str | None, given: str | None) -> str | None:
+    """Returns what is wrong when `what` was made with the asset database `wanted`, and another or none is `given`."""
+    if wanted == given:
+        return None
+    made, here = (
+        "no asset database" if each is None else f"the asset database of SHA-256 {each[:12]}..."
+        for each in (wanted, given)
+    )
+    do = "Leave out --assets, and unset VIGIL_ASSETS." if wanted is None else "Give --assets with that very file."
+    return f"{what} was made with {made}, and here is {here}: things would have other sizes. {do}"
+
+
+def find(path: str | Path) -> Path:
+    """Returns the folder of a pack: `path` itself, or the packaged pack of that name, without a version the newest.
+
+    Raises PackMismatch.
+    """
+    folder, name = Path(path), str(path)
+    if folder.is_dir():
+        return folder
+    if name.startswith(STREAM):
+        raise PackMismatch(
+            f"{name!r} is a stream, not a pack. `vigil pack stream --seed SEED --count 200 --out FOLDER` writes its "
+            "first episodes as one; then give the folder."
+        )
+    names = packaged_names()
+    if name in names:
+        return PACKAGED / name
+    known = {alias: PACKAGED / each for each in names for alias in (*_aliases(PACKAGED / each), each)}
+    found = name if name in known else newest(name, known)
+    if found is not None:
+        return known[found]
+    later = successor(name, known)
+    if later is not None:
+        raise PackMismatch(
+            f"Pack {name!r} does not come with this package; {later!r} is its newest version here. What was played on "
+            f"{name!r} can only be read with that very pack: give its folder."
+        )
+    raise PackMismatch(
+        f"There is no pack {name!r}: neither a folder nor a packaged one ({', '.join(names) or 'none'})."
+        f"{did_you_mean(name, names)}"
+    )
+
+
+def packaged_names() -> list[str]:
+    """Returns the names of the packs that come with the package, sorted."""
+    return sorted(entry.parent.name for entry in PACKAGED.glob(f"*/{MANIFEST}"))
+
+
+def manifest_of(path: str | Path) -> Manifest:
+    """Returns what a pack says about itself; no other file of it is read. Raises PackMismatch."""
+    return PackFiles.of(find(path)).manifest
+
+
+def manifest_sha256(folder: Path) -> str:
+    """Returns the hash by which a pack is known. Raises PackMismatch when there is no manifest."""
+    return PackFiles.of(folder).sha256
+
+
+def _aliases(folder: Path) -> list[str]:
+    """Returns the other names that a pack goes by."""
+    return list(manifest_of(folder).meta.get("aliases", ()))
+
+
+def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:
+    """Returns the episodes of the very pack with that hash, for readers who need none of its houses.
+
+    Raises PackMismatch when the pack at `path` is another one, or its episodes differ from its manifest.
+    """
+    return PackFiles.of(find(path), sha256).rows(EPISODES, Episode)
+
+
+def frozen_table(path: str | Path, name: str, model: type[_Line]) -> list[_Line]:
+    """Returns the rows of a further file of a pack, one JSON object a line, verified by hash. Raises PackMismatch."""
+    return PackFiles.of(find(path)).rows(name, model)
+
+
+def count_rooms(folder: Path) -> dict[str, int]:
+    """Returns how many rooms each house of the pack in `folder` has. Raises PackMismatch."""
+    own_files = PackFiles.of(folder)
+    found: dict[str, int] = {}
+    for name in own_files.manifest.files:
+        if name.startswith(f"{HOUSES}/"):
+            try:
+                found[Path(name).stem] = len(read_json(own_files.read(name))["rooms"])
+            except (ValueError, TypeError, KeyError) as error:
+                raise PackMismatch(f"{str(folder / name)!r} is no house ({error!r}). Freeze the pack again.") from None
+    return found
+
+
+def count_families(episodes: Iterable[Episode]) -> dict[Family, int]:
+    """Returns how many episodes each family has, in the order of the table; absent families are left out."""
+    counts = dict.fromkeys(FAMILIES, 0)
+    for episode in episodes:
+        counts[episode.family] += 1
+    return {family: count for family, count in counts.items() if count}
+
+
+def check_house(episode: Episode, house: House) -> None:
+    """Raises PackMismatch or EpisodeError when an episode and its house do not belong together."""
+    if house.sha256 != episode.house.sha256:
+        raise PackMismatch(
+            f"Episode {episode.id!r}: house {house.name!r} has SHA-256 {house.sha256[:12]}..., the episode was made "
+            f"for {episode.house.sha256[:12]}.... Restore the house that it was made for, or author the episode anew."
+        )
+    parents = {change.placement.parent for change in episode.setup.objects.values() if change.placement}
+    named = {
+        "bindings or goal": set(episode.bound_ids()),
+        "setup": set(episode.setup.objects) | {parent for parent in parents if parent is not None},
+    }
+    for place, ids in named.items():
+        for object_id in sorted(each for each in ids if not house.may_have(each)):
+            raise EpisodeError(
+                f"Episode {episode.id!r}: {place} names {object_id!r}, absent from house {house.name!r}."
+                f"{did_you_mean(object_id, house.ids)}"
+            )
+
+
+def protocol_faults(episode: Episode, suite: str | None = None) -> list[str]:
+    """Returns in what an episode departs from the table of families: budgets, start horizon, kind of goal.
+
+    `suite` is that of the pack which it is for.
+    """
+    spec = FAMILIES[episode.family]
+    faults: list[str] = []
+    if suite is None and episode.goal.kind not in own_goal_kinds(episode.family):
+        faults.append(f"a goal of kind {episode.goal.kind} is asked for in the packs of a suite alone")
+    if (episode.max_steps, episode.max_invalid) != (spec.max_steps, spec.max_invalid):
+        faults.append(
+            f"budgets are {episode.max_steps} steps and {episode.max_invalid} invalid actions, family {episode.family} "
+            f"has {spec.max_steps} and {spec.max_invalid}"
+        )
+    if spec.start_horizon is not None and episode.start.horizon != spec.start_horizon:
+        faults.append(
+            f"start horizon is {episode.start.horizon:g}, family {episode.family} starts at {spec.start_horizon:g}"
+        )
+    return faults
+
+
+def check_ids(episodes: Sequence[Episode], folder: Path) -> None:
+    """Raises EpisodeError unless ids are unique and sorted."""
+    ids = [episode.id for episode in episodes]
+    for before, after in pairwise(ids):
+        if before == after:
+            raise EpisodeError(f"Pack {str(folder)!r}: two episodes have the id {before!r}; ids must be unique.")
+        if before > after:
+            raise EpisodeError(f"Pack {str(folder)!r}: episode {after!r} comes after {before!r}; sort them by id.")

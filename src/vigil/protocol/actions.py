@@ -1,0 +1,251 @@
+"""Skills, intents, statuses and actions: the four things that an agent can do.
+
+The literal tables `SKILLS`, `INTENTS` and `STATUSES` feed both the prompt (`vigil.protocol.prompt`) and the parser
+(`vigil.protocol.replies`), so that the two cannot drift apart. Source: `protocol.md` sections 2.2 and 2.3; the paper's
+tables `action_specs`, `intents`, `report_statuses`, whose descriptions stand here verbatim.
+"""
+
+import base64
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+SkillName = Literal["navigate", "look", "interact_pixel", "report"]
+NavigateMode = Literal["forward", "backward", "turn_left", "turn_right"]
+LookDirection = Literal["up", "down"]
+Intent = Literal["ground", "open_access", "close_access", "activate", "deactivate", "pick", "place", "drop"]
+Status = Literal["success", "fail", "unsafe", "invalid", "on", "off", "open", "closed"]
+
+STEP_M = 0.25
+MAX_STEPS_PER_ACTION = 40
+MAX_TURN_DEG = 360.0
+REACH_M = 1.5
+REACH_HEIGHT_M = 2.2
+HORIZON_UP_DEG = -30.0
+HORIZON_DOWN_DEG = 60.0
+
+Coordinates = Literal["pixel", "normalized_1000"]
+ReplyPolicy = Literal["strict", "lenient"]
+ReplySource = Literal["agent", "server", "library"]
+"""Where a reply's text was taken: from the agent itself (a script, a program, a person), from the answer of a model's
+server as it arrived, or from a library's rendering of that answer, which may have cut or joined it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """One argument of a skill, as the prompt describes it and the parser checks it."""
+
+    name: str
+    type: Literal["enum", "number", "int", "string"]
+    description: str
+    values: tuple[str, ...] = ()
+    """The vocabulary of an enum."""
+    unless_drop: bool = False
+    """Conditionally required: not for the intent `drop`."""
+
+
+@dataclass(frozen=True, slots=True)
+class IntentSpec:
+    """What an intent means, and whether it needs a pixel."""
+
+    semantics: str
+    needs_pixel: bool = True
+
+
+INTENTS: dict[Intent, IntentSpec] = {
+    "ground": IntentSpec("Point/click/locate without changing world state"),
+    "open_access": IntentSpec("Open a container or access point"),
+    "close_access": IntentSpec("Close a container or access point"),
+    "activate": IntentSpec("Turn on / toggle on"),
+    "deactivate": IntentSpec("Turn off / toggle off"),
+    "pick": IntentSpec("Pick up an object"),
+    "place": IntentSpec("Place a held object at target"),
+    "drop": IntentSpec("Drop the currently held object", needs_pixel=False),
+}
+
+INTENT_ALIASES: dict[str, Intent] = {
+    "click": "ground",
+    "locate": "ground",
+    "point": "ground",
+    "point_at": "ground",
+    "open": "open_access",
+    "close": "close_access",
+    "shut": "close_access",
+    "switch_on": "activate",
+    "toggle_on": "activate",
+    "turn_on": "activate",
+    "switch_off": "deactivate",
+    "toggle_off": "deactivate",
+    "turn_off": "deactivate",
+    "grab": "pick",
+    "grasp": "pick",
+    "pick_up": "pick",
+    "pickup": "pick",
+    "take": "pick",
+    "put": "place",
+    "put_down": "place",
+    "put_in": "place",
+    "put_on": "place",
+    "release": "drop",
+}
+"""Published: other words for an intent, taken at run time. Nothing else has aliases."""
+
+STATUSES: dict[Status, str] = {
+    "success": "Agent claims the task goal has been achieved",
+    "fail": "Agent concedes it cannot complete the task",
+    "unsafe": "Agent flags a safety concern",
+    "invalid": "Agent flags the task as invalid or unsolvable",
+    "on": "State-recognition report: observed state is on",
+    "off": "State-recognition report: observed state is off",
+    "open": "State-recognition report: observed state is open",
+    "closed": "State-recognition report: observed state is closed",
+}
+
+_MODES = ("forward", "backward", "turn_left", "turn_right")
+_DIRECTIONS = ("up", "down")
+SKILLS: dict[SkillName, tuple[Argument, ...]] = {
+    "navigate": (
+        Argument("mode", "enum", ", ".join(_MODES), _MODES),
+        Argument("magnitude", "number", "Step count (fwd/bwd) or rotation in degrees (turns)"),
+    ),
+    "look": (
+        Argument("direction", "enum", ", ".join(_DIRECTIONS), _DIRECTIONS),
+        Argument("magnitude", "number", "Pitch change in degrees"),
+    ),
+    "interact_pixel": (
+        Argument("intent", "enum", "One of eight canonical intents (Table intents)", tuple(INTENTS)),
+        Argument("x", "int", "Horizontal pixel coordinate in the current RGB frame", unless_drop=True),
+        Argument("y", "int", "Vertical pixel coordinate in the current RGB frame", unless_drop=True),
+    ),
+    "report": (
+        Argument("status", "enum", "Terminal status (Table report_statuses)", tuple(STATUSES)),
+        Argument("summary", "string", "Brief justification for the chosen status"),
+    ),
+}
+
+
+class _Action(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Navigate(_Action):
+    """Walk `magnitude` steps of 0.25 m, or turn `magnitude` degrees."""
+
+    skill_name: Literal["navigate"] = "navigate"
+    mode: NavigateMode
+    magnitude: float = Field(gt=0)
+
+
+class Look(_Action):
+    """Change the camera's pitch by `magnitude` degrees."""
+
+    skill_name: Literal["look"] = "look"
+    direction: LookDirection
+    magnitude: float = Field(gt=0)
+
+
+class InteractPixel(_Action):
+    """Act on the object under pixel (x, y) of the current frame; `drop` needs no pixel."""
+
+    skill_name: Literal["interact_pixel"] = "interact_pixel"
+    intent: Intent
+    x: int | None = None
+    y: int | None = None
+
+
+class Report(_Action):
+    """Close the episode. `raw_status` is what the agent wrote when it is not in the vocabulary."""
+
+    skill_name: Literal["report"] = "report"
+    status: Status
+    summary: str
+    raw_status: str | None = None
+
+
+PhysicalAction = Navigate | Look | InteractPixel
+Action = Annotated[Navigate | Look | InteractPixel | Report, Field(discriminator="skill_name")]
+
+
+class InvalidAction(_Action):
+    """A reply that is no action: data, not an error. Uses up a step and changes nothing."""
+
+    kind: Literal["protocol_failure", "malformed_action"]
+    reason: str
+    """A short code, e.g. `not_json`, `several_objects`, `unknown_skill`, `pixel_outside_frame`."""
+    detail: str = ""
+    would_parse_leniently: bool = False
+
+
+class ParsedReply(_Action):
+    """An action with what came along: kept verbatim, never scored."""
+
+    action: Action
+    thought: Any = None
+    cognitive_state: Any = None
+    ignored_keys: tuple[str, ...] = ()
+
+
+class Usage(_Action):
+    """Tokens that one reply took."""
+
+    input_tokens: int = 0
+    output_tokens: int = 0
+
+
+class ReplyCut(_Action):
+    """What a reply was before it was cut for the record."""
+
+    text_bytes: int
+    answer_bytes: int
+    """Without the reasoning: what the limit on a reply's length counts."""
+    sha256: str
+    """Of all its bytes."""
+
+
+class Reply(_Action):
+    """What an agent's `act` returns: its raw text, with what the provider said about it.
+
+    `text` takes any string or bytes; what UTF-8 cannot carry is replaced by U+FFFD, `is_utf8` is False, and the bytes
+    themselves are in `raw_base64` (of a string with lone surrogates: with these encoded like other characters).
+    """
+
+    text: str
+    is_utf8: bool = True
+    raw_base64: str | None = None
+    reply_source: ReplySource = "agent"
+    finish_reason: str | None = None
+    """In the provider's own word: `stop`, `end_turn`, `length`, `MAX_TOKENS` ..."""
+    reasoning_chars: int = 0
+    reasoning: str = Field(default="", exclude=True, repr=False)
+    """That came apart from the text, where it is kept: beside the record (`vigil.records.kept_reasoning`), never in
+    it."""
+    tool_call: str | None = Field(default=None, exclude_if=lambda name: name is None)
+    """Name of the tool that the server says the model called in the place of an answer; rows without one leave it
+    out, as all did before there was the field."""
+    usage: Usage | None = None
+    seconds: float = 0.0
+    provider_rejected: bool = False
+    """The provider refused because of content or length, three times: a protocol failure."""
+    agent_ended: str = ""
+    """What a program did instead of answering a frame: it ended, hung or wrote out of turn. A protocol failure."""
+    cut: ReplyCut | None = None
+    """Set when `text` is only a part of what was said, and was judged as: see `vigil.protocol.kept_reply`."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _carry_any_text(cls, fields: Any) -> Any:
+        if not isinstance(fields, dict) or not isinstance(fields.get("text"), str | bytes):
+            return fields
+        text = fields["text"]
+        raw = text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text
+        try:
+            return {**fields, "text": raw.decode("utf-8")}
+        except UnicodeDecodeError:
+            facts = {"is_utf8": False, "raw_base64": base64.b64encode(raw).decode()}
+            return {**fields, "text": raw.decode("utf-8", "replace"), **facts}
+
+    @property
+    def raw(self) -> bytes:
+        """The bytes of the text as it came."""
+        return self.text.encode() if self.raw_base64 is None else base64.b64decode(self.raw_base64)

@@ -1,0 +1,354 @@
+"""Goals: what must be true in the hidden world for an episode to count as completed.
+
+The kinds of goals and constraints, whether each holds at one moment, and what it asks for in words.
+`vigil.scoring.goal_check` applies them to a record. Source: `protocol.md` section 4.1.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import Annotated, Literal, assert_never
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from vigil.base.geometry import floor_distance
+from vigil.protocol.world import CLOSED_BELOW, OPEN_ABOVE, Effect, ObjectState, StateQuery, WorldState
+
+OBSERVABLE_PX = 40
+OBSERVABLE_M = 6.0
+STRICTLY_OPEN = 0.99
+STRICTLY_CLOSED = 0.01
+TOLERANCE = 1e-6
+NEAR_M = 1.5
+"""Distance threshold of `agent_near_target`, and the reach that progress is measured to."""
+MOST_PARTS = 24
+"""Parts of an `all_of` goal, at most: as many things as a home may have that stand open."""
+_STATES = {("is_open", True): "is open", ("is_open", False): "is closed"}
+_STATES |= {("is_toggled", True): "is on", ("is_toggled", False): "is off"}
+_CONSTRAINTS = {
+    "object_open": "is open",
+    "object_closed": "is closed",
+    "object_on": "is on",
+    "object_off": "is off",
+    "object_released": "is no longer in the hand",
+}
+
+
+class Constraint(BaseModel):
+    """What a constraint-resolving episode asks for besides its goal."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    kind: Literal["object_open", "object_closed", "object_on", "object_off", "object_moved", "object_released"]
+    """`object_moved`: taken up, or away from its place at reset by `distance_m` or more in the floor
+    plane. `object_released`: no longer in the hand (the hand was emptied)."""
+    object_id: str
+    latched: bool
+    """True for an event (met once is met), false for a state (must be so at closure)."""
+    distance_m: float | None = Field(default=None, gt=0, allow_inf_nan=False)
+
+    @model_validator(mode="after")
+    def _moved_has_distance(self) -> "Constraint":
+        if (self.kind == "object_moved") != (self.distance_m is not None):
+            raise ValueError("`distance_m` belongs to `object_moved`, and `object_moved` needs it")
+        return self
+
+
+class _Goal(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    object_id: str
+    """The target."""
+    constraint: Constraint | None = None
+    """CR only: must be resolved too."""
+    chain: tuple["Link", ...] = ()
+    """SM only: the ordered sub-conditions before the final one; they count for progress alone."""
+
+    def ids(self) -> set[str]:
+        """Returns the ids of all objects that the goal, its constraint and its chain name."""
+        own = {self.object_id} | ({self.constraint.object_id} if self.constraint else set())
+        return own.union(*(link.ids() for link in self.chain))
+
+
+class TargetGrounded(_Goal):
+    """The last `ground` click is on the target."""
+
+    kind: Literal["target_grounded"] = "target_grounded"
+
+
+class AgentNearTarget(_Goal):
+    """The agent's body is less than `threshold_m` from the target's box, in the floor plane."""
+
+    kind: Literal["agent_near_target"] = "agent_near_target"
+    threshold_m: float = Field(default=NEAR_M, gt=0, allow_inf_nan=False)
+
+
+class ObjectInState(_Goal):
+    """The target is seen (latched), open or closed, on or off."""
+
+    kind: Literal["object_state"] = "object_state"
+    state: Literal["is_visible", "is_open", "is_toggled"]
+    value: bool = True
+
+    @model_validator(mode="after")
+    def _seen_is_true(self) -> "ObjectInState":
+        if self.state == "is_visible" and not self.value:
+            raise ValueError("a goal can ask that something is seen, not that it is not")
+        return self
+
+
+class ObjectHeld(_Goal):
+    """The target is in the hand."""
+
+    kind: Literal["object_held"] = "object_held"
+
+
+class ObjectAtReceptacle(_Goal):
+    """The target lies on the receptacle: on a top or an open shelf of it, not within what opens of it or upon it.
+
+    With `inside`: on an interior surface of it, not on its top or rim.
+    """
+
+    kind: Literal["object_at_receptacle"] = "object_at_receptacle"
+    receptacle_id: str
+    inside: bool = False
+
+    def ids(self) -> set[str]:
+        """Returns the ids of all objects that the goal, its constraint and its chain name."""
+        return super().ids() | {self.receptacle_id}
+
+
+class ReportStatus(_Goal):
+    """The state of the target is observable when the episode is closed; the label is for the report."""
+
+    kind: Literal["report_status"] = "report_status"
+    state: StateQuery
+
+
+Link = Annotated[ObjectInState | ObjectHeld | ObjectAtReceptacle, Field(discriminator="kind")]
+
+
+GoalPart = Annotated[ObjectInState | ObjectAtReceptacle, Field(discriminator="kind")]
+
+
+class AllOf(_Goal):
+    """Several things are each in the state, or in the place, that is asked for; `object_id` is the first of them."""
+
+    kind: Literal["all_of"] = "all_of"
+    parts: tuple[GoalPart, ...] = Field(min_length=2, max_length=MOST_PARTS)
+
+    @model_validator(mode="after")
+    def _are_different_things(self) -> "AllOf":
+        ids = [part.object_id for part in self.parts]
+        if len(set(ids)) < len(ids) or ids[0] != self.object_id:
+            raise ValueError("the parts of `all_of` are about different things, the first of them `object_id`")
+        if any(isinstance(part, ObjectInState) and part.state == "is_visible" for part in self.parts):
+            raise ValueError("the parts of `all_of` are places or states of things: open or closed, on or off")
+        if any(part.constraint is not None or part.chain for part in self.parts):
+            raise ValueError("the parts of `all_of` have neither a constraint nor a chain of their own")
+        return self
+
+    def ids(self) -> set[str]:
+        """Returns the ids of all objects that the goal, its constraint and its chain name."""
+        return super().ids().union(*(part.ids() for part in self.parts))
+
+
+Goal = Annotated[
+    TargetGrounded | AgentNearTarget | ObjectInState | ObjectHeld | ObjectAtReceptacle | ReportStatus | AllOf,
+    Field(discriminator="kind"),
+]
+for _variant in (TargetGrounded, AgentNearTarget, ObjectInState, ObjectHeld, ObjectAtReceptacle, ReportStatus, AllOf):
+    _variant.model_rebuild()
+
+
+StateLabel = Literal["on", "off", "open", "closed"]
+STATE_LABELS: dict[StateQuery, tuple[StateLabel, StateLabel]] = {
+    "is_toggled": ("on", "off"),
+    "is_open": ("open", "closed"),
+}
+"""State queried -> its two labels: of a state that is true, and of one that is false."""
+
+
+def state_label(query: StateQuery, *, is_toggled: bool | None, openness: float | None) -> StateLabel:
+    """Returns the label of a thing's state."""
+    positive, negative = STATE_LABELS[query]
+    holds = bool(is_toggled) if query == "is_toggled" else (openness or 0.0) > OPEN_ABOVE
+    return positive if holds else negative
+
+
+def is_observable(state: ObjectState) -> bool:
+    """Whether the object can be told in the frame."""
+    return _can_be_told(state, state.visible_px)
+
+
+def is_state_observable(state: ObjectState, query: StateQuery) -> bool:
+    """Whether the parts that show the queried state can be told in the frame."""
+    return _can_be_told(state, state.state_px(query))
+
+
+def _can_be_told(state: ObjectState, pixels: int) -> bool:
+    nearest_m = state.nearest_visible_m
+    return pixels >= OBSERVABLE_PX and nearest_m is not None and nearest_m <= OBSERVABLE_M
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """What one row is judged on."""
+
+    initial: WorldState
+    world: WorldState
+    closing: WorldState
+    """The world of the frame that the last reply answered."""
+    last_ground: Effect | None
+
+
+def truth(goal: Goal, moments: Sequence[Moment]) -> tuple[list[bool], list[bool]]:
+    """Returns semantic and strict truth per row, without constraint and tampering."""
+    pairs = [_holds(goal, moment) for moment in moments]
+    semantic, strict = [pair[0] for pair in pairs], [pair[0] and pair[1] for pair in pairs]
+    if isinstance(goal, ObjectInState) and goal.state == "is_visible":
+        return latched(semantic), latched(strict)
+    return semantic, strict
+
+
+def _holds(goal: Goal, moment: Moment) -> tuple[bool, bool]:
+    """Returns (semantic, strict) at one moment; strict counts only together with semantic."""
+    state = moment.world.objects[goal.object_id]
+    match goal:
+        case TargetGrounded():
+            return grounded(goal.object_id, state.category, moment.last_ground)
+        case AgentNearTarget():
+            return state.box_distance_m < goal.threshold_m, state.center_distance_m < goal.threshold_m
+        case ObjectInState():
+            return _in_state(goal, state)
+        case ObjectHeld():
+            return state.is_held, True
+        case ObjectAtReceptacle():
+            return _at_receptacle(goal, state)
+        case ReportStatus():
+            seen = moment.closing.objects[goal.object_id]
+            return is_state_observable(seen, goal.state), seen.visible
+        case AllOf():
+            found = [_holds(part, moment) for part in goal.parts]
+            return all(semantic for semantic, _ in found), all(strict for _, strict in found)
+        case _:
+            assert_never(goal)
+
+
+def grounded(object_id: str, category: str, ground: Effect | None) -> tuple[bool, bool]:
+    """Returns whether a click is on a thing or within 3 px of it and on no other of its category, and strictly."""
+    if ground is None:
+        return False, False
+    is_own = ground.hit == object_id
+    is_near = object_id in ground.near and ground.hit_category != category
+    return is_own or is_near, is_own
+
+
+def _at_receptacle(goal: ObjectAtReceptacle, state: ObjectState) -> tuple[bool, bool]:
+    receptacle, is_child = goal.receptacle_id, state.parent == goal.receptacle_id
+    if goal.inside:
+        is_inside = receptacle in state.inside
+        return not state.is_held and (is_inside or receptacle in state.over_inside), is_child and is_inside
+    reaches = is_child or receptacle in state.support_chain or receptacle in state.over
+    return not state.is_held and reaches and receptacle not in state.not_on, is_child
+
+
+def _in_state(goal: ObjectInState, state: ObjectState) -> tuple[bool, bool]:
+    if goal.state == "is_visible":
+        return is_observable(state), state.visible
+    if goal.state == "is_toggled":
+        return state.is_toggled is goal.value, True
+    if state.openness is None:
+        return False, False
+    if goal.value:
+        return state.openness > OPEN_ABOVE, state.openness >= STRICTLY_OPEN
+    return state.openness < CLOSED_BELOW, state.openness <= STRICTLY_CLOSED
+
+
+def tampered_since_reset(goal: Goal, moments: Sequence[Moment]) -> list[bool]:
+    """Returns whether the queried state was ever changed, per row; always False without a query."""
+    if not isinstance(goal, ReportStatus):
+        return [False] * len(moments)
+    states = [moment.world.objects[goal.object_id] for moment in moments]
+    if goal.state == "is_toggled":
+        return latched([state.is_toggled != states[0].is_toggled for state in states])
+    first = states[0].openness or 0.0
+    return latched([abs((state.openness or 0.0) - first) > TOLERANCE for state in states])
+
+
+def resolved(constraint: Constraint, moments: Sequence[Moment]) -> list[bool]:
+    """Returns whether the constraint is resolved, row by row."""
+    met = [is_met(constraint, moment) for moment in moments]
+    return latched(met) if constraint.latched else met
+
+
+def is_met(constraint: Constraint, moment: Moment) -> bool:
+    """Whether the constraint is met at one moment, whatever was before."""
+    state = moment.world.objects[constraint.object_id]
+    match constraint.kind:
+        case "object_open":
+            return state.openness is not None and state.openness > OPEN_ABOVE
+        case "object_closed":
+            return state.openness is not None and state.openness < CLOSED_BELOW
+        case "object_on":
+            return state.is_toggled is True
+        case "object_off":
+            return state.is_toggled is False
+        case "object_released":
+            return not state.is_held
+        case "object_moved":
+            return displacement_m(constraint, moment) >= (constraint.distance_m or 0.0) - TOLERANCE
+
+
+def displacement_m(constraint: Constraint, moment: Moment) -> float:
+    """Returns how far the object is from its place at reset (m); as far as asked for while it is held."""
+    state, first = moment.world.objects[constraint.object_id], moment.initial.objects[constraint.object_id]
+    if state.is_held:
+        return constraint.distance_m or 0.0
+    return floor_distance(state.position, first.position)
+
+
+def latched(values: Sequence[bool]) -> list[bool]:
+    """Returns whether a value has been true so far, row by row."""
+    return list(accumulate(values, lambda before, now: before or now))
+
+
+def goal_words(goal: Goal) -> str:
+    """Returns what must be true at the end, with the ids of the objects."""
+    text = _final_words(goal)
+    if goal.chain:
+        text += "; for progress alone: " + ", ".join(_final_words(link) for link in goal.chain)
+    if goal.constraint is not None:
+        text += f"; and {_constraint_words(goal.constraint)}"
+    return text
+
+
+def _final_words(goal: Goal) -> str:
+    target = goal.object_id
+    match goal:
+        case TargetGrounded():
+            return f"the last ground click is on {target}"
+        case AgentNearTarget():
+            return f"the agent stands less than {goal.threshold_m:g} m from {target}"
+        case ObjectInState() if goal.state == "is_visible":
+            return f"{target} has been seen"
+        case ObjectInState():
+            return f"{target} {_STATES[goal.state, goal.value]}"
+        case ObjectHeld():
+            return f"{target} is in the hand"
+        case ObjectAtReceptacle():
+            return f"{target} is {'inside' if goal.inside else 'on'} {goal.receptacle_id}"
+        case ReportStatus():
+            pair = "open or closed" if goal.state == "is_open" else "on or off"
+            return f"the report says whether {target} is {pair}, with its state in view and untouched"
+        case AllOf():
+            return " and ".join(_final_words(part) for part in goal.parts)
+        case _:
+            assert_never(goal)
+
+
+def _constraint_words(constraint: Constraint) -> str:
+    when = "at some moment" if constraint.latched else "at the end"
+    if constraint.kind == "object_moved":
+        return f"{constraint.object_id} has been moved by {constraint.distance_m:g} m or more ({when})"
+    return f"{constraint.object_id} {_CONSTRAINTS[constraint.kind]} ({when})"

@@ -1,0 +1,397 @@
+"""House: a ProcTHOR house document (JSON, schema 1.0.0), loaded, saved and hashed.
+
+Unknown keys are kept, so that a house that was loaded and saved again is the same document. What AI2-THOR leaves to its
+defaults may be left out, or null. This module knows the document, not what the things in it look like or do
+(`vigil.scene.build`), nor what is done with the keys that it does not read (`vigil.scene.keys`).
+"""
+
+import hashlib
+import json
+import re
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic.alias_generators import to_camel
+
+from vigil.base.files import MIB, read_file
+from vigil.base.geometry import Pose, Vec3
+from vigil.base.json_files import read_json
+from vigil.errors import HouseError, first_fault
+from vigil.protocol.house_forms import euler_about, older_form
+
+MAX_HOUSE_BYTES = 32 * MIB
+MAX_OBJECTS = 5000
+MAX_OPENINGS = 300
+"""Doors and windows, which are compared with each other and hit by rays; far more than a house of ten rooms has."""
+FARTHEST = 10_000.0
+"""No coordinate (m) or angle (degrees) of a house is beyond this: a larger one is a typo or hostile input."""
+MAX_NESTING = 16
+"""How deep things may lie in things; in ProcTHOR's houses it is three."""
+LEVEL_M = 1e-4
+"""Corners of a wall that differ in height by less are as low."""
+EXTERIOR = "exterior"
+"""Stands for the outside where a room is named; null and "" do, too."""
+ROOM_KINDS = {kind.lower(): kind for kind in ("Kitchen", "LivingRoom", "Bedroom", "Bathroom")}
+SCHEMA = "1.0.0"
+
+
+class _Values(BaseModel):
+    model_config = ConfigDict(
+        extra="allow", frozen=True, allow_inf_nan=False, alias_generator=to_camel, populate_by_name=True
+    )
+
+
+class _Node(_Values):
+    @model_validator(mode="before")
+    @classmethod
+    def _leave_out_null(cls, data: Any) -> Any:
+        return {key: value for key, value in data.items() if value is not None} if isinstance(data, dict) else data
+
+
+class Point(_Values):
+    """x, y, z in metres (THOR's frame); a point of a floor need not say its height."""
+
+    x: float = Field(allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
+    y: float = Field(default=0.0, allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
+    z: float = Field(allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
+
+    @property
+    def vec(self) -> Vec3:
+        """The same as a tuple."""
+        return Vec3(self.x, self.y, self.z)
+
+
+class HolePoint(Point):
+    """x along a wall and y up, in metres; z means nothing."""
+
+    z: float = Field(default=0.0, allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
+
+
+class Rotation(HolePoint):
+    """Euler angles in degrees, or `degrees` about an `axis`, which are made into angles."""
+
+    x: float = Field(default=0.0, allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _as_angles(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or data.get("axis") is None or any(data.get(side) is not None for side in "xyz"):
+            return data
+        about = _Turn.model_validate(data)
+        return dict(zip("xyz", euler_about(about.axis.vec, about.degrees), strict=True))
+
+
+class _Turn(_Values):
+    axis: Point
+    degrees: float = Field(ge=-FARTHEST, le=FARTHEST)
+
+
+class Color(_Values):
+    """Red, green and blue in 0..1."""
+
+    r: float
+    g: float
+    b: float
+
+
+class MaterialRef(_Node):
+    """A material by name, maybe tinted."""
+
+    name: str = ""
+    color: Color | None = None
+
+
+class Ceiling(_Node):
+    """A ceiling of a room alone."""
+
+    material: MaterialRef | None = None
+
+
+class Room(_Node):
+    """A room: its floor polygon and material."""
+
+    id: str
+    room_type: str = ""
+    floor_polygon: list[Point] = Field(min_length=3)
+    floor_material: MaterialRef = MaterialRef()
+    ceilings: list[Ceiling] = Field(default_factory=list)
+
+    @property
+    def kind(self) -> str:
+        """Its type as ProcTHOR spells it, where it is one of ProcTHOR's: a "living room" is a LivingRoom."""
+        return ROOM_KINDS.get(re.sub(r"[^a-z]", "", self.room_type.lower()), self.room_type)
+
+
+class Wall(_Node):
+    """A wall panel: a vertical quad seen from one side; `empty` where two rooms are joined and nothing stands."""
+
+    id: str
+    room_id: str = ""
+    polygon: list[Point] = Field(min_length=4)
+    material: MaterialRef = MaterialRef()
+    empty: bool = False
+
+    @property
+    def ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Its first two bottom corners (x, z); the same twice where it stands on one point."""
+        bottom = min(corner.y for corner in self.polygon)
+        low = [(corner.x, corner.z) for corner in self.polygon if corner.y <= bottom + LEVEL_M]
+        return low[0], low[min(1, len(low) - 1)]
+
+    @property
+    def is_exterior(self) -> bool:
+        """Whether it is seen from outside the house."""
+        return EXTERIOR in self.room_id or EXTERIOR in self.id.split("|")
+
+
+class Opening(_Node):
+    """A hole in a pair of wall panels, with what fills it. Coordinates run along `wall0`."""
+
+    id: str
+    asset_id: str
+    room0: str = ""
+    room1: str = ""
+    wall0: str
+    wall1: str = ""
+    hole_polygon: list[HolePoint] = Field(min_length=2)
+
+    @property
+    def joins_rooms(self) -> bool:
+        """Whether it lies between two rooms; else it leads outside."""
+        return self.room0 != self.room1 and not (is_outside(self.room0) or is_outside(self.room1))
+
+
+class Door(Opening):
+    """A door, doorway or open frame."""
+
+    openable: bool | None = None
+    openness: float | None = None
+
+
+class Window(Opening):
+    """A window."""
+
+
+class HouseObject(_Node):
+    """A thing; `position` is the centre of its bounding box."""
+
+    id: str
+    asset_id: str
+    object_name: str | None = Field(default=None, alias="object_name")
+    position: Point
+    rotation: Rotation
+    children: list["HouseObject"] = Field(default_factory=list)
+    openness: float | None = None
+    is_on: bool | None = None
+    is_dirty: bool | None = None
+
+    @property
+    def called(self) -> str:
+        """What the house calls it: Holodeck's houses name their objects apart."""
+        return self.object_name or self.id
+
+
+class Light(_Node):
+    """A light: `directional`, or a room's `point` light."""
+
+    id: str
+    type: str
+    position: Point
+    intensity: float = 1.0
+    rgb: Color = Color(r=1.0, g=1.0, b=1.0)
+
+
+class ProceduralParameters(_Node):
+    """Lights and ceiling."""
+
+    lights: list[Light] = Field(default_factory=list)
+    ceiling_material: MaterialRef | None = None
+
+
+class HouseDocument(_Node):
+    """The whole document as ProcTHOR writes it."""
+
+    rooms: list[Room] = Field(default_factory=list)
+    walls: list[Wall] = Field(default_factory=list)
+    doors: list[Door] = Field(default_factory=list)
+    windows: list[Window] = Field(default_factory=list)
+    objects: list[HouseObject] = Field(default_factory=list)
+    procedural_parameters: ProceduralParameters = ProceduralParameters()
+    metadata: dict[str, Any] = Field(default_factory=dict)
+
+
+class House:
+    """A house document with its name and hash."""
+
+    def __init__(self, name: str, data: dict[str, Any]) -> None:
+        """`data` is the JSON document. Raises HouseError."""
+        self.name = name
+        self.data = data
+        older = older_form(data)
+        if older is not None:
+            raise HouseError(
+                f"House {name!r} is of an older schema than {SCHEMA}: {older}. Bring it to {SCHEMA}, as ProcTHOR's own "
+                "`scripts/upgrade_house.py` does."
+            )
+        try:
+            self.document = HouseDocument.model_validate(data)
+        except ValidationError as error:
+            raise HouseError(_first_fault(name, error)) from None
+        _check_references(name, self.document)
+
+    @cached_property
+    def sha256(self) -> str:
+        """SHA-256 of the canonical JSON (sorted keys, no white space). Raises HouseError when it has none."""
+        return hashlib.sha256(self._canonical()).hexdigest()
+
+    @property
+    def start(self) -> Pose | None:
+        """The start pose that the document proposes, on the floor; None without one.
+
+        It is `metadata.agent`, else the default one of `metadata.agentPoses`. Raises HouseError when what is there is
+        no pose.
+        """
+        agent, poses = (self.document.metadata.get(key) for key in ("agent", "agentPoses"))
+        if agent is None and isinstance(poses, dict):
+            agent = poses.get("default")
+        if not isinstance(agent, dict):
+            return None
+        try:
+            position, rotation = agent["position"], agent["rotation"]
+            yaw = rotation["y"] if isinstance(rotation, dict) else rotation
+            place = Vec3(position["x"], 0.0, position["z"])
+            return Pose(position=place, rotation=yaw, horizon=agent.get("horizon", 30))
+        except (KeyError, TypeError, ValueError):
+            raise HouseError(
+                f"House {self.name!r}: metadata.agent is no start pose; it needs position (x, z) and rotation (y)."
+            ) from None
+
+    def may_have(self, object_id: str) -> bool:
+        """Whether the document names an object or opening, or some furniture of it may have a drawer with that id.
+
+        Which drawers a piece has is known only where its shape is.
+        """
+        return object_id in self.ids or any(
+            object_id.startswith(start) and object_id.removeprefix(start).isdecimal() for start in self._drawer_starts
+        )
+
+    @cached_property
+    def ids(self) -> frozenset[str]:
+        """The ids of all objects, doors and windows that the document names."""
+        openings = [*self.document.doors, *self.document.windows]
+        return frozenset(each.id for each in [*openings, *(node for node, _ in self.objects())])
+
+    @cached_property
+    def _drawer_starts(self) -> frozenset[str]:
+        return frozenset(drawer_id(node.id, "") for node, _ in self.objects())
+
+    def objects(self) -> list[tuple[HouseObject, str | None]]:
+        """Returns every object with its parent's id, parents before children, in document order."""
+        found: list[tuple[HouseObject, str | None]] = []
+
+        def visit(nodes: list[HouseObject], parent: str | None) -> None:
+            for node in nodes:
+                found.append((node, parent))
+                visit(node.children, node.id)
+
+        visit(self.document.objects, None)
+        return found
+
+    def save(self, path: Path) -> None:
+        """Writes the document as canonical JSON. Raises HouseError when it has none."""
+        path.write_bytes(self._canonical() + b"\n")
+
+    def _canonical(self) -> bytes:
+        try:
+            return canonical_json(self.data)
+        except UnicodeEncodeError as error:
+            raise HouseError(
+                f"House {self.name!r}: {error.object[error.start : error.end]!r} is half a character (a lone "
+                "surrogate), which UTF-8 cannot hold. Mend the string that has it."
+            ) from None
+        except ValueError:
+            raise HouseError(
+                f"House {self.name!r}: a number in it is NaN or infinite, which JSON does not have. Mend that number."
+            ) from None
+
+    @classmethod
+    def load(cls, path: Path, sha256: str | None = None) -> "House":
+        """Returns the house in a JSON file, of that hash if one is given; its name is the file's stem.
+
+        Raises HouseError.
+        """
+        what = f"House file {str(path)!r}"
+        if not path.exists():
+            raise HouseError(f"{what} does not exist. Give the path of a ProcTHOR house JSON file.")
+        house = cls.of_json(path.stem, read_file(path, what, HouseError, MAX_HOUSE_BYTES), what)
+        if sha256 not in (None, house.sha256):
+            raise HouseError(
+                f"{what} has SHA-256 {house.sha256[:12]}..., expected {str(sha256)[:12]}.... It was changed since: "
+                "restore it from a copy."
+            )
+        return house
+
+    @classmethod
+    def of_json(cls, name: str, data: bytes, what: str) -> "House":
+        """Returns the house that a file holds; `what` names the file in messages. Raises HouseError."""
+        try:
+            found = read_json(data)
+        except ValueError as error:
+            raise HouseError(f"{what} is not JSON: {error}.") from None
+        if not isinstance(found, dict):
+            raise HouseError(f"{what} holds a {type(found).__name__}; a house is one JSON object.")
+        return cls(name, found)
+
+
+def canonical_json(data: Any) -> bytes:
+    """Returns the one byte form of a JSON value: sorted keys, no white space, UTF-8."""
+    return json.dumps(data, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
+
+
+def drawer_id(chest_id: str, name: str) -> str:
+    """Returns the object id of a drawer: "Drawer|2|5|Dresser0" is drawer 0 of "Dresser|2|5", and of no other."""
+    kind, _, rest = chest_id.partition("|")
+    number = name.removeprefix("drawer")
+    return f"Drawer|{rest}|{kind}{number}" if rest else f"Drawer|{chest_id}|{number}"
+
+
+def is_outside(room: str) -> bool:
+    """Whether a door, window or wall that names this room is open to the outside there."""
+    return not room or EXTERIOR in room
+
+
+def _first_fault(name: str, error: ValidationError) -> str:
+    more = f" ({error.error_count() - 1} more)" if error.error_count() > 1 else ""
+    return f"House {name!r}: {first_fault(error)}{more}. A house is a ProcTHOR document of schema 1.0.0."
+
+
+def _check_references(name: str, document: HouseDocument) -> None:
+    rooms, walls = {room.id for room in document.rooms}, {wall.id for wall in document.walls}
+    openings = [*document.doors, *document.windows]
+    if not rooms:
+        raise HouseError(f"House {name!r} has no rooms. A house has at least one, with its `floorPolygon`.")
+    if len(openings) > MAX_OPENINGS:
+        raise HouseError(f"House {name!r}: {len(openings)} doors and windows, more than the limit of {MAX_OPENINGS}.")
+    for opening in openings:
+        for room in (opening.room0, opening.room1):
+            if room not in rooms and not is_outside(room):
+                raise HouseError(f"House {name!r}: opening {opening.id!r} names room {room!r}, absent from `rooms`.")
+        if opening.wall0 not in walls:
+            raise HouseError(f"House {name!r}: {opening.id!r} has wall0 {opening.wall0!r}, absent from `walls`.")
+    seen: set[str] = set()
+    stack = [(node, 1) for node in document.objects]
+    while stack:
+        node, depth = stack.pop()
+        if depth > MAX_NESTING:
+            raise HouseError(
+                f"House {name!r}: object {node.id!r} lies {depth} deep in other things, more than the limit of "
+                f"{MAX_NESTING}. Is a thing its own child?"
+            )
+        if node.id in seen:
+            raise HouseError(f"House {name!r}: two objects have the id {node.id!r}; ids must be unique.")
+        seen.add(node.id)
+        stack.extend((child, depth + 1) for child in node.children)
+    if len(seen) > MAX_OBJECTS:
+        raise HouseError(f"House {name!r}: {len(seen)} objects, more than the limit of {MAX_OBJECTS}.")

@@ -1,0 +1,111 @@
+"""Profile: under which of the published conditions an agent is evaluated.
+
+Source: `protocol.md` sections 2.1, 2.3 and 2.4; the paper's section on reproducibility.
+"""
+
+import re
+from typing import Literal, NamedTuple, get_args
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from vigil.protocol.actions import Coordinates, ReplyPolicy
+from vigil.protocol.prompt_file import check_template, variant_of
+
+PromptVariant = Literal["default", "neutral_report"]
+"""The paper's own; any other prompt is of a file, and named after its text."""
+ImageFormat = Literal["png", "jpeg"]
+SystemRole = Literal["system", "user"]
+"""As what the system prompt is sent: a message of its own, or the beginning of the first message of the user."""
+
+ProfileName = Literal["pure_rgb_dialogue_history_baseline", "pure_rgb_dialogue_history_action_feedback"]
+BASELINE: ProfileName = "pure_rgb_dialogue_history_baseline"
+ACTION_FEEDBACK: ProfileName = "pure_rgb_dialogue_history_action_feedback"
+PROFILE_NAMES: dict[str, ProfileName] = {
+    "baseline": BASELINE,
+    "action_feedback": ACTION_FEEDBACK,
+    BASELINE: BASELINE,
+    ACTION_FEEDBACK: ACTION_FEEDBACK,
+}
+"""Short or full name -> full name."""
+
+HISTORY_TURNS = 20
+HISTORY_REPLY_CHARS = 4000
+JPEG_QUALITY = 90
+
+
+class Profile(BaseModel):
+    """One condition of evaluation; part of a run's identity."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    name: ProfileName = BASELINE
+    prompt_variant: str = "default"
+    """One of the paper's, or that of `prompt_template`."""
+    prompt_template: str | None = None
+    """The text of a prompt file; None for the paper's variants."""
+    coordinates: Coordinates = "pixel"
+    reply_policy: ReplyPolicy = "strict"
+    image_format: ImageFormat = "png"
+    system_role: SystemRole = "system"
+    history_turns: int = Field(default=HISTORY_TURNS, ge=0)
+    history_reply_chars: int = Field(default=HISTORY_REPLY_CHARS, ge=1)
+
+    @model_validator(mode="after")
+    def _variant_is_of_the_template(self) -> "Profile":
+        if self.prompt_template is None:
+            if self.prompt_variant not in get_args(PromptVariant):
+                raise ValueError(f"prompt_variant {self.prompt_variant!r} is not one of {get_args(PromptVariant)}")
+            return self
+        check_template(self.prompt_template)
+        if self.prompt_variant != variant_of(self.prompt_template):
+            raise ValueError(f"prompt_variant {self.prompt_variant!r} is not that of prompt_template")
+        return self
+
+    @property
+    def has_feedback(self) -> bool:
+        """Whether the agent is told `too_far` and `path_blocked` after each action."""
+        return self.name == ACTION_FEEDBACK
+
+    @property
+    def has_own_prompt(self) -> bool:
+        """Whether the prompt is of a file, not one of the paper's."""
+        return self.prompt_template is not None
+
+
+class ModelCoordinates(NamedTuple):
+    """How models point whose names hold a pattern, and who says so."""
+
+    pattern: str
+    coordinates: Coordinates
+    source: str
+
+
+COORDINATES_BY_MODEL: tuple[ModelCoordinates, ...] = (
+    ModelCoordinates(r"qwen2[._]5-?vl", "pixel", "https://github.com/QwenLM/Qwen3-VL/issues/676"),
+    ModelCoordinates(r"qwen2-?vl", "normalized_1000", "https://arxiv.org/abs/2409.12191"),
+    ModelCoordinates(r"mimo-embodied", "pixel", "not stated; as Qwen2.5-VL, whose encoder it has"),
+    ModelCoordinates(r"qwen3(\.\d+)?", "normalized_1000", "https://github.com/QwenLM/Qwen3-VL/issues/1927"),
+    ModelCoordinates(r"robobrain2\.5", "normalized_1000", "not stated by its makers: calibrate it first"),
+    ModelCoordinates(r"rynnbrain", "normalized_1000", "its base is Qwen3-VL: its README"),
+    ModelCoordinates(
+        r"internvl", "normalized_1000", "https://internvl.readthedocs.io/en/latest/get_started/chat_data_format.html"
+    ),
+    ModelCoordinates(r"gemini", "normalized_1000", "https://ai.google.dev/gemini-api/docs/image-understanding"),
+    ModelCoordinates(r"doubao|seed-?1", "normalized_1000", "https://arxiv.org/abs/2505.07062"),
+    ModelCoordinates(r"glm-4\.\d+v|glm-[5-9](\.\d+)?v", "normalized_1000", "https://github.com/zai-org/GLM-V"),
+    ModelCoordinates(r"deepseek-?vl2", "normalized_1000", "https://github.com/deepseek-ai/DeepSeek-VL2/issues/100"),
+    ModelCoordinates(r"claude", "pixel", "https://platform.claude.com/docs/en/build-with-claude/vision-coordinates"),
+    ModelCoordinates(r"gpt-\d", "pixel", "https://platform.openai.com/docs/guides/tools-computer-use"),
+)
+"""Published table: the first pattern found in a model's name (case-folded) decides; `pixel` without one."""
+
+
+def coordinates_for(model: str) -> Coordinates:
+    """Returns the coordinate mode that `model` was trained to point with; `pixel` when the table does not say."""
+    return known_coordinates(model) or "pixel"
+
+
+def known_coordinates(model: str) -> Coordinates | None:
+    """Returns the mode that the table has for `model`, or None."""
+    name = model.casefold()
+    return next((one.coordinates for one in COORDINATES_BY_MODEL if re.search(one.pattern, name)), None)

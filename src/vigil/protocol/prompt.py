@@ -1,0 +1,159 @@
+"""The prompt: the system text that every agent gets, and the text around each frame.
+
+Four blocks in fixed order, verbatim from the paper; block 2 is rendered from the tables in `vigil.protocol.actions`. A
+prompt of one's own may use all but the first (`vigil.protocol.prompt_file`). Nothing hidden is known here. Source:
+`protocol.md` sections 2.1, 2.4 and 3.
+"""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
+
+from vigil.protocol.actions import INTENTS, SKILLS, STATUSES, Argument, Coordinates
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback
+from vigil.protocol.profile import Profile
+from vigil.protocol.prompt_file import ACTIONS_SLOT, GROUNDING_SLOT, INSTRUCTION_SLOT, OUTPUT_SLOT
+from vigil.protocol.reasoning import split_reasoning
+
+POLICY = "native_embodied_public_evidence"
+POLICY_REVISION = 1
+
+ANTI_HALLUCINATION_LINES = (
+    "Mere visibility, proximity, or an attempted action is not enough; do not report success from visual "
+    "plausibility alone.",
+    "Do not claim completion from visual plausibility alone when the task requires changing world state.",
+)
+TASK_LINES = (
+    "You are an embodied agent in a simulated 3D environment with an egocentric (first-person) view.",
+    "Each step you only see local observations; plan and act under partial observability.",
+    "Ground decisions in the task, the current observation, recent observation history when available, and the "
+    "allowed actions schema.",
+    "Actions are embodied attempts in the scene, not symbolic shortcuts.",
+    "Use only public evidence from this episode. Do not assume hidden simulator state or hidden success signals.",
+    "For state-recognition tasks, report the observed state label (for example: on/off or open/closed) rather than "
+    "mapping the state to task success/fail.",
+    *ANTI_HALLUCINATION_LINES,
+    f"Task: {INSTRUCTION_SLOT}",
+)
+ACTIONS_HEADING = "## Allowed actions"
+GROUNDING_HEADING = "## Grounding Rules"
+NORMALIZED_RULE = (
+    "For interact_pixel, output x and y in normalized_1000 coordinates: integers in [0, 1000], where (0,0) is the "
+    "top-left and (1000,1000) is the bottom-right corner."
+)
+GROUNDING_RULES = (
+    "Use only the frame whose `role` is `current` for visibility judgments and interact_pixel targeting.",
+    "interact_pixel acts on the object currently under the specified location in the current RGB frame.",
+    "Do not assume hidden success state; rely on subsequent public observations and allowed feedback fields from "
+    "this episode.",
+)
+OUTPUT_LINES = (
+    "## Output format",
+    "Return exactly one JSON object and nothing else.",
+    "Required keys: `skill_name`, `arguments`.",
+    "Optional keys: `thought`, `cognitive_state`.",
+    "Use the exact action names from the allowed-actions schema above; do not invent aliases or synonyms.",
+    "Do not output prose, markdown, code fences, or multiple JSON objects.",
+    "If you include `thought`, keep it to one short sentence.",
+)
+
+
+class Turn(NamedTuple):
+    """A past step as it stays in the dialogue history: the observation's stub and the agent's answer to it."""
+
+    stub: str
+    reply: str
+
+
+def policy_text(profile: Profile) -> str:
+    """Returns the system prompt with the instruction's slot unfilled."""
+    blocks = {
+        ACTIONS_SLOT: _action_schema(),
+        GROUNDING_SLOT: _grounding_rules(profile.coordinates),
+        OUTPUT_SLOT: "\n".join(OUTPUT_LINES),
+    }
+    if profile.prompt_template is None:
+        return "\n\n".join((_task(profile.prompt_variant), *blocks.values()))
+    text = profile.prompt_template
+    for slot, block in blocks.items():
+        text = text.replace(slot, block)
+    return text
+
+
+def system_prompt(instruction: str, profile: Profile) -> str:
+    """Returns the system prompt of an episode."""
+    return policy_text(profile).replace(INSTRUCTION_SLOT, instruction, 1)
+
+
+def policy_version(profile: Profile) -> str:
+    """Returns the string that names the template family and the report vocabulary."""
+    return f"{POLICY}.v{POLICY_REVISION}/{profile.prompt_variant}/{profile.coordinates}[{','.join(STATUSES)}]"
+
+
+def policy_sha256(profile: Profile) -> str:
+    """Returns the SHA-256 of the prompt with the slot unfilled."""
+    return _sha256(policy_text(profile))
+
+
+def rendered_sha256(instruction: str, profile: Profile) -> str:
+    """Returns the SHA-256 of the prompt with the slot filled."""
+    return _sha256(system_prompt(instruction, profile))
+
+
+def frame_stub(role: Literal["current", "past"], feedback: Feedback | None) -> str:
+    """Returns the JSON that stands beside a frame, with the feedback that the frame was shown with."""
+    stub: dict[str, object] = {"frame": {"role": role}}
+    if role == "current":
+        stub["frame"] = {"role": role, "width": FRAME_WIDTH, "height": FRAME_HEIGHT}
+    if feedback is not None:
+        stub["feedback"] = {"too_far": feedback.too_far, "path_blocked": feedback.path_blocked}
+    return json.dumps(stub)
+
+
+def past_turn(feedback: Feedback | None, reply_text: str, profile: Profile) -> Turn:
+    """Returns what the history keeps of a step: its stub as past, the answer without reasoning, maybe cut."""
+    answer, _ = split_reasoning(reply_text)
+    return Turn(frame_stub("past", feedback), answer[: profile.history_reply_chars])
+
+
+def is_cut_in_history(reply_text: str, profile: Profile) -> bool:
+    """Whether a reply is longer than what the history keeps of it."""
+    return len(split_reasoning(reply_text)[0]) > profile.history_reply_chars
+
+
+def recent(turns: Sequence[Turn], profile: Profile) -> list[Turn]:
+    """Returns the last turns, as many as the profile's history holds."""
+    return list(turns[max(0, len(turns) - profile.history_turns) :])
+
+
+def _task(variant: str) -> str:
+    dropped = ANTI_HALLUCINATION_LINES if variant == "neutral_report" else ()
+    return "\n".join(line for line in TASK_LINES if line not in dropped)
+
+
+def _action_schema() -> str:
+    lines = [ACTIONS_HEADING, f"- {' | '.join(SKILLS)}"]
+    for skill, arguments in SKILLS.items():
+        lines.append(f"{skill}:")
+        lines += [_argument_line(argument) for argument in arguments]
+    lines.append("Table intents:")
+    for intent, spec in INTENTS.items():
+        lines.append(f"- {intent}: {spec.semantics} ({'requires x, y' if spec.needs_pixel else 'no x, y'})")
+    lines.append("Table report_statuses:")
+    lines += [f"- {status}: {semantics}" for status, semantics in STATUSES.items()]
+    return "\n".join(lines)
+
+
+def _argument_line(argument: Argument) -> str:
+    need = "required unless intent is drop" if argument.unless_drop else "required"
+    return f"- {argument.name} ({argument.type}, {need}): {argument.description}"
+
+
+def _grounding_rules(coordinates: Coordinates) -> str:
+    rules = (NORMALIZED_RULE, *GROUNDING_RULES) if coordinates == "normalized_1000" else GROUNDING_RULES
+    return "\n".join([GROUNDING_HEADING, *(f"- {rule}" for rule in rules)])
+
+
+def _sha256(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,74 @@
+"""Prompt file: a system prompt of one's own, with placeholders, and the variant that it makes.
+
+A placeholder is a word in capitals within angle brackets. There are four, and none of them stands for anything hidden:
+the instruction, and the blocks that every agent is told.
+"""
+
+import hashlib
+import re
+from pathlib import Path
+from typing import Final
+
+from vigil.base.files import read_file
+from vigil.errors import SettingError, did_you_mean
+
+INSTRUCTION_SLOT: Final = "<TASK_INSTRUCTION>"
+ACTIONS_SLOT: Final = "<ALLOWED_ACTIONS>"
+GROUNDING_SLOT: Final = "<GROUNDING_RULES>"
+OUTPUT_SLOT: Final = "<OUTPUT_FORMAT>"
+BLOCK_SLOTS = (ACTIONS_SLOT, GROUNDING_SLOT, OUTPUT_SLOT)
+"""May be left out; the instruction may not."""
+MAX_BYTES = 64_000
+_SLOT = re.compile(r"<[A-Z][A-Z0-9_]*>")
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
+
+
+def variant_of(template: str) -> str:
+    """Returns the prompt variant that a template makes: another text is another variant."""
+    return f"file-{hashlib.sha256(template.encode()).hexdigest()[:12]}"
+
+
+def read_prompt_file(name: str) -> str:
+    """Returns the template in a file, without a byte order mark and the newlines at its end. Raises SettingError."""
+    path = Path(name)
+    if not path.is_file():
+        raise SettingError(f"Prompt file {name!r} does not exist, or is no file. Give the path of a text file.")
+    try:
+        data = read_file(path, f"Prompt file {name!r}", SettingError, 2 * MAX_BYTES)
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        raise SettingError(f"Prompt file {name!r}: line {line}: no UTF-8. Save it as UTF-8.") from None
+    template = text.replace("\r\n", "\n").rstrip("\n")
+    try:
+        check_template(template)
+    except ValueError as error:
+        raise SettingError(f"Prompt file {name!r}: {error}") from None
+    return template
+
+
+def check_template(template: str) -> None:
+    """Raises ValueError unless a template has the instruction once and no unknown placeholder."""
+    size = len(template.encode("utf-8", "surrogatepass"))
+    if size > MAX_BYTES:
+        raise ValueError(f"{size:,} bytes are too long for a prompt. Keep it within {MAX_BYTES:,}.")
+    fault = _CONTROL.search(template) or re.search(r"[\ud800-\udfff]", template)
+    if fault is not None:
+        raise ValueError(f"{_place(template, fault)}: {fault[0]!r} is no character of a text. Remove it.")
+    seen: set[str] = set()
+    for slot in _SLOT.finditer(template):
+        known = (INSTRUCTION_SLOT, *BLOCK_SLOTS)
+        if slot[0] not in known:
+            raise ValueError(
+                f"{_place(template, slot)}: {slot[0]} is no placeholder.{did_you_mean(slot[0], known)} There are "
+                f"{', '.join(known)}; write other words in brackets in small letters."
+            )
+        if slot[0] in seen:
+            raise ValueError(f"{_place(template, slot)}: {slot[0]} stands there a second time. Keep one of them.")
+        seen.add(slot[0])
+    if INSTRUCTION_SLOT not in seen:
+        raise ValueError(f"{INSTRUCTION_SLOT} is missing. Put it where an episode's instruction belongs.")
+
+
+def _place(template: str, found: re.Match[str]) -> str:
+    return f"line {template.count(chr(10), 0, found.start()) + 1}"

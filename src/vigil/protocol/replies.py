@@ -1,0 +1,334 @@
+"""Replies: an agent's raw text -> an action, or the reason why it is none.
+
+The grammar is strict and repairs nothing; the `lenient` policy is a named variant with a run identity of its own.
+Words of a closed vocabulary (skill, mode, direction, intent, status) are stripped and case-folded; only intents have
+aliases. No reply of any bytes raises. Source: `protocol.md` section 2.3.
+"""
+
+import math
+import re
+from typing import Any, Literal, cast
+
+from vigil.protocol.actions import (
+    INTENT_ALIASES,
+    INTENTS,
+    SKILLS,
+    STATUSES,
+    Argument,
+    Coordinates,
+    Intent,
+    InteractPixel,
+    InvalidAction,
+    Look,
+    Navigate,
+    ParsedReply,
+    Reply,
+    ReplyPolicy,
+    Report,
+    SkillName,
+    Status,
+)
+from vigil.protocol.endings import is_cut
+from vigil.protocol.json_text import JsonFault, decode
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.reasoning import is_unclosed, split_reasoning
+
+MAX_REPLY_BYTES = 64 * 1024
+"""Of the answer: everything but the reasoning, white space included."""
+MAX_LENIENT_TRIES = 64
+
+_BRACE = re.compile(r"[{}]")
+_FENCE = re.compile(r"```[A-Za-z0-9_+-]*[ \t]*\r?\n?(.*?)```", re.DOTALL)
+_REPLY_KEYS = ("skill_name", "arguments", "thought", "cognitive_state")
+
+
+class _Fault(Exception):
+    """Why a text is no action; never leaves this module."""
+
+    def __init__(self, kind: Literal["protocol_failure", "malformed_action"], reason: str, detail: str = "") -> None:
+        super().__init__(reason)
+        self.kind: Literal["protocol_failure", "malformed_action"] = kind
+        self.reason = reason
+        self.detail = detail
+
+
+def parse_reply(reply: Reply, coordinates: Coordinates, policy: ReplyPolicy) -> ParsedReply | InvalidAction:
+    """Returns what `reply` asks for, minding what its provider said about it."""
+    if reply.provider_rejected:
+        return InvalidAction(kind="protocol_failure", reason="provider_rejected")
+    if reply.agent_ended:
+        return InvalidAction(kind="protocol_failure", reason="agent_ended", detail=reply.agent_ended)
+    if not reply.is_utf8:
+        return InvalidAction(kind="protocol_failure", reason="not_utf8")
+    if reply.cut is not None and reply.cut.answer_bytes > MAX_REPLY_BYTES:
+        return _invalid(_too_long(reply.cut.answer_bytes))
+    parsed = parse(reply.text, coordinates, policy)
+    if isinstance(parsed, InvalidAction) and parsed.reason == "empty":
+        parsed = parsed.model_copy(update={"detail": _why_empty(reply)})
+    if is_cut(reply.finish_reason) and isinstance(parsed, InvalidAction) and parsed.kind == "protocol_failure":
+        return parsed.model_copy(update={"reason": "truncated", "detail": f"{parsed.reason} {parsed.detail}".strip()})
+    return parsed
+
+
+def _why_empty(reply: Reply) -> str:
+    """Returns what came in the place of an answer; empty where nothing did."""
+    if reply.tool_call is not None:
+        return f"the server sent a tool call ({_shown(reply.tool_call)}) in the place of text"
+    if reply.reasoning_chars:
+        return f"all {reply.reasoning_chars} characters came as reasoning, and no answer followed"
+    return ""
+
+
+def parse(
+    text: str | bytes, coordinates: Coordinates = "pixel", policy: ReplyPolicy = "strict"
+) -> ParsedReply | InvalidAction:
+    """Returns the action in a raw reply, or why there is none; never raises."""
+    try:
+        answer = _answer(text)
+    except _Fault as fault:
+        return _invalid(fault)
+    try:
+        return _action_of(_only_object(answer), coordinates)
+    except _Fault as fault:
+        loose = _parse_loosely(answer, coordinates) if fault.kind == "protocol_failure" else None
+        if loose is not None and policy == "lenient":
+            return loose
+        return _invalid(fault, would_parse_leniently=isinstance(loose, ParsedReply))
+
+
+def _answer(text: str | bytes) -> str:
+    try:
+        whole = text.decode("utf-8") if isinstance(text, bytes) else text
+        whole.encode("utf-8")  # all of it, the reasoning too: a string may hold half characters, which bytes cannot
+    except UnicodeError:
+        raise _Fault("protocol_failure", "not_utf8") from None
+    answer = split_reasoning(whole)[0]
+    size = len(answer.encode("utf-8"))
+    if size > MAX_REPLY_BYTES:
+        raise _too_long(size)
+    return answer.strip()
+
+
+def _too_long(size: int) -> _Fault:
+    return _Fault("protocol_failure", "too_long", f"{size} bytes, more than {MAX_REPLY_BYTES}")
+
+
+def _invalid(fault: _Fault, *, would_parse_leniently: bool = False) -> InvalidAction:
+    return InvalidAction(
+        kind=fault.kind,
+        reason=fault.reason,
+        detail=fault.detail,
+        would_parse_leniently=would_parse_leniently,
+    )
+
+
+# --- from the text to the object --------------------------------------------------------------------------------------
+
+
+def _decode(text: str, start: int = 0) -> tuple[Any, int]:
+    """Returns the JSON value that begins at `start`, and where it ends. Raises _Fault."""
+    try:
+        return decode(text, start)
+    except JsonFault as fault:
+        reason = _why_not_json(text) if fault.reason == "not_json" else fault.reason
+        raise _Fault("protocol_failure", reason, fault.detail) from None
+
+
+def _only_object(answer: str) -> dict[str, Any]:
+    value, end = _decode(answer)
+    rest = answer[end:].lstrip()
+    if rest:
+        raise _Fault("protocol_failure", "several_objects" if rest.startswith("{") else "text_around_object")
+    if not isinstance(value, dict):
+        raise _Fault("protocol_failure", "not_an_object", type(value).__name__)
+    for key in ("skill_name", "arguments"):
+        if key not in value:
+            raise _Fault("protocol_failure", "missing_key", key)
+    return value
+
+
+def _why_not_json(text: str) -> str:
+    if not text:
+        return "empty"
+    if text.startswith("{"):
+        return "not_json"
+    if is_unclosed(text):
+        return "unclosed_reasoning"
+    if text.startswith("```"):
+        return "code_fence"
+    return "text_around_object" if "{" in text else "no_object"
+
+
+def _parse_loosely(answer: str, coordinates: Coordinates) -> ParsedReply | InvalidAction | None:
+    """Returns what one object in a code fence or in prose asks for; None when there is not exactly one."""
+    fences = _FENCE.findall(answer)
+    found = _objects_in(fences[0] if len(fences) == 1 else answer)
+    if len(found) != 1:
+        return None
+    try:
+        return _action_of(found[0], coordinates)
+    except _Fault as fault:
+        return _invalid(fault)
+
+
+def _objects_in(text: str) -> list[dict[str, Any]]:
+    """Returns the outermost objects with the two required keys; none when a list, or a torn object, may hold them."""
+    found: list[dict[str, Any]] = []
+    if _is_list(text):
+        return []
+    start = text.find("{")
+    for _ in range(MAX_LENIENT_TRIES):
+        if start < 0:
+            return found
+        try:
+            value, end = _decode(text, start)
+        except _Fault:
+            end = _past_brace(text, start)
+            if end < 0:
+                return []
+        else:
+            if {"skill_name", "arguments"} <= value.keys():
+                found.append(value)
+        start = text.find("{", end)
+    return []
+
+
+def _is_list(text: str) -> bool:
+    """Whether the text begins with a JSON list that holds objects."""
+    text = text.strip()
+    try:
+        value, end = _decode(text)
+    except _Fault:
+        return False
+    return isinstance(value, list) and "{" in text[:end]
+
+
+def _past_brace(text: str, start: int) -> int:
+    """Returns the place behind the brace that closes the one at `start`; -1 when none does."""
+    depth = 0
+    for brace in _BRACE.finditer(text, start):
+        depth += 1 if brace[0] == "{" else -1
+        if depth == 0:
+            return brace.end()
+    return -1
+
+
+# --- from the object to the action ------------------------------------------------------------------------------------
+
+
+def _action_of(fields: dict[str, Any], coordinates: Coordinates) -> ParsedReply:
+    name, given = fields["skill_name"], fields["arguments"]
+    skill = _fold(name) if isinstance(name, str) else None
+    if skill not in SKILLS:
+        raise _Fault("malformed_action", "unknown_skill", _shown(name))
+    if not isinstance(given, dict):
+        raise _Fault("malformed_action", "arguments_not_an_object", type(given).__name__)
+    known = cast(SkillName, skill)
+    action = _BUILDERS[known](given, coordinates)
+    wanted = {argument.name for argument in SKILLS[known]}
+    if isinstance(action, InteractPixel) and action.intent == "drop":
+        wanted = {"intent"}
+    ignored = [key for key in fields if key not in _REPLY_KEYS]
+    ignored += [f"arguments.{key}" for key in given if key not in wanted]
+    return ParsedReply(
+        action=action,
+        thought=fields.get("thought"),
+        cognitive_state=fields.get("cognitive_state"),
+        ignored_keys=tuple(ignored),
+    )
+
+
+def _navigate(given: dict[str, Any], _: Coordinates) -> Navigate:
+    mode, magnitude = SKILLS["navigate"]
+    return Navigate(mode=cast(Any, _enum(mode, given)), magnitude=_number(magnitude, given))
+
+
+def _look(given: dict[str, Any], _: Coordinates) -> Look:
+    direction, magnitude = SKILLS["look"]
+    return Look(direction=cast(Any, _enum(direction, given)), magnitude=_number(magnitude, given))
+
+
+def _interact(given: dict[str, Any], coordinates: Coordinates) -> InteractPixel:
+    intent_argument, x, y = SKILLS["interact_pixel"]
+    word = _fold(_string(intent_argument, given))
+    intent = cast(Intent, INTENT_ALIASES.get(word, word))
+    if intent not in INTENTS:
+        raise _Fault("malformed_action", "not_in_vocabulary", f"intent: {_shown(word)}")
+    if not INTENTS[intent].needs_pixel:
+        return InteractPixel(intent=intent)
+    return InteractPixel(
+        intent=intent,
+        x=_pixel(x, given, FRAME_WIDTH, coordinates),
+        y=_pixel(y, given, FRAME_HEIGHT, coordinates),
+    )
+
+
+def _report(given: dict[str, Any], _: Coordinates) -> Report:
+    status_argument, summary_argument = SKILLS["report"]
+    raw = _string(status_argument, given)
+    summary = _string(summary_argument, given)
+    status = _fold(raw)
+    if status in STATUSES:
+        return Report(status=cast(Status, status), summary=summary)
+    return Report(status="invalid", summary=summary, raw_status=raw)
+
+
+_BUILDERS = {"navigate": _navigate, "look": _look, "interact_pixel": _interact, "report": _report}
+
+
+def _value(argument: Argument, given: dict[str, Any]) -> Any:
+    if argument.name not in given:
+        raise _Fault("malformed_action", "missing_argument", argument.name)
+    return given[argument.name]
+
+
+def _string(argument: Argument, given: dict[str, Any]) -> str:
+    value = _value(argument, given)
+    if not isinstance(value, str):
+        raise _ill_typed(argument, value)
+    return value
+
+
+def _enum(argument: Argument, given: dict[str, Any]) -> str:
+    word = _fold(_string(argument, given))
+    if word not in argument.values:
+        raise _Fault("malformed_action", "not_in_vocabulary", f"{argument.name}: {_shown(word)}")
+    return word
+
+
+def _number(argument: Argument, given: dict[str, Any]) -> float:
+    value = _value(argument, given)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise _ill_typed(argument, value)
+    if not math.isfinite(value) or value <= 0:
+        raise _Fault("malformed_action", "out_of_range", f"{argument.name}: {_shown(value)}")
+    return float(value)
+
+
+def _pixel(argument: Argument, given: dict[str, Any], size: int, coordinates: Coordinates) -> int:
+    value = _value(argument, given)
+    if isinstance(value, bool) or not isinstance(value, int | float) or (math.isfinite(value) and value % 1):
+        raise _ill_typed(argument, value)
+    highest = size - 1 if coordinates == "pixel" else 1000
+    if not 0 <= value <= highest:
+        raise _Fault("malformed_action", "pixel_outside_frame", f"{argument.name}: {_shown(value)}")
+    whole = int(value)
+    return whole if coordinates == "pixel" else min(size - 1, whole * size // 1000)
+
+
+def _ill_typed(argument: Argument, value: Any) -> _Fault:
+    return _Fault("malformed_action", "ill_typed", f"{argument.name}: {type(value).__name__}")
+
+
+def points_otherwise(invalid: InvalidAction) -> bool:
+    """Whether an invalid action points, but in fractions or outside of the frame: in other coordinates, it seems."""
+    is_fraction = invalid.reason == "ill_typed" and invalid.detail in ("x: float", "y: float")
+    return is_fraction or invalid.reason == "pixel_outside_frame"
+
+
+def _fold(word: str) -> str:
+    return word.strip().casefold()
+
+
+def _shown(value: Any) -> str:
+    return ascii(value)[:80] if isinstance(value, str | int | float) else type(value).__name__

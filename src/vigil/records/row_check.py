@@ -1,0 +1,143 @@
+"""Row checks: which rows of a run's record file are the run's, and why the others are left out.
+
+Every reader of records (score, report, view, export, verify, and a run that goes on) asks here. A row that is left out
+is never scored; the episode counts as not played. Source: `protocol.md` sections 2.3 and 7.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from vigil.protocol.actions import Report
+from vigil.protocol.episode import Episode
+from vigil.protocol.prompt import policy_sha256, rendered_sha256
+from vigil.records.record import EpisodeRecord, RunHeader
+from vigil.records.shards import part_of
+
+TOLD = 3
+"""How many rows of a kind are named one by one."""
+UNREADABLE = "cannot be read"
+REPEATED = "repeats one that stands"
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """A row that is not scored."""
+
+    line: int
+    """Of the file, from 1."""
+    reason: str
+    """The same words for all rows of a kind, e.g. `is of another run`."""
+    detail: str
+    """What is so in this row."""
+    episode_id: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.reason}: {self.detail}"
+
+
+class RowCheck:
+    """Tells the rows of one run from others."""
+
+    def __init__(self, header: RunHeader, episodes: Iterable[Episode]) -> None:
+        """`episodes` are those of the run's pack; only the run's own count."""
+        self._header = header
+        self._sha256 = header.sha256
+        wanted = set(header.spec.episode_ids)
+        self.episodes = {episode.id: episode for episode in episodes if episode.id in wanted}
+        """The run's own, by id; of a shard's run, those of all shards."""
+        self.part = {episode.id for episode in part_of(self.episodes.values(), header.spec.shard)}
+        """The ids of those that are played here."""
+        self._prompts: dict[str, str] = {}
+        self._knows_prompt = policy_sha256(header.spec.profile) == header.spec.prompt_policy_sha256
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What could not be checked, and that the run is a part of another."""
+        run, spec = f"run {self._header.run_id!r}", self._header.spec
+        unchecked = f"The prompts of {run} were not checked: this vigil has another text of {spec.prompt_policy!r}."
+        partial = (
+            f"This {run} is shard {spec.shard} of a run: it plays {len(self.part)} of the {len(self.episodes)} "
+            "episodes. `vigil merge` joins the shards."
+        )
+        said = {unchecked: not self._knows_prompt, partial: spec.shard is not None}
+        return tuple(note for note, is_so in said.items() if is_so)
+
+    def of(self, line: int, record: EpisodeRecord) -> LeftOut | None:
+        """Returns why a row is left out; None for a row of the run."""
+        for reason, detail in self._faults(record):
+            return LeftOut(line, reason, detail, record.episode_id)
+        return None
+
+    def _faults(self, record: EpisodeRecord) -> Iterator[tuple[str, str]]:
+        spec = self._header.spec
+        if record.run_sha256 != self._sha256:
+            yield "is of another run", f"{record.run_id!r}, hash {record.run_sha256[:12] or 'none'}"
+        if record.versions != spec.versions:
+            named = ", ".join(f"{name} {number}" for name, number in record.versions.model_dump().items())
+            yield "was played under other versions than its run", named
+        episode = self.episodes.get(record.episode_id)
+        if episode is None:
+            yield "is of no episode of this run", f"{record.episode_id!r}"
+            return
+        if episode.id not in self.part:
+            yield "is of an episode of another shard", f"{record.episode_id!r}"
+        if record.epoch > spec.epochs:
+            yield "is of an epoch that this run does not have", f"epoch {record.epoch} of {spec.epochs}"
+        if not self._is_prompt(record, episode):
+            yield "was played with another prompt", f"prompt {record.prompt_sha256[:12] or 'of no hash'}"
+        for fault in contradictions(episode, record):
+            yield "contradicts the protocol", fault
+
+    def _is_prompt(self, record: EpisodeRecord, episode: Episode) -> bool:
+        if not self._knows_prompt or (record.end == "error" and not record.prompt_sha256):
+            return True  # an episode that was lost before its reset has seen no prompt
+        if episode.id not in self._prompts:
+            self._prompts[episode.id] = rendered_sha256(episode.instruction, self._header.spec.profile)
+        return record.prompt_sha256 == self._prompts[episode.id]
+
+
+def contradictions(episode: Episode, record: EpisodeRecord) -> list[str]:
+    """Returns in what a record contradicts the budgets, the ends or the bound objects of its episode."""
+    reports = [step.index for step in record.steps if isinstance(step.action, Report)]
+    invalid = [step.index for step in record.steps if step.invalid is not None]
+    steps, last = len(record.steps), episode.max_invalid + 1
+    over = invalid[last - 1] if len(invalid) >= last else None
+    faults = {
+        f"it goes on after the report of step {reports[0] if reports else 0}": bool(reports) and reports[0] != steps,
+        f"it has {steps} steps of at most {episode.max_steps}": steps > episode.max_steps,
+        f"it goes on after invalid reply {last} of step {over}": over is not None and over != steps,
+    }
+    match record.end:
+        case "report":
+            faults["it ended by a report, and its last action is none"] = not reports
+            faults["it ended by a report, and its invalid replies were used up"] = over is not None
+        case "fail_no_report":
+            named = f"it ended as fail_no_report after {steps} of {episode.max_steps} steps"
+            faults[named] = steps < episode.max_steps
+            faults["it ended as fail_no_report, and its last action is a report"] = bool(reports)
+            faults["it ended as fail_no_report, and its invalid replies were used up"] = over is not None
+        case "invalid_action_limit_exceeded":
+            faults[f"it ended by its invalid replies, and has {len(invalid)} of more than {last - 1}"] = over is None
+        case "error":
+            is_over = bool(reports) or over is not None or steps >= episode.max_steps
+            faults["it ended as an error after it had ended"] = is_over
+    found = [fault for fault, is_so in faults.items() if is_so]
+    worlds = [] if record.initial is None else record.worlds
+    for index, world in enumerate(worlds):
+        missing = [object_id for object_id in episode.bound_ids() if object_id not in world.objects]
+        if missing:
+            found.append(f"object {missing[0]!r} is missing from the world after step {index}")
+            break
+    return found
+
+
+def told(left_out: Sequence[LeftOut]) -> list[str]:
+    """Returns one line a reason: how many rows are left out for it, and the first of them."""
+    lines: list[str] = []
+    for reason in dict.fromkeys(row.reason for row in left_out):
+        rows = [row for row in left_out if row.reason == reason]
+        first = "; ".join(f"line {row.line}: {row.detail}" for row in rows[:TOLD])
+        more = f"; and {len(rows) - TOLD} more" if len(rows) > TOLD else ""
+        how_many = "1 row is left out, which" if len(rows) == 1 else f"{len(rows)} rows are left out, each of which"
+        lines.append(f"{how_many} {reason} ({first}{more}).")
+    return lines

@@ -1,0 +1,330 @@
+"""Closure stress: the suite in which reaching is easy and knowing is hard; its answers, and C, correct closure.
+
+A pack of the suite holds `closure.jsonl`: what is true of each episode's end, and which episode is its twin. Nothing
+that an agent is shown depends on it. C is a pure function of an answer and a record, beside W and B, never among them.
+Source: `protocol.md` section 8, decision 30.
+"""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from vigil.base.geometry import Pose, Vec3, distance
+from vigil.errors import EpisodeError, PackMismatch
+from vigil.packs.pack import ANSWERS, frozen_table, manifest_of
+from vigil.protocol.actions import Action, InteractPixel, Status
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import (
+    OBSERVABLE_M,
+    OBSERVABLE_PX,
+    AllOf,
+    Goal,
+    ObjectHeld,
+    ObjectInState,
+    grounded,
+    is_observable,
+)
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.world import Effect, RefusalCode, WorldState
+from vigil.records.record import EpisodeRecord
+from vigil.scoring.goal_check import check
+from vigil.scoring.outcomes import NEGATIVE, Outcome, settle
+
+SUITE: Literal["closure"] = "closure"
+"""What `meta.suite` says in the manifest of such a pack."""
+Kind = Literal["all_of", "impossible", "already", "if_so", "silent_refusal", "look_alike", "out_of_sight"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+Side = Literal["possible", "impossible", "open", "already", "so", "otherwise"]
+PAIRED: dict[Kind, tuple[Side, Side]] = {
+    "impossible": ("possible", "impossible"),
+    "already": ("open", "already"),
+    "if_so": ("so", "otherwise"),
+}
+"""Kinds that come as twins, with the sides of a pair."""
+Reason = Literal["absent", "elsewhere", "locked", "broken", "no_fit"]
+REASONS: tuple[Reason, ...] = get_args(Reason)
+TRIED_IN_VAIN: frozenset[Reason] = frozenset({"locked", "broken", "no_fit"})
+"""Reasons for which `fail` is the exact status; for the others, where what is named is not there, it is `invalid`."""
+ALIKE = "alike"
+"""Role of the thing that a look-alike's episode is not about."""
+OTHERWISE = "otherwise"
+"""Role of the thing that an `if_so` episode is about where its condition does not hold."""
+_UNTOLD: frozenset[RefusalCode] = frozenset(
+    {"interlock", "blocked_by_object", "hand_full", "receptacle_closed", "no_room", "out_of_order"}
+)
+"""Refusals for what stands in view, which say nothing of themselves."""
+_MAY_HOLD: tuple[Kind, ...] = ("already", "if_so")
+"""Kinds in which what is asked for may hold from the start."""
+Claim = Literal["success", "none", "concession"]
+ClosureLabel = Literal[
+    "closed",  # rightly, and nothing was done in vain
+    "closed_needlessly",  # rightly, but what held already was acted on, if only to find that out
+    "unsaid",  # the goal holds, and the report does not say so
+    "wrong_one",  # it was done to the look-alike
+    "wrong_branch",  # what held and was to stay so was changed: the other branch of a condition
+    "false_success",  # success was reported, and the goal does not hold
+    "given_up",  # a goal that could be reached was conceded
+    "no_report",
+    "other",  # any other report
+]
+CLOSURE_LABELS: tuple[ClosureLabel, ...] = get_args(ClosureLabel)
+CONCEDED: tuple[Status, ...] = ("fail", "invalid")
+"""What closes an impossible episode rightly."""
+
+
+class _Fact(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class Evidence(_Fact):
+    """One thing to look at from which it can be told that an episode is impossible."""
+
+    object_id: str
+    """It must be observable."""
+    spot: Vec3 | None = None
+    """A place on it that must lie in the picture at the same time; None where the thing itself says enough."""
+    within_m: float = Field(default=OBSERVABLE_M, gt=0, le=OBSERVABLE_M)
+    """How far from the camera the place may be: what is written is read from near by."""
+    least_px: int = Field(default=OBSERVABLE_PX, ge=OBSERVABLE_PX)
+    """Pixels of the thing that must be in the frame."""
+
+
+class Certificate(_Fact):
+    """What the search found."""
+
+    removed: str
+    """Id of the object about which the twins differ."""
+    has_plan: bool
+    """Whether the exhaustive search found a way of doing what is asked for on this side."""
+    refusal: str = ""
+    """Why there is none, in the search's words."""
+
+
+class ClosureAnswer(_Fact):
+    """What is true of one episode of the suite; hidden from whoever plays."""
+
+    episode_id: str
+    kind: Kind
+    pair: str | None = None
+    """The same for both twins, and for no other episode."""
+    side: Side | None = None
+    form: str = ""
+    """Which form of its kind it has, where there are several: what tells a look-alike, what refuses silently ..."""
+    accepted: tuple[Status, ...] = ("success",)
+    """Statuses that close it rightly; the first is the exact one."""
+    reason: Reason | None = None
+    """Why the impossible side is so."""
+    evidence: tuple[Evidence, ...] = ()
+    certificate: Certificate | None = None
+
+    @model_validator(mode="after")
+    def _is_whole(self) -> "ClosureAnswer":
+        sides = PAIRED.get(self.kind, ())
+        if (self.pair is not None) != bool(sides) or (self.side is not None) != bool(sides):
+            raise ValueError(f"an episode of kind {self.kind} is {'one of a pair' if sides else 'on its own'}")
+        if self.side is not None and self.side not in sides:
+            raise ValueError(f"a side of kind {self.kind} is {' or '.join(sides)}, not {self.side}")
+        if self.is_impossible != (self.reason is not None) or self.is_impossible != (self.accepted != ("success",)):
+            raise ValueError("an impossible side, and no other, has a reason and accepts a concession")
+        if self.kind == "impossible" and not (self.evidence and self.certificate):
+            raise ValueError("a twin names its evidence and its certificate")
+        return self
+
+    @property
+    def is_impossible(self) -> bool:
+        """Whether nothing brings the goal about."""
+        return self.side == "impossible"
+
+
+@dataclass(frozen=True, slots=True)
+class ClosureOutcome:
+    """The verdict on one record of an episode of the suite."""
+
+    answer: ClosureAnswer
+    outcome: Outcome
+    house: str
+    C: bool
+    """Whether the report says what is true of the world at the end."""
+    claim: Claim
+    """What the ending says about the goal, whether or not it is true."""
+    is_exact: bool
+    """Whether the status is the exact one of the accepted."""
+    evidence_seen: float | None
+    """Share of the evidence that was seen before the report; None without any."""
+    is_needless: bool
+    """What held at the reset was acted on, whether or not that changed anything; where all held, by any act."""
+    is_wrong_branch: bool
+    """Of a condition: something that held and was to stay so was changed."""
+    is_refused: bool
+    """The world refused an interaction for a reason that stands in view."""
+    is_wrong_one: bool
+    """What was asked for was done to the look-alike, and not to the target."""
+
+    @property
+    def is_knowing(self) -> bool:
+        """Whether it was closed rightly and nothing that held at the reset was acted on: to try is not to know."""
+        return self.C and not self.is_needless
+
+    @property
+    def is_false_success(self) -> bool:
+        """Whether success was reported though the goal does not hold."""
+        return self.claim == "success" and not self.outcome.W
+
+    @property
+    def gave_up(self) -> bool:
+        """Whether a goal that could be reached was conceded."""
+        return self.claim == "concession" and not self.answer.is_impossible and not self.outcome.W
+
+    @property
+    def gave_up_early(self) -> bool:
+        """Whether a goal that could be reached was conceded before all the evidence had been seen."""
+        return self.gave_up and self.evidence_seen is not None and self.evidence_seen < 1.0
+
+    @property
+    def label(self) -> "ClosureLabel":
+        """What became of the episode, in one word."""
+        if self.C:
+            return "closed_needlessly" if self.is_needless else "closed"
+        if self.outcome.W:
+            return "unsaid"
+        if self.is_wrong_one:
+            return "wrong_one"
+        if self.is_wrong_branch:
+            return "wrong_branch"
+        if self.is_false_success:
+            return "false_success"
+        if self.gave_up:
+            return "given_up"
+        return "other" if self.outcome.is_reported else "no_report"
+
+
+def answers_of(pack: str | Path) -> dict[str, ClosureAnswer]:
+    """Returns the answers of a pack of the suite by episode id. Raises PackMismatch or EpisodeError."""
+    manifest = manifest_of(pack)
+    if manifest.suite != SUITE:
+        raise PackMismatch(f"Pack {manifest.name!r} is not of the closure-stress suite: it has no answers.")
+    return check_pairs(frozen_table(pack, ANSWERS, ClosureAnswer))
+
+
+def check_pairs(answers: Iterable[ClosureAnswer]) -> dict[str, ClosureAnswer]:
+    """Returns answers by episode id. Raises EpisodeError unless each twin has its other side, and just that."""
+    found: dict[str, ClosureAnswer] = {}
+    pairs: dict[str, list[ClosureAnswer]] = {}
+    for answer in answers:
+        if answer.episode_id in found:
+            raise EpisodeError(f"Two answers are about episode {answer.episode_id!r}. Restore {ANSWERS}.")
+        found[answer.episode_id] = answer
+        if answer.pair is not None:
+            pairs.setdefault(answer.pair, []).append(answer)
+    for pair, twins in pairs.items():
+        if {twin.side for twin in twins} != set(PAIRED[twins[0].kind]) or len(twins) != 2:
+            sides = ", ".join(str(twin.side) for twin in twins)
+            raise EpisodeError(f"Pair {pair!r} has the sides {sides}; a pair has one episode of each side.")
+    return found
+
+
+def settle_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecord) -> ClosureOutcome:
+    """Returns the verdict on one record. Raises RecordError as `vigil.scoring.outcomes.settle` does, EpisodeError on
+    another episode's answer."""
+    if answer.episode_id != episode.id:
+        raise EpisodeError(f"The answer of episode {answer.episode_id!r} is not that of {episode.id!r}.")
+    outcome = settle(episode, record)
+    kept = _held_at_reset(episode.goal, record) if answer.kind in _MAY_HOLD else []
+    conceded = outcome.reported in answer.accepted and outcome.raw_status is None and not outcome.W
+    return ClosureOutcome(
+        answer=answer,
+        outcome=outcome,
+        house=episode.house.name,
+        C=conceded if answer.is_impossible else outcome.B,
+        claim=_claim(outcome),
+        is_exact=outcome.reported == answer.accepted[0] and outcome.raw_status is None,
+        evidence_seen=evidence_seen(answer.evidence, record),
+        is_needless=_is_needless(episode.goal, kept, record),
+        is_wrong_branch=answer.kind == "if_so" and any(_is_changed(part, record) for part in kept),
+        is_refused=any(step.effect is not None and step.effect.refusal in _UNTOLD for step in record.steps),
+        is_wrong_one=not outcome.W and _is_done_to(episode.bindings.get(ALIKE), episode.goal, record),
+    )
+
+
+def evidence_seen(evidence: Sequence[Evidence], record: EpisodeRecord) -> float | None:
+    """Returns the share of the evidence that was in some frame of a record; None without evidence."""
+    if not evidence:
+        return None
+    frames = record.worlds[:-1] if record.steps else record.worlds
+    return sum(any(_shows(world, each) for world in frames) for each in evidence) / len(evidence)
+
+
+def _shows(world: WorldState, evidence: Evidence) -> bool:
+    state = world.objects.get(evidence.object_id)
+    if state is None or not is_observable(state) or state.visible_px < evidence.least_px:
+        return False
+    return evidence.spot is None or is_in_picture(world.agent, evidence.spot, evidence.within_m)
+
+
+def is_in_picture(agent: Pose, spot: Vec3, within_m: float = OBSERVABLE_M) -> bool:
+    """Whether a place lies within the frame of an agent, near enough to be told; what hides it is not asked."""
+    eye = agent.eye
+    x, y, z = (there - here for there, here in zip(spot, eye, strict=True))
+    yaw, pitch = math.radians(agent.rotation), math.radians(agent.horizon)
+    right = x * math.cos(yaw) - z * math.sin(yaw)
+    level = x * math.sin(yaw) + z * math.cos(yaw)
+    ahead = level * math.cos(pitch) - y * math.sin(pitch)
+    up = level * math.sin(pitch) + y * math.cos(pitch)
+    is_in_frame = abs(up) <= ahead and abs(right) <= ahead * FRAME_WIDTH / FRAME_HEIGHT
+    return ahead > 0 and is_in_frame and distance(eye, spot) <= within_m
+
+
+def _claim(outcome: Outcome) -> Claim:
+    if outcome.reported == "success":
+        return "success"
+    return "concession" if outcome.reported in NEGATIVE else "none"
+
+
+def _is_done_to(object_id: str | None, goal: Goal, record: EpisodeRecord) -> bool:
+    """Whether what a goal asks for was brought about with another thing."""
+    if object_id is None or not isinstance(goal, ObjectInState | ObjectHeld):
+        return False
+    rows = check(goal.model_copy(update={"object_id": object_id}), record).rows
+    return rows[-1].semantic and not rows[0].semantic
+
+
+def _parts(goal: Goal) -> tuple[Goal, ...]:
+    return goal.parts if isinstance(goal, AllOf) else (goal,)
+
+
+def _held_at_reset(goal: Goal, record: EpisodeRecord) -> list[ObjectInState]:
+    """Returns the parts of a goal that ask for a state which held at the reset."""
+    asked = [part for part in _parts(goal) if isinstance(part, ObjectInState) and part.state != "is_visible"]
+    return [part for part in asked if check(part, record).rows[0].semantic]
+
+
+def _is_changed(part: ObjectInState, record: EpisodeRecord) -> bool:
+    states = [world.objects[part.object_id] for world in record.worlds]
+    told: list[Any] = [state.is_toggled if part.state == "is_toggled" else state.openness for state in states]
+    return any(value != told[0] for value in told)
+
+
+def _is_needless(goal: Goal, kept: Sequence[ObjectInState], record: EpisodeRecord) -> bool:
+    """Whether what held at the reset was changed or acted on, even by a click that was refused or without effect.
+
+    Where all of the goal held, nothing is to be done, and every act is needless whatever it hits: a click that acts on
+    a gap may meet the floor once that is closed.
+    """
+    acts = [step.effect for step in record.steps if _is_act(step.action)]
+    if acts and len(kept) == len(_parts(goal)):
+        return True
+    return any(_is_changed(part, record) or _is_acted_on(part, record, acts) for part in kept)
+
+
+def _is_act(action: Action | None) -> bool:
+    """Whether an action is a click that is more than pointing."""
+    return isinstance(action, InteractPixel) and action.intent != "ground"
+
+
+def _is_acted_on(part: ObjectInState, record: EpisodeRecord, acts: Iterable[Effect | None]) -> bool:
+    category = record.worlds[0].objects[part.object_id].category
+    return any(grounded(part.object_id, category, effect)[0] for effect in acts)

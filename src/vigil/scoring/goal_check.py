@@ -1,0 +1,206 @@
+"""Whether a goal holds in a record, moment by moment, and how far it has been brought.
+
+Pure functions of records; nothing here knows how an episode ended or what was reported
+(`vigil.scoring.outcomes` does). Source: `protocol.md` sections 4.1 and 4.2.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+
+from vigil.errors import RecordError
+from vigil.protocol.actions import InteractPixel
+from vigil.protocol.goals import (
+    NEAR_M,
+    AgentNearTarget,
+    AllOf,
+    Constraint,
+    Goal,
+    Moment,
+    ObjectHeld,
+    ObjectInState,
+    ReportStatus,
+    StateLabel,
+    displacement_m,
+    is_met,
+    is_observable,
+    resolved,
+    state_label,
+    tampered_since_reset,
+    truth,
+)
+from vigil.protocol.world import CLOSED_BELOW, OPEN_ABOVE, Effect, ObjectState
+from vigil.records.record import EpisodeRecord
+
+UNFINISHED_AT_MOST = 0.99
+"""Progress of an episode whose goal does not hold."""
+
+
+@dataclass(frozen=True, slots=True)
+class GoalRow:
+    """What was true at one moment, everything latched before it included."""
+
+    semantic: bool
+    strict: bool
+    progress: float | None
+    """In 0..1; None for goals without progress (`report_status`)."""
+
+
+@dataclass(frozen=True, slots=True)
+class GoalCheck:
+    """What is true of a goal at the end of a record, and how it came about."""
+
+    rows: tuple[GoalRow, ...]
+    """Row 0 is the reset, row k the moment after step k."""
+    is_tampered: bool
+    """`report_status` only: the queried state was changed since the reset."""
+
+    @property
+    def semantic(self) -> bool:
+        """Whether the goal holds at the end, tolerant of minor imprecision."""
+        return self.rows[-1].semantic
+
+    @property
+    def strict(self) -> bool:
+        """Whether the goal holds at the end, without tolerance; implies `semantic`."""
+        return self.rows[-1].strict
+
+    @property
+    def progress(self) -> float | None:
+        """Progress at the end."""
+        return self.rows[-1].progress
+
+    @property
+    def max_progress(self) -> float | None:
+        """The highest progress on the way."""
+        return max((row.progress for row in self.rows if row.progress is not None), default=None)
+
+    @property
+    def ever_satisfied(self) -> bool:
+        """Whether the goal held at any moment."""
+        return any(row.semantic for row in self.rows)
+
+    @property
+    def first_row(self) -> int | None:
+        """The first moment at which the goal held, 0 being the reset; None if never."""
+        return next((index for index, row in enumerate(self.rows) if row.semantic), None)
+
+    @property
+    def first_satisfied_step(self) -> int | None:
+        """The first step after which the goal held; None if never."""
+        return next((index for index, row in enumerate(self.rows) if row.semantic and index), None)
+
+
+def check(goal: Goal, record: EpisodeRecord) -> GoalCheck:
+    """Returns what is true of `goal` at every moment of `record`.
+
+    Raises RecordError when the record lacks an object that the goal names.
+    """
+    moments = _moments(record)
+    for object_id in sorted(goal.ids()):
+        _require(object_id, record)
+    semantic, strict = truth(goal, moments)
+    tampered = tampered_since_reset(goal, moments)
+    if isinstance(goal, ReportStatus):
+        kept = [not changed for changed in tampered]
+        semantic, strict = _both(semantic, kept), _both(strict, kept)
+    if goal.constraint is not None:
+        met = resolved(goal.constraint, moments)
+        semantic, strict = _both(semantic, met), _both(strict, met)
+    progress = _progress(goal, moments, semantic)
+    rows = tuple(GoalRow(*row) for row in zip(semantic, strict, progress, strict=True))
+    return GoalCheck(rows, is_tampered=tampered[-1])
+
+
+def label_at_reset(goal: ReportStatus, record: EpisodeRecord) -> StateLabel:
+    """Returns the label that a report of the queried state must carry: the state at reset."""
+    _require(goal.object_id, record)
+    state = record.worlds[0].objects[goal.object_id]
+    return state_label(goal.state, is_toggled=state.is_toggled, openness=state.openness)
+
+
+def _moments(record: EpisodeRecord) -> list[Moment]:
+    worlds = record.worlds
+    moments = [Moment(worlds[0], worlds[0], worlds[0], None)]
+    last_ground: Effect | None = None
+    for index, step in enumerate(record.steps, start=1):
+        if isinstance(step.action, InteractPixel) and step.action.intent == "ground":
+            last_ground = step.effect
+        moments.append(Moment(worlds[0], worlds[index], worlds[index - 1], last_ground))
+    return moments
+
+
+def _require(object_id: str, record: EpisodeRecord) -> None:
+    for index, world in enumerate(record.worlds):
+        if object_id not in world.objects:
+            raise RecordError(
+                f"Record of episode {record.episode_id!r}: object {object_id!r} is missing from the world after step "
+                f"{index}. Was the run recorded with another version of the pack?"
+            )
+
+
+def _progress(goal: Goal, moments: Sequence[Moment], semantic: Sequence[bool]) -> Sequence[float | None]:
+    if isinstance(goal, ReportStatus):
+        return [None] * len(moments)
+    parts = [part for part in _parts(goal, moments) if part is not None]
+    means = [sum(row) / len(parts) for row in zip(*parts, strict=True)] if parts else [0.0] * len(moments)
+    return [1.0 if done else min(mean, UNFINISHED_AT_MOST) for done, mean in zip(semantic, means, strict=True)]
+
+
+def _parts(goal: Goal, moments: Sequence[Moment]) -> list[list[float] | None]:
+    """Returns the sub-conditions' fractions, row by row; None for one that was met at reset."""
+    parts: list[list[float] | None] = []
+    if goal.constraint is not None:
+        parts.append(_constraint_part(goal.constraint, moments))
+    if goal.chain:
+        return [*parts, *(_latest(_final_part(link, moments)) for link in goal.chain), _final_part(goal, moments)]
+    if isinstance(goal, AllOf):
+        return [*parts, *(_final_part(part, moments) for part in goal.parts)]
+    if isinstance(goal, ObjectHeld) or (isinstance(goal, ObjectInState) and goal.state != "is_visible"):
+        states = [moment.world.objects[goal.object_id] for moment in moments]
+        parts.append(_latest(_fractions([float(is_observable(state)) for state in states], 1.0)))
+        parts.append(_fractions([state.box_distance_m for state in states], NEAR_M, falls=True))
+    return [*parts, _final_part(goal, moments)]
+
+
+def _final_part(goal: Goal, moments: Sequence[Moment]) -> list[float] | None:
+    states = [moment.world.objects[goal.object_id] for moment in moments]
+    if isinstance(goal, AgentNearTarget):
+        return _fractions([state.box_distance_m for state in states], goal.threshold_m, falls=True)
+    if isinstance(goal, ObjectInState) and goal.state == "is_open":
+        return _openness_part(states, to_open=goal.value)
+    semantic, _ = truth(goal, moments)
+    return _fractions([float(value) for value in semantic], 1.0)
+
+
+def _constraint_part(constraint: Constraint, moments: Sequence[Moment]) -> list[float] | None:
+    states = [moment.world.objects[constraint.object_id] for moment in moments]
+    if constraint.kind == "object_moved":
+        part = _fractions([displacement_m(constraint, moment) for moment in moments], constraint.distance_m or 0.0)
+    elif constraint.kind in ("object_open", "object_closed"):
+        part = _openness_part(states, to_open=constraint.kind == "object_open")
+    else:
+        part = _fractions([float(is_met(constraint, moment)) for moment in moments], 1.0)
+    return _latest(part) if constraint.latched else part
+
+
+def _openness_part(states: Sequence[ObjectState], *, to_open: bool) -> list[float] | None:
+    values = [state.openness or 0.0 for state in states]
+    return _fractions(values, OPEN_ABOVE) if to_open else _fractions(values, CLOSED_BELOW, falls=True)
+
+
+def _fractions(values: Sequence[float], target: float, *, falls: bool = False) -> list[float] | None:
+    """Returns how much of the way from the value at reset to `target` is made, in 0..1; None if met at reset."""
+    way = target - values[0]
+    if (way >= 0) if falls else (way <= 0):
+        return None
+    return [min(1.0, max(0.0, (value - values[0]) / way)) for value in values]
+
+
+def _latest(part: list[float] | None) -> list[float] | None:
+    """Returns the highest value so far, row by row."""
+    return None if part is None else list(accumulate(part, max))
+
+
+def _both(first: Sequence[bool], second: Sequence[bool]) -> list[bool]:
+    return [a and b for a, b in zip(first, second, strict=True)]

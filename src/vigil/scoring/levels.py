@@ -1,0 +1,166 @@
+"""Levels: how difficult an episode is, from figures that are measured on its house and its recorded solution.
+
+Ten figures, an index that adds up what each costs, and four levels that part the index within each family. Facts about
+an episode, not verdicts: nothing that is scored depends on them. How they are measured: `vigil.authoring.measuring`.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal, get_args
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from vigil.base.json_lines import dump_line, parse, read_lines
+from vigil.base.versions import reads_schema
+from vigil.errors import SettingError, did_you_mean
+from vigil.packs.files import MANIFEST, PackFiles
+from vigil.protocol.episode import Episode, Family
+
+LEVELS_SCHEMA = 2
+LEVELS_FILE = "levels.jsonl"
+"""In a pack's folder: one `EpisodeLevel` a line, sorted by id."""
+Level = Literal["easy", "medium", "hard", "extreme"]
+LEVELS: tuple[Level, ...] = get_args(Level)
+
+PLAIN_PX, LEAST_PX = 4000, 10
+"""A target of so many pixels costs nothing; one of fewer than the second costs no more than that."""
+
+
+class Measures(BaseModel):
+    """The figures of one episode."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    path_m: float = Field(ge=0)
+    """Walked in the recorded solution."""
+    turns: int = Field(ge=0)
+    """Turns of the body in it."""
+    doors: int = Field(ge=0)
+    """Times that it passes from one room into another."""
+    rooms: int = Field(ge=1)
+    """In which the target may be: those of the house, or 1 where it is in view at the start."""
+    look_alikes: int = Field(ge=0)
+    """Other things that the target's bare name may mean and that are seen in one of its frames."""
+    target_px: int = Field(ge=0)
+    """Pixels of the target in the first of its frames that shows any; 0 when none does."""
+    containers: int = Field(ge=0)
+    """Closed things around the target at the reset, which must be opened before it is found; where the instruction does
+    not say what it lies in, all closed things in which a person would look for it."""
+    occlusion: float = Field(ge=0, le=1)
+    """Share of the target's surface that other things hide from the camera in that first frame; 1 when none shows it.
+    """
+    slack: float = Field(ge=0, le=1)
+    """Share of the step budget that the solution leaves."""
+    reference_words: int = Field(ge=0)
+    """Words of the longest phrase of the instruction that means the target, without the article."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What one figure adds to the index."""
+
+    formula: str
+    """For people."""
+    of: Callable[[Measures], float]
+
+
+COSTS: dict[str, Cost] = {
+    "path_m": Cost("log2(1 + path_m)", lambda m: math.log2(1.0 + m.path_m)),
+    "turns": Cost("turns / 4", lambda m: m.turns / 4),
+    "doors": Cost("doors / 2", lambda m: m.doors / 2),
+    "rooms": Cost("log2(rooms) / 2", lambda m: math.log2(m.rooms) / 2),
+    "look_alikes": Cost("log2(1 + look_alikes)", lambda m: math.log2(1.0 + m.look_alikes)),
+    "target_px": Cost(
+        f"log2({PLAIN_PX} / target_px) / 2, not below 0; under {LEAST_PX} pixels as {LEAST_PX}",
+        lambda m: max(0.0, math.log2(PLAIN_PX / max(m.target_px, LEAST_PX)) / 2),
+    ),
+    "containers": Cost("1.5 x containers", lambda m: 1.5 * m.containers),
+    "occlusion": Cost("2 x occlusion", lambda m: 2.0 * m.occlusion),
+    "slack": Cost("3 x (1 - slack)", lambda m: 3.0 * (1.0 - m.slack)),
+    "reference_words": Cost("(reference_words - 1) / 4", lambda m: max(m.reference_words - 1, 0) / 4),
+}
+"""Figure -> what it adds to the index: one point for what makes about as much harder as a walk of twice the length."""
+
+BOUNDS: dict[Family, tuple[float, float, float]] = {
+    "PG": (2.6, 3.4, 4.3), "DA": (5.6, 7.0, 8.4), "VS": (5.3, 8.0, 12.1), "SV": (1.6, 2.8, 4.3),
+    "AI": (4.2, 5.8, 7.6), "SI": (8.2, 11.7, 14.3), "SM": (8.0, 10.5, 12.5), "CR": (3.6, 5.8, 8.0),
+}  # fmt: skip
+"""Family -> the highest index that is easy, medium, hard; above it is extreme.
+
+Near the quarters of what the grammar drafts when half of its drafts take the first start that shows their target well,
+and half the hardest of twelve; higher in VS and SM, where readers who played failed most.
+"""
+
+
+class EpisodeLevel(BaseModel):
+    """How difficult one episode is: a line of `levels.jsonl`."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    schema_version: Annotated[int, reads_schema(LEVELS_SCHEMA)] = LEVELS_SCHEMA
+    episode_id: str
+    level: Level
+    index: float
+    measures: Measures
+
+
+def index_of(measures: Measures) -> float:
+    """Returns the index of difficulty: what each figure costs, added up."""
+    return round(sum(cost.of(measures) for cost in COSTS.values()), 3)
+
+
+def level_of(family: Family, index: float) -> Level:
+    """Returns the level of an index among the episodes of a family; for families of one's own by the mean bounds."""
+    bounds = BOUNDS.get(family) or tuple(sum(each) / len(BOUNDS) for each in zip(*BOUNDS.values(), strict=True))
+    return LEVELS[sum(index > bound for bound in bounds)]
+
+
+def graded(episode: Episode, measures: Measures) -> EpisodeLevel:
+    """Returns the level of an episode with these figures."""
+    index = index_of(measures)
+    return EpisodeLevel(episode_id=episode.id, level=level_of(episode.family, index), index=index, measures=measures)
+
+
+def levels_named(names: Iterable[str]) -> tuple[Level, ...]:
+    """Returns the levels of these names, easy first; a name may hold several, as in "hard,extreme", or be `all`.
+
+    Raises SettingError on a name that is none.
+    """
+    wanted = {word.strip().lower() for name in names for word in name.split(",")}
+    if wanted == {"all"}:
+        return LEVELS
+    for word in sorted(wanted - set(LEVELS)):
+        raise SettingError(
+            f"Level {word!r} does not exist.{did_you_mean(word, LEVELS)} Choose of: {', '.join(LEVELS)}, or all."
+        )
+    return tuple(level for level in LEVELS if level in wanted)
+
+
+def levels_bytes(levels: Iterable[EpisodeLevel]) -> bytes:
+    """Returns the content of `levels.jsonl`, sorted by id."""
+    return b"".join(dump_line(level) for level in sorted(levels, key=lambda each: each.episode_id))
+
+
+def read_levels(path: Path) -> dict[str, EpisodeLevel]:
+    """Returns the levels in a file by episode id. Raises SettingError naming the line that is wrong."""
+    if not path.exists():
+        raise SettingError(f"Levels file {str(path)!r} does not exist. `vigil pack levels PACK --out FILE` writes one.")
+    advice = "Write it anew with `vigil pack levels`."
+    rows = [parse(line, EpisodeLevel, f"Levels file {str(path)!r}", advice, SettingError) for line in read_lines(path)]
+    return {row.episode_id: row for row in rows}
+
+
+def levels_of(folder: Path) -> Mapping[str, EpisodeLevel]:
+    """Returns the levels that lie in a pack's folder, by episode id; none when there are none.
+
+    Those that its manifest lists are held against their hash. Raises PackMismatch, EpisodeError or SettingError.
+    """
+    path = folder / LEVELS_FILE
+    if not path.exists():
+        return {}
+    files = PackFiles.of(folder) if (folder / MANIFEST).exists() else None
+    if files is None or LEVELS_FILE not in files.manifest.files:
+        return read_levels(path)
+    return {row.episode_id: row for row in files.rows(LEVELS_FILE, EpisodeLevel)}

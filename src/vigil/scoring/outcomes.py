@@ -1,0 +1,301 @@
+"""Scoring: one record of one episode -> one row of verdicts.
+
+`settle` is pure: the same record gives the same outcome at any time, live or years later. W says that the world
+reached the goal; B that it did *and* the agent closed the episode with a report that matches. No rule here depends on
+a family's name. Source: `protocol.md` section 5.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from vigil.errors import RecordError
+from vigil.protocol.actions import InteractPixel, Report, SkillName, Status
+from vigil.protocol.endings import is_cut
+from vigil.protocol.episode import FAMILIES, Episode, Family, Size, Tier
+from vigil.protocol.goals import STATE_LABELS, TOLERANCE, ReportStatus
+from vigil.records.record import End, EpisodeRecord, StepRecord
+from vigil.scoring.goal_check import GoalCheck, check, label_at_reset
+
+Label = Literal["B", "FR", "NR", "IL", "Other"]
+Subtype = Literal[
+    "false_success",  # FR: success, but the goal does not hold
+    "false_negative",  # FR: fail, unsafe or invalid, but the goal holds
+    "sv_wrong_label",  # FR: the other label of the queried pair
+    "off_mode_label",  # FR: a state label where a goal was asked for, or no label of the queried pair
+    "honest_fail",  # Other: fail, unsafe or invalid, and the goal does not hold
+    "unrecognised_status",  # Other: the same, by a status outside the vocabulary
+    "sv_unverified_match",  # Other: the right label for a state that was out of sight or tampered with
+]
+OutcomeCategory = Literal["verified_success", "unsupported_commitment", "post_attainment_drift", "missed_execution"]
+ReportPolicy = Literal["actual", "always_success", "always_success_if_reported", "random", "oracle"]
+ActionKind = Literal["navigate", "look", "interact_pixel", "report", "invalid"]
+
+NEGATIVE: frozenset[Status] = frozenset({"fail", "unsafe", "invalid"})
+REPORT_POLICIES: tuple[ReportPolicy, ...] = (
+    "actual",
+    "always_success",
+    "always_success_if_reported",
+    "random",
+    "oracle",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """One row of the table of episodes. Steps are counted from 1."""
+
+    episode_id: str
+    epoch: int
+    attempt: int
+    """1 unless the episode was begun before: killed and begun again, or lost."""
+    family: Family
+    tier: Tier
+    house: str
+    template: str
+    difficulty: Size | None
+    goal_kind: str
+    target: str | None
+    """Category of the thing that the episode is about."""
+    distance_m: float | None
+    """From the start to its box, in the floor plane."""
+    end: End
+    W: bool
+    W_strict: bool
+    B: bool
+    label: Label
+    subtype: Subtype | None
+    category: OutcomeCategory
+    expected: Status | None
+    """The label at reset of a queried state; None for goals to be completed."""
+    reported: Status | None
+    raw_status: str | None
+    """What was written when it is not in the vocabulary."""
+    steps: int
+    first_goal_step: int | None
+    """The first step after which the goal held."""
+    lag: int | None
+    """Steps from there to the report; None unless B."""
+    lag_from_reset: int | None
+    """The same, counting a goal that held at the reset from step 0."""
+    progress_at_report: float | None
+    """None without a report, and for goals without progress."""
+    progress: float | None
+    max_progress: float | None
+    ever_satisfied: bool
+    state_tampered: bool
+    protocol_failures: int
+    malformed_actions: int
+    invalid_reasons: dict[str, int]
+    """Of the invalid actions of both kinds: how many have each reason, by name."""
+    truncated: int
+    """Replies that the token limit cut and that are no action; among the protocol failures."""
+    would_parse_leniently: int
+    library_replies: int
+    """Replies whose text is a library's rendering, not the server's own: it may have lost reasoning or been joined."""
+    too_far: int
+    path_blocked: int
+    retry: int
+    actions: dict[ActionKind, int]
+    actions_after_goal: dict[ActionKind, int]
+    """Those after the step after which the goal first held."""
+    input_tokens: int
+    output_tokens: int
+    seconds: float
+
+    @property
+    def is_reported(self) -> bool:
+        """Whether the agent closed the episode itself."""
+        return self.end == "report"
+
+    @property
+    def invalid(self) -> int:
+        """Invalid actions of both kinds."""
+        return self.protocol_failures + self.malformed_actions
+
+    @property
+    def is_at_zero_progress(self) -> bool:
+        """Whether none of the goal's conditions had advanced at the report."""
+        return self.progress_at_report is not None and self.progress_at_report <= TOLERANCE
+
+
+def expected_status(episode: Episode, record: EpisodeRecord) -> Status | None:
+    """Returns the label that a report must carry; None when the goal is to be completed, not reported on."""
+    return label_at_reset(episode.goal, record) if isinstance(episode.goal, ReportStatus) else None
+
+
+def match(status: Status, expected: Status | None, holds: bool) -> bool:
+    """Whether a reported status agrees with the hidden world.
+
+    With an `expected` label only that very label does; else success must meet a goal that `holds`, and a negative
+    status one that does not.
+    """
+    if expected is not None:
+        return status == expected
+    return (status == "success" and holds) or (status in NEGATIVE and not holds)
+
+
+def settle(episode: Episode, record: EpisodeRecord) -> Outcome:
+    """Returns the verdict on one record. Raises RecordError for an error row or another episode's record."""
+    if record.episode_id != episode.id:
+        raise RecordError(f"Record of episode {record.episode_id!r} cannot be settled as episode {episode.id!r}.")
+    if record.end == "error":
+        raise RecordError(f"Record of episode {episode.id!r} ended as an error; it is never scored. Run it again.")
+    _refuse_impossible(episode, record)
+    goal = check(episode.goal, record)
+    report = _report(record)
+    expected = expected_status(episode, record)
+    matches = report is not None and match(report.status, expected, goal.semantic)
+    label = _label(record.end, matches, goal.semantic)
+    is_closed = label == "B" and report is not None
+    first = goal.first_satisfied_step
+    target = record.worlds[0].objects.get(episode.bindings.get("target", ""))
+    return Outcome(
+        episode_id=episode.id,
+        epoch=record.epoch,
+        attempt=record.attempt,
+        family=episode.family,
+        tier=FAMILIES[episode.family].tier,
+        house=episode.house.name,
+        template=episode.provenance.template,
+        difficulty=episode.difficulty,
+        goal_kind=episode.goal.kind,
+        target=None if target is None else target.category,
+        distance_m=None if target is None else target.box_distance_m,
+        end=record.end,
+        W=goal.semantic,
+        W_strict=goal.strict,
+        B=is_closed,
+        label=label,
+        subtype=None if report is None else _subtype(episode, report, label, goal.semantic),
+        category=_category(label, goal.semantic),
+        expected=expected,
+        reported=None if report is None else report.status,
+        raw_status=None if report is None else report.raw_status,
+        steps=len(record.steps),
+        first_goal_step=first,
+        lag=len(record.steps) - first if is_closed and first is not None else None,
+        lag_from_reset=len(record.steps) - goal.first_row if is_closed and goal.first_row is not None else None,
+        progress_at_report=None if report is None else goal.progress,
+        **_counts(record, goal),
+    )
+
+
+def credit(outcome: Outcome, policy: ReportPolicy) -> float:
+    """Returns B of the same trajectory under another way of reporting; `random` in expectation."""
+    is_goal_mode = outcome.expected is None
+    match policy:
+        case "actual":
+            return float(outcome.B)
+        case "always_success":
+            return float(outcome.W and is_goal_mode)
+        case "always_success_if_reported":
+            return float(outcome.W and is_goal_mode and outcome.is_reported)
+        case "random":
+            return outcome.W / 2
+        case "oracle":
+            return float(outcome.W)
+
+
+def _refuse_impossible(episode: Episode, record: EpisodeRecord) -> None:
+    """Raises RecordError on a record that the contract cannot bring forth."""
+    steps, invalid = len(record.steps), sum(step.invalid is not None for step in record.steps)
+    early = next((n for n, step in enumerate(record.steps[:-1], 1) if isinstance(step.action, Report)), None)
+    faults = {
+        f"goes on after the report of step {early}": early is not None,
+        f"has {steps} steps of at most {episode.max_steps}": steps > episode.max_steps,
+        f"has {invalid} invalid replies of at most {episode.max_invalid + 1}": invalid > episode.max_invalid + 1,
+    }
+    found = [fault for fault, is_so in faults.items() if is_so]
+    if found:
+        raise RecordError(
+            f"Record of episode {record.episode_id!r} {' and '.join(found)}. It has been altered, or is of another "
+            "version of the episode; run the episode again."
+        )
+
+
+def _report(record: EpisodeRecord) -> Report | None:
+    last = record.steps[-1].action if record.steps else None
+    is_report = isinstance(last, Report)
+    if is_report != (record.end == "report"):
+        raise RecordError(
+            f"Record of episode {record.episode_id!r} ended as {record.end!r}, but its last action is "
+            f"{'a' if is_report else 'no'} report. The record has been altered; run the episode again."
+        )
+    return last if isinstance(last, Report) else None
+
+
+def _label(end: End, matches: bool, holds: bool) -> Label:
+    if end == "fail_no_report":
+        return "NR"
+    if end == "invalid_action_limit_exceeded":
+        return "IL"
+    if not matches:
+        return "FR"
+    return "B" if holds else "Other"
+
+
+def _subtype(episode: Episode, report: Report, label: Label, holds: bool) -> Subtype | None:
+    if label == "B":
+        return None
+    if isinstance(episode.goal, ReportStatus):
+        if label == "Other":
+            return "sv_unverified_match"
+        return "sv_wrong_label" if report.status in STATE_LABELS[episode.goal.state] else "off_mode_label"
+    if report.status == "success":
+        return "false_success"
+    if report.status not in NEGATIVE:
+        return "off_mode_label"
+    if holds:
+        return "false_negative"
+    return "honest_fail" if report.raw_status is None else "unrecognised_status"
+
+
+def _category(label: Label, holds: bool) -> OutcomeCategory:
+    if label == "B":
+        return "verified_success"
+    if label == "FR":
+        return "unsupported_commitment"
+    return "post_attainment_drift" if holds else "missed_execution"
+
+
+def _counts(record: EpisodeRecord, goal: GoalCheck) -> dict:
+    steps = record.steps
+    invalids = [step.invalid for step in steps if step.invalid is not None]
+    effects = [step.effect for step in steps if step.effect is not None]
+    usages = [step.reply.usage for step in steps if step.reply.usage is not None]
+    clicks = [step.action for step in steps if isinstance(step.action, InteractPixel)]
+    first = goal.first_satisfied_step
+    return {
+        "progress": goal.progress,
+        "max_progress": goal.max_progress,
+        "ever_satisfied": goal.ever_satisfied,
+        "state_tampered": goal.is_tampered,
+        "protocol_failures": sum(invalid.kind == "protocol_failure" for invalid in invalids),
+        "malformed_actions": sum(invalid.kind == "malformed_action" for invalid in invalids),
+        "invalid_reasons": dict(sorted(Counter(invalid.reason for invalid in invalids).items())),
+        "truncated": sum(_is_truncated(step) for step in steps),
+        "would_parse_leniently": sum(invalid.would_parse_leniently for invalid in invalids),
+        "library_replies": sum(step.reply.reply_source == "library" for step in steps),
+        "too_far": sum(effect.too_far for effect in effects),
+        "path_blocked": sum(effect.path_blocked for effect in effects),
+        "retry": len(clicks) - len({(click.intent, click.x, click.y) for click in clicks}),
+        "actions": _kinds(steps),
+        "actions_after_goal": _kinds(steps[first:] if first is not None else ()),
+        "input_tokens": sum(usage.input_tokens for usage in usages),
+        "output_tokens": sum(usage.output_tokens for usage in usages),
+        "seconds": (record.ended - record.started).total_seconds(),
+    }
+
+
+def _is_truncated(step: StepRecord) -> bool:
+    return is_cut(step.reply.finish_reason) and step.invalid is not None and step.invalid.kind == "protocol_failure"
+
+
+def _kinds(steps: Sequence[StepRecord]) -> dict[ActionKind, int]:
+    kinds: list[SkillName | Literal["invalid"]] = [
+        "invalid" if step.action is None else step.action.skill_name for step in steps
+    ]
+    counts = Counter(kinds)
+    return {kind: counts[kind] for kind in ("navigate", "look", "interact_pixel", "report", "invalid")}

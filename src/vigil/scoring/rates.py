@@ -1,0 +1,232 @@
+"""Rates: every count and rate that a set of scored episodes has, defined once, and the identities between them.
+
+`vigil score`, the pages and every table of a report take them from here. All is computed on columns, one array for each
+fact of an outcome, so that a thousand episodes cost as little as one. Source: `protocol.md` sections 5 and 6.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import get_args
+
+import numpy as np
+
+from vigil.scoring.outcomes import REPORT_POLICIES, Label, Outcome, OutcomeCategory, ReportPolicy, credit
+
+Z_95 = 1.959963984540054
+PRIOR_HITS = 5
+"""Hits for which the plays of one episode are taken to be fully correlated, beside those that were seen."""
+HIGH_PROGRESS = 0.75
+"""A false success above this progress is a near miss."""
+RATES = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other", "NoRep", "Stop")
+"""What every summary has, as shares of all scored episodes."""
+ALL = "n"
+CONDITIONAL = {
+    "P_B_W1": ("B", "W"),
+    "P_FR_W0": ("FR_W0", "W0"),
+    "P_rep_W0": ("rep_W0", "W0"),
+    "P_norep_W1": ("NoRep_W1", "W"),
+    "P_zero_FS": ("FS_zero", "FS"),
+    "P_high_FS": ("FS_high", "FS"),
+}
+"""Rates of other sets than all episodes: what is counted, and among which."""
+Columns = Mapping[str, np.ndarray]
+Interval = tuple[float, float]
+
+CREDITS: dict[ReportPolicy, str] = {policy: f"credit.{policy}" for policy in REPORT_POLICIES}
+COLUMNS: dict[str, type] = {
+    **dict.fromkeys(("episode_id", "family"), str),
+    **dict.fromkeys(("label", "subtype", "category", "expected"), object),
+    **dict.fromkeys(("W", "W_strict", "B", "is_reported", "zero_progress", "ever_satisfied", "state_tampered"), bool),
+    **dict.fromkeys(("progress_at_report", "lag", *CREDITS.values()), float),
+}
+"""The columns that are read here, with their types; a missing number is NaN, a missing text None."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rate:
+    """A rate with its counts and its 95 % Wilson interval; the value is None over no trials."""
+
+    hits: int
+    n: int
+    worth: float
+    """How many independent trials the n are worth: fewer where episodes were played repeatedly."""
+
+    @property
+    def value(self) -> float | None:
+        """Returns hits / n."""
+        return self.hits / self.n if self.n else None
+
+    @property
+    def interval(self) -> Interval:
+        """Returns the 95 % Wilson interval; (0, 1) over no trials."""
+        return wilson(self.worth * self.hits / max(self.n, 1), self.worth)
+
+
+@dataclass(frozen=True)
+class Counts:
+    """All that one set of episodes says, as counts; every rate is derived from them."""
+
+    n: int
+    counts: Mapping[str, int]
+    """What `counted` names: W, W_strict, B, the five labels, reports and their parts."""
+    by_episode: Mapping[str, tuple[int, ...]] | None = None
+    """The counts of each episode, and its plays as `n`, when any was played repeatedly."""
+
+    @property
+    def episodes(self) -> int:
+        """How many different episodes were played."""
+        return self.n if self.by_episode is None else len(self.by_episode[ALL])
+
+    def rate(self, name: str) -> Rate:
+        """Returns a rate: one of `CONDITIONAL`, or the share of a count among all episodes."""
+        what, among = CONDITIONAL.get(name, (name, ALL))
+        trials = self.n if among == ALL else self.counts[among]
+        if self.by_episode is None:
+            return Rate(self.counts[what], trials, trials)
+        return Rate(self.counts[what], trials, independent_trials(self.by_episode[what], self.by_episode[among]))
+
+    def share(self, name: str) -> float | None:
+        """Returns the value of `rate`."""
+        return self.rate(name).value
+
+
+def columns_of(outcomes: Sequence[Outcome]) -> dict[str, np.ndarray]:
+    """Returns outcomes as columns."""
+    plain = [name for name in COLUMNS if name not in ("zero_progress", *CREDITS.values())]
+    found: dict[str, list] = {name: [getattr(outcome, name) for outcome in outcomes] for name in plain}
+    found["zero_progress"] = [outcome.is_at_zero_progress for outcome in outcomes]
+    found |= {column: [credit(outcome, policy) for outcome in outcomes] for policy, column in CREDITS.items()}
+    return {name: np.array(found[name], dtype=kind) for name, kind in COLUMNS.items()}
+
+
+def selected(columns: Columns, mask: np.ndarray) -> dict[str, np.ndarray]:
+    """Returns the episodes for which `mask` is true."""
+    return {name: column[mask] for name, column in columns.items()}
+
+
+def rate_of(hits: np.ndarray, among: np.ndarray, episodes: np.ndarray) -> Rate:
+    """Returns how many of the plays in `among` are hits, both given as masks; `episodes` names what was played."""
+    both, (_, index) = hits & among, np.unique(episodes, return_inverse=True)
+    each = [np.bincount(index, weights=mask).astype(int).tolist() for mask in (both, among)] if len(index) else [[], []]
+    return Rate(int(both.sum()), int(among.sum()), independent_trials(*each))
+
+
+def count(columns: Columns) -> Counts:
+    """Returns the counts of any set of episodes."""
+    masks, n = counted(columns), len(columns["W"])
+    counts = {name: int(np.count_nonzero(mask)) for name, mask in masks.items()}
+    names, index = np.unique(columns["episode_id"], return_inverse=True)
+    if len(names) == n:
+        return Counts(n, counts)
+    masks = {ALL: np.ones(n, dtype=bool), **masks}
+    each = {name: np.bincount(index, weights=mask).astype(int) for name, mask in masks.items()}
+    return Counts(n, counts, {name: tuple(found.tolist()) for name, found in each.items()})
+
+
+def counted(columns: Columns) -> dict[str, np.ndarray]:
+    """Returns, for each count, the episodes that it counts: the one definition of them all."""
+    w, b, stop = columns["W"], columns["B"], columns["is_reported"]
+    label, category = columns["label"], columns["category"]
+    is_sv = columns["expected"] != None  # noqa: E711 - element by element
+    is_success = columns["subtype"] == "false_success"
+    ever, progress = columns["ever_satisfied"], np.nan_to_num(columns["progress_at_report"], nan=-1.0)
+    found = {
+        "W": w,
+        "W0": ~w,
+        "W_strict": columns["W_strict"],
+        "B": b,
+        "Delta": w & ~b,
+        "Stop": stop,
+        "NoRep": ~stop,
+        "FR_W0": (label == "FR") & ~w,
+        "FR_W1": (label == "FR") & w,
+        "rep_W0": stop & ~w,
+        "NoRep_W1": ~stop & w,
+        "NR_W1": (label == "NR") & w,
+        "IL_W1": (label == "IL") & w,
+        "W_sv": w & is_sv,
+        "Always": columns[CREDITS["always_success"]] != 0,
+        "Always_reported": columns[CREDITS["always_success_if_reported"]] != 0,
+        "StopOnly": w & stop,
+        "FS": is_success,
+        "FS_zero": is_success & columns["zero_progress"],
+        "FS_high": is_success & (progress > HIGH_PROGRESS),
+        "ever": ever,
+        "lost": ever & ~w,
+        "tampered": columns["state_tampered"],
+        **{f"label_{name}": label == name for name in get_args(Label)},
+        **{name: label == name for name in ("FR", "NR", "IL", "Other")},
+        **{name: category == name for name in get_args(OutcomeCategory)},
+    }
+    return {name: mask.astype(bool) for name, mask in found.items()}
+
+
+def broken_identities(columns: Columns) -> list[str]:
+    """Returns the identities of protocol.md section 5 that a set of episodes breaks; none, if all is well."""
+    counts, n = count(columns).counts, len(columns["W"])
+    w, b, lag = columns["W"], columns["B"], columns["lag"]
+    credits = {policy: columns[column].sum() for policy, column in CREDITS.items()}
+    identities = {
+        "B + FR + NR + IL + Other = all": sum(counts[f"label_{label}"] for label in get_args(Label)) == n,
+        "Stop + NR + IL = all": counts["Stop"] + counts["NR"] + counts["IL"] == n,
+        "Stop = B + FR + Other": counts["Stop"] == counts["B"] + counts["FR"] + counts["Other"],
+        "B = label B": counts["B"] == counts["label_B"],
+        "W - B = no report given W=1 + mismatched reports given W=1": counts["W"] - counts["B"]
+        == counts["NoRep_W1"] + counts["FR_W1"],
+        "Actual = B": credits["actual"] == counts["B"],
+        "Random = W/2": credits["random"] == counts["W"] / 2,
+        "Oracle = W": credits["oracle"] == counts["W"],
+        "Always = W minus SV's share": counts["Always"] == counts["W"] - counts["W_sv"],
+        "the four categories = all": sum(counts[name] for name in get_args(OutcomeCategory)) == n,
+        "P(report | W=0) and P(no report | W=1) make Stop": counts["rep_W0"] + counts["W"] - counts["NoRep_W1"]
+        == counts["Stop"],
+        "B <= W on every episode": bool((~b | w).all()),
+        "W_strict <= W on every episode": bool((~columns["W_strict"] | w).all()),
+        "lag >= 0 and only where B": bool((np.isfinite(lag) == b).all() and (lag[b] >= 0).all()),
+    }
+    return [name for name, holds in identities.items() if not holds]
+
+
+def mean(values: Sequence[float]) -> float | None:
+    """Returns the mean; None of nothing."""
+    return sum(values) / len(values) if values else None
+
+
+def wilson(hits: float, n: float) -> Interval:
+    """Returns the 95 % Wilson score interval of a rate; (0, 1) over no trials."""
+    if n == 0:
+        return 0.0, 1.0
+    rate, z2 = hits / n, Z_95**2
+    middle = (rate + z2 / (2 * n)) / (1 + z2 / n)
+    half = Z_95 / (1 + z2 / n) * math.sqrt(rate * (1 - rate) / n + z2 / (4 * n * n))
+    return max(0.0, min(middle - half, rate)), min(1.0, max(middle + half, rate))
+
+
+def independent_trials(hits: Sequence[int], trials: Sequence[int]) -> float:
+    """Returns the effective sample size: how many independent trials give as much information on a rate as repeated
+    plays.
+
+    `hits` and `trials` are counts by episode. Plays of one episode are correlated, so they tell less than as many plays
+    of different ones: n divided by the design effect 1 + (plays of an episode - 1) x (their correlation). It is
+    estimated from the hits' variance between episodes, and drawn towards full correlation as far as hits (or misses)
+    are few: those tell little of it. Source: Dean and Pagano, "Evaluating confidence interval methods for binomial
+    proportions in clustered surveys", 2015; Kish, "Survey sampling", 1965, for unequal numbers of plays.
+    """
+    n = sum(trials)
+    plays = sum(count * count for count in trials) / max(n, 1)
+    if plays <= 1:
+        return float(n)
+    rare = min(sum(hits), n - sum(hits))
+    correlation = (rare * _correlation(hits, trials, plays) + PRIOR_HITS) / (rare + PRIOR_HITS)
+    return n / (1 + (plays - 1) * correlation)
+
+
+def _correlation(hits: Sequence[int], trials: Sequence[int], plays: float) -> float:
+    """Returns the correlation of two plays of one episode, from 0 (as any two) to 1 (always the same)."""
+    n, episodes = sum(trials), sum(count > 0 for count in trials)
+    rate = sum(hits) / n
+    if episodes < 2 or not 0 < rate < 1:
+        return 1.0
+    spread = sum((hit - rate * count) ** 2 for hit, count in zip(hits, trials, strict=True)) / (n * rate * (1 - rate))
+    return min(1.0, max(0.0, (spread * episodes / (episodes - 1) - 1) / (plays - 1)))

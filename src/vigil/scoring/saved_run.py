@@ -1,0 +1,266 @@
+"""Saved runs: a folder on disk -> the rows that stand, the verdicts on them, and what was left out and why.
+
+The one way from records to verdicts: `vigil score`, `report`, `verify`, `view` and `export` all read a run here.
+Nothing is written. A run that is still being played can be read on as it grows.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from heapq import nlargest
+from pathlib import Path
+from typing import BinaryIO
+
+from vigil.base.files import inside, open_file
+from vigil.base.json_lines import Line, LineReader, parse
+from vigil.errors import PackMismatch, RecordError
+from vigil.packs.pack import Pack, find, frozen_episodes, manifest_sha256
+from vigil.protocol.episode import Episode
+from vigil.records.costs import RunTokens
+from vigil.records.record import EPISODES_FILE, HEADER_FILE, EpisodeRecord, Key, RunHeader, read_header
+from vigil.records.record_file import RowFilter, missing, rows_of
+from vigil.records.row_check import LeftOut, RowCheck, told
+from vigil.scoring.outcomes import Outcome
+from vigil.scoring.summary import Settlement, Unscored, settlement_of, verdict_on
+
+
+@dataclass(frozen=True, slots=True)
+class StandingRow:
+    """Where a record that stands lies in its file, and the verdict on it."""
+
+    line: int
+    start: int
+    size: int
+    verdict: Outcome | Unscored
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """None for an episode that ended as an error."""
+        return self.verdict if isinstance(self.verdict, Outcome) else None
+
+
+class RecordTable:
+    """The rows of a run's `episodes.jsonl` that stand, with the verdicts on them; the records stay in the file."""
+
+    def __init__(self, folder: Path, header: RunHeader, episodes: Iterable[Episode]) -> None:
+        """`episodes` are those of the run's pack; only the run's own count. Nothing is read yet."""
+        self.path = folder / EPISODES_FILE
+        self.check = RowCheck(header, episodes)
+        self.is_missing = False
+        """Whether there is no file yet."""
+        self.stamp = (0, 0)
+        """Size of the file and when it was last written (ns); equal when nothing has been added."""
+        self._epochs = header.spec.epochs
+        self._forget()
+
+    def _forget(self, identity: tuple[int, int] = (0, 0)) -> None:
+        self.rows: dict[Key, StandingRow] = {}
+        """By key, in the order of the file."""
+        self.torn: int | None = None
+        """The number of a last line that is not finished: being written, or cut off by a crash."""
+        self._filter = RowFilter(self.check)
+        self._seen = self._lines = 0
+        self._is_open = False
+        self._identity = identity
+
+    @property
+    def episodes(self) -> dict[str, Episode]:
+        """The episodes that the run is meant to play, by id."""
+        return self.check.episodes
+
+    @property
+    def planned(self) -> int:
+        """How many rows the run is meant to have; of a shard, for its own part."""
+        return len(self.check.part) * self._epochs
+
+    @property
+    def tokens(self) -> RunTokens:
+        """What the run's replies took, those of rows whose place others have taken included."""
+        return self._filter.tokens
+
+    @property
+    def left_out(self) -> tuple[LeftOut, ...]:
+        """Rows that cannot be read, are not this run's, contradict the protocol, or repeat others."""
+        return tuple(self._filter.left_out)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader must know of the rows before any number."""
+        torn = (
+            f"Line {self.torn} of its records is not finished (torn) and is passed over: it is being written, or was "
+            "cut off and is played again by the same command.",
+        )
+        return (*self.check.notes, *told(self.left_out), *(torn if self.torn is not None else ()))
+
+    def refresh(self) -> None:
+        """Reads what is new in the file. Starts afresh when it was replaced, cut, or its last line went on.
+
+        Raises RecordError when it is there and cannot be read.
+        """
+        try:
+            stat = self.path.stat()
+        except OSError as error:
+            if not isinstance(error, FileNotFoundError | NotADirectoryError):
+                raise RecordError(f"{str(self.path)!r} cannot be read: {error.strerror}.") from None
+            self._forget()
+            self.is_missing, self.stamp = True, (0, 0)
+            return
+        self.is_missing, self.stamp = False, (stat.st_size, stat.st_mtime_ns)
+        identity = (stat.st_dev, stat.st_ino)
+        has_grown = stat.st_size > self._seen
+        if identity != self._identity or stat.st_size < self._seen or (has_grown and self._is_open):
+            self._forget(identity)
+        self.torn = None
+        if stat.st_size > self._seen:
+            with self._opened() as file:
+                file.seek(self._seen)
+                self._take(LineReader(file, repr(str(self.path)), number=self._lines, start=self._seen))
+
+    def _opened(self) -> BinaryIO:
+        return open_file(inside(self.path.parent, self.path.name, RecordError), repr(str(self.path)), RecordError)
+
+    def _take(self, lines: LineReader) -> None:
+        """Takes in what follows in the file."""
+        for row in rows_of(lines):
+            line, record = row.line, self._filter.takes(row)
+            if record is not None:
+                verdict = verdict_on(self.episodes[record.episode_id], record)
+                self.rows[record.key] = StandingRow(line.number, line.start, len(line.data), verdict)
+            self._lines, self._seen = line.number, line.end
+        self._is_open = lines.is_open
+        self.torn = self._lines + 1 if lines.torn else None
+
+    def newest(self, count: int) -> list[StandingRow]:
+        """Returns the rows that were written last, the newest first."""
+        return nlargest(count, list(self.rows.values()), key=lambda row: row.line)
+
+    def record(self, key: Key) -> EpisodeRecord:
+        """Returns the record that stands for `key`. Raises RecordError."""
+        row = self.rows.get(key)
+        if row is None:
+            raise RecordError(f"No readable record of episode {key[0]!r} (epoch {key[1]}) is in this run.")
+        with self._opened() as file:
+            file.seek(row.start)
+            line = Line(row.line, row.start, file.read(row.size))
+        changed = "The file was changed since it was read: read it anew."
+        record = parse(line, EpisodeRecord, repr(str(self.path)), changed)
+        if record.key != key:
+            raise RecordError(f"{str(self.path)!r} line {row.line}: {changed}")
+        return record
+
+    def settlement(self) -> Settlement:
+        """Returns all verdicts, sorted by episode and epoch."""
+        verdicts = {key: row.verdict for key, row in list(self.rows.items())}  # it may grow meanwhile
+        return settlement_of(verdicts, self.episodes.values(), self._epochs)
+
+
+@dataclass(frozen=True, slots=True)
+class SavedRun:
+    """A run as it lies on disk."""
+
+    folder: Path
+    header: RunHeader
+    pack_folder: Path
+    """Where the very pack that it was played on lies now."""
+    table: RecordTable
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader must know before any number."""
+        return (*self.header.notes, *self.table.notes)
+
+
+def read_run(
+    folder: Path,
+    pack: str | Path | None = None,
+    episodes_of: Callable[[Path, str], Iterable[Episode]] = frozen_episodes,
+) -> SavedRun:
+    """Returns a run, read as far as it was played; `pack` is where its pack is now, if not where the run says.
+
+    Raises RecordError or PackMismatch.
+    """
+    run = open_run(folder, pack, episodes_of)
+    run.table.refresh()
+    if run.table.is_missing:
+        raise missing(run.table.path)
+    return run
+
+
+def open_run(
+    folder: Path,
+    pack: str | Path | None = None,
+    episodes_of: Callable[[Path, str], Iterable[Episode]] = frozen_episodes,
+) -> SavedRun:
+    """Returns a run of which no row is read yet. Raises RecordError or PackMismatch."""
+    header = read_header(folder)
+    place = pack_folder(header, pack)
+    table = RecordTable(folder, header, episodes_of(place, header.spec.pack_sha256))
+    unknown = [episode_id for episode_id in header.spec.episode_ids if episode_id not in table.episodes]
+    if unknown:
+        raise RecordError(f"Run {header.run_id!r} names episode {unknown[0]!r}, absent from its pack. Was it altered?")
+    return SavedRun(folder, header, place, table)
+
+
+def load_pack(header: RunHeader, pack: str | Path | None = None) -> Pack:
+    """Returns the pack that a run was played on, checked whole. Raises PackMismatch."""
+    return Pack.load(pack_folder(header, pack), header.spec.pack_sha256)
+
+
+DEPTH = 3
+"""How deep under a given folder runs are looked for."""
+
+
+def runs_in(folders: Iterable[Path]) -> list[Path]:
+    """Returns the folders of runs among and under those given; one in which there is none stays, to be named."""
+    return [found for folder in folders for found in _runs_under(folder, DEPTH) or [folder]]
+
+
+def _runs_under(folder: Path, depth: int) -> list[Path]:
+    if (folder / HEADER_FILE).exists() or (folder / EPISODES_FILE).exists():
+        return [folder]
+    inner = sorted(each for each in folder.iterdir() if each.is_dir()) if depth and folder.is_dir() else []
+    return [found for each in inner for found in _runs_under(each, depth - 1)]
+
+
+def pack_folder(
+    header: RunHeader, pack: str | Path | None = None, may_read: Callable[[Path], bool] = lambda _: True
+) -> Path:
+    """Returns where the pack of a run lies: at `pack` or, without one, where the run says and `may_read` allows.
+
+    Raises PackMismatch.
+    """
+    places = [place for place in _pack_places(header) if may_read(place)] if pack is None else [find(pack)]
+    faults = [] if places else [PackMismatch(f"Pack {header.spec.pack!r} lies where nothing may be read. Give it.")]
+    for place in places:
+        try:
+            found = manifest_sha256(place)
+        except PackMismatch as fault:
+            faults.append(fault)
+            continue
+        if found == header.spec.pack_sha256:
+            return place
+        faults.append(_another_pack(header, place, found))
+    raise faults[0]
+
+
+def _another_pack(header: RunHeader, place: Path, found: str) -> PackMismatch:
+    spec = header.spec
+    return PackMismatch(
+        f"Run {header.run_id!r} was played on pack {spec.pack!r} with SHA-256 {spec.pack_sha256[:12]}..., "
+        f"{str(place)!r} has {found[:12]}.... Give the pack that it was played on; another one's episodes cannot be "
+        "compared."
+    )
+
+
+def _pack_places(header: RunHeader) -> list[Path]:
+    """Returns where the pack of a run may lie: where it lay then, and where the packaged one of its name lies.
+
+    Raises PackMismatch when it is in neither place.
+    """
+    noted = Path(header.pack_folder) if header.pack_folder else None
+    places = [noted] if noted is not None and noted.is_dir() else []
+    try:
+        return [*places, find(header.spec.pack)]
+    except PackMismatch:
+        if places:
+            return places
+        raise

@@ -1,0 +1,218 @@
+"""Summary: the verdicts on a run, with what is missing -> rates per family and overall, with intervals.
+
+All rates are fractions of the scored episodes; episodes that ended as `error` are counted, never scored. Source:
+`protocol.md` section 5.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from vigil.errors import RecordError
+from vigil.packs.pack import count_families
+from vigil.protocol.episode import FAMILIES, Episode, Family
+from vigil.records.record import Boundary, EpisodeRecord, Key, standing
+from vigil.scoring.outcomes import Outcome, Subtype, settle
+from vigil.scoring.rates import CREDITS, RATES, Columns, broken_identities, columns_of, count, mean, selected
+
+MAX_ERROR_SHARE = 0.01
+"""A report over more errors than this says so at its top."""
+MAX_REPEATED_SHARE = 0.01
+"""And one over more episodes that were begun more than once: what began them anew may have seen them before."""
+LIBRARY_REPLIES = (
+    "replies were judged as a library gave them back, not as the server sent them: what it cuts, as reasoning "
+    "anywhere in a text, was not seen"
+)
+"""What a run with such replies is said to have, after their number."""
+
+
+def no_actions(replies: int, reasons: Iterable[Mapping[str, int]], loose: int) -> str:
+    """Says how many of some replies were no action, and why; empty when all were actions.
+
+    `reasons` has the numbers of each episode, `loose` is how many would parse leniently.
+    """
+    found: Counter[str] = sum(map(Counter, reasons), Counter())
+    if not found:
+        return ""
+    count = found.total()
+    why = ", ".join(f"{number} {reason}" for reason, number in found.most_common())
+    parse = "all" if loose == count else str(loose) if loose else "none"
+    return f"{count / replies:.0%} of the replies are no action ({why}); {parse} would parse leniently"
+
+
+@dataclass(frozen=True, slots=True)
+class Unscored:
+    """An episode that ended as `error`: the infrastructure's failure, never the agent's."""
+
+    episode_id: str
+    epoch: int
+    family: Family
+    boundary: Boundary
+    message: str
+    attempt: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Settlement:
+    """All verdicts on a run, with what is missing."""
+
+    outcomes: tuple[Outcome, ...]
+    errors: tuple[Unscored, ...] = ()
+    planned: Mapping[Family, int] = field(default_factory=dict)
+    """Episodes (times epochs) that the run is meant to have."""
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether every planned episode is scored."""
+        return len(self.outcomes) >= sum(self.planned.values())
+
+    @property
+    def library_replies(self) -> int:
+        """Replies that were taken from a library, because the server's own text could not be had."""
+        return sum(outcome.library_replies for outcome in self.outcomes)
+
+    @property
+    def invalid_replies(self) -> str:
+        """Says how many replies were no action, and why; empty when all were actions."""
+        replies = sum(outcome.steps for outcome in self.outcomes)
+        loose = sum(outcome.would_parse_leniently for outcome in self.outcomes)
+        return no_actions(replies, (outcome.invalid_reasons for outcome in self.outcomes), loose)
+
+    @property
+    def subtypes(self) -> dict[Subtype, int]:
+        """How many reports are mismatched or not to be credited in each way, the most frequent first."""
+        counts: Counter[Subtype] = Counter(outcome.subtype for outcome in self.outcomes if outcome.subtype)
+        return dict(counts.most_common())
+
+    @property
+    def has_many_errors(self) -> bool:
+        """Whether more than 1 % of what was attempted ended as an error."""
+        return has_many_errors(len(self.errors), len(self.outcomes))
+
+    @property
+    def attempts(self) -> tuple[int, ...]:
+        """How often each episode was begun, those that ended as an error included."""
+        return tuple(row.attempt for row in (*self.outcomes, *self.errors))
+
+    @property
+    def repeats(self) -> str:
+        """Says how many episodes were begun more than once; empty when none was."""
+        return repeats(self.attempts)
+
+    @property
+    def has_many_repeats(self) -> bool:
+        """Whether more than 1 % of the episodes were begun more than once."""
+        return is_repeated_often(self.attempts)
+
+
+def has_many_errors(errors: int, scored: int) -> bool:
+    """Whether more than 1 % of what was attempted ended as an error."""
+    return errors > MAX_ERROR_SHARE * (errors + scored)
+
+
+def repeats(attempts: Sequence[int]) -> str:
+    """Says how many of the episodes, each begun so often, were begun more than once; empty when none was."""
+    again = sum(count > 1 for count in attempts)
+    if not again:
+        return ""
+    share = " (more than 1 %)" if is_repeated_often(attempts) else ""
+    return f"{again} of {len(attempts)} episodes were begun more than once{share}, one of them {max(attempts)} times"
+
+
+def is_repeated_often(attempts: Sequence[int]) -> bool:
+    """Whether more than 1 % of the episodes, each begun so often, were begun more than once."""
+    return sum(count > 1 for count in attempts) > MAX_REPEATED_SHARE * len(attempts)
+
+
+def verdict_on(episode: Episode, record: EpisodeRecord) -> Outcome | Unscored:
+    """Returns the verdict on a record that stands. Raises RecordError when it is another episode's."""
+    if record.end != "error":
+        return settle(episode, record)
+    boundary, message = (record.error.boundary, record.error.message) if record.error else ("runner", "")
+    return Unscored(record.episode_id, record.epoch, episode.family, boundary, message, record.attempt)
+
+
+def settlement_of(
+    verdicts: Mapping[Key, Outcome | Unscored], episodes: Iterable[Episode], epochs: int = 1
+) -> Settlement:
+    """Returns the verdicts of a run, sorted by episode and epoch; `episodes` are those that it is meant to play."""
+    found = [verdict for _, verdict in sorted(verdicts.items())]
+    planned: dict[Family, int] = {family: count * epochs for family, count in count_families(episodes).items()}
+    return Settlement(
+        tuple(verdict for verdict in found if isinstance(verdict, Outcome)),
+        tuple(verdict for verdict in found if isinstance(verdict, Unscored)),
+        planned,
+    )
+
+
+def settle_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epochs: int = 1) -> Settlement:
+    """Returns the verdicts on the records that stand, sorted by episode and epoch.
+
+    `episodes` are those that the run is meant to play. Raises RecordError on a record of any other episode.
+    """
+    by_id = {episode.id: episode for episode in episodes}
+    verdicts: dict[Key, Outcome | Unscored] = {}
+    for key, record in standing(records).items():
+        if record.episode_id not in by_id:
+            raise RecordError(
+                f"Record of episode {record.episode_id!r}: not one of the {len(by_id)} episodes of this run. Was it "
+                "recorded with another pack?"
+            )
+        verdicts[key] = verdict_on(by_id[record.episode_id], record)
+    return settlement_of(verdicts, by_id.values(), epochs)
+
+
+def summarise(settlement: Settlement) -> dict:
+    """Returns `{"overall": rates, "families": {family: rates}}`, and `macro` when families are unequal.
+
+    Rates over no episodes are None. Raises RuntimeError when an identity of the protocol is broken.
+    """
+    outcomes = settlement.outcomes
+    columns = _sound(columns_of(outcomes))
+    families = {}
+    for family in FAMILIES:
+        mine = [outcome for outcome in outcomes if outcome.family == family]
+        if mine or family in settlement.planned:
+            errors = [error for error in settlement.errors if error.family == family]
+            part = selected(columns, columns["family"] == family)
+            families[family] = _rates(part, mine, errors, settlement.planned.get(family, 0))
+    overall = _rates(columns, outcomes, settlement.errors, sum(settlement.planned.values()))
+    overall["report_policies"] = {policy: mean(columns[column].tolist()) for policy, column in CREDITS.items()}
+    summary = {"overall": overall, "families": families}
+    if len({rates["episodes"] for rates in families.values()}) > 1:
+        summary["macro"] = _macro(list(families.values()))
+    return summary
+
+
+def assert_identities(outcomes: Sequence[Outcome]) -> None:
+    """Checks the identities of protocol.md section 5. Raises RuntimeError, naming the broken one."""
+    _sound(columns_of(outcomes))
+
+
+def _sound(columns: Columns) -> Columns:
+    broken = broken_identities(columns)
+    if broken:
+        raise RuntimeError(f"Scoring broke its own identities: {'; '.join(broken)}. This is a fault of vigil.")
+    return columns
+
+
+def _rates(columns: Columns, outcomes: Sequence[Outcome], errors: Sequence[Unscored], planned: int) -> dict:
+    n, counts = len(outcomes), count(columns)
+    attempts = [row.attempt for row in (*outcomes, *errors)]
+    rates = {name: counts.rate(name) for name in RATES}
+    return {
+        "episodes": n,
+        "errors": len(errors),
+        "repeated": sum(number > 1 for number in attempts),
+        "most_attempts": max(attempts, default=0),
+        **{name: rate.value for name, rate in rates.items()},
+        "mean_steps": mean([outcome.steps for outcome in outcomes]),
+        "complete": f"{n}/{max(planned, n)}",
+        "intervals": {name: list(rate.interval) for name, rate in rates.items()},
+    }
+
+
+def _macro(families: Sequence[dict]) -> dict:
+    """Returns the unweighted mean over the families that have scored episodes."""
+    scored = [rates for rates in families if rates["episodes"]]
+    return {rate: mean([rates[rate] for rates in scored]) for rate in (*RATES, "mean_steps")}
