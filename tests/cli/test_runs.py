@@ -14,6 +14,7 @@ from tiny_pack import tiny_pack
 from waiting import HANGS_AFTER_S, wait_until
 
 from vigil.cli import text
+from vigil.cli.text import say
 from vigil.protocol.prompt_file import variant_of
 from vigil.records.record import EPISODES_FILE
 from vigil.records.record_file import read_records
@@ -299,3 +300,8 @@ def test_a_folder_of_runs_stands_for_its_runs(vigil: Vigil, command: tuple[str |
     assert "'plane'" not in vigil("figure", "plane", tmp_path / "runs", "--out", tmp_path / "plane.png").err
     (tmp_path / "none").mkdir()
     assert "has no run.json" in vigil("report", tmp_path / "none").err
+
+
+def test_a_note_of_several_runs_is_told_once(capsys: pytest.CaptureFixture[str]) -> None:
+    say(note for run in (("one", "both"), ("two", "both")) for note in run)
+    assert capsys.readouterr().err.splitlines() == ["note: one", "note: both", "note: two"]

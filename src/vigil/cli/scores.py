@@ -42,8 +42,7 @@ def score(
     """Example: vigil score runs/solver runs/premature"""
     different = {path.resolve(): path for path in reversed(runs)}
     settled = _told_apart([_settled(path, pack) for path in reversed(different.values())])
-    for run in settled:
-        say(run.notes)
+    say(note for run in settled for note in run.notes)
     if as_json:
         rows = [_as_json(run) for run in settled]
         print(json.dumps(rows[0] if len(rows) == 1 else rows))

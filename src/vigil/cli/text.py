@@ -20,8 +20,8 @@ def console(stderr: bool = False) -> Console:
 
 
 def say(notes: Iterable[str]) -> None:
-    """Tells what a reader must know before any result, beside the results: on standard error."""
-    for note in notes:
+    """Tells what a reader must know before any result, once each, beside the results: on standard error."""
+    for note in dict.fromkeys(notes):
         print(f"note: {note}", file=sys.stderr, flush=True)
 
 
