@@ -11,15 +11,14 @@ is in view: where every pixel that changes is of a mirror, and one of them shows
 import random
 import sys
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
-import vigil.packs as packaged
 from sweeps.simulators import loaded
 from sweeps.support import pieces
 from sweeps.support.pieces import Failure, Finding, Sweep
 from vigil.base.geometry import Pose, Vec3, heading
+from vigil.packs.pack import PACKAGED
 from vigil.protocol.house import House
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Thing
@@ -44,7 +43,7 @@ def main() -> int:
 
 def switched(seed: int, piece: int) -> Finding:
     """Returns what came of a piece: some switches in one house, `SWITCHES` in `HOUSES` of them."""
-    files = sorted(Path(packaged.__path__[0]).glob("*/houses/*.json"))
+    files = sorted(PACKAGED.glob("*/houses/*.json"))
     rng = random.Random(f"{seed}/{piece}")
     house = House.load(files[piece * len(files) // HOUSES % len(files)])
     simulator, finding = loaded("mujoco", house), Finding()

@@ -1,7 +1,7 @@
 """Recipes: from which houses, with which seed and options a pack is made, and the SHA-256 that it must come out with.
 
 Houses of others are not shipped; a recipe names each by its place in a dataset and its hash, so that whoever has the
-dataset makes the same bytes. Recipes that come with the package lie in `vigil/recipes`.
+dataset makes the same bytes. Recipes that come with the package lie in `vigil/data/recipes`.
 """
 
 import sys
