@@ -20,7 +20,6 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-import vigil.packs as packaged
 from sweeps.simulators import embedded
 from sweeps.support.wall_geometry import Shell, floors_of, home_of, vertices_of
 from vigil.base.geometry import Pose, Vec3
@@ -28,6 +27,7 @@ from vigil.base.json_lines import append_line, read_lines
 from vigil.cli.progress import progress
 from vigil.errors import VigilError
 from vigil.housegen import generate, spec_for
+from vigil.packs.pack import PACKAGED
 from vigil.protocol.house import House
 from vigil.scene.supports import contents, level_surfaces
 from vigil.scene.things import Thing
@@ -232,8 +232,7 @@ class Walls:
 
 def houses(packs: str, seeds: str) -> Iterator[tuple[str, Path | tuple[int, str]]]:
     """Yields (name of the piece, file or (seed, spec)) of all houses that were asked for."""
-    root = Path(packaged.__path__[0])
-    for file in sorted(root.glob("*/houses/*.json")) if packs else ():
+    for file in sorted(PACKAGED.glob("*/houses/*.json")) if packs else ():
         if packs == "all" or file.parts[-3] in packs.split(","):
             yield "/".join(file.parts[-3:]), file
     first, _, last = seeds.partition(":")

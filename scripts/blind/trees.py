@@ -48,7 +48,7 @@ def _prepared(tree: Path) -> Iterator[Path]:
         )
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "src"
-        shutil.copytree(source, copy, ignore=shutil.ignore_patterns("packs", "__pycache__"))
+        shutil.copytree(source, copy, ignore=shutil.ignore_patterns("data", "__pycache__"))
         shutil.copy(portrait.__file__, copy / PORTRAIT)
         yield copy
 
