@@ -277,13 +277,7 @@ def make(
     With --houses the seed, 0 by default, is no secret, and OUT.recipe.json is written, which names all houses with
     their hashes: `vigil pack remake` makes the same bytes of it.
     """
-    if houses and seed_file is not None:
-        raise SettingError(SECRET_RECIPE)
-    drawn_by = chosen_seed(seed, seed_file)
-    if drawn_by is None and not houses:
-        raise SettingError(
-            "Give either --seed or --seed-file, which generate houses, or --houses with files or a dataset of them."
-        )
+    drawn_by = _seed_of(houses, seed, seed_file)
     if suite is not None:
         refuse_with_suite(family=families, spread=spread, level=level, robust=robust, hardest_of=hardest_of > 1)
     else:
@@ -321,6 +315,18 @@ def make(
             backend=backend, drafted_in=count, is_spread=spread, starts=hardest_of, tasks=tasks,
         )  # fmt: skip
         _save_recipe(out, recipe)
+
+
+def _seed_of(houses: list[str] | None, seed: int | None, seed_file: Path | None) -> int | None:
+    """Returns the seed that was given, which houses of others can do without. Raises SettingError."""
+    if houses and seed_file is not None:
+        raise SettingError(SECRET_RECIPE)
+    drawn_by = chosen_seed(seed, seed_file)
+    if drawn_by is None and not houses:
+        raise SettingError(
+            "Give either --seed or --seed-file, which generate houses, or --houses with files or a dataset of them."
+        )
+    return drawn_by
 
 
 def _save_recipe(out: Path, recipe: Recipe) -> None:
