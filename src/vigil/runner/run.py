@@ -162,7 +162,8 @@ def _play_all(run: _Run, assignments: list[Assignment]) -> None:
     frames = run.folder.frames if settings.save_frames else None
     plan = worker_plan(settings, run.pack, run.spec.profile, run_id=run.folder.header.run_id, frames=frames)
     with _pool(run, plan, len(assignments)) as pool:
-        run.folder.note_facts(pool.facts())
+        is_shown_frames = run.spec.agent_kind in ("model", "exec")
+        run.folder.note_facts(pool.facts(assignments[0] if is_shown_frames else None))
         if is_model:
             _play_outside(run, pool, assignments)
         else:

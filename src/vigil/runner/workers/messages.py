@@ -137,6 +137,9 @@ class WalkResult:
 class GetSimulatorFacts:
     """-> SimulatorFacts."""
 
+    drawn: Assignment | None = None
+    """An episode whose first frame is drawn, so that a machine that cannot draw is noticed before anything is played."""
+
 
 @dataclass(frozen=True, slots=True)
 class Play:

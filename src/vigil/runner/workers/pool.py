@@ -104,15 +104,16 @@ class SimulatorPool:
         for worker in self.workers:
             worker.join()
 
-    def facts(self) -> SimulatorFacts:
+    def facts(self, drawn: Assignment | None = None) -> SimulatorFacts:
         """Returns what the backend says about itself; starts all workers that there is room for.
 
-        Raises SimulatorError when one cannot start, or when there is room for none.
+        Each worker draws the first frame of `drawn`, if given. Raises SimulatorError when a worker cannot start or
+        draw, or when there is room for none.
         """
-        return Retrying(**_ASK_ANOTHER)(self._facts)
+        return Retrying(**_ASK_ANOTHER)(self._facts, drawn)
 
-    def _facts(self) -> SimulatorFacts:
-        futures = [worker.submit(GetSimulatorFacts()) for worker in self.workers]
+    def _facts(self, drawn: Assignment | None) -> SimulatorFacts:
+        futures = [worker.submit(GetSimulatorFacts(drawn)) for worker in self.workers]
         started = [future for future in futures if not isinstance(future.exception(), NoRoom)]
         facts = [future.result()[1] for future in started or futures]
         return facts[0]

@@ -117,8 +117,8 @@ class RequestHandler:
     def answer(self, request: EpisodeRequest) -> object:
         """Returns what `request` asks for. Raises VigilError."""
         match request:
-            case GetSimulatorFacts():
-                return self._facts()
+            case GetSimulatorFacts(drawn):
+                return self._facts(drawn)
             case Play(assignment, earlier):
                 return self._play(assignment, earlier)
             case Begin(session, assignment):
@@ -150,9 +150,12 @@ class RequestHandler:
             if isinstance(agent, Closeable):
                 agent.close()
 
-    def _facts(self) -> SimulatorFacts:
-        slot = self._take_slot()
+    def _facts(self, drawn: Assignment | None) -> SimulatorFacts:
+        slot = self._take_slot() if drawn is None else self._slot_for(drawn)
         self._spare.append(slot)
+        observation = None if drawn is None else slot.env.reset(drawn.episode)
+        if observation is not None:
+            _ = observation.rgb  # raises SimulatorError where nothing can be drawn
         return SimulatorFacts(slot.simulator.name, slot.simulator.renderer())
 
     def _play(self, assignment: Assignment, earlier: tuple[Reply, ...] | None) -> EpisodeRecord:

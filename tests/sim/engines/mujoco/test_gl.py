@@ -1,6 +1,7 @@
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -100,6 +101,14 @@ def test_what_the_environment_says_stands_beside_a_missing_library(
         gl.demand(gl.prepare())
 
 
+def vigil_in(settings: dict[str, str], *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Runs a command in an environment that says nothing to OpenGL but `settings`."""
+    plain = {name: value for name, value in os.environ.items() if not name.startswith(gl._READ_BY_OPENGL)}
+    plain.pop("DISPLAY", None)
+    command = [sys.executable, "-c", "from vigil.cli import main; main()", *arguments]
+    return subprocess.run(command, env=plain | settings, capture_output=True, text=True, check=False, timeout=300)
+
+
 @pytest.mark.usefixtures("drawing")
 @pytest.mark.parametrize(
     "settings",
@@ -115,10 +124,7 @@ def test_what_the_environment_says_stands_beside_a_missing_library(
 )
 def test_the_doctor_draws_or_names_the_setting(settings: dict[str, str]) -> None:
     """On another machine a driver may do without a variable: then it draws."""
-    plain = {name: value for name, value in os.environ.items() if not name.startswith(gl._READ_BY_OPENGL)}
-    plain.pop("DISPLAY", None)
-    command = [sys.executable, "-c", "from vigil.cli import main; main()", "doctor"]
-    found = subprocess.run(command, env=plain | settings, capture_output=True, text=True, check=False, timeout=300)
+    found = vigil_in(settings, "doctor")
     assert "Traceback" not in found.stderr
     fault = next(line for line in found.stdout.splitlines() if line.startswith("fault "))
     if found.returncode == 0:
@@ -140,3 +146,14 @@ def test_processes_that_are_started_inherit_the_users_own_setting() -> None:
         env = environment if given is None else environment | {"MUJOCO_GL": given}
         said = subprocess.check_output([sys.executable, "-c", program], env=env, text=True, timeout=300)
         assert said.split()[1] == expected
+
+
+@pytest.mark.usefixtures("drawing")
+def test_a_run_that_cannot_draw_stops_before_it_plays(tmp_path: Path) -> None:
+    """Agents that see frames need OpenGL; the first frame is drawn before anything is recorded."""
+    folder = tmp_path / "run"
+    plays = ["run", "--pack", "vigil_smoke_v2", "--limit", "2", "--workers", "1", "--log-dir", str(folder)]
+    found = vigil_in({"MUJOCO_GL": "wgl"}, *plays, "--agent", f"exec:{sys.executable} -c pass")
+    assert found.returncode == 1
+    assert "MUJOCO_GL is set to 'wgl'" in found.stderr
+    assert not (folder / "episodes.jsonl").exists() or not (folder / "episodes.jsonl").read_text()
