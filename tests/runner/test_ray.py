@@ -149,6 +149,18 @@ def test_a_node_that_is_lost_while_it_is_asked_is_left_out(
     assert run_pack(on_ray(pack, tmp_path / "run", cluster, limit=1)).is_complete
 
 
+def test_actors_import_the_modules_that_a_run_names(
+    cluster: Any, pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    marks = tmp_path / "marks.txt"
+    (tmp_path / "leaves_a_mark.py").write_text(f"import os\nopen({str(marks)!r}, 'a').write(f'{{os.getpid()}}\\n')\n")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("VIGIL_IMPORT", "leaves_a_mark")
+    run_pack(on_ray(pack, tmp_path / "run", cluster, limit=1))
+    assert marks.read_text().split()
+    assert str(os.getpid()) not in marks.read_text().split()
+
+
 def test_a_model_sees_no_difference_though_a_simulator_is_killed(cluster: Any, pack: Path, tmp_path: Path) -> None:
     killed: list[int] = []
 

@@ -18,6 +18,7 @@ from typing import Any
 import ray
 from ray.exceptions import RayError
 
+from vigil.base.imports import import_named_modules
 from vigil.errors import SettingError
 from vigil.runner.workers.process import NoRoom
 from vigil.runner.workers.worker import serve
@@ -43,6 +44,10 @@ class WorkerActor:
         """Returns what is wrong with this node, where to connect to, and the process id."""
         self._listener = Listener((ray.util.get_node_ip_address(), 0), authkey=key)
         host, port = self._listener.address
+        try:
+            import_named_modules()
+        except SettingError as error:
+            return f"Node {host} of the Ray cluster: {error}", (str(host), int(port)), os.getpid()
         return objection(), (str(host), int(port)), os.getpid()
 
     def serve(self) -> None:
