@@ -92,13 +92,13 @@ docs: setup-docs
 	$(BIN)/python -m scripts.build_docs
 
 docs-version: setup-docs
-	$(BIN)/python -m scripts.build_docs --keep $(DOCS)
+	$(BIN)/python -m scripts.build_docs --publish $(DOCS)
 
 # scripts/pictures.py names what the commands before it have drawn; the runs are played anew, with today's frames.
 pictures: setup-dev
 	rm -rf docs/pictures/catalog
 	$(BIN)/vigil render --catalog --variants 1 --out docs/pictures/catalog
-	$(BIN)/vigil pack sheet vigil_balanced_1000 --n 80 --out docs/packs
+	$(BIN)/vigil pack sheet vigil_balanced_1000 --count 80 --out docs/packs
 	$(BIN)/python scripts/house_pictures.py
 	$(BIN)/python scripts/concepts.py
 	$(BIN)/python scripts/pictures.py

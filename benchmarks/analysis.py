@@ -19,7 +19,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "support"))
 
-from published import counts_of, plots_of, records_of, thousand, write_pack, write_run  # noqa: E402
+from published_runs import counts_of, make_episodes, records_of, scripts_of, write_pack, write_run  # noqa: E402
 
 from vigil.analysis.measures.paper import paper  # noqa: E402
 
@@ -44,10 +44,10 @@ def main() -> None:
 
 def write(folder: Path, count: int, wait: int) -> list[Path]:
     anchors = [row["model"] for row in paper().tables["global_cross_section"]]
-    write_pack(folder / "pack", thousand())
+    write_pack(folder / "pack", make_episodes())
     folders = []
     for index in range(count):
-        plots = plots_of(counts_of(anchors[index % len(anchors)]))
+        plots = scripts_of(counts_of(anchors[index % len(anchors)]))
         longer = {family: [replace(plot, wait=plot.wait + wait) for plot in row] for family, row in plots.items()}
         name = f"vllm/model-{index:02}"
         folders.append(write_run(folder / f"run{index:02}", folder / "pack", name, records_of(longer)))

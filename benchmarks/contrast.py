@@ -2,7 +2,8 @@
 
     python benchmarks/contrast.py [--variants 4] [--seed 0] [--worst 25]
 
-A portrait shows one thing where such things stand (`vigil.sim.showcase.portrait`). For each pixel at the thing's edge
+A portrait shows one thing where such things stand (`vigil.sim.showcase.object_renders`). For each pixel at the
+thing's edge
 the mean colour just inside is compared with that just outside, in CIELAB (76), in which 2 to 3 is a difference that
 one just sees; a portrait's figure is the median over its edge, a category's the median over its portraits.
 """
@@ -13,8 +14,8 @@ import numpy as np
 
 from vigil.assets.catalog import CATALOG
 from vigil.sim.engines.mujoco.engine import MujocoEngine
-from vigil.sim.showcase.exhibit import SUBJECT, Subject, exhibit
-from vigil.sim.showcase.portrait import view_of
+from vigil.sim.showcase.object_renders import view_of
+from vigil.sim.showcase.staged_scenes import SUBJECT, SceneSubject, staged_scene
 
 WINDOW = 5
 """Pixels along each side of the square over which colours are averaged."""
@@ -30,7 +31,7 @@ def main() -> None:
     parser.add_argument("--worst", type=int, default=25, help="How many rows are printed.")
     options = parser.parse_args()
     found = {
-        name: [contrast(Subject(name, variant), options.seed) for variant in range(options.variants)]
+        name: [contrast(SceneSubject(name, variant), options.seed) for variant in range(options.variants)]
         for name in sorted(CATALOG)
     }
     ordered = sorted(found.items(), key=lambda pair: float(np.median(pair[1])))
@@ -42,10 +43,10 @@ def main() -> None:
     print(f"{len(found)} categories: median {np.median(medians):.1f}, {faint} under {FAINT:.0f}")
 
 
-def contrast(subject: Subject, seed: int) -> float:
+def contrast(subject: SceneSubject, seed: int) -> float:
     """Returns the median difference of colour across the edge of a subject's portrait."""
     rng = np.random.default_rng([seed, subject.variant])
-    scene = exhibit(subject, rng)
+    scene = staged_scene(subject, rng)
     agent = view_of(scene.things[SUBJECT], float(rng.uniform(-25.0, 25.0))).agent
     engine = MujocoEngine()
     engine.load(scene)

@@ -25,13 +25,13 @@ import psutil
 
 import vigil.integrations.gymnasium as integration
 from vigil.api import make_env
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.env import Env
 from vigil.integrations.gymnasium.sources import load_pack
-from vigil.packs.even_draw import evenly
+from vigil.packs.even_draw import draw_evenly
 from vigil.packs.pack import Selection
 from vigil.protocol.actions import Reply
-from vigil.protocol.episode import FAMILIES, Episode, families_named
+from vigil.protocol.episode import FAMILIES, Episode, parse_families
 from vigil.sim import make_simulator
 
 TURN = json.dumps({"skill_name": "navigate", "arguments": {"mode": "turn_right", "magnitude": 30}})
@@ -47,7 +47,7 @@ def main() -> None:
     for drawing in options.drawing or ("without", "with"):
         frames = drawing == "with"
         with ProcessPoolExecutor(1, FORKING) as pool:  # OpenGL does not survive the forks below
-            kept = pool.submit(alone, options, frames).result()
+            kept = pool.submit(relative_speed, options, frames).result()
         print(f"{drawing} drawing, one environment: {kept:.1%} of the bare Env", flush=True)
         bare, vector = [], []
         for _ in range(options.rounds):
@@ -75,13 +75,13 @@ def build_all(options: argparse.Namespace) -> None:
 
 def chosen(options: argparse.Namespace) -> list[Episode]:
     """Returns the pack's episodes of the families asked for."""
-    return load_pack(options.pack).select(Selection(families=families_named([options.families])))
+    return load_pack(options.pack).select(Selection(families=parse_families([options.families])))
 
 
-def alone(options: argparse.Namespace, frames: bool) -> float:
+def relative_speed(options: argparse.Namespace, frames: bool) -> float:
     """Returns the processor time of a bare Env over that of one environment, both having seen the houses before."""
     pack = load_pack(options.pack)
-    episodes = evenly(chosen(options))[:EPISODES_ALONE]
+    episodes = draw_evenly(chosen(options))[:EPISODES_ALONE]
     env = gymnasium.make(
         integration.ENV_ID, pack=options.pack, backend=options.backend, quality=options.quality, frames=frames
     )

@@ -21,12 +21,12 @@ from typing import Any
 import psutil
 import ray
 
-from vigil.authoring.ways.solvers import privileged_agent
-from vigil.runner.progress import Progress
+from vigil.authoring.solving.solvers import privileged_agent
+from vigil.runner.progress import RunProgress
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
 
-WAYS: dict[str, dict[str, Any]] = {
+SETUPS: dict[str, dict[str, Any]] = {
     "one worker": {"workers": 1},
     "local pool of two": {"workers": 2},
     "two Ray workers": {"workers": 2, "executor": "ray"},
@@ -40,11 +40,11 @@ def main() -> None:
     ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR)
     rounds: list[dict[str, tuple[float, float]]] = []
     for number in range(options.rounds):
-        gain = free_gain()
+        gain = parallel_speedup()
         print(
             f"round {number + 1}, load average {os.getloadavg()[0]:.1f}, two processes do {gain:.2f} times one's work"
         )
-        rounds.append({way: measure(way, options) for way in WAYS})
+        rounds.append({setup: measure(setup, options) for setup in SETUPS})
     ray.shutdown()
     for one, other in (("two Ray workers", "local pool of two"), ("local pool of two", "one worker")):
         print(f"{one} over {other}")
@@ -54,15 +54,15 @@ def main() -> None:
             print(f"  episodes {of}: {listed}; median {statistics.median(ratios):.2f}")
 
 
-def measure(way: str, options: argparse.Namespace) -> tuple[float, float]:
+def measure(setup: str, options: argparse.Namespace) -> tuple[float, float]:
     """Returns the episodes a second of one run, from the first that began to the last that ended, and of its CPU."""
     times: list[float] = []
     used: list[tuple[float, float]] = []
 
-    def on_progress(progress: Progress) -> None:
+    def on_progress(progress: RunProgress) -> None:
         times.append(time.perf_counter())
         if progress.done in (0, progress.total):
-            used.append((time.process_time(), of_workers()))
+            used.append((time.process_time(), workers_cpu_seconds()))
 
     with tempfile.TemporaryDirectory() as folder:
         settings = RunSettings(
@@ -71,20 +71,20 @@ def measure(way: str, options: argparse.Namespace) -> tuple[float, float]:
             agent_factory=privileged_agent,
             limit=options.limit,
             log_dir=Path(folder) / "run",
-            **WAYS[way],
+            **SETUPS[setup],
         )
         assert run_pack(settings, on_progress=on_progress).is_complete
     seconds, episodes = times[-1] - times[0], len(times) - 1
     own, workers = (last - first for first, last in zip(used[0], used[-1], strict=True))
     print(
-        f"  {way}: {episodes} episodes in {seconds:.1f} s, {episodes / seconds:.1f} a second; processor time an "
+        f"  {setup}: {episodes} episodes in {seconds:.1f} s, {episodes / seconds:.1f} a second; processor time an "
         f"episode: workers {1000 * workers / episodes:.0f} ms, main process {1000 * own / episodes:.1f} ms",
         flush=True,
     )
     return episodes / seconds, episodes / (workers + own)
 
 
-def of_workers() -> float:
+def workers_cpu_seconds() -> float:
     """Returns the processor time that simulators have used so far."""
     total = 0.0
     for process in psutil.Process().children(recursive=True):
@@ -96,7 +96,7 @@ def of_workers() -> float:
     return total
 
 
-def free_gain() -> float:
+def parallel_speedup() -> float:
     """Returns how many times as much two processes that share nothing do in the same time as one."""
     with ProcessPoolExecutor(2) as pool:
         list(pool.map(spin, [1, 1]))

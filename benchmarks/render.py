@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3
 from vigil.housegen import SPECS, generate
 from vigil.protocol.actions import Navigate

@@ -23,7 +23,7 @@ os.environ["PYTHONPATH"] = str(ROOT / "benchmarks")  # the workers import the si
 from tiny_pack import tiny_pack  # noqa: E402
 
 import still  # noqa: E402 - found through the lines above
-from vigil.runner.progress import Progress  # noqa: E402
+from vigil.runner.progress import RunProgress  # noqa: E402
 from vigil.runner.run import run_pack  # noqa: E402
 from vigil.runner.settings import RunSettings  # noqa: E402
 
@@ -45,7 +45,7 @@ def main() -> None:
 
 
 def measure(options: argparse.Namespace, url: str, folder: Path) -> None:
-    times: list[tuple[float, Progress]] = []
+    times: list[tuple[float, RunProgress]] = []
     began = time.monotonic()
     cpu = time.process_time()
     result = run_pack(

@@ -39,7 +39,7 @@ class Costs:
 
 
 @dataclass(slots=True)
-class Load:
+class CampaignLoad:
     """What a simulated campaign took."""
 
     wall_s: float = 0.0
@@ -47,12 +47,12 @@ class Load:
     requests: int = 0
 
 
-def campaign(costs: Costs, cores: int, connections: int, share: float, seed: int = 0) -> Load:
+def campaign(costs: Costs, cores: int, connections: int, share: float, seed: int = 0) -> CampaignLoad:
     """Returns the load of a campaign of which `share` of the episodes is simulated, with as large a share of its cores.
 
     Of fewer than `share` x cores there is at least one; connections shrink alike, so that ratios stay.
     """
-    rng, load = random.Random(seed), Load()
+    rng, load = random.Random(seed), CampaignLoad()
     left = [round(EPISODES * CONDITIONS * share)] * MODELS
     free, waiting = max(1, round(cores * share)), deque[tuple[int, str, int]]()
     events: list[tuple[float, int, str, int, int]] = []

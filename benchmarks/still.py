@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Box, Pose, Vec3
 from vigil.protocol.actions import PhysicalAction
 from vigil.protocol.house import House

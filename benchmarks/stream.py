@@ -11,7 +11,7 @@ import time
 from collections import Counter
 
 from vigil.authoring.streaming.stream import Stream
-from vigil.protocol.episode import families_named
+from vigil.protocol.episode import parse_families
 
 
 def main() -> None:
@@ -22,7 +22,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--family", default="PG,DA,VS,SV,AI,SI,SM,CR")
     asked = parser.parse_args()
-    families, last = families_named([asked.family]), asked.first + asked.houses
+    families, last = parse_families([asked.family]), asked.first + asked.houses
     begun, load = time.monotonic(), os.getloadavg()[0]
     counts: Counter[str] = Counter()
     waits: list[float] = []

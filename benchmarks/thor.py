@@ -14,7 +14,7 @@ from typing import Any
 
 import psutil
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose
 from vigil.housegen import SPECS, generate
 from vigil.protocol.actions import Navigate
@@ -23,14 +23,14 @@ from vigil.protocol.world import Setup
 from vigil.sim import make_simulator
 from vigil.sim.core.sight import HEIGHT, WIDTH
 from vigil.sim.protocol import Simulator
-from vigil.sim.staging import Stage
-from vigil.sim.thor.connection import Connection
-from vigil.sim.thor.line import Event
+from vigil.sim.scene_editor import SceneEditor
+from vigil.sim.thor.engine_client import Event
+from vigil.sim.thor.guarded_client import GuardedClient
 from vigil.sim.thor.simulator import ThorSimulator
 from vigil.sim.thor.start import INITIALIZE, engine_options, own_command
 from vigil.thor.base.settings import Settings
 from vigil.thor.base.world import World
-from vigil.thor.engine import Engine
+from vigil.thor.engine import ThorEngine
 from vigil.thor.wire.fifo import message, packer
 
 TURN = Navigate(mode="turn_right", magnitude=15.0)
@@ -39,10 +39,10 @@ OBJECTS = 3
 """Whose hidden state each step asks for."""
 
 
-class TimedLine:
+class TimedConnection:
     """A connection that counts the seconds spent in the client and its engine."""
 
-    def __init__(self, connection: Connection) -> None:
+    def __init__(self, connection: GuardedClient) -> None:
         self._connection = connection
         self.seconds = 0.0
 
@@ -85,28 +85,28 @@ def measure(house: House, steps: int) -> None:
     embedded.load(house)
     start, named = Pose.model_validate(start_of(house)), embedded.object_ids()[:OBJECTS]
     embedded.reset(start, Setup())
-    plain, started = timed(
+    unmasked, started = timed(
         lambda: connect(house, {name: value for name, value in INITIALIZE.items() if name not in MASKS})
     )
-    line, started_again = timed(lambda: TimedLine(connect(house, INITIALIZE)))
-    simulator = ThorSimulator("benchmark", lambda _: line, AssetDatabase.default())
+    timed_connection, started_again = timed(lambda: TimedConnection(connect(house, INITIALIZE)))
+    simulator = ThorSimulator("benchmark", lambda _: timed_connection, AssetDatabase.default())
     simulator.load(house)
     simulator.reset(start, Setup())
     engine = engine_in(house)
-    ways: dict[str, Callable[[], object]] = {
+    operations: dict[str, Callable[[], object]] = {
         "MuJoCo back end": lambda: step(embedded, named),
         "engine, picture alone": engine,
-        "client, picture alone": lambda: plain.step("RotateRight", degrees=15.0).frame,
+        "client, picture alone": lambda: unmasked.step("RotateRight", degrees=15.0).frame,
         "AI2-THOR back end": lambda: step(simulator, named),
     }
-    times: dict[str, list[float]] = {name: [] for name in [*ways, "own"]}
+    times: dict[str, list[float]] = {name: [] for name in [*operations, "own"]}
     for _ in range(steps):
-        for name, way in ways.items():
-            line.seconds = 0.0
-            spent = timed(way)[1]
+        for name, operation in operations.items():
+            timed_connection.seconds = 0.0
+            spent = timed(operation)[1]
             times[name].append(spent)
-            if way is ways["AI2-THOR back end"]:
-                times["own"].append(spent - line.seconds)
+            if operation is operations["AI2-THOR back end"]:
+                times["own"].append(spent - timed_connection.seconds)
     bare = median(times["MuJoCo back end"])
     for name, found in times.items():
         print(f"{name:24} {1000 * median(found):8.1f} ms a step {median(found) / bare:7.2f} of MuJoCo's", flush=True)
@@ -114,7 +114,7 @@ def measure(house: House, steps: int) -> None:
     print(f"{'house built anew':24} {timed(lambda: simulator.load(house))[1]:8.2f} s")
     print(f"{'reset of an episode':24} {timed(lambda: simulator.reset(start, Setup()))[1]:8.2f} s")
     simulator.close()
-    plain.close()
+    unmasked.close()
     embedded.close()
 
 
@@ -126,19 +126,19 @@ def start_of(house: House) -> dict[str, Any]:
 
 def engine_in(house: House) -> Callable[[], object]:
     """Returns what has the engine, in this process, carry out a step and write its answer as the pipe has it."""
-    stage = make_simulator("mujoco", assets=AssetDatabase.default())
-    assert isinstance(stage, Stage)
-    engine = Engine(World(stage, Settings(screen_width=WIDTH, screen_height=HEIGHT)))
-    engine.answer({"action": "Initialize", **{name: value for name, value in INITIALIZE.items() if name not in MASKS}})
-    engine.answer({"action": "CreateHouse", "house": house.data})
-    engine.answer({"action": "TeleportFull", **house.data["metadata"]["agent"]})
+    editor = make_simulator("mujoco", assets=AssetDatabase.default())
+    assert isinstance(editor, SceneEditor)
+    engine = ThorEngine(World(editor, Settings(screen_width=WIDTH, screen_height=HEIGHT)))
+    engine.respond({"action": "Initialize", **{name: value for name, value in INITIALIZE.items() if name not in MASKS}})
+    engine.respond({"action": "CreateHouse", "house": house.data})
+    engine.respond({"action": "TeleportFull", **house.data["metadata"]["agent"]})
     pack = packer()
-    return lambda: message(engine.answer({"action": "RotateRight", "degrees": 15.0}), pack)
+    return lambda: message(engine.respond({"action": "RotateRight", "degrees": 15.0}), pack)
 
 
-def connect(house: House, settings: dict[str, Any]) -> Connection:
+def connect(house: House, settings: dict[str, Any]) -> GuardedClient:
     """Returns a connection to this project's engine."""
-    return Connection(house.data, own_command(engine_options("mujoco", "default", None)), **settings)
+    return GuardedClient(house.data, own_command(engine_options("mujoco", "default", None)), **settings)
 
 
 def step(simulator: Simulator, named: list[str]) -> object:

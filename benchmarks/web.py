@@ -74,7 +74,7 @@ def opened(page: Page, url: str) -> float:
     return time.perf_counter() - begun
 
 
-def say(what: str, times: list[float], unit: str, bound: float) -> None:
+def print_times(what: str, times: list[float], unit: str, bound: float) -> None:
     figures = f"best {min(times):7.3g}  median {statistics.median(times):7.3g}  worst {max(times):7.3g}"
     print(f"{what:<48} {figures} {unit}  (bound {bound:g} {unit})", flush=True)
 
@@ -88,9 +88,9 @@ def open_run(browser: Browser, run: Path) -> None:
             table.append(seconds(f"{base}/"))
             warm.append(opened(page, f"{base}/runs/{run.name}"))
             page.close()
-    say("run opened, nothing read before", cold, "s", 1.0)
-    say("run opened again", warm, "s", 1.0)
-    say("table of runs", table, "s", 1.0)
+    print_times("run opened, nothing read before", cold, "s", 1.0)
+    print_times("run opened again", warm, "s", 1.0)
+    print_times("table of runs", table, "s", 1.0)
 
 
 def change_steps(browser: Browser, run: Path) -> None:
@@ -108,8 +108,8 @@ def change_steps(browser: Browser, run: Path) -> None:
                 nexts.append(page.evaluate(KEY, "ArrowRight"))
                 page.wait_for_timeout(100)
         page.close()
-    say("next step, saved frames", nexts, "ms", 100)
-    say("jump to a step not yet loaded, saved frames", jumps, "ms", 100)
+    print_times("next step, saved frames", nexts, "ms", 100)
+    print_times("jump to a step not yet loaded, saved frames", jumps, "ms", 100)
 
 
 def play_steps(browser: Browser, pack: str) -> None:
@@ -134,7 +134,7 @@ def play_steps(browser: Browser, pack: str) -> None:
             page.click("#report-form button[type=submit]")
             page.wait_for_function("(old) => document.documentElement.dataset.answers !== old", arg=answers)
         page.close()
-    say(f"played step, {pack}", times, "ms", 250)
+    print_times(f"played step, {pack}", times, "ms", 250)
     print(f"{'(an episode begun: house loaded, first picture)':<48} {', '.join(f'{each:.0f}' for each in first)} ms")
 
 

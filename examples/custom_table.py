@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from vigil.analysis.measures.rows import frame_of, read_runs
+from vigil.analysis.measures.rows import combined_rows, read_runs
 from vigil.analysis.measures.study import Study, study
 from vigil.analysis.report import write_report
 from vigil.analysis.tables.table import Column, Table, TableRow, counts, numbers
@@ -40,7 +40,7 @@ def main() -> None:
     options.add_argument("--out", type=Path, help="also write a report with the table into this folder")
     given = options.parse_args()
     runs = read_runs(given.runs)
-    print(overtime(frame_of(runs)).round(1).to_string(na_rep="-"))
+    print(overtime(combined_rows(runs)).round(1).to_string(na_rep="-"))
     if given.out is not None:
         files = write_report(study(runs, with_paper=False), given.out, ("md",), own={"overtime": overtime_table})
         print(files[0])

@@ -88,14 +88,14 @@ def main(given: argparse.Namespace) -> None:
     torch.manual_seed(given.seed)
     began = time.monotonic()
     demos = read_demos(write_demos(given.out / "demos", given.demos))
-    words = Words(demo.instruction for demo in demos)
+    words = Vocabulary(demo.instruction for demo in demos)
     network = Network(len(words))
     packs = [
         write_pack(given.out / name, houses, count)
         for name, houses, count in (("played", PLAYED, given.played), ("tested", TESTED, given.tested))
     ]
     with ProcessPoolExecutor(given.processes, get_context("spawn")) as pool:
-        played, tested = (Scenes(pack, pool) for pack in packs)
+        played, tested = (EpisodePool(pack, pool) for pack in packs)
         curve = Curve(tested, began)
         curve.add("chance", 0, torch.randint(COLUMNS * ROWS, (len(tested),)))
         for epoch in clone(network, words, demos, given.epochs):
@@ -174,7 +174,7 @@ def reply_of(place: int) -> str:
     return json.dumps({"skill_name": "interact_pixel", "arguments": {"intent": "ground", "x": int(x), "y": int(y)}})
 
 
-class Words:
+class Vocabulary:
     """Instructions as vectors: one number for each word that a demonstration has."""
 
     def __init__(self, texts: Iterator[str]) -> None:
@@ -220,7 +220,7 @@ def _layer(inputs: int, outputs: int, stride: int, spread: int) -> nn.Module:
 class _Batches:
     """Demonstrations as what the network is trained on."""
 
-    def __init__(self, demos: Sequence[Demo], words: Words) -> None:
+    def __init__(self, demos: Sequence[Demo], words: Vocabulary) -> None:
         self._frames = torch.stack([demo.frame for demo in demos])
         self._asked = words.of([demo.instruction for demo in demos])
         self._clicked = functional.one_hot(torch.tensor([demo.place for demo in demos]), ROWS * COLUMNS).float()
@@ -233,7 +233,7 @@ class _Batches:
         )
 
 
-def clone(network: Network, words: Words, demos: Sequence[Demo], epochs: int) -> Iterator[int]:
+def clone(network: Network, words: Vocabulary, demos: Sequence[Demo], epochs: int) -> Iterator[int]:
     """Trains the network to click where the solver did; yields the number of each epoch, from 1."""
     shown = _Batches(demos, words)
     optimiser = torch.optim.AdamW(network.parameters(), lr=2e-3, weight_decay=1e-2)
@@ -261,7 +261,7 @@ def _light(frames: torch.Tensor) -> torch.Tensor:
     return 0.85 + 0.3 * torch.rand(len(frames), 1, 1, 1)
 
 
-class Scenes:
+class EpisodePool:
     """The episodes of a pack. Each can be played by a click, again and again, in the processes of a pool."""
 
     def __init__(self, folder: Path, pool: ProcessPoolExecutor) -> None:
@@ -302,7 +302,9 @@ def play(asked: tuple[str, str], places: Sequence[int]) -> list[float]:
     return earned
 
 
-def improve(network: Network, words: Words, demos: Sequence[Demo], scenes: Scenes, rounds: int) -> Iterator[int]:
+def improve(
+    network: Network, words: Vocabulary, demos: Sequence[Demo], scenes: EpisodePool, rounds: int
+) -> Iterator[int]:
     """Plays all scenes and learns from what they earned so far, in turns; yields the number of each round.
 
     Demonstrations are learned on beside the scenes, so that what they taught is kept.
@@ -337,7 +339,7 @@ def _log_earned(logits: torch.Tensor, won: torch.Tensor, missed: torch.Tensor) -
     return torch.where(won.any(dim=1), earning, avoiding)
 
 
-def map_of(network: Network, words: Words, scenes: Scenes) -> torch.Tensor:
+def map_of(network: Network, words: Vocabulary, scenes: EpisodePool) -> torch.Tensor:
     """Returns the network's map of each scene, as logits."""
     network.eval()
     with torch.no_grad():
@@ -348,7 +350,7 @@ def map_of(network: Network, words: Words, scenes: Scenes) -> torch.Tensor:
 class Curve:
     """B on the test episodes as training goes on."""
 
-    def __init__(self, scenes: Scenes, began: float) -> None:
+    def __init__(self, scenes: EpisodePool, began: float) -> None:
         self._scenes, self._began = scenes, began
         self.points: list[dict[str, str | float]] = []
 

@@ -57,7 +57,7 @@ def main() -> None:
     episodes = [episode for episode in pack.episodes if episode.family == "DA"][:3]
     with vigil.make_env(pack, quality="fast") as env:
         for episode in episodes:
-            outcome = vigil.settle(episode, vigil.play(episode, env, Walker()))
+            outcome = vigil.score(episode, vigil.play(episode, env, Walker()))
             print(f"{outcome.label:5}  {outcome.steps} steps  {episode.instruction}")
 
 

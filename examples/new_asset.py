@@ -16,14 +16,14 @@ from PIL import Image
 import vigil
 from vigil.assets import make, register
 from vigil.assets.catalog import Category
+from vigil.assets.database import AssetDatabase
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.palette import colour
-from vigil.assets.sizes import AssetDatabase
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import acting
-from vigil.authoring.ways.solvers import privileged_agent
+from vigil.authoring.solving.solvers import privileged_agent
 from vigil.base.geometry import Vec3
 from vigil.env import Env
 from vigil.sim import make_simulator
@@ -32,7 +32,7 @@ from vigil.sim.showcase.renders import render_asset
 
 GLOBE = Category(
     name="DeskGlobe",
-    spoken="globe",
+    display_name="globe",
     typical_size=Vec3(0.26, 0.31, 0.24),
     size_spread=0.1,
     rooms=("LivingRoom", "Bedroom"),
@@ -73,7 +73,7 @@ def main() -> None:
     print(f"{house.name}: {len(mismatches_of(simulator.scene(), house, assets))} things are not as the house asks")
     episode = next(draft for draft in acting(context, "pick") if "globe" in draft.instruction)
     with Env(simulator, lambda episode: house, vigil.Profile()) as env:
-        outcome = vigil.settle(episode, vigil.play(episode, env, privileged_agent("solver", episode, simulator)))
+        outcome = vigil.score(episode, vigil.play(episode, env, privileged_agent("solver", episode, simulator)))
     print(f"{episode.instruction} {outcome.label} after {outcome.steps} steps")
     if given.out is not None:
         Image.fromarray(render_asset(make("DeskGlobe", GLOBE.typical_size, 1))).save(given.out)

@@ -11,10 +11,10 @@ from collections import Counter
 import numpy as np
 
 import vigil
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.env import Env
 from vigil.sim.conformance.checks import CHECKS
-from vigil.sim.conformance.trial import Trial
+from vigil.sim.conformance.harness import Harness
 from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.sim.core.engine import Engine
 from vigil.sim.engines.fake import FakeEngine
@@ -41,8 +41,8 @@ def main() -> None:
     options.add_argument("--engine", choices=("mujoco", "fake"), default="mujoco")
     engine = FakeEngine() if options.parse_args().engine == "fake" else MujocoEngine("fast")
     simulator = NoisyCamera(engine)
-    trial = Trial(simulator)
-    held = Counter(check(trial) is None for check in CHECKS)  # a check that does not hold raises
+    harness = Harness(simulator)
+    held = Counter(check(harness) is None for check in CHECKS)  # a check that does not hold raises
     print(f"{simulator.name}: {held[True]} of {len(CHECKS)} checks hold")
     pack = vigil.load_pack("vigil_smoke")
     with Env(simulator, pack.house_of, vigil.Profile()) as env:

@@ -10,10 +10,10 @@ import numpy as np
 
 import vigil
 from vigil.agents.scripted import scripted_agent
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.review.validate import Validator
-from vigil.authoring.ways.solvers import privileged_agent
+from vigil.authoring.solving.solvers import privileged_agent
 from vigil.env import Env
 from vigil.protocol.episode import Episode, FamilySpec, register_family
 from vigil.protocol.goals import AgentNearTarget
@@ -27,7 +27,7 @@ def drafts(context: HouseContext):
     """Yields episodes that start where the thing to be approached is out of view, whichever way one turns."""
     for thing in context.things(lambda thing: not thing.is_structure and 0.4 < max(thing.asset.size) < 1.9):
         for place in context.starts(context.away_from(thing, 2.5, 12.0), tried=20):
-            if not context.is_sighted(place, thing):
+            if not context.is_visible_from(place, thing):
                 text = f"Find {context.phrase(thing.id)} and go up to it, to within about one and a half metres."
                 start, goal = context.facing(place, thing, 0.0, 180.0), AgentNearTarget(object_id=thing.id)
                 yield context.draft("SA", TaskSpec(start, text, goal, {"target": thing.id}))
@@ -48,7 +48,7 @@ def main() -> None:
         episode = first_valid(simulator, house)
         print(episode.instruction)
         for agent in (privileged_agent("solver", episode, simulator), scripted_agent("always_success")):
-            outcome = vigil.settle(episode, vigil.play(episode, env, agent))
+            outcome = vigil.score(episode, vigil.play(episode, env, agent))
             print(f"{agent.name}: {outcome.label} after {outcome.steps} steps, W {outcome.W}, family {outcome.family}")
 
 

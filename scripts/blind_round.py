@@ -63,7 +63,7 @@ def _making(made: Callable[[argparse.Namespace], BlindRound]) -> Callable[[argpa
     """Returns the command that makes a round, writes it, and says what that took."""
 
     def command(options: argparse.Namespace) -> None:
-        sheets.refuse_written(options.out)
+        sheets.refuse_existing(options.out)
         found = made(options)
         sheets.write(options.out, found)
         pictures = sum(len(shown.pictures) for shown in found.shown)
@@ -80,18 +80,18 @@ def _making(made: Callable[[argparse.Namespace], BlindRound]) -> Callable[[argpa
 def _make(options: argparse.Namespace) -> BlindRound:
     count = options.count or PICTURES[options.kind]
     if options.kind != "held":
-        return making.things(options.kind, options.seed, count, options.before)
+        return making.object_round(options.kind, options.seed, count, options.before)
     if options.before:
         raise SystemExit("Rounds of kind held play episodes, which an older tree would play otherwise: no --before.")
-    return making.held(options.seed, count, options.pack)
+    return making.held_round(options.seed, count, options.pack)
 
 
 def _starts(options: argparse.Namespace) -> BlindRound:
-    return making.starts(options.seed, options.count or STARTS, options.pack, options.before)
+    return making.start_round(options.seed, options.count or STARTS, options.pack, options.before)
 
 
 def _pairs(options: argparse.Namespace) -> BlindRound:
-    return making.pairs(options.seed, options.count or PAIRS, options.pack, options.before)
+    return making.pair_round(options.seed, options.count or PAIRS, options.pack, options.before)
 
 
 def _publish(options: argparse.Namespace) -> None:

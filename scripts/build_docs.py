@@ -2,8 +2,8 @@
 
 The pages are those of docs/, with what the source says (`scripts.docs_reference`). A link that leads out of docs/ works
 on the repository's host as it is; in the site it leads to a copy of the file, so that the site is whole without a
-network and says what was so in its version. With `--keep FOLDER` the site is put into FOLDER/VERSION, beside those of
-other versions, and each has a menu of all.
+network and says what was so in its version. With `--publish FOLDER` the site is put into FOLDER/VERSION, beside those
+of other versions, and each has a menu of all.
 """
 
 import argparse
@@ -27,7 +27,7 @@ PAGES = ROOT / "build/docs"
 SITE = ROOT / "site"
 COPIES = "files"
 """Folder of the site for files out of docs/ that pages link to."""
-SHOWN = (".jpg", ".jpeg", ".png", ".gif", ".webp", ".svg")
+IMAGE_SUFFIXES = (".jpg", ".jpeg", ".png", ".gif", ".webp", ".svg")
 LANGUAGES = {".py": "python", ".toml": "toml", ".json": "json", ".cff": "yaml", ".yml": "yaml", ".sh": "sh"}
 _LOADED = {"script": "src", "img": "src", "iframe": "src", "source": "src", "video": "src", "link": "href"}
 """What a browser loads with a page, by the element; of links only style sheets, icons and what is fetched early."""
@@ -83,12 +83,12 @@ def _opened_by_click(text: str) -> str:
 
 def _name_of_copy(target: Path) -> Path:
     name = target.relative_to(ROOT)
-    return name if name.suffix in (".md", *SHOWN) else name.with_name(f"{name.name}.md")
+    return name if name.suffix in (".md", *IMAGE_SUFFIXES) else name.with_name(f"{name.name}.md")
 
 
 def _copy(source: Path, page: Path, folder: Path, wanted: dict[Path, Path]) -> None:
     page.parent.mkdir(parents=True, exist_ok=True)
-    if source.suffix in SHOWN:
+    if source.suffix in IMAGE_SUFFIXES:
         shutil.copy(source, page)
     elif source.suffix == ".md":
         page.write_text(_mapped(read(source), source, page, folder, wanted), encoding="utf-8")
@@ -152,13 +152,13 @@ def faults(site: Path = SITE) -> list[str]:
         name = path.relative_to(site).as_posix()
         found += [f"{name} loads {url}" for url in sorted(page.loaded) if re.match(r"(https?:)?//", url)]
         if name != "404.html":  # its addresses begin at the root of a host
-            found += [f"{name} links to {url}" for url in sorted(page.links) if not _leads(url, path, pages)]
+            found += [f"{name} links to {url}" for url in sorted(page.links) if not _resolves(url, path, pages)]
     for path in sorted(site.rglob("*.css")):
         found += [f"{path.relative_to(site)} loads {url}" for url in _IN_STYLE.findall(read(path))]
     return found
 
 
-def _leads(url: str, path: Path, pages: dict[Path, _Page]) -> bool:
+def _resolves(url: str, path: Path, pages: dict[Path, _Page]) -> bool:
     if re.match(r"[a-z][a-z0-9+.-]*:|//", url):
         return True
     name, _, place = unquote(url).partition("#")
@@ -168,7 +168,7 @@ def _leads(url: str, path: Path, pages: dict[Path, _Page]) -> bool:
     return place in pages[target].places if target in pages else target.is_file()
 
 
-def keep(folder: Path, version: str = __version__) -> None:
+def publish_version(folder: Path, version: str = __version__) -> None:
     """Puts the built site beside those of other versions; the root of `folder` leads to the newest."""
     shutil.rmtree(folder / version, ignore_errors=True)
     shutil.copytree(SITE, folder / version)
@@ -192,18 +192,18 @@ def _order(version: str) -> tuple[int, ...]:
 def main() -> None:
     """Builds the site, and exits with 1 when it has a fault."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="put the site into FOLDER/VERSION as well")
+    parser.add_argument("--publish", type=Path, metavar="FOLDER", help="put the site into FOLDER/VERSION as well")
     arguments = parser.parse_args()
     write_pages()
-    build(has_versions=arguments.keep is not None)
+    build(has_versions=arguments.publish is not None)
     rank_pages_first()
     found = faults()
     for fault in found:
         print(fault, file=sys.stderr)
     if found:
         sys.exit(f"{len(found)} faults in {SITE.relative_to(ROOT)}/: mend the pages that it names.")
-    if arguments.keep:
-        keep(arguments.keep)
+    if arguments.publish:
+        publish_version(arguments.publish)
 
 
 if __name__ == "__main__":

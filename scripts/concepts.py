@@ -14,11 +14,11 @@ from PIL import Image
 
 from vigil.agents.agent import Agent
 from vigil.agents.scripted import scripted_agent
-from vigil.analysis.plots.style import saved
-from vigil.analysis.plots.trajectory import AgentTrajectory, track, trajectory_figure, width_in_of
-from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.solving.moves import reply_of
-from vigil.authoring.ways.solvers import privileged_agent
+from vigil.analysis.plots.style import figure_bytes
+from vigil.analysis.plots.trajectory import AgentTrajectory, figure_width_in, make_trajectory, trajectory_figure
+from vigil.assets.database import AssetDatabase
+from vigil.authoring.solving.primitive_actions import reply_of
+from vigil.authoring.solving.solvers import privileged_agent
 from vigil.env import Env
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Action, Reply, Report
@@ -37,7 +37,7 @@ MOST_FRAMES = 4
 VASE, DRAWER = "vigil_vase_seed7010_ai_614337", "vigil_drawer_seed6014_sv_063a90"
 
 
-class Replies:
+class FixedReplies:
     """Gives fixed replies, one after the other."""
 
     def __init__(self, name: str, actions: Iterable[Action]) -> None:
@@ -53,7 +53,7 @@ class Replies:
         return next(self._left)
 
 
-class Watched:
+class FrameRecorder:
     """An agent whose frames are kept."""
 
     def __init__(self, agent: Agent) -> None:
@@ -68,24 +68,24 @@ class Watched:
         return self._agent.act(observation)
 
 
-Maker = Callable[[Pack, Episode, PrivilegedSimulator], Agent]
+MakeAgent = Callable[[Pack, Episode, PrivilegedSimulator], Agent]
 
 
-def _privileged(name: str) -> Maker:
+def _privileged(name: str) -> MakeAgent:
     return lambda pack, episode, simulator: privileged_agent(name, episode, simulator)
 
 
-def _scripted(name: str) -> Maker:
+def _scripted(name: str) -> MakeAgent:
     return lambda pack, episode, simulator: scripted_agent(name)
 
 
-def _solution(name: str, status: str, steps: slice = slice(-1)) -> Maker:
+def _solution(name: str, status: str, steps: slice = slice(-1)) -> MakeAgent:
     """Returns a maker of an agent that gives steps of the recorded solution, then a report of its own."""
     report = Report.model_validate({"skill_name": "report", "status": status, "summary": ""})
-    return lambda pack, episode, _: Replies(name, [*pack.solutions[episode.id].actions[steps], report])
+    return lambda pack, episode, _: FixedReplies(name, [*pack.solutions[episode.id].actions[steps], report])
 
 
-EXAMPLES: dict[str, tuple[str, str, Maker]] = {
+EXAMPLES: dict[str, tuple[str, str, MakeAgent]] = {
     "B": (VASE, "W=1 B None", _privileged("solver")),
     "FR": (VASE, "W=0 FR false_success", _privileged("premature")),
     "FR_with_W": (VASE, "W=1 FR false_negative", _solution("says fail", "fail")),
@@ -105,20 +105,20 @@ def main() -> None:
         for name in sys.argv[1:] or EXAMPLES:
             episode_id, ending, make = EXAMPLES[name]
             episode = pack.episode(episode_id)
-            one = _played(env, episode, Watched(make(pack, episode, simulator)))
+            one = _played(env, episode, FrameRecorder(make(pack, episode, simulator)))
             outcome = one.outcome
             found = f"W={outcome.W:d} {outcome.label} {outcome.subtype}"
             if found != ending:
                 raise SystemExit(f"Example {name} ends as {found}, not as {ending}.")
             figure = trajectory_figure(episode, [one], MOST_FRAMES)
-            share = figure.get_figwidth() / width_in_of(MOST_FRAMES)
-            _write(FOLDER / f"{name}.webp", saved(figure, "png"), round(WIDTH_PX * share))
+            share = figure.get_figwidth() / figure_width_in(MOST_FRAMES)
+            _write(FOLDER / f"{name}.webp", figure_bytes(figure, "png"), round(WIDTH_PX * share))
             print(f"{name}: {one.name}, {found}, {outcome.steps} steps")
 
 
-def _played(env: Env, episode: Episode, agent: Watched) -> AgentTrajectory:
+def _played(env: Env, episode: Episode, agent: FrameRecorder) -> AgentTrajectory:
     play(episode, env, agent)
-    return track(agent.name, episode, env.record(), agent.frames)
+    return make_trajectory(agent.name, episode, env.record(), agent.frames)
 
 
 def _write(path: Path, png: bytes, width: int) -> None:

@@ -30,7 +30,10 @@ EXTENDED: dict[str, tuple[str, tuple[str, ...]]] = {
         "Simulators",
         ("sim", "sim.protocol", "sim.privileged", "sim.staging", "sim.conformance", "protocol.world", "base.geometry"),
     ),
-    "assets": ("Assets and houses", ("assets.catalog", "assets.sizes", "protocol.house", "housegen", "scene.things")),
+    "assets": (
+        "Assets and houses",
+        ("assets.catalog", "assets.database", "protocol.house", "housegen", "scene.things"),
+    ),
     "packs": (
         "Packs and streams",
         ("packs.pack", "packs.freeze", "authoring.streaming.stream", "authoring.drafting.grammar"),

@@ -8,16 +8,16 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from vigil.analysis.measures.columns import COLUMNS
-from vigil.authoring.ways.limited import LIMITED
+from vigil.authoring.solving.ablated_solvers import ABLATIONS
 from vigil.base.glossary import SECTIONS
 from vigil.cli.models import LISTED, keys_of, switch_of
 from vigil.exports.steps import STEP_COLUMNS
 from vigil.integrations.gymnasium import Options
 from vigil.protocol.actions import INTENT_ALIASES, INTENTS
-from vigil.protocol.endings import FINISH_REASONS, MEANINGS, REFERENCES
+from vigil.protocol.finish_reasons import FINISH_REASONS, MEANINGS, REFERENCES
 from vigil.protocol.profile import COORDINATES_BY_MODEL
 from vigil.runner.inspect_task import TASK_SETTINGS
-from vigil.runner.models.providers import named
+from vigil.runner.models.providers import parse_model_name
 from vigil.scoring.levels import BOUNDS, COSTS, LEVELS
 from vigil.sim.thor.differences import DIFFERENCES
 from vigil.thor.actions.missing import MISSING
@@ -42,10 +42,10 @@ def providers() -> str:
     """Returns the providers of models."""
     rows = []
     for name in LISTED:
-        one = named(f"{name}/m").provider
+        one = parse_model_name(f"{name}/m").provider
         keys = " or ".join(f"`{key}`" for key in keys_of(name))
         keys = f"the machine's account{' or ' + keys if keys else ''}" if one.signs_in else keys
-        address = f"`{one.home}`" if one.home.startswith("http") else one.home
+        address = f"`{one.default_address}`" if one.default_address.startswith("http") else one.default_address
         switch = f"`{switch_of(one)}`" if one.thinking else ""
         extra = f"`{one.extra}`" if one.extra else ""
         tried = "a stand-in" if one.is_in_tests else "a stand-in, by hand"
@@ -107,7 +107,9 @@ def level_bounds() -> str:
 
 def limited_agents() -> str:
     """Returns the agents of limited skill, and what each lacks."""
-    return _markdown(("`--agent`", "lacks"), [(f"`{name}`", limits.lacks) for name, limits in LIMITED.items()])
+    return _markdown(
+        ("`--agent`", "lacks"), [(f"`{name}`", ablation.description) for name, ablation in ABLATIONS.items()]
+    )
 
 
 def step_columns() -> str:

@@ -7,10 +7,10 @@ from PIL import Image
 from shapely import Polygon, contains_xy
 
 from vigil.assets.catalog import CATALOG
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3, heading
 from vigil.housegen import generate, spec_for
-from vigil.housegen.checking.plan_image import beside, draw_plan
+from vigil.housegen.checking.plan_image import draw_plan, side_by_side
 from vigil.protocol.house import House
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Scene
@@ -50,7 +50,7 @@ def _overview(house: House, scene: Scene) -> Image.Image:
     """Returns the plan beside the view from above, nearly as wide as they are kept, so that words stay legible."""
     view, trial = render_birdseye(scene), draw_plan(house, scene, TRIAL_PX_PER_M)
     width = trial.width + view.shape[1] * trial.height / view.shape[0]
-    return beside(draw_plan(house, scene, TRIAL_PX_PER_M * PLAN_WIDTH_PX / width), view)
+    return side_by_side(draw_plan(house, scene, TRIAL_PX_PER_M * PLAN_WIDTH_PX / width), view)
 
 
 def _save(picture: Image.Image, name: str, width: int) -> None:

@@ -18,9 +18,9 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
 from vigil.assets.catalog import CATALOG
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.housegen import GENERATOR_VERSION, generate, spec_for
-from vigil.housegen.checking.statistics import MEASURES, DistributionComparison, RoomMeasures, compare, measure
+from vigil.housegen.checking.statistics import MEASURES, DistributionComparison, RoomStatistics, compare, measure
 from vigil.protocol.house import House
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -47,7 +47,7 @@ def main() -> None:
     thor = AssetDatabase.load(options.asset_database)
     with gzip.open(options.real, "rt") as lines:
         houses = [House(f"real_{number}", json.loads(line)) for number, line in enumerate(lines)]
-    common = _common(houses, thor)
+    common = _common_categories(houses, thor)
     real = [room for house in houses for room in measure(house, thor, common)]
     spec, sizes = spec_for("1"), AssetDatabase.default()
     generated = [generate(seed, spec) for seed in range(options.seeds)]
@@ -58,19 +58,19 @@ def main() -> None:
     _draw(rooms, FOLDER / "statistics_rooms.png", columns=len(MEASURES))
     _draw(supports, FOLDER / "statistics_supports.png", columns=4)
     counts = {"real": len(houses), "own": options.seeds, "kinds": len(common)}
-    places = _places(_whereabouts(houses, thor, common), _whereabouts(generated, sizes, common))
+    places = _place_rows(_small_object_counts(houses, thor, common), _small_object_counts(generated, sizes, common))
     _write([*rooms, *supports], _tables(_states(real, own), places), counts)
 
 
-def _common(houses: list[House], thor: AssetDatabase) -> set[str]:
+def _common_categories(houses: list[House], thor: AssetDatabase) -> set[str]:
     """Returns the kinds of things that more than a few of the real houses have."""
     counts: Counter[str] = Counter()
     for house in houses:
-        counts.update({thor.look_up(node.asset_id, node.called).category for node, _ in house.objects()})
+        counts.update({thor.look_up(node.asset_id, node.name_in_house).category for node, _ in house.objects()})
     return {category for category, count in counts.items() if count >= LEAST_SHARE * len(houses)}
 
 
-def _on_all_countertops(real: list[RoomMeasures], own: list[RoomMeasures]) -> DistributionComparison:
+def _on_all_countertops(real: list[RoomStatistics], own: list[RoomStatistics]) -> DistributionComparison:
     """Returns how much is on all countertops of a kitchen together."""
     sides = [
         [
@@ -114,7 +114,7 @@ def _draw_one(axis: Axes, comparison: DistributionComparison) -> None:
     axis.set_ylim(0, 1.02)
 
 
-def _states(real: list[RoomMeasures], own: list[RoomMeasures]) -> list[tuple[str, float, float]]:
+def _states(real: list[RoomStatistics], own: list[RoomStatistics]) -> list[tuple[str, float, float]]:
     """Returns the shares of what is on and dirty, of the things that say so in both."""
     found: list[tuple[str, float, float]] = []
     for name, category, read in (
@@ -126,16 +126,16 @@ def _states(real: list[RoomMeasures], own: list[RoomMeasures]) -> list[tuple[str
     return found
 
 
-def _whereabouts(houses: list[House], assets: AssetDatabase, common: set[str]) -> dict[str, dict[str, float]]:
+def _small_object_counts(houses: list[House], assets: AssetDatabase, common: set[str]) -> dict[str, dict[str, float]]:
     """Returns, by kind of the one room, how many small things lie on and in what, and which share are repeats."""
     held: dict[str, Counter[str]] = {}
     rooms: Counter[str] = Counter()
     for house in houses:
         kind = house.document.rooms[0].room_type
-        kinds = {node.id: assets.look_up(node.asset_id, node.called).category for node, _ in house.objects()}
+        kinds = {node.id: assets.look_up(node.asset_id, node.name_in_house).category for node, _ in house.objects()}
         counted = held.setdefault(kind, Counter())
         loose = [
-            (kinds[node.id], CATALOG[kinds[parent]].spoken if parent else "floor")
+            (kinds[node.id], CATALOG[kinds[parent]].display_name if parent else "floor")
             for node, parent in house.objects()
             if kinds[node.id] in common and CATALOG[kinds[node.id]].is_pickupable
         ]
@@ -149,7 +149,7 @@ def _whereabouts(houses: list[House], assets: AssetDatabase, common: set[str]) -
     }
 
 
-def _places(real: dict[str, dict[str, float]], own: dict[str, dict[str, float]]) -> list[tuple[str, float, float]]:
+def _place_rows(real: dict[str, dict[str, float]], own: dict[str, dict[str, float]]) -> list[tuple[str, float, float]]:
     """Returns the rows of the table of small things: the places that matter in either, most of the real ones first."""
     rows: list[tuple[str, float, float]] = []
     for kind in sorted(real.keys() & own.keys()):

@@ -42,14 +42,14 @@ from libcst.metadata import MetadataWrapper, PositionProvider
 from mutmut.mutation.mutators import mutation_operators
 
 ROOT = Path(__file__).resolve().parents[1]
-OWN = (f"{ROOT}/src/", f"{ROOT}/tests/")
+PROJECT_FOLDERS = (f"{ROOT}/src/", f"{ROOT}/tests/")
 """Where the project's modules lie; an environment with libraries may lie in the same folder."""
-WANTED = 0.95
+MIN_KILLED_SHARE = 0.95
 EXAMPLES = 4
 """Examples of each property test: a mutant that only a rare example shows counts as not noticed."""
 TIME_FACTOR, TIME_EXTRA_S = 4, 3
 """Processor time that a mutant may take: so many times what the sound module takes, and so much more."""
-AROUND = 30
+CONTEXT_CHARS = 30
 """Characters on either side of a difference that are shown."""
 MEMORY_BYTES = 4 << 30
 OPTIONS = ["-x", "--noconftest", "-p", "no:xdist", "-p", "no:cacheprovider", "--no-header", "--tb=line"]
@@ -68,8 +68,8 @@ class Mutant:
 
     def __str__(self) -> str:
         before, after = (" ".join(cst.Module([]).code_for_node(node).split()) for node in (self.old, self.new))
-        start = max(0, _common(before, after) - AROUND)
-        end = max(0, _common(before[start:][::-1], after[start:][::-1]) - AROUND)
+        start = max(0, _common(before, after) - CONTEXT_CHARS)
+        end = max(0, _common(before[start:][::-1], after[start:][::-1]) - CONTEXT_CHARS)
         return f"line {self.line}: {before[start : len(before) - end]} -> {after[start : len(after) - end]}"
 
 
@@ -135,7 +135,7 @@ def _plain(nodes: Iterable[cst.CSTNode]) -> Iterator[cst.CSTNode]:
             yield node
 
 
-def attempt(name: str, path: Path, source: str, tests: Sequence[str], seconds: int) -> tuple[str, float]:
+def run_mutant(name: str, path: Path, source: str, tests: Sequence[str], seconds: int) -> tuple[str, float]:
     """Runs the tests on other code; returns `killed`, `timeout` or `survived`, and the processor time that it took."""
     child = os.fork()
     if child == 0:
@@ -168,7 +168,7 @@ def read_log(log: Path, source: str) -> dict[int, str]:
     return {row["mutant"]: row["state"] for row in map(json.loads, lines[1:])}
 
 
-def load_what_stays(name: str, tests: Sequence[str]) -> Path:
+def load_unchanged(name: str, tests: Sequence[str]) -> Path:
     """Loads whatever a mutant cannot change: what its module imports, and all libraries; returns the module's file."""
     path = importlib.import_module(name).__file__
     kept = set(sys.modules) - {name}
@@ -176,7 +176,7 @@ def load_what_stays(name: str, tests: Sequence[str]) -> Path:
         pytest.main([*OPTIONS, "--collect-only", *tests])
     for loaded in set(sys.modules) - kept:
         file = getattr(sys.modules[loaded], "__file__", None) or ""
-        if file.startswith(OWN) or loaded == "tests" or loaded.startswith("tests."):
+        if file.startswith(PROJECT_FOLDERS) or loaded == "tests" or loaded.startswith("tests."):
             del sys.modules[loaded]
     gc.freeze()
     return Path(path or "")
@@ -194,9 +194,9 @@ def main(module: str, every: int) -> int:
         "mutants", max_examples=EXAMPLES, phases=phases, database=None, deadline=None, derandomize=True
     )
     hypothesis.settings.load_profile("mutants")
-    path = load_what_stays(name, tests)
+    path = load_unchanged(name, tests)
     source = path.read_text(encoding="utf-8")
-    state, took = attempt(name, path, source, tests, 600)
+    state, took = run_mutant(name, path, source, tests, 600)
     if state != "survived":
         sys.exit(f"The tests of {module} fail on the sound module: {' '.join(tests)}")
     limit = int(took * TIME_FACTOR) + TIME_EXTRA_S
@@ -208,14 +208,14 @@ def main(module: str, every: int) -> int:
     for number, mutant in enumerate(finder.found):
         if number % every == 0 and states.get(number, "survived") == "survived":
             changed: Any = tree.module.deep_replace(mutant.old, mutant.new)
-            states[number], _ = attempt(name, path, changed.code, tests, limit)
+            states[number], _ = run_mutant(name, path, changed.code, tests, limit)
             with log.open("a") as file:
                 file.write(json.dumps({"mutant": number, "state": states[number], "what": str(mutant)}) + "\n")
             if states[number] == "survived":
                 print(f"  survived: {mutant}", flush=True)
     survived = sum(state == "survived" for state in states.values())
     print(f"{module}: {len(states) - survived} killed of {len(states)} that were tried")
-    return int(survived > (1 - WANTED) * len(states))
+    return int(survived > (1 - MIN_KILLED_SHARE) * len(states))
 
 
 if __name__ == "__main__":

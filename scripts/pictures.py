@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.solving.moves import reply_of
+from vigil.assets.database import AssetDatabase
+from vigil.authoring.solving.primitive_actions import reply_of
 from vigil.env import Env
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Action, InteractPixel
@@ -28,7 +28,8 @@ CATALOG = (
     "```sh\nvigil render --catalog --variants 1 --out docs/pictures/catalog\n```"
 )
 SHEET = (
-    "<!-- parsed only: draws for minutes -->\n```sh\nvigil pack sheet vigil_balanced_1000 --n 80 --out docs/packs\n```"
+    "<!-- parsed only: draws for minutes -->\n"
+    "```sh\nvigil pack sheet vigil_balanced_1000 --count 80 --out docs/packs\n```"
 )
 CHANGES = ("open_access", "close_access", "activate", "deactivate", "pick", "place")
 
@@ -77,11 +78,11 @@ def main() -> None:
             f"![Before and after {intent}](pictures/change_{intent}.jpg)",
             "",
         ]
-    lines += _elsewhere()
+    lines += _other_sections()
     (OUT / "gallery.md").write_text("\n".join(lines).rstrip() + "\n")
 
 
-def _elsewhere() -> list[str]:
+def _other_sections() -> list[str]:
     """Returns the part of the page whose pictures other commands draw."""
     lines = [
         "## Things",
@@ -140,7 +141,7 @@ def _clearest(pack: Pack, env: Env, intent: str) -> tuple[Episode, np.ndarray, n
     for episode in pack.episodes:
         actions = pack.solutions[episode.id].actions
         if any(_has(action, intent) for action in actions):
-            before, after = _around(env, episode, actions, intent)
+            before, after = _frames_around(env, episode, actions, intent)
             found.append((int((np.abs(before.astype(int) - after).max(axis=2) > 30).sum()), episode, before, after))
         if len(found) == TRIED:
             break
@@ -149,7 +150,9 @@ def _clearest(pack: Pack, env: Env, intent: str) -> tuple[Episode, np.ndarray, n
     return max(found, key=lambda example: example[0])[1:]
 
 
-def _around(env: Env, episode: Episode, actions: tuple[Action, ...], intent: str) -> tuple[np.ndarray, np.ndarray]:
+def _frames_around(
+    env: Env, episode: Episode, actions: tuple[Action, ...], intent: str
+) -> tuple[np.ndarray, np.ndarray]:
     """Returns the frames before and after the first action of that intent."""
     observation = env.reset(episode)
     for action in actions:

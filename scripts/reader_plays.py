@@ -14,15 +14,15 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from vigil.authoring.packing.dataset_card import write_card
-from vigil.authoring.packing.plays import PLAYS, Play, Plays, plays_table
+from vigil.authoring.packing.reader_plays import PLAYS, ReaderPlay, ReaderPlays, plays_table
 from vigil.base.json_lines import dump_line
 from vigil.packs.pack import Pack
 from vigil.packs.private import REVEAL, REVEAL_HELP, check_revealed, is_private
 from vigil.protocol.episode import Episode
 from vigil.records.record import EpisodeRecord
-from vigil.scoring.closure import answers_of, settle_closure
-from vigil.scoring.levels import levels_of
-from vigil.scoring.outcomes import settle
+from vigil.scoring.closure import closure_answers, score_closure
+from vigil.scoring.levels import read_pack_levels
+from vigil.scoring.outcomes import score
 from vigil.scoring.saved_run import read_run
 
 
@@ -56,19 +56,19 @@ def main() -> None:
     pack = Pack.load(options.pack)
     check_revealed(pack.name, is_private(pack.manifest.meta), "A file of all records", reveals=options.reveals)
     causes = {row["episode_id"]: row for row in map(json.loads, options.causes.read_text().splitlines())}
-    answers = answers_of(pack.folder) if pack.manifest.suite else {}
-    levels = levels_of(pack.folder)
-    plays: list[Play] = []
+    answers = closure_answers(pack.folder) if pack.manifest.suite else {}
+    levels = read_pack_levels(pack.folder)
+    plays: list[ReaderPlay] = []
     records: list[EpisodeRecord] = []
     for reader, episode, record in played(options.runs, pack):
         records.append(record)
         if episode is None:
             print(f"{record.episode_id} is not in the pack any more: its record alone is published.")
             continue
-        outcome, why = settle(episode, record), causes.get(episode.id, {})
-        closing = settle_closure(answers[episode.id], episode, record) if answers else None
+        outcome, why = score(episode, record), causes.get(episode.id, {})
+        closing = score_closure(answers[episode.id], episode, record) if answers else None
         plays.append(
-            Play(
+            ReaderPlay(
                 episode_id=episode.id,
                 reader=reader,
                 group=answers[episode.id].kind if answers else levels[episode.id].level,
@@ -83,7 +83,7 @@ def main() -> None:
             )
         )
     plays.sort(key=lambda play: play.episode_id)
-    found = Plays(pack=pack.name, pack_sha256=pack.sha256, drawn=options.drawn, plays=tuple(plays))
+    found = ReaderPlays(pack=pack.name, pack_sha256=pack.sha256, drawn=options.drawn, plays=tuple(plays))
     (pack.folder / PLAYS).write_text(found.model_dump_json(indent=1) + "\n", encoding="utf-8")
     write_card(pack)
     lines = b"".join(dump_line(record) for record in sorted(records, key=lambda record: record.episode_id))

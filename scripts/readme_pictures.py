@@ -13,7 +13,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from playwright.sync_api import sync_playwright
-from web_pictures import command, keep, page_of, serving
+from web_pictures import command, page_of, save_screenshot, serving
 
 import vigil
 from vigil import Observation, Pack, Profile, Reply
@@ -82,13 +82,13 @@ def play_doubter(pack: Pack) -> None:
     episode = next(each for each in pack.episodes if each.id == EPISODE)
     replies = doubting_replies(pack)
     store = FrameStore(folder / FRAMES_FOLDER)
-    watcher = EpisodeObserver(answered=lambda observation, _: store.keep(observation.rgb))
+    watcher = EpisodeObserver(on_reply=lambda observation, _: store.save(observation.rgb))
     with vigil.make_env(pack, profile) as env:
         play(episode, env, Doubter(replies), watcher)
         record = env.record()
     header = RunHeader(run_id=DOUBTER, nonce=new_nonce(), spec=spec, package_version="", started=now, ended=now)
     write_header(folder, header)
-    (folder / EPISODES_FILE).write_bytes(dump_line(header.own(record)))
+    (folder / EPISODES_FILE).write_bytes(dump_line(header.stamp(record)))
 
 
 def take_viewer() -> None:
@@ -98,7 +98,7 @@ def take_viewer() -> None:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         with page_of(browser) as page:
             page.goto(f"{base}/runs/{DOUBTER}/episodes/{EPISODE}/1#step={VIEWED_STEP}&hidden")
-            keep(page, OUT / "viewer.jpg")
+            save_screenshot(page, OUT / "viewer.jpg")
         browser.close()
 
 

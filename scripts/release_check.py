@@ -65,7 +65,7 @@ def main() -> None:
                 )
 
 
-class StandIn(BaseHTTPRequestHandler):
+class ScriptedSimulator(BaseHTTPRequestHandler):
     """Answers each request for a chat completion with the same report."""
 
     def do_POST(self) -> None:
@@ -87,7 +87,7 @@ class StandIn(BaseHTTPRequestHandler):
 
 def serve_stand_in() -> str:
     """Serves a stand-in for a model until this process ends. Returns its address."""
-    server = HTTPServer(("127.0.0.1", 0), StandIn)
+    server = HTTPServer(("127.0.0.1", 0), ScriptedSimulator)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     return f"http://127.0.0.1:{server.server_port}/v1"
 

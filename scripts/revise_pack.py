@@ -1,7 +1,7 @@
 """Takes a frozen pack's episodes up again as drafts, for a new version of the pack under changed rules.
 
     python scripts/revise_pack.py OLD_PACK_FOLDER --out kept.jsonl --workers 2
-    vigil pack build --kept kept.jsonl --drafts fresh.jsonl ...
+    vigil pack build --earlier-drafts kept.jsonl --drafts fresh.jsonl ...
 
 Every episode is validated anew by all rules of today, with its recorded solution where that still holds, else with a
 new one; what no longer holds is written down with the rule that it breaks. A goal that says nothing of inside (packs
@@ -17,7 +17,7 @@ from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.authoring.drafting.drafts import (
     Draft,
     DraftFacts,

@@ -69,7 +69,7 @@ def page_of(browser: Browser, size: tuple[int, int] = WIDE, scheme: str = "light
     context.close()
 
 
-def keep(page: Page, path: Path) -> None:
+def save_screenshot(page: Page, path: Path) -> None:
     """Writes what the window shows."""
     page.wait_for_load_state("networkidle")
     page.wait_for_timeout(300)
@@ -83,25 +83,25 @@ def take_view(browser: Browser) -> None:
     with serving("view", str(RUNS)) as base:
         with page_of(browser) as page:
             page.goto(base)
-            keep(page, OUT / "runs.jpg")
+            save_screenshot(page, OUT / "runs.jpg")
             page.goto(f"{base}/runs/random#partition")
-            keep(page, OUT / "run.jpg")
+            save_screenshot(page, OUT / "run.jpg")
             page.goto(f"{base}/{path}")
-            keep(page, OUT / "episode.jpg")
+            save_screenshot(page, OUT / "episode.jpg")
         with page_of(browser, PHONE, "dark") as page:
             page.goto(f"{base}/{path}")
-            keep(page, OUT / "episode_phone.jpg")
+            save_screenshot(page, OUT / "episode_phone.jpg")
             page.goto(f"{base}/runs/random")
-            keep(page, OUT / "run_phone.jpg")
+            save_screenshot(page, OUT / "run_phone.jpg")
         with page_of(browser, scheme="dark") as page:
             page.goto(f"{base}/houses/starter/kitchen-living_103")
             page.wait_for_selector("html[data-moves='1']")
             page.keyboard.press("ArrowRight")
             page.wait_for_selector("html[data-moves='2']")
-            keep(page, OUT / "house.jpg")
+            save_screenshot(page, OUT / "house.jpg")
 
 
-def as_of_a_model(record: EpisodeRecord) -> EpisodeRecord:
+def with_invented_usage(record: EpisodeRecord) -> EpisodeRecord:
     """Returns a scripted agent's record with tokens that a model might have taken: made up, to show costs."""
     steps = []
     for step in record.steps:
@@ -111,33 +111,35 @@ def as_of_a_model(record: EpisodeRecord) -> EpisodeRecord:
 
 
 @contextmanager
-def going_on(run: Path, rows: int) -> Iterator[Path]:
+def unfinished_run(run: Path, rows: int) -> Iterator[Path]:
     """Yields a copy of a run as it was while it was played: its first rows, and its file held by who writes it."""
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / run.name
         copy.mkdir()
         write_header(copy, read_header(run).model_copy(update={"ended": None, "prices": PRICES}))
         with AppendFile(copy / EPISODES_FILE) as file:
-            file.append(*(dump_line(as_of_a_model(record)) for record in read_records(run / EPISODES_FILE)[:rows]))
+            file.append(
+                *(dump_line(with_invented_usage(record)) for record in read_records(run / EPISODES_FILE)[:rows])
+            )
             yield copy
 
 
-def take_going(browser: Browser) -> None:
+def take_unfinished_run(browser: Browser) -> None:
     """Takes a run that goes on, with its costs."""
-    with going_on(RUNS / "random", 53) as run, serving("view", str(run)) as base:
+    with unfinished_run(RUNS / "random", 53) as run, serving("view", str(run)) as base:
         for name, size, scheme in (("following", WIDE, "light"), ("following_phone", PHONE, "dark")):
             with page_of(browser, size, scheme) as page:
                 page.goto(f"{base}/runs/random")
-                keep(page, OUT / f"{name}.jpg")
+                save_screenshot(page, OUT / f"{name}.jpg")
 
 
 def take_packs(browser: Browser) -> None:
     """Takes the strata of a pack, and its first frames."""
     with serving("view", "--pack", "starter") as base, page_of(browser) as page:
         page.goto(f"{base}/packs/vigil_mini_v2_1")
-        keep(page, OUT / "pack.jpg")
+        save_screenshot(page, OUT / "pack.jpg")
         page.goto(f"{base}/packs/starter#samples")
-        keep(page, OUT / "pack_frames.jpg")
+        save_screenshot(page, OUT / "pack_frames.jpg")
 
 
 def take_play(browser: Browser) -> None:
@@ -150,7 +152,7 @@ def take_play(browser: Browser) -> None:
             page.keyboard.press("Enter")
             page.wait_for_selector("html[data-answers='2']")
             page.click("#picture", position={"x": SPONGE_XY[0], "y": SPONGE_XY[1]})
-            keep(page, OUT / "play.jpg")
+            save_screenshot(page, OUT / "play.jpg")
 
 
 def take_review(browser: Browser) -> None:
@@ -160,7 +162,7 @@ def take_review(browser: Browser) -> None:
         with serving("review", *arguments) as base, page_of(browser) as page:
             page.goto(f"{base}/episodes/{EPISODE}")
             page.keyboard.press("ArrowRight")
-            keep(page, OUT / "review.jpg")
+            save_screenshot(page, OUT / "review.jpg")
 
 
 def main() -> None:
@@ -172,7 +174,7 @@ def main() -> None:
         chromium = shutil.which("chromium") or shutil.which("chromium-browser")
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         take_view(browser)
-        take_going(browser)
+        take_unfinished_run(browser)
         take_packs(browser)
         take_play(browser)
         take_review(browser)

@@ -27,8 +27,8 @@ from fastapi.testclient import TestClient
 
 from sweeps.support.corruptions import corrupt
 from sweeps.support.tiny import tiny_pack
-from vigil.analysis.measures.rows import frame_of, read_runs
-from vigil.assets.sizes import AssetDatabase
+from vigil.analysis.measures.rows import combined_rows, read_runs
+from vigil.assets.database import AssetDatabase
 from vigil.cli.progress import progress
 from vigil.cli.scores import score
 from vigil.env import Env
@@ -40,7 +40,7 @@ from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import RunSettings
 from vigil.runner.workers.messages import RenderSettings
 from vigil.runner.workers.resimulation import ComparisonSettings, resimulate
-from vigil.scoring.saved_run import load_pack, read_run
+from vigil.scoring.saved_run import load_run_pack, read_run
 from vigil.sim import make_simulator
 from vigil.web.drawing import RenderService
 from vigil.web.export import episode_page
@@ -51,7 +51,7 @@ SECONDS = 120
 Reader = Callable[[Path], None]
 
 
-class Overdue(BaseException):
+class ReaderTimeout(BaseException):
     """A reader took too long."""
 
 
@@ -62,7 +62,7 @@ class Readers:
         self._pack = pack
         self._spec = read_header(run).spec
         self._drawer = RenderService()
-        played = load_pack(read_header(run), pack)
+        played = load_run_pack(read_header(run), pack)
         self._episodes = played.episodes
         self._env = Env(make_simulator("fake", assets=AssetDatabase.default()), played.house_of, Profile())
 
@@ -70,7 +70,7 @@ class Readers:
         """Returns the readers by name; the last one may change the folder."""
         return {
             "score": lambda run: score([run], as_json=False, pack=str(self._pack)),
-            "report": lambda run: _use(frame_of(read_runs([run], str(self._pack)))),
+            "report": lambda run: _discard(combined_rows(read_runs([run], str(self._pack)))),
             "verify": self._verify,
             "view": self._view,
             "export": self._export,
@@ -118,23 +118,23 @@ class Readers:
             RunFolder.create_or_resume(run, self._spec, self._episodes).close()
         finally:
             after = rows.read_bytes() if rows.is_file() else b""
-            torn = b"".join(side.read_bytes() for side in sorted(run.glob(f"{EPISODES_FILE}.torn-*")))
+            torn = b"".join(side.read_bytes() for side in sorted(run.glob(f"{EPISODES_FILE}.partial-*")))
             if after + torn not in (before, before + b"\n"):
                 raise RuntimeError(
                     f"resuming has lost rows: {len(before)} bytes before, {len(after)} + {len(torn)} after"
                 )
 
 
-def _use(rows: object) -> None:
+def _discard(rows: object) -> None:
     """Takes what a reader has read."""
 
 
 @contextlib.contextmanager
-def at_most(seconds: int) -> Iterator[None]:
+def time_limit(seconds: int) -> Iterator[None]:
     """Ends the block by an exception after so long."""
 
     def ring(*_: object) -> None:
-        raise Overdue(f"not done within {seconds} s")
+        raise ReaderTimeout(f"not done within {seconds} s")
 
     before = signal.signal(signal.SIGALRM, ring)
     signal.alarm(seconds)
@@ -145,16 +145,16 @@ def at_most(seconds: int) -> Iterator[None]:
         signal.signal(signal.SIGALRM, before)
 
 
-def attempt(name: str, reader: Reader, run: Path, shows_trace: bool) -> str:
+def try_reader(name: str, reader: Reader, run: Path, shows_trace: bool) -> str:
     """Lets a reader read a folder. Returns `works`, `refuses`, or what fell."""
     before = _state(run)
     try:
-        with at_most(SECONDS), contextlib.redirect_stdout(io.StringIO()):
+        with time_limit(SECONDS), contextlib.redirect_stdout(io.StringIO()):
             reader(run)
         outcome = "works"
     except VigilError:
         outcome = "refuses"
-    except (Exception, Overdue, SystemExit) as error:  # noqa: BLE001 - this is what the sweep looks for
+    except (Exception, ReaderTimeout, SystemExit) as error:  # noqa: BLE001 - this is what the sweep looks for
         if shows_trace:
             traceback.print_exc()
         place = traceback.extract_tb(error.__traceback__)[-1]
@@ -168,7 +168,7 @@ def _state(run: Path) -> dict[str, tuple[int, int]]:
     return {str(path): (path.lstat().st_size, path.lstat().st_mtime_ns) for path in run.rglob("*") if not path.is_dir()}
 
 
-def one_case(
+def run_case(
     seed: int, case: int, finished: Path, readers: Readers, shows_trace: bool = False
 ) -> tuple[str, dict[str, str]]:
     """Corrupts a copy of a run in the way of a case; returns what was done and how each reader took it."""
@@ -177,7 +177,7 @@ def one_case(
     shutil.copytree(finished, run)
     try:
         corruption = corrupt(rng, run)
-        return corruption, {name: attempt(name, reader, run, shows_trace) for name, reader in readers.all().items()}
+        return corruption, {name: try_reader(name, reader, run, shows_trace) for name, reader in readers.all().items()}
     finally:
         shutil.rmtree(run)
 
@@ -194,7 +194,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     cases = range(given.first, given.first + given.count) if given.case is None else [given.case]
     outcomes: Counter[str] = Counter()
-    falls: Counter[str] = Counter()
+    failures: Counter[str] = Counter()
     asyncio.set_event_loop(asyncio.new_event_loop())
     with tempfile.TemporaryDirectory() as place:
         pack = tiny_pack(Path(place) / "tiny", 6)
@@ -205,19 +205,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         readers = Readers(finished, pack.folder)
         with progress("cases", may_fork=True) as show:
             for number, case in enumerate(cases, start=1):
-                corruption, found = one_case(given.seed, case, finished, readers, given.case is not None)
+                corruption, found = run_case(given.seed, case, finished, readers, given.case is not None)
                 for name, outcome in found.items():
                     outcomes[outcome if outcome in ("works", "refuses") else "falls"] += 1
                     if outcome not in ("works", "refuses"):
-                        falls[f"{name}: {outcome[:90]}"] += 1
+                        failures[f"{name}: {outcome[:90]}"] += 1
                         print(f"case {case}: {corruption}: {name}: {outcome}", flush=True)
                 show(number, len(cases), f"{outcomes['falls']} falls")
         readers.close()
-    for fall, count in falls.most_common():
-        print(f"{count} x {fall}")
+    for failure, count in failures.most_common():
+        print(f"{count} x {failure}")
     counted = ", ".join(f"{name} {outcomes[name]}" for name in ("works", "refuses", "falls"))
     print(f"{len(cases)} cases, {outcomes.total()} readings: {counted}")
-    return 1 if falls else 0
+    return 1 if failures else 0
 
 
 if __name__ == "__main__":

@@ -21,10 +21,10 @@ from functools import partial
 
 from sweeps.simulators import loaded, parser, sweep
 from sweeps.support import pieces
-from sweeps.support.pieces import Failure, Finding
+from sweeps.support.pieces import Failure, PieceResult
 from sweeps.support.random_agent import RandomAgent
 from sweeps.support.random_episodes import draw_house
-from sweeps.support.snapshots import Sanity, Snapshot, changed, difference, snapshot
+from sweeps.support.snapshots import SanityCheck, Snapshot, changed, difference, snapshot
 from vigil.base.json_lines import dump_line
 from vigil.env import Env
 from vigil.errors import EpisodeError
@@ -34,7 +34,7 @@ from vigil.protocol.house import House
 from vigil.protocol.profile import ACTION_FEEDBACK, BASELINE, Profile
 from vigil.records.record import EpisodeRecord, StepRecord
 from vigil.scoring.goal_check import check
-from vigil.scoring.outcomes import settle
+from vigil.scoring.outcomes import score
 from vigil.scoring.summary import assert_identities
 from vigil.sim.privileged import PrivilegedSimulator
 
@@ -51,7 +51,7 @@ def main() -> int:
 
 
 @dataclass(slots=True)
-class Played:
+class PlayedEpisode:
     """An episode that was played, with the whole hidden state at its start and after every step."""
 
     episode: Episode
@@ -60,37 +60,37 @@ class Played:
     moments: list[Snapshot] = field(default_factory=list)
 
 
-def fuzz(seed: int, backend: str, case: int | None, count: int, piece: int) -> Finding:
+def fuzz(seed: int, backend: str, case: int | None, count: int, piece: int) -> PieceResult:
     """Returns what came of a piece: `count` episodes in one house, or one `case` of them."""
-    finding = Finding()
-    house, drawing = draw_house(random.Random(f"{seed}/{piece}"))
-    played: dict[int, Played] = {}
+    result = PieceResult()
+    house, sample_episode = draw_house(random.Random(f"{seed}/{piece}"))
+    played: dict[int, PlayedEpisode] = {}
     first, second = loaded(backend, house), loaded(backend, house)
     for number in range(count) if case is None else (case,):
         rng = random.Random(f"{seed}/{piece}/{number}")
         try:
-            done = _play(rng, first, house, drawing(rng, first), finding.counts)
+            done = _play(rng, first, house, sample_episode(rng, first), result.counts)
             played[number] = done.played
             faults = done.faults
         except EpisodeError:
-            finding.counts["episodes that cannot be set up"] += 1
+            result.counts["episodes that cannot be set up"] += 1
             continue
         except Exception:  # noqa: BLE001 - any exception at all is what is looked for
             faults = [("an exception", traceback.format_exc(limit=-4))]
-        finding.falls += [Failure(kind, detail, f"--piece {piece} --case {number}") for kind, detail in faults]
+        result.failures += [Failure(kind, detail, f"--piece {piece} --case {number}") for kind, detail in faults]
     for number in reversed(played):
-        for kind, detail in _replayed(played[number], second, house):
-            finding.falls.append(Failure(kind, detail, f"--piece {piece} --case {number}"))
-        finding.counts["replays"] += 1
-    return finding
+        for kind, detail in _replay_faults(played[number], second, house):
+            result.failures.append(Failure(kind, detail, f"--piece {piece} --case {number}"))
+        result.counts["replays"] += 1
+    return result
 
 
 def _env(simulator: PrivilegedSimulator, house: House, profile: Profile) -> Env:
     """Returns an Env over a simulator that has loaded the house already."""
-    return Env(_Kept(simulator), lambda _: house, profile, lambda: NOW)  # pyright: ignore[reportArgumentType]
+    return Env(_LoadedSimulator(simulator), lambda _: house, profile, lambda: NOW)  # pyright: ignore[reportArgumentType]
 
 
-class _Kept:
+class _LoadedSimulator:
     """A simulator that has its house: loading it again does nothing."""
 
     def __init__(self, simulator: PrivilegedSimulator) -> None:
@@ -104,14 +104,14 @@ class _Kept:
 
 
 @dataclass(slots=True)
-class _Done:
-    played: Played
+class _PlayResult:
+    played: PlayedEpisode
     faults: list[tuple[str, str]]
 
 
 def _play(
     rng: random.Random, simulator: PrivilegedSimulator, house: House, episode: Episode, counts: Counter[str]
-) -> _Done:
+) -> _PlayResult:
     profile = Profile(
         name=rng.choice((BASELINE, ACTION_FEEDBACK)),
         coordinates=rng.choice(["pixel", "pixel", "normalized_1000"]),
@@ -120,7 +120,7 @@ def _play(
     env, faults = _env(simulator, house, profile), list[tuple[str, str]]()
     agent = RandomAgent(rng, simulator, episode.bound_ids(), nonsense=rng.choice([0.0, 0.05, 0.3]))
     observation = env.reset(episode)
-    sanity, moments, steps = Sanity(simulator), [snapshot(simulator)], list[StepRecord]()
+    sanity, moments, steps = SanityCheck(simulator), [snapshot(simulator)], list[StepRecord]()
     faults += sanity.faults(episode.start.position.y, moments[0])
     while observation is not None:
         observation = env.step(Reply.model_validate({"text": agent.reply()}))
@@ -128,9 +128,9 @@ def _play(
         step = env._steps[-1]
         steps.append(step)
         held = {thing.id for thing in simulator.scene().things.values() if thing.is_held}
-        faults += _of_step(step, _Moment(moments[-2], moments[-1], held), profile, observation)
+        faults += _step_faults(step, _StepChange(moments[-2], moments[-1], held), profile, observation)
         faults += sanity.faults(episode.start.position.y, changed(moments[-2], moments[-1]))
-        faults += _of_budget(steps, episode, env.end)
+        faults += _budget_faults(steps, episode, env.end)
         counts["steps"] += 1
         counts["steps that changed the house"] += bool(step.effect and step.effect.changed)
         counts["invalid replies"] += step.invalid is not None
@@ -139,11 +139,11 @@ def _play(
     record = env.record(run_id="sweep")
     counts["episodes"] += 1
     counts[f"ended by {record.end}"] += 1
-    return _Done(Played(episode, profile, record, moments), [*faults, *_of_record(episode, record)])
+    return _PlayResult(PlayedEpisode(episode, profile, record, moments), [*faults, *_record_faults(episode, record)])
 
 
 @dataclass(frozen=True, slots=True)
-class _Moment:
+class _StepChange:
     """What a step did: the hidden state before and after it, and what is in the hand or on what is."""
 
     before: Snapshot
@@ -151,7 +151,7 @@ class _Moment:
     held: set[str]
 
 
-def _of_step(step: StepRecord, moment: _Moment, profile: Profile, observation: object) -> Faults:
+def _step_faults(step: StepRecord, moment: _StepChange, profile: Profile, observation: object) -> Faults:
     effect, before, after, held = step.effect, moment.before, moment.after, moment.held
     what = f"step {step.index}, {step.action or step.invalid!r}, {effect!r}"
     found = changed(before, after)
@@ -160,11 +160,11 @@ def _of_step(step: StepRecord, moment: _Moment, profile: Profile, observation: o
     if is_still and found:
         yield "what did nothing changed something", f"{what}: {difference(before, after)}"
     if effect is not None and isinstance(step.action, InteractPixel) and not is_still:
-        said = set(effect.changed)
-        if found - said - held - {"agent"}:
-            yield "something changed that was not said", f"{what}: {sorted(found - said)}"
-        if said - found:
-            yield "something was said to change and did not", f"{what}: {sorted(said - found)}"
+        reported = set(effect.changed)
+        if found - reported - held - {"agent"}:
+            yield "something changed that was not said", f"{what}: {sorted(found - reported)}"
+        if reported - found:
+            yield "something was said to change and did not", f"{what}: {sorted(reported - found)}"
     if effect is not None and not isinstance(step.action, InteractPixel) and effect.changed:
         yield "moving the body changed things", what
     feedback = getattr(observation, "feedback", None)
@@ -176,7 +176,7 @@ def _of_step(step: StepRecord, moment: _Moment, profile: Profile, observation: o
             yield "feedback is wrong", f"{what}: {feedback!r}"
 
 
-def _of_budget(steps: list[StepRecord], episode: Episode, end: str | None) -> Faults:
+def _budget_faults(steps: list[StepRecord], episode: Episode, end: str | None) -> Faults:
     invalid = sum(step.invalid is not None for step in steps)
     expected = None
     if isinstance(steps[-1].action, Report):
@@ -189,13 +189,13 @@ def _of_budget(steps: list[StepRecord], episode: Episode, end: str | None) -> Fa
         yield "a budget is not obeyed", f"step {len(steps)}, {invalid} invalid: ended as {end}, expected {expected}"
 
 
-def _of_record(episode: Episode, record: EpisodeRecord) -> Faults:
+def _record_faults(episode: Episode, record: EpisodeRecord) -> Faults:
     line = dump_line(record)
     again = EpisodeRecord.model_validate_json(line)
     if again != record or dump_line(again) != line:
         yield "the record read again differs", record.episode_id
-    outcome = settle(episode, record)
-    if settle(episode, record) != outcome or settle(episode, again) != outcome:
+    outcome = score(episode, record)
+    if score(episode, record) != outcome or score(episode, again) != outcome:
         yield "settled twice, two verdicts", record.episode_id
     assert_identities([outcome])
     if outcome.W_strict > outcome.W or outcome.B > outcome.W:
@@ -207,7 +207,7 @@ def _of_record(episode: Episode, record: EpisodeRecord) -> Faults:
         yield "strict or progress 1 without the goal", repr(rows)
 
 
-def _replayed(played: Played, simulator: PrivilegedSimulator, house: House) -> Faults:
+def _replay_faults(played: PlayedEpisode, simulator: PrivilegedSimulator, house: House) -> Faults:
     try:
         env = _env(simulator, house, played.profile)
         observation = env.reset(played.episode)

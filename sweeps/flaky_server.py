@@ -23,20 +23,20 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from sweeps.support.flaky_modes import FLAWLESS, MODES, Call, response
+from sweeps.support.flaky_modes import FLAWLESS, MODES, BadAnswer, response
 from sweeps.support.tiny import tiny_pack
 from vigil.records.record import EpisodeRecord
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings
 
-MOST_IN_A_ROW = 4
+MAX_FAILURES_IN_A_ROW = 4
 """After so many failures a request is answered well: the client gives up after eight."""
 REPLY_SECONDS = 2
 TURNS = 6
 
 
 @dataclass(frozen=True)
-class Chance:
+class FailurePlan:
     """Which answers fail and how: drawn from a seed, each mode as often as the others."""
 
     share: float
@@ -45,15 +45,15 @@ class Chance:
 
     def fails(self, asked: str, attempt: int) -> bool:
         """Whether attempt number `attempt` (from 0) to answer a request fails."""
-        return attempt < MOST_IN_A_ROW and _number(f"{self.seed} {asked} {attempt}") < self.share
+        return attempt < MAX_FAILURES_IN_A_ROW and _number(f"{self.seed} {asked} {attempt}") < self.share
 
 
 @dataclass
 class FlakyServer:
     """Speaks chat completions on loopback, by hand, and fails by chance."""
 
-    chance: Chance
-    met: Counter[str] = field(default_factory=Counter)
+    plan: FailurePlan
+    mode_counts: Counter[str] = field(default_factory=Counter)
     """How often each mode was used."""
     answers: int = 0
     last_mode: dict[str, list[str]] = field(default_factory=dict)
@@ -120,23 +120,23 @@ class FlakyServer:
             attempt = self._attempts[asked]
             self._attempts[asked] += 1
             self.answers += 1
-            mode = self._draw() if self.chance.fails(asked, attempt) else None
+            mode = self._draw() if self.plan.fails(asked, attempt) else None
             if mode is not None:
-                self.met[mode] += 1
-                self.last_mode.setdefault(_place(body["messages"]), []).append(mode)
+                self.mode_counts[mode] += 1
+                self.last_mode.setdefault(_turn_key(body["messages"]), []).append(mode)
                 if mode in FLAWLESS:
                     self._attempts[asked] = 0
         answer = completion(body["messages"])
         if mode is None:
             connection.sendall(response(json.dumps(answer).encode()))
             return True
-        return MODES[mode](Call(connection, answer, REPLY_SECONDS, self._vanish))
+        return MODES[mode](BadAnswer(connection, answer, REPLY_SECONDS, self._vanish))
 
     def _draw(self) -> str:
         """Returns the next mode: all in an order of the seed's, then all again in another."""
-        used = sum(self.met.values())
-        turn, place = divmod(used, len(self.chance.modes))
-        order = sorted(self.chance.modes, key=lambda name: _number(f"{self.chance.seed} {turn} {name}"))
+        used = sum(self.mode_counts.values())
+        turn, place = divmod(used, len(self.plan.modes))
+        order = sorted(self.plan.modes, key=lambda name: _number(f"{self.plan.seed} {turn} {name}"))
         return order[place]
 
 
@@ -158,13 +158,13 @@ def completion(messages: Sequence[dict[str, Any]]) -> dict[str, Any]:
     number = _number(conversation(messages))
     turn = (len(messages) - 2) // 2 + 1
     texts = (
-        skill("look", direction="down", magnitude=1 + int(1000 * number) % 20),
-        skill("navigate", mode="turn_left", magnitude=5 + int(1000 * number) % 85),
-        skill("navigate", mode="forward", magnitude=5 + int(1000 * number) % 60),
+        skill_reply("look", direction="down", magnitude=1 + int(1000 * number) % 20),
+        skill_reply("navigate", mode="turn_left", magnitude=5 + int(1000 * number) % 85),
+        skill_reply("navigate", mode="forward", magnitude=5 + int(1000 * number) % 60),
         "prose",
     )
     status = ("success", "fail", "open", "closed")[int(number * 4)]
-    report = skill("report", status=status, summary=f"{number:.6f}")
+    report = skill_reply("report", status=status, summary=f"{number:.6f}")
     text = report if turn >= TURNS or number < 0.05 else texts[int(number * 997) % 4 % (4 if turn < 3 else 3)]
     return {
         "id": "chatcmpl-1",
@@ -176,7 +176,7 @@ def completion(messages: Sequence[dict[str, Any]]) -> dict[str, Any]:
     }
 
 
-def skill(name: str, **arguments: Any) -> str:
+def skill_reply(name: str, **arguments: Any) -> str:
     """Returns a valid reply."""
     return json.dumps({"skill_name": name, "arguments": arguments})
 
@@ -186,7 +186,7 @@ def conversation(messages: Sequence[dict[str, Any]]) -> str:
     return hashlib.sha256(json.dumps(messages, sort_keys=True).encode()).hexdigest()
 
 
-def _place(messages: Sequence[dict[str, Any]]) -> str:
+def _turn_key(messages: Sequence[dict[str, Any]]) -> str:
     """Returns which episode, by its prompt, and which turn is asked about."""
     content = messages[0]["content"]
     prompt = content if isinstance(content, str) else content[0]["text"]
@@ -198,9 +198,9 @@ def _number(text: str) -> float:
 
 
 @contextmanager
-def flaky(chance: Chance) -> Iterator[FlakyServer]:
+def flaky(plan: FailurePlan) -> Iterator[FlakyServer]:
     """A server for the length of the block."""
-    server = FlakyServer(chance)
+    server = FlakyServer(plan)
     try:
         yield server
     finally:
@@ -208,12 +208,12 @@ def flaky(chance: Chance) -> Iterator[FlakyServer]:
 
 
 @dataclass(frozen=True)
-class Round:
+class RoundResult:
     """What came of one run against a flaky server."""
 
     episodes: int
     answers: int
-    met: Counter[str]
+    mode_counts: Counter[str]
     faults: tuple[str, ...]
 
 
@@ -226,18 +226,20 @@ def play(pack: Path, folder: Path, server: FlakyServer) -> RunResult:
     return run_pack(wanted)
 
 
-def compare(pack: Path, calm: RunResult, chance: Chance, folder: Path) -> Round:
+def compare(pack: Path, reference: RunResult, plan: FailurePlan, folder: Path) -> RoundResult:
     """Plays against a flaky server and holds the records against those of the calm run."""
-    with flaky(chance) as server:
+    with flaky(plan) as server:
         rough = play(pack, folder, server)
-    faults = [fault for pair in zip(calm.records, rough.records, strict=True) for fault in _faults(*pair, server)]
-    met = sum(server.met.values())
-    unmet = [] if met < len(chance.modes) else [mode for mode in chance.modes if not server.met[mode]]
-    return Round(len(rough.records), server.answers, server.met, (*faults, *(f"{mode}: not met" for mode in unmet)))
+    faults = [fault for pair in zip(reference.records, rough.records, strict=True) for fault in _faults(*pair, server)]
+    met = sum(server.mode_counts.values())
+    unmet = [] if met < len(plan.modes) else [mode for mode in plan.modes if not server.mode_counts[mode]]
+    return RoundResult(
+        len(rough.records), server.answers, server.mode_counts, (*faults, *(f"{mode}: not met" for mode in unmet))
+    )
 
 
-def _faults(calm: EpisodeRecord, rough: EpisodeRecord, server: FlakyServer) -> Iterator[str]:
-    was, is_ = plain(calm), plain(rough)
+def _faults(reference: EpisodeRecord, rough: EpisodeRecord, server: FlakyServer) -> Iterator[str]:
+    was, is_ = comparable_fields(reference), comparable_fields(rough)
     if was == is_:
         return
     turn = next((n for n, pair in enumerate(zip(was["steps"], is_["steps"], strict=False), 1) if pair[0] != pair[1]), 0)
@@ -249,7 +251,7 @@ def _faults(calm: EpisodeRecord, rough: EpisodeRecord, server: FlakyServer) -> I
     yield f"{' or '.join(modes)}: {rough.episode_id}: {what}"
 
 
-def plain(record: EpisodeRecord) -> dict[str, Any]:
+def comparable_fields(record: EpisodeRecord) -> dict[str, Any]:
     """Returns a record without what may differ: run, times, and tokens, which an odd answer may not count."""
     fields = record.model_dump(mode="json")
     for name in ("run_id", "run_sha256", "started", "ended", "attempt"):
@@ -278,15 +280,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     episodes = answers = 0
     with tempfile.TemporaryDirectory() as place:
         pack = tiny_pack(Path(place) / "tiny", given.episodes)
-        with flaky(Chance(0.0, modes)) as server:
-            calm = play(pack.folder, Path(place) / "calm", server)
+        with flaky(FailurePlan(0.0, modes)) as server:
+            reference = play(pack.folder, Path(place) / "calm", server)
         for number in range(given.rounds):
-            chance = Chance(given.share, modes, given.seed + number)
-            done = compare(pack.folder, calm, chance, Path(place) / f"rough-{number}")
-            met += done.met
+            plan = FailurePlan(given.share, modes, given.seed + number)
+            done = compare(pack.folder, reference, plan, Path(place) / f"rough-{number}")
+            met += done.mode_counts
             faults += done.faults
             episodes, answers = episodes + done.episodes, answers + done.answers
-            print(f"round {number}: {done.answers} answers, {sum(done.met.values())} failed", flush=True)
+            print(f"round {number}: {done.answers} answers, {sum(done.mode_counts.values())} failed", flush=True)
             for fault in done.faults:
                 print(f"  {fault}")
     failed = sum(met.values())

@@ -24,9 +24,9 @@ import numpy as np
 
 from sweeps.simulators import loaded, parser, sweep
 from sweeps.support import pieces
-from sweeps.support.pieces import Failure, Finding
+from sweeps.support.pieces import Failure, PieceResult
 from sweeps.support.random_episodes import draw_house, random_setup
-from sweeps.support.snapshots import Sanity, Snapshot, changed, difference, snapshot
+from sweeps.support.snapshots import SanityCheck, Snapshot, changed, difference, snapshot
 from sweeps.support.solids import Solids
 from vigil.base.geometry import Pose, Vec3, floor_distance, rotate_floor, yaw_towards
 from vigil.errors import EpisodeError
@@ -34,12 +34,12 @@ from vigil.protocol.actions import Intent, InteractPixel
 from vigil.protocol.house import House
 from vigil.protocol.world import Effect, Setup
 from vigil.scene.geometry import place_of
-from vigil.scene.supports import ancestors, children, contents, is_shut_in
+from vigil.scene.supports import ancestors, children, contents, is_inside_closed
 from vigil.scene.things import Thing
 from vigil.sim.core.embedded import EmbeddedSimulator
 
 INTERACTIONS = 60
-STANDS_TRIED = 12
+POSES_TRIED = 12
 RELATIVE_M = 5e-9
 """How far contents may shift relative to what carries them, by rounding."""
 
@@ -70,23 +70,23 @@ class InteractionLog:
     moments: list[Snapshot] = field(default_factory=list)
 
 
-def fuzz(seed: int, backend: str, count: int, piece: int) -> Finding:
+def fuzz(seed: int, backend: str, count: int, piece: int) -> PieceResult:
     """Returns what came of a piece: `count` interactions in one house."""
-    finding = Finding()
+    result = PieceResult()
     rng = random.Random(f"{seed}/{piece}")
     house, _ = draw_house(rng)
     again = f"--piece {piece}"
     try:
-        hands = RandomInteractions(rng, house, loaded(backend, house), finding.counts)
-        for kind, detail in hands.do(count):
-            finding.falls.append(Failure(kind, f"{house.name}: {detail}", again))
-        finding.falls += [
-            Failure(kind, detail, again) for kind, detail in replayed(hands.story, loaded(backend, house))
+        interactions = RandomInteractions(rng, house, loaded(backend, house), result.counts)
+        for kind, detail in interactions.run(count):
+            result.failures.append(Failure(kind, f"{house.name}: {detail}", again))
+        result.failures += [
+            Failure(kind, detail, again) for kind, detail in replay_faults(interactions.log, loaded(backend, house))
         ]
     except Exception:  # noqa: BLE001 - any exception at all is what is looked for
-        finding.falls.append(Failure("an exception", traceback.format_exc(limit=-4), again))
-    finding.counts["houses"] += 1
-    return finding
+        result.failures.append(Failure("an exception", traceback.format_exc(limit=-4), again))
+    result.counts["houses"] += 1
+    return result
 
 
 class RandomInteractions:
@@ -95,20 +95,20 @@ class RandomInteractions:
     def __init__(self, rng: random.Random, house: House, simulator: EmbeddedSimulator, counts: Counter[str]) -> None:
         self._rng, self._simulator, self._counts = rng, simulator, counts
         self._things = simulator.scene().things
-        self.story = _begun(rng, house, simulator)
-        self._solids, self._sanity = Solids(simulator), Sanity(simulator)
+        self.log = _begin_log(rng, house, simulator)
+        self._solids, self._sanity = Solids(simulator), SanityCheck(simulator)
         self._solids.remember(self._things)
         self._faults: list[tuple[str, str]] = []
 
-    def do(self, count: int) -> list[tuple[str, str]]:
+    def run(self, count: int) -> list[tuple[str, str]]:
         """Does so many interactions. Returns what did not hold."""
         for _ in range(count):
-            thing = self._interesting()
+            thing = self._choose_thing()
             if self._stand_before(thing):
                 self._interact(thing, self._intent(thing))
         return self._faults
 
-    def _interesting(self) -> Thing:
+    def _choose_thing(self) -> Thing:
         present = [thing for thing in self._things.values() if thing.is_present and not thing.is_held]
         if self._held() is not None and self._rng.random() < 0.8:
             present = [thing for thing in present if thing.is_receptacle] or present
@@ -134,7 +134,7 @@ class RandomInteractions:
 
     def _stand_before(self, thing: Thing) -> bool:
         """Stands the agent within reach of a thing, facing it. Returns whether a pixel of it can be clicked on."""
-        for _ in range(STANDS_TRIED):
+        for _ in range(POSES_TRIED):
             bearing, away_m = self._rng.uniform(0.0, 360.0), self._rng.uniform(0.3, 1.6)
             x, z = rotate_floor(0.0, away_m + min(thing.asset.size.x, thing.asset.size.z) / 2, bearing)
             place = Vec3(thing.position.x + x, 0.0, thing.position.z + z)
@@ -144,11 +144,11 @@ class RandomInteractions:
             pose = Pose(
                 position=place, rotation=yaw_towards(place, thing.position), horizon=max(-30.0, min(60.0, down))
             )
-            _stand(self._simulator, pose)
+            _set_pose(self._simulator, pose)
             if len(self._simulator.pixels_of(thing.id)):
                 return True
         self._counts["things that could not be clicked on"] += 1
-        if is_shut_in(self._simulator.scene(), thing):
+        if is_inside_closed(self._simulator.scene(), thing):
             self._counts["shut in, and out of reach of clicks"] += 1
         return False
 
@@ -159,12 +159,12 @@ class RandomInteractions:
         x, y = pixels[self._rng.randrange(len(pixels))]
         self._click(thing, InteractPixel(intent=intent, x=int(x), y=int(y)))
         if intent == "place" and thing.is_receptacle and self._rng.random() < 0.3:
-            self._again(thing, InteractPixel(intent="place", x=int(x), y=int(y)))
+            self._place_again(thing, InteractPixel(intent="place", x=int(x), y=int(y)))
 
     def _is_hidden(self, thing: Thing) -> bool:
         """Whether a thing is shut in by what is closed to the last; through a gap it may be seen."""
         scene = self._simulator.scene()
-        return is_shut_in(scene, thing) and all(each.openness == 0.0 for each in ancestors(scene, thing))
+        return is_inside_closed(scene, thing) and all(each.openness == 0.0 for each in ancestors(scene, thing))
 
     def _click(self, thing: Thing, action: InteractPixel) -> Effect:
         """Carries out an interaction and looks at all that must hold of it."""
@@ -172,22 +172,22 @@ class RandomInteractions:
         before, places = snapshot(self._simulator), self._relative_places()
         effect = self._simulator.step(action)
         after = snapshot(self._simulator)
-        what = f"interaction {len(self.story.interactions)}, {action.intent} {thing.id} at {agent.position}: {effect!r}"
+        what = f"interaction {len(self.log.interactions)}, {action.intent} {thing.id} at {agent.position}: {effect!r}"
         names = changed(before, after) - {"agent"}
-        self.story.interactions.append(Interaction(agent, action))
-        self.story.moments.append(after)
+        self.log.interactions.append(Interaction(agent, action))
+        self.log.moments.append(after)
         self._counts["interactions"] += 1
         self._counts[f"{action.intent}: {effect.refusal or 'done'}"] += 1
-        faults = self._sanity.faults(0.0, names) + self._relations(places)
+        faults = self._sanity.faults(0.0, names) + self._shifted_contents(places)
         if effect.refusal is not None and before != after:
             faults.append(("what was refused changed something", difference(before, after)))
         if effect.refusal is None and set(effect.changed) != names:
             faults.append(("changed is not what is said", f"{sorted(set(effect.changed) ^ names)}"))
-        faults += self._of_solids(action.intent, names)
+        faults += self._solid_faults(action.intent, names)
         self._faults += [(kind, f"{detail}; {what}") for kind, detail in faults]
         return effect
 
-    def _of_solids(self, intent: Intent, names: set[str]) -> list[tuple[str, str]]:
+    def _solid_faults(self, intent: Intent, names: set[str]) -> list[tuple[str, str]]:
         if not names or intent not in ("place", "drop", "open_access", "close_access"):
             return []
         is_leaf = intent in ("open_access", "close_access")
@@ -210,7 +210,7 @@ class RandomInteractions:
                     found[child.id] = carrier.id, inverse(np.array(child.position)[None])[0]
         return found
 
-    def _relations(self, before: dict[str, tuple[str, np.ndarray]]) -> list[tuple[str, str]]:
+    def _shifted_contents(self, before: dict[str, tuple[str, np.ndarray]]) -> list[tuple[str, str]]:
         """Returns which things are on the same thing as before, but elsewhere on it."""
         faults: list[tuple[str, str]] = []
         for name, (carrier, place) in self._relative_places().items():
@@ -219,12 +219,12 @@ class RandomInteractions:
                 faults.append(("shifted on what carries it", f"{name} on {carrier}: {old} became {place}"))
         return faults
 
-    def _again(self, receptacle: Thing, action: InteractPixel) -> None:
+    def _place_again(self, receptacle: Thing, action: InteractPixel) -> None:
         """Picks up what was placed and places it at the same point, twice: the two places must be equal."""
         scene = self._simulator.scene()
-        placed = [t for t in children(scene, receptacle.id) if self.story.interactions and t.is_pickupable]
-        last = self.story.moments[-1]
-        earlier = self.story.moments[-2] if len(self.story.moments) > 1 else last
+        placed = [t for t in children(scene, receptacle.id) if self.log.interactions and t.is_pickupable]
+        last = self.log.moments[-1]
+        earlier = self.log.moments[-2] if len(self.log.moments) > 1 else last
         moved = [thing for thing in placed if last[thing.id] != earlier[thing.id]]
         if len(moved) != 1 or self._held() is not None:
             return
@@ -246,7 +246,7 @@ class RandomInteractions:
             self._faults.append(("placed again it lies elsewhere", f"{moved[0].id}: {found[0]} and {found[1]}"))
 
 
-def _begun(rng: random.Random, house: House, simulator: EmbeddedSimulator) -> InteractionLog:
+def _begin_log(rng: random.Random, house: House, simulator: EmbeddedSimulator) -> InteractionLog:
     """Returns a story that has begun: with a random setup, where that leaves the house's start free."""
     assert house.start is not None
     setup = random_setup(rng, list(simulator.scene().things.values()))
@@ -258,19 +258,19 @@ def _begun(rng: random.Random, house: House, simulator: EmbeddedSimulator) -> In
     return InteractionLog(house, setup, house.start)
 
 
-def _stand(simulator: EmbeddedSimulator, pose: Pose) -> None:
+def _set_pose(simulator: EmbeddedSimulator, pose: Pose) -> None:
     """Stands the agent somewhere, with what it holds."""
-    state = simulator._now().state
+    state = simulator._require_loaded().state
     state.agent = pose
-    state.carry_along()
+    state.move_held()
     simulator._flush()
 
 
-def replayed(story: InteractionLog, simulator: EmbeddedSimulator) -> list[tuple[str, str]]:
+def replay_faults(log: InteractionLog, simulator: EmbeddedSimulator) -> list[tuple[str, str]]:
     """Returns in what the same interactions come out otherwise in a simulator loaded afresh."""
-    simulator.reset(story.start, story.setup)
-    for number, (interaction, moment) in enumerate(zip(story.interactions, story.moments, strict=True)):
-        _stand(simulator, interaction.pose)
+    simulator.reset(log.start, log.setup)
+    for number, (interaction, moment) in enumerate(zip(log.interactions, log.moments, strict=True)):
+        _set_pose(simulator, interaction.pose)
         simulator.step(interaction.action)
         found = snapshot(simulator)
         if found != moment:

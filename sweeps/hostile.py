@@ -20,11 +20,11 @@ from functools import partial
 from pathlib import Path
 
 from sweeps.support import pieces
-from sweeps.support.confined import Outcome, confined
-from sweeps.support.hostile_cases import base, hostile_house, hostile_pack, house_file
+from sweeps.support.confined import CallOutcome, run_confined
+from sweeps.support.hostile_cases import base_pack, hostile_house, hostile_pack, house_file
 from sweeps.support.json_mutations import mutated
-from sweeps.support.pieces import Failure, Finding, Sweep
-from vigil.assets.sizes import AssetDatabase
+from sweeps.support.pieces import Failure, PieceResult, Sweep
+from vigil.assets.database import AssetDatabase
 from vigil.authoring.packing.recipes import PACKAGED, Recipe, check_assets, check_drafts, sources_of
 from vigil.base.geometry import Pose, Vec3
 from vigil.base.json_lines import dump_line
@@ -39,7 +39,7 @@ from vigil.protocol.house import House
 from vigil.protocol.profile import Profile
 from vigil.protocol.world import Setup
 from vigil.records.record import EpisodeRecord
-from vigil.scoring.outcomes import settle
+from vigil.scoring.outcomes import score
 from vigil.sim import make_simulator
 
 PER_PIECE = 25
@@ -68,24 +68,24 @@ def main() -> int:
     return pieces.run(Sweep("hostile", {"seed": options.seed}, work), options)
 
 
-def fuzz(seed: int, case: int | None, keep: Path | None, count: int, piece: int) -> Finding:
+def fuzz(seed: int, case: int | None, keep: Path | None, count: int, piece: int) -> PieceResult:
     """Returns what came of the cases of a piece, or of one of them."""
-    finding = Finding()
-    base(0)
+    result = PieceResult()
+    base_pack(0)
     for number in range(count) if case is None else (case,):
         rng = random.Random(f"{seed}/{piece}/{number}")
         with _folder(keep) as folder:
             (make,) = rng.choices((_pack_case, _house_case, _recipe_case), (5, 4, 1))
             what, call, places = make(rng, folder)
-            outcome = confined(call)
-        finding.counts["cases"] += 1
+            outcome = run_confined(call)
+        result.counts["cases"] += 1
         ending = outcome.text if outcome.text.startswith("exit ") else outcome.kind
-        finding.counts[f"{what.partition(':')[0]}: {ending}"] += 1
+        result.counts[f"{what.partition(':')[0]}: {ending}"] += 1
         fault = _fault(outcome, places)
         if fault is not None:
             detail = f"{what}: {outcome.text}"
-            finding.falls.append(Failure(fault, detail, f"--piece {piece} --case {number}"))
-    return finding
+            result.failures.append(Failure(fault, detail, f"--piece {piece} --case {number}"))
+    return result
 
 
 @contextlib.contextmanager
@@ -98,7 +98,7 @@ def _folder(keep: Path | None) -> Iterator[Path]:
         yield Path(folder)
 
 
-def _fault(outcome: Outcome, places: list[str]) -> str | None:
+def _fault(outcome: CallOutcome, places: list[str]) -> str | None:
     if outcome.kind == "done":
         return None
     if outcome.kind != "refused":
@@ -128,7 +128,7 @@ def _pack_case(rng: random.Random, folder: Path) -> Case:
 
 
 def _house_case(rng: random.Random, folder: Path) -> Case:
-    files = base(rng.randrange(8))
+    files = base_pack(rng.randrange(8))
     document, what = hostile_house(rng, json.loads(files[house_file(files)]))
     path = folder / "the_house.json"
     path.write_bytes(json.dumps(document).encode("utf-8", "surrogatepass"))
@@ -179,7 +179,7 @@ def _use_pack(folder: Path, is_drawn: bool) -> str:
         if dump_line(again) != line:
             raise AssertionError(f"the record of {episode.id} read again differs")
         if record.end != "error":
-            settle(episode, record)
+            score(episode, record)
     return f"{len(pack.episodes)} episodes, {len(solutions)} solutions"
 
 

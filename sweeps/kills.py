@@ -7,7 +7,8 @@
 One *life* is a folder that is worked on until it is whole. After each kill every line that was ever written whole must
 still be there, byte for byte; at the end nothing may be lost or doubled, the result must equal an undisturbed one, and
 no process may be left over. `--count` is the total of kills in the log, so that the same command continues. Most
-starts are forks of this process, which has imported everything; `--whole` is the share of starts by command line.
+starts are forks of this process, which has imported everything; `--command-share` is the share of starts by command
+line.
 """
 
 import argparse
@@ -22,8 +23,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from sweeps.support.kill_targets import KINDS, Target
-from sweeps.support.lives import ProcessGroup, leftovers, start
+from sweeps.support.kill_targets import KINDS, KillTarget
+from sweeps.support.process_groups import ProcessGroup, leftovers, start
 from vigil.base.json_lines import append_line, read_lines
 
 SHORTEST_S = 0.05
@@ -33,39 +34,39 @@ GROWTH = 1.05
 """By which the longest time until a kill grows with each kill of a life, so that each comes to an end."""
 
 
-def live(target: Target, rng: random.Random, whole_share: float) -> dict[str, Any]:
+def kill_until_done(target: KillTarget, rng: random.Random, command_share: float) -> dict[str, Any]:
     """Kills and starts a target until it is whole; returns what is logged."""
     began, kills, faults = time.monotonic(), 0, []
     longest_s = LONGEST_SHARE * target.typical_s
-    token = f"life-{os.getpid()}-{target.folder.name}-{time.monotonic_ns()}"
+    token = f"trial-{os.getpid()}-{target.folder.name}-{time.monotonic_ns()}"
     while True:
         delay_s = rng.uniform(SHORTEST_S, longest_s)
-        begun = start(target.whole() if rng.random() < whole_share else target.forked, token, target.folder)
-        code = _until(begun, target, delay_s)
+        process = start(target.command() if rng.random() < command_share else target.run_in_fork, token, target.folder)
+        code = _run_then_kill(process, target, delay_s)
         if code is None:
             kills, longest_s = kills + 1, longest_s * GROWTH
-            faults += [f"after kill {kills}: {fault}" for fault in target.check_kept()]
+            faults += [f"after kill {kills}: {fault}" for fault in target.check_final_lines()]
         elif code == target.final_code:
             if target.is_finished():
                 break
         elif code:
-            faults.append(f"after kill {kills}: the command ended with {code}: {begun.said()}")
+            faults.append(f"after kill {kills}: the command ended with {code}: {process.output_tail()}")
             break
         if faults:
             break
     faults += [f"process left over: {name}" for name in leftovers(token)]
-    faults += [] if faults else target.check_whole()
+    faults += [] if faults else target.check_finished()
     return {"kills": kills, "seconds": round(time.monotonic() - began, 1), "faults": faults}
 
 
-def _until(begun: ProcessGroup, target: Target, delay_s: float) -> int | None:
+def _run_then_kill(process: ProcessGroup, target: KillTarget, delay_s: float) -> int | None:
     """Lets a start work for a while, then kills it; returns its exit code when it ended before, None when killed."""
     target.drive(time.monotonic() + delay_s)
-    code = begun.wait(delay_s)
+    code = process.wait(delay_s)
     if code is not None:
         return code
-    begun.signal(signal.SIGTERM if target.is_over else signal.SIGKILL)
-    code = begun.wait(30.0)
+    process.signal(signal.SIGTERM if target.is_over else signal.SIGKILL)
+    code = process.wait(30.0)
     if target.is_over:
         return code
     return None
@@ -87,23 +88,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--log", type=Path, default=Path("kills.jsonl"), help="one line a life; continued (kills.jsonl)"
     )
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--whole", type=float, default=0.1, help="share of starts by command line (0.1)")
+    parser.add_argument("--command-share", type=float, default=0.1, help="share of starts by command line (0.1)")
     given = parser.parse_args(arguments)
-    lives = [life for life in read_log(given.log) if (life["what"], life["seed"]) == (given.what, given.seed)]
+    trials = [trial for trial in read_log(given.log) if (trial["what"], trial["seed"]) == (given.what, given.seed)]
     with tempfile.TemporaryDirectory() as place, KINDS[given.what](Path(place)) as kind:
-        while sum(life["kills"] for life in lives) < given.count:
-            case = len(lives)
+        while sum(trial["kills"] for trial in trials) < given.count:
+            case = len(trials)
             rng = random.Random(f"{given.seed} {given.what} {case}")
             target = kind.target(case)
-            life = {"what": given.what, "seed": given.seed, "case": case, "variant": target.variant}
-            life |= live(target, rng, given.whole)
-            lives.append(life)
-            append_line(given.log, json.dumps(life).encode() + b"\n")
-            print(json.dumps(life), flush=True)
+            trial = {"what": given.what, "seed": given.seed, "case": case, "variant": target.variant}
+            trial |= kill_until_done(target, rng, given.command_share)
+            trials.append(trial)
+            append_line(given.log, json.dumps(trial).encode() + b"\n")
+            print(json.dumps(trial), flush=True)
             target.clear()
-    kills, seconds = (sum(life[name] for life in lives) for name in ("kills", "seconds"))
-    fallen = [fault for life in lives for fault in life["faults"]]
-    print(f"{given.what}: {kills} kills in {len(lives)} lives, {seconds:.0f} s: {len(fallen)} faults")
+    kills, seconds = (sum(trial[name] for trial in trials) for name in ("kills", "seconds"))
+    fallen = [fault for trial in trials for fault in trial["faults"]]
+    print(f"{given.what}: {kills} kills in {len(trials)} lives, {seconds:.0f} s: {len(fallen)} faults")
     for fault in fallen:
         print(f"  {fault}")
     return 1 if fallen else 0

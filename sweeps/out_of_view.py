@@ -16,7 +16,7 @@ import numpy as np
 
 from sweeps.simulators import loaded
 from sweeps.support import pieces
-from sweeps.support.pieces import Failure, Finding, Sweep
+from sweeps.support.pieces import Failure, PieceResult, Sweep
 from vigil.base.geometry import Pose, Vec3, heading
 from vigil.packs.pack import PACKAGED
 from vigil.protocol.house import House
@@ -41,22 +41,22 @@ def main() -> int:
     return pieces.run(Sweep("out_of_view", {"seed": options.seed}, work), options)
 
 
-def switched(seed: int, piece: int) -> Finding:
+def switched(seed: int, piece: int) -> PieceResult:
     """Returns what came of a piece: some switches in one house, `SWITCHES` in `HOUSES` of them."""
     files = sorted(PACKAGED.glob("*/houses/*.json"))
     rng = random.Random(f"{seed}/{piece}")
     house = House.load(files[piece * len(files) // HOUSES % len(files)])
-    simulator, finding = loaded("mujoco", house), Finding()
+    simulator, result = loaded("mujoco", house), PieceResult()
     assert house.start is not None
     simulator.reset(house.start, Setup())
     places = simulator.reachable(house.start.position, GRID_M)
     things = [thing for thing in simulator.scene().things.values() if thing.is_toggleable and thing.is_present]
     for _ in range((piece + 1) * SWITCHES // HOUSES - piece * SWITCHES // HOUSES):
         thing = _out_of_view(rng, simulator, places, things)
-        _compare(simulator, thing, finding, piece)
-    finding.counts["houses"] += 1
+        _compare(simulator, thing, result, piece)
+    result.counts["houses"] += 1
     simulator.close()
-    return finding
+    return result
 
 
 def _out_of_view(rng: random.Random, simulator: EmbeddedSimulator, places: np.ndarray, things: list[Thing]) -> Thing:
@@ -73,28 +73,28 @@ def _out_of_view(rng: random.Random, simulator: EmbeddedSimulator, places: np.nd
 
 def _pixels(simulator: EmbeddedSimulator, thing: Thing, is_toggled: bool) -> int:
     """Returns how many pixels of a thing are seen while it is on or off."""
-    simulator.alter(Setup(objects={thing.id: ObjectSetup(is_toggled=is_toggled)}))
+    simulator.apply_changes(Setup(objects={thing.id: ObjectSetup(is_toggled=is_toggled)}))
     return simulator.world([thing.id]).objects[thing.id].visible_px
 
 
-def _compare(simulator: EmbeddedSimulator, thing: Thing, finding: Finding, piece: int) -> None:
+def _compare(simulator: EmbeddedSimulator, thing: Thing, result: PieceResult, piece: int) -> None:
     """Switches a thing and compares the frames."""
     where = f"{thing.id} from {simulator.world(()).agent}"
     before = simulator.frame().astype(int)
-    simulator.alter(Setup(objects={thing.id: ObjectSetup(is_toggled=not thing.is_toggled)}))
+    simulator.apply_changes(Setup(objects={thing.id: ObjectSetup(is_toggled=not thing.is_toggled)}))
     change = np.abs(simulator.frame() - before).max(axis=2)
-    finding.counts["switches"] += 1
+    result.counts["switches"] += 1
     if not change.any():
         return
     changed = np.argwhere(change)[:, ::-1]
     if _is_mirrored(simulator, thing, changed):
-        finding.counts["seen in a mirror"] += 1
+        result.counts["seen in a mirror"] += 1
         return
     is_plain = int((change > VISIBLE_LEVELS).sum()) > VISIBLE_PX
-    finding.counts["changed"] += 1
-    finding.counts["changed to be seen at a glance"] += is_plain
+    result.counts["changed"] += 1
+    result.counts["changed to be seen at a glance"] += is_plain
     detail = f"{where}: {len(changed)} pixels, by {change.max()} levels at most"
-    finding.falls.append(Failure(f"{thing.category} out of view changed pixels", detail, f"--piece {piece}"))
+    result.failures.append(Failure(f"{thing.category} out of view changed pixels", detail, f"--piece {piece}"))
 
 
 def _is_mirrored(simulator: EmbeddedSimulator, thing: Thing, pixels: np.ndarray) -> bool:

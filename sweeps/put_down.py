@@ -18,7 +18,7 @@ from functools import partial
 
 from sweeps import simulators
 from sweeps.support import pieces
-from sweeps.support.pieces import Failure, Finding
+from sweeps.support.pieces import Failure, PieceResult
 from vigil.env import Env
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Action, Reply
@@ -26,12 +26,12 @@ from vigil.protocol.episode import Episode
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.profile import Profile
 from vigil.protocol.world import CLOSED_BELOW
-from vigil.scene.geometry import whole_box
-from vigil.scoring.outcomes import settle
+from vigil.scene.geometry import bounding_box
+from vigil.scoring.outcomes import score
 from vigil.sim.privileged import PrivilegedSimulator
 
 PACK = "vigil_balanced_1000"
-ON_IT, BESIDE = 14, 8
+CLICKS_ON_IT, CLICKS_BESIDE_IT = 14, 8
 """Clicks on the receptacle and beside it, from each view, besides its four outermost pixels."""
 BESIDE_PX = (12, 25)
 """How far beside it, across and up."""
@@ -45,7 +45,7 @@ VIEWS: dict[str, dict[str, object] | None] = {
     "a step back": {"skill_name": "navigate", "arguments": {"mode": "backward", "magnitude": 1}},
 }
 REPORT = {"skill_name": "report", "arguments": {"status": "success", "summary": ""}}
-Click = tuple[int, int]
+Pixel = tuple[int, int]
 
 
 def main() -> int:
@@ -59,28 +59,32 @@ def _episodes() -> list[Episode]:
     return [episode for episode in Pack.load(PACK).episodes if episode.goal.kind == "object_at_receptacle"]
 
 
-def try_everywhere(seed: int, backend: str, piece: int) -> Finding:
+def try_everywhere(seed: int, backend: str, piece: int) -> PieceResult:
     """Returns what came of the tries in one episode."""
     pack, episode = Pack.load(PACK), _episodes()[piece]
     simulator = simulators.loaded(backend, pack.house_of(episode))
-    tries = _Tries(Env(simulator, pack.house_of, Profile()), simulator, episode, random.Random(f"{seed}/{piece}"))
-    tries.play_until_put_down(pack.solutions[episode.id].actions)
-    for state in ("open", "shut") if simulator.scene().things[tries.receptacle].is_openable else ("",):
-        if state == "shut" and not tries.shut():
-            tries.finding.counts["could not be shut from there"] += 1
+    trial = _PutDownTrial(
+        Env(simulator, pack.house_of, Profile()), simulator, episode, random.Random(f"{seed}/{piece}")
+    )
+    trial.play_until_put_down(pack.solutions[episode.id].actions)
+    for state in ("open", "shut") if simulator.scene().things[trial.receptacle].is_openable else ("",):
+        if state == "shut" and not trial.close_receptacle():
+            trial.result.counts["could not be shut from there"] += 1
             continue
         for view in VIEWS:
-            tries.from_view(state, view)
-    tries.finding.falls = [Failure(fall.kind, fall.detail, f"--piece {piece}") for fall in tries.finding.falls]
+            trial.try_view(state, view)
+    trial.result.failures = [
+        Failure(failure.kind, failure.detail, f"--piece {piece}") for failure in trial.result.failures
+    ]
     simulator.close()
-    return tries.finding
+    return trial.result
 
 
-class _Tries:
+class _PutDownTrial:
     """An episode in which the hand holds the thing, and many ways to put it down."""
 
     def __init__(self, env: Env, simulator: PrivilegedSimulator, episode: Episode, rng: random.Random) -> None:
-        self.finding = Finding()
+        self.result = PieceResult()
         self.receptacle = str(getattr(episode.goal, "receptacle_id", ""))
         self._is_into = bool(getattr(episode.goal, "inside", False))
         self._env, self._simulator, self._episode, self._rng = env, simulator, episode, rng
@@ -91,52 +95,52 @@ class _Tries:
         self._env.reset(self._episode)
         for action in actions[: places[-1]]:
             arguments = action.model_dump(exclude={"skill_name", "raw_status"}, exclude_none=True)
-            self._say({"skill_name": action.skill_name, "arguments": arguments})
+            self._send({"skill_name": action.skill_name, "arguments": arguments})
 
-    def shut(self) -> bool:
+    def close_receptacle(self) -> bool:
         """Shuts the receptacle by a click; returns whether one did."""
         pixels = self._simulator.pixels_of(self.receptacle)
         for x, y in pixels[:: max(1, len(pixels) // SHUT_CLICKS)]:
             if self._env.end is None:
-                self._say(_interact("close_access", (int(x), int(y))))
+                self._send(_interact("close_access", (int(x), int(y))))
             if self._simulator.scene().things[self.receptacle].openness < CLOSED_BELOW:
                 return self._env.end is None
         return False
 
-    def from_view(self, state: str, view: str) -> None:
+    def try_view(self, state: str, view: str) -> None:
         """Tries clicks of all kinds from a view."""
-        with self._taken_back():
+        with self._restoring():
             turn = VIEWS[view]
             if turn is not None:
-                self._say(turn)
+                self._send(turn)
             if self._env.end is None:
                 for click in self._clicks():
-                    with self._taken_back():
+                    with self._restoring():
                         self._try(state, view, click)
 
-    def _clicks(self) -> list[Click]:
+    def _clicks(self) -> list[Pixel]:
         pixels = [(int(x), int(y)) for x, y in self._simulator.pixels_of(self.receptacle)]
         if not pixels:
             return []
-        chosen = [self._rng.choice(pixels) for _ in range(ON_IT)]
+        chosen = [self._rng.choice(pixels) for _ in range(CLICKS_ON_IT)]
         edges = [pick(pixels, key=lambda pixel: pixel[axis]) for axis in (0, 1) for pick in (min, max)]
-        return [*chosen, *edges, *(self._beside(click) for click in chosen[:BESIDE])]
+        return [*chosen, *edges, *(self._click_beside(click) for click in chosen[:CLICKS_BESIDE_IT])]
 
-    def _beside(self, click: Click) -> Click:
+    def _click_beside(self, click: Pixel) -> Pixel:
         across, up = BESIDE_PX
         x = click[0] + self._rng.randint(-across, across)
         y = click[1] - self._rng.randint(0, up)
         return min(max(x, 0), FRAME_WIDTH - 1), min(max(y, 0), FRAME_HEIGHT - 1)
 
-    def _try(self, state: str, view: str, click: Click) -> None:
-        self._say(_interact("place", click))
+    def _try(self, state: str, view: str, click: Pixel) -> None:
+        self._send(_interact("place", click))
         step = self._env._steps[-1]
-        self._say(REPORT)
-        outcome = settle(self._episode, self._env.record())
+        self._send(REPORT)
+        outcome = score(self._episode, self._env.record())
         refusal = step.effect.refusal if step.effect else "invalid"
-        self.finding.counts[f"{state} {'W' if outcome.W else refusal or 'elsewhere'}".strip()] += 1
+        self.result.counts[f"{state} {'W' if outcome.W else refusal or 'elsewhere'}".strip()] += 1
         if outcome.W:
-            self.finding.falls += [
+            self.result.failures += [
                 Failure(kind, f"{self._episode.id}, {view}, click at {click}", "") for kind in self._faults()
             ]
 
@@ -149,25 +153,25 @@ class _Tries:
             return
         if receptacle.is_openable and receptacle.openness < CLOSED_BELOW:
             yield "won into what is shut"
-        box, rim = whole_box(thing), whole_box(receptacle)
+        box, rim = bounding_box(thing), bounding_box(receptacle)
         if box.center.y - box.size.y / 2 > rim.center.y + rim.size.y / 2 - RIM_M:
             yield "won on the rim"
 
-    def _say(self, reply: dict[str, object]) -> None:
+    def _send(self, reply: dict[str, object]) -> None:
         if self._env.end is None:
             self._env.step(Reply(text=json.dumps(reply)))
 
     @contextmanager
-    def _taken_back(self) -> Iterator[None]:
+    def _restoring(self) -> Iterator[None]:
         """Leaves the episode and the world as they were."""
         env = self._env
         before = (list(env._steps), env._end, env._invalid, env._observation)
-        with self._simulator.rehearsal():
+        with self._simulator.rollback():
             yield
         env._steps, env._end, env._invalid, env._observation = before
 
 
-def _interact(intent: str, click: Click) -> dict[str, object]:
+def _interact(intent: str, click: Pixel) -> dict[str, object]:
     return {"skill_name": "interact_pixel", "arguments": {"intent": intent, "x": click[0], "y": click[1]}}
 
 

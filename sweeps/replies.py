@@ -3,7 +3,7 @@
     python -m sweeps.replies --count 10000
 
 Each run plays episodes against a loopback server that says replies of all forms (`tests/support/reply_forms.py`); each
-record must hold the very text that was sent, judged as `vigil.protocol.replies.parse` judges it. Ends with 1 when one
+record must hold the very text that was sent, judged as `vigil.protocol.replies.parse_text` judges it. Ends with 1 when one
 does not.
 """
 
@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
 from reply_forms import draw, mistakes
 from tiny_pack import loose_pack, tiny_episode, tiny_house
-from wire_server import CUT, STOP, Said, ScriptedModel, WireServer
+from wire_server import CUT, STOP, ModelMessage, ScriptedModel, WireServer
 
 from vigil.cli.progress import progress
 from vigil.records.record import EPISODES_FILE
@@ -59,13 +59,13 @@ def main() -> int:
 
 
 def _one_run(pack: Path, log_dir: Path, seed: str, is_streamed: bool, forms: Counter[str]) -> tuple[int, list[str]]:
-    def say(episode: int, step: int) -> Said:
+    def say(episode: int, step: int) -> ModelMessage:
         name, said = draw(Random(f"{seed} {episode} {step}"))
         forms[name] += 1
         return said
 
-    story = ScriptedModel(say)
-    with WireServer(story) as server, _quiet():
+    model = ScriptedModel(say)
+    with WireServer(model) as server, _quiet():
         run_pack(
             RunSettings(
                 pack=pack,
@@ -84,7 +84,7 @@ def _one_run(pack: Path, log_dir: Path, seed: str, is_streamed: bool, forms: Cou
     if len(records) != EPISODES_A_RUN:
         wrong.append(f"{len(records)} records of {EPISODES_A_RUN} episodes")
     for record in records:
-        sayings = story.said[int(record.episode_id[-3:])]
+        sayings = model.said[int(record.episode_id[-3:])]
         if len(sayings) != len(record.steps):
             wrong.append(f"{record.episode_id}: {len(record.steps)} steps of {len(sayings)} replies, {record.error}")
         for said, step in zip(sayings, record.steps, strict=False):

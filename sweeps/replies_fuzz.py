@@ -3,7 +3,7 @@
     python -m sweeps.replies_fuzz                            10^6 replies: 200 pieces of 5,000
     python -m sweeps.replies_fuzz --piece 3 --case 17        one reply again
 
-Of every reply: `parse` returns and never raises; text and bytes agree; what the strict policy accepts, the lenient one
+Of every reply: `parse_text` returns and never raises; text and bytes agree; what the strict policy accepts, the lenient one
 accepts as the same action, and the strict one says truly what the lenient one would do; numbers are finite and pixels
 in the frame; stored as JSON and read again the step is equal and its reply parses to the same; the time is bounded. Of
 replies whose make is known (reasoning at the head, text after the object, depth, size): accepted or refused as
@@ -17,8 +17,8 @@ from collections import Counter
 from functools import partial
 
 from sweeps.support import pieces
-from sweeps.support.pieces import Failure, Finding, Sweep
-from sweeps.support.reply_forms import Form, any_form
+from sweeps.support.pieces import Failure, PieceResult, Sweep
+from sweeps.support.reply_forms import ReplyForm, any_form
 from vigil.base.geometry import Pose, Vec3
 from vigil.base.json_lines import dump_line
 from vigil.protocol.actions import (
@@ -32,7 +32,7 @@ from vigil.protocol.actions import (
     ReplyPolicy,
 )
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.protocol.replies import parse, parse_reply
+from vigil.protocol.replies import parse_reply, parse_text
 from vigil.protocol.world import WorldState
 from vigil.records.record import StepRecord
 
@@ -52,19 +52,19 @@ def main() -> int:
     return pieces.run(Sweep("replies_fuzz", {"seed": options.seed}, work), options)
 
 
-def fuzz(seed: int, case: int | None, count: int, piece: int) -> Finding:
+def fuzz(seed: int, case: int | None, count: int, piece: int) -> PieceResult:
     """Returns what came of the replies of a piece, or of one of them."""
-    finding = Finding()
+    result = PieceResult()
     for number in range(count) if case is None else (case,):
         form = any_form(random.Random(f"{seed}/{piece}/{number}"))
         again = f"--piece {piece} --case {number}"
-        for kind, detail in faults_of(form, finding.counts):
-            finding.falls.append(Failure(kind, f"{detail}; reply {_shown(form.text)}", again))
-        finding.counts["replies"] += 1
-    return finding
+        for kind, detail in faults_of(form, result.counts):
+            result.failures.append(Failure(kind, f"{detail}; reply {_shown(form.text)}", again))
+        result.counts["replies"] += 1
+    return result
 
 
-def faults_of(form: Form, counts: Counter[str]) -> list[tuple[str, str]]:
+def faults_of(form: ReplyForm, counts: Counter[str]) -> list[tuple[str, str]]:
     """Returns what does not hold of a reply, as (kind, detail), and counts what it was."""
     try:
         return _faults(form, counts)
@@ -72,7 +72,7 @@ def faults_of(form: Form, counts: Counter[str]) -> list[tuple[str, str]]:
         return [("an exception", f"{type(error).__name__}: {error}")]
 
 
-def _faults(form: Form, counts: Counter[str]) -> list[tuple[str, str]]:
+def _faults(form: ReplyForm, counts: Counter[str]) -> list[tuple[str, str]]:
     strict, seconds = _timed(form.text, "pixel", "strict")
     lenient, more = _timed(form.text, "pixel", "lenient")
     counts[_name(strict)] += 1
@@ -85,14 +85,14 @@ def _faults(form: Form, counts: Counter[str]) -> list[tuple[str, str]]:
     return faults
 
 
-def _expected(form: Form, found: Parsed) -> list[tuple[str, str]]:
+def _expected(form: ReplyForm, found: Parsed) -> list[tuple[str, str]]:
     if form.is_refused and not (isinstance(found, InvalidAction) and found.kind == "protocol_failure"):
         return [("accepted against the protocol", _name(found))]
     if form.same_as is None:
         return []
     if form.is_action and isinstance(found, InvalidAction):
         return [("refused against the protocol", f"{found.reason} {found.detail}")]
-    if found != parse(form.same_as):
+    if found != parse_text(form.same_as):
         return [("not the same as its object alone", _name(found))]
     return []
 
@@ -111,13 +111,13 @@ def _bytes_agree(text: str | bytes, found: Parsed) -> list[tuple[str, str]]:
     except UnicodeError:
         is_refused = isinstance(found, InvalidAction) and found.reason == "not_utf8"
         return [] if is_refused else [("not UTF-8, and not refused for it", _name(found))]
-    return [] if parse(other) == found else [("text and bytes differ", _name(found))]
+    return [] if parse_text(other) == found else [("text and bytes differ", _name(found))]
 
 
 def _stored(text: str | bytes, coordinates: Coordinates) -> list[tuple[str, str]]:
     reply = Reply.model_validate({"text": text})
     found = parse_reply(reply, coordinates, "strict")
-    faults = [] if isinstance(found, InvalidAction) else _insane(found)
+    faults = [] if isinstance(found, InvalidAction) else _out_of_range(found)
     step = StepRecord(
         index=1,
         reply=reply,
@@ -135,7 +135,7 @@ def _stored(text: str | bytes, coordinates: Coordinates) -> list[tuple[str, str]
     return faults
 
 
-def _insane(found: ParsedReply) -> list[tuple[str, str]]:
+def _out_of_range(found: ParsedReply) -> list[tuple[str, str]]:
     action = found.action
     if isinstance(action, Navigate | Look) and not 0.0 < action.magnitude < float("inf"):
         return [("a magnitude that is none", repr(action.magnitude))]
@@ -151,7 +151,7 @@ def _timed(text: str | bytes, coordinates: Coordinates, policy: ReplyPolicy) -> 
     seconds: list[float] = []
     while True:
         began = time.process_time()
-        found = parse(text, coordinates, policy)
+        found = parse_text(text, coordinates, policy)
         seconds.append(time.process_time() - began)
         if seconds[-1] < SECONDS or len(seconds) == 3:
             return found, min(seconds)

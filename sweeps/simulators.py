@@ -4,7 +4,7 @@ import argparse
 
 from sweeps.support import pieces
 from sweeps.support.pieces import Sweep, Work
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.protocol.house import House
 from vigil.sim import make_simulator
 from vigil.sim.core.embedded import EmbeddedSimulator

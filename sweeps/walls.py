@@ -21,7 +21,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from sweeps.simulators import embedded
-from sweeps.support.wall_geometry import Shell, floors_of, home_of, vertices_of
+from sweeps.support.wall_geometry import WallShell, containing_floor, floors_of, vertices_of
 from vigil.base.geometry import Pose, Vec3
 from vigil.base.json_lines import append_line, read_lines
 from vigil.cli.progress import progress
@@ -32,12 +32,12 @@ from vigil.protocol.house import House
 from vigil.scene.supports import contents, level_surfaces
 from vigil.scene.things import Thing
 from vigil.sim.core.embedded import EmbeddedSimulator
-from vigil.sim.core.opening import set_openness, swing_blocker
+from vigil.sim.core.opening import opening_blocker, set_openness
 from vigil.sim.core.placing import put_down, spot_below, spot_on
 from vigil.sim.core.state import SceneState
 
 SPECS = ("kitchen", "bedroom", "2-room", "bathroom", "3-room", "living-room", "4-room", "kitchen-living", "6-room")
-LEAF_M, LAID_M, LEAK_M = 0.001, 1e-6, 0.02
+LEAF_M, PUT_DOWN_M, LEAK_M = 0.001, 1e-6, 0.02
 """How far a leaf, and what is put down, may be beyond a wall; how much deeper than a wall a ray may end."""
 OPENNESSES = np.linspace(0.0, 1.0, 17)
 PLACEMENTS, DROPS, EYES = 20, 20, 4
@@ -45,26 +45,26 @@ JITTER_M = (0.0, 1e-4, -1e-4, 1e-3, -1e-3)
 
 
 @dataclass
-class Finding:
+class HouseResult:
     """What one house came to."""
 
     counts: Counter[str] = field(default_factory=Counter)
-    falls: list[str] = field(default_factory=list)
+    failures: list[str] = field(default_factory=list)
 
 
-class Walls:
+class WallSweep:
     """One loaded house."""
 
     def __init__(self, simulator: EmbeddedSimulator, house: House) -> None:
         simulator.load(house)
         self.simulator = simulator
-        self.state: SceneState = simulator._now().state
+        self.state: SceneState = simulator._require_loaded().state
         self.floors = floors_of(self.state.scene)
-        self.shell = Shell(self.state.scene)
+        self.shell = WallShell(self.state.scene)
         self.random = np.random.default_rng(zlib.crc32(house.name.encode()))
-        self.finding = Finding()
+        self.result = HouseResult()
 
-    def sweep(self) -> Finding:
+    def sweep(self) -> HouseResult:
         """Tries everything and returns what came of it."""
         self.leaves()
         for _ in range(PLACEMENTS):
@@ -73,7 +73,7 @@ class Walls:
         for _ in range(DROPS if len(spots) else 0):
             self.drop(spots[self.random.integers(len(spots))])
         self.rays()
-        return self.finding
+        return self.result
 
     def leaves(self) -> None:
         """Opens and closes all that opens, from as the house has it."""
@@ -82,10 +82,10 @@ class Walls:
                 continue
             self._check_leaf(thing, [thing.openness], "stands")
             self._count("leaves")
-            with self.simulator.rehearsal():
+            with self.simulator.rollback():
                 set_openness(self.state, thing, 0.0)
                 for target in (1.0, 0.0):
-                    if swing_blocker(self.state, thing, target) is not None:
+                    if opening_blocker(self.state, thing, target) is not None:
                         self._count("swings refused")
                         break
                     self._count("swings")
@@ -93,21 +93,25 @@ class Walls:
                     self._check_leaf(thing, [float(each) for each in OPENNESSES], "swings")
 
     def _check_leaf(self, thing: Thing, openness: list[float], what: str) -> None:
-        home = home_of(thing, self.floors)
-        allowed = self._beyond(thing, home, vertices_of(thing, 0.0, moving=True)) + LEAF_M
+        own_floor = containing_floor(thing, self.floors)
+        allowed = self._beyond(thing, own_floor, vertices_of(thing, 0.0, moving=True)) + LEAF_M
         for each in openness:
-            deep = self._beyond(thing, home, vertices_of(thing, each, moving=True))
+            deep = self._beyond(thing, own_floor, vertices_of(thing, each, moving=True))
             if deep > allowed:
-                self._fall(f"{thing.id} {what} {deep:.4f} m beyond a wall at openness {each:.3f}")
+                self._record_failure(f"{thing.id} {what} {deep:.4f} m beyond a wall at openness {each:.3f}")
                 return
 
-    def _beyond(self, thing: Thing, home: BaseGeometry, vertices: np.ndarray) -> float:
+    def _beyond(self, thing: Thing, own_floor: BaseGeometry, vertices: np.ndarray) -> float:
         """Returns how far (m) vertices reach out of a room through a wall; not through a doorway."""
-        out = np.asarray(shapely.distance(home, shapely.points(vertices[:, 0], vertices[:, 2])))
+        out = np.asarray(shapely.distance(own_floor, shapely.points(vertices[:, 0], vertices[:, 2])))
         if not len(out) or out.max() <= 0.0:
             return 0.0
-        inner = home.representative_point() if thing.is_structure else shapely.Point(thing.position.x, thing.position.z)
-        if not thing.is_structure and home.covers(inner):
+        inner = (
+            own_floor.representative_point()
+            if thing.is_structure
+            else shapely.Point(thing.position.x, thing.position.z)
+        )
+        if not thing.is_structure and own_floor.covers(inner):
             from_middle = np.tile([thing.position.x, 0.0, thing.position.z], (len(vertices), 1))
             from_middle[:, 1] = vertices[:, 1]
             is_through = np.isfinite(self.shell.crossings(from_middle, vertices, windows_are_holes=False))
@@ -128,19 +132,19 @@ class Walls:
         surface, frame = surfaces[self.random.integers(len(surfaces))]
         shares = self.random.uniform(-0.5, 0.5, (8, 2)) * [surface.size_x, surface.size_z]
         points = frame(np.insert(shares, 1, 0.0, axis=1))
-        home = home_of(receptacle, self.floors)
-        inside = points[shapely.contains_xy(home, points[:, 0], points[:, 2])]
+        own_floor = containing_floor(receptacle, self.floors)
+        inside = points[shapely.contains_xy(own_floor, points[:, 0], points[:, 2])]
         if not len(inside):
             return
-        edges = shapely.distance(home.boundary, shapely.points(inside[:, 0], inside[:, 2]))
+        edges = shapely.distance(own_floor.boundary, shapely.points(inside[:, 0], inside[:, 2]))
         clicked = Vec3(*map(float, inside[int(np.argmin(edges))]))
-        with self.simulator.rehearsal():
+        with self.simulator.rollback():
             self.state.take(thing)
             self._count("placements tried")
             spot = spot_on(self.state, thing, receptacle, clicked)
             if spot is not None:
                 put_down(self.state, spot)
-                self._check_laid(thing, clicked, f"put on {receptacle.id}")
+                self._check_put_down(thing, clicked, f"put on {receptacle.id}")
                 self._count("placements")
 
     def drop(self, place: np.ndarray) -> None:
@@ -149,7 +153,7 @@ class Walls:
         if not small:
             return
         thing = small[self.random.integers(len(small))]
-        with self.simulator.rehearsal():
+        with self.simulator.rollback():
             stand = Vec3(float(place[0]), 0.0, float(place[1]))
             self.state.agent = Pose(position=stand, rotation=float(self.random.uniform(-180, 180)))
             self.state.take(thing)
@@ -157,10 +161,10 @@ class Walls:
             spot = spot_below(self.state, thing)
             if spot is not None:
                 put_down(self.state, spot)
-                self._check_laid(thing, stand, "dropped")
+                self._check_put_down(thing, stand, "dropped")
                 self._count("drops")
 
-    def _check_laid(self, thing: Thing, hand: Vec3, what: str) -> None:
+    def _check_put_down(self, thing: Thing, hand: Vec3, what: str) -> None:
         """Checks that the way from the hand to the thing's middle, and from there to all of it, passes no wall.
 
         Of two ways, since a thing that went through an open doorway may lie beside it, out of the hand's sight.
@@ -174,8 +178,8 @@ class Walls:
         if through.any():
             lengths = np.linalg.norm(ends - starts, axis=1)
             deep = float(((1.0 - shares[through]) * lengths[through]).max())
-            if deep > LAID_M:
-                self._fall(f"{thing.id} {what} is {deep:.5f} m beyond a wall")
+            if deep > PUT_DOWN_M:
+                self._record_failure(f"{thing.id} {what} is {deep:.5f} m beyond a wall")
 
     def _spots_by_walls(self) -> np.ndarray:
         lines = shapely.unary_union([floor.boundary for floor in self.floors.values()])
@@ -217,17 +221,17 @@ class Walls:
             if thing is None:
                 self._count("rays past a wall that meet no thing")
             elif not thing.is_structure:
-                self._fall(
+                self._record_failure(
                     f"a ray from ({eye.x:.4f}, {eye.y:.4f}, {eye.z:.4f}) along {directions[index].tolist()} meets "
                     f"{thing.id} at {hits.distances[index]:.3f} m, a wall is at {shares[index] * far:.3f} m"
                 )
 
     def _count(self, what: str, number: int = 1) -> None:
-        self.finding.counts[what] += number
+        self.result.counts[what] += number
 
-    def _fall(self, text: str) -> None:
+    def _record_failure(self, text: str) -> None:
         self._count(f"FALLS: {text.split()[0] if text.startswith('a ray') else text.split()[1]}")
-        self.finding.falls.append(text)
+        self.result.failures.append(text)
 
 
 def houses(packs: str, seeds: str) -> Iterator[tuple[str, Path | tuple[int, str]]]:
@@ -259,36 +263,36 @@ def main() -> int:
     missing = [(name, source) for name, source in wanted if name not in done]
     with progress("houses", may_fork=True) as show:
         for number, (name, source) in enumerate(missing, start=1):
-            done[name] = row = _swept(simulator, name, source)
+            done[name] = row = _sweep_house(simulator, name, source)
             append_line(options.log, json.dumps(row).encode() + b"\n")
-            for fall in row["falls"][:5]:
-                print(f"{name}: {fall}", flush=True)
+            for failure in row["falls"][:5]:
+                print(f"{name}: {failure}", flush=True)
             show(number, len(missing))
-    return _told([done[name] for name, _ in wanted])
+    return _summarize([done[name] for name, _ in wanted])
 
 
-def _swept(simulator: EmbeddedSimulator, name: str, source: Path | tuple[int, str]) -> dict[str, Any]:
+def _sweep_house(simulator: EmbeddedSimulator, name: str, source: Path | tuple[int, str]) -> dict[str, Any]:
     began = time.process_time()
     try:
         house = House.load(source) if isinstance(source, Path) else generate(source[0], spec_for(source[1]))
-        finding = Walls(simulator, house).sweep()
+        result = WallSweep(simulator, house).sweep()
     except VigilError as error:
-        finding = Finding(Counter({"houses that do not load": 1}), [str(error)])
+        result = HouseResult(Counter({"houses that do not load": 1}), [str(error)])
     seconds = round(time.process_time() - began, 2)
-    return {"piece": name, "seconds": seconds, "counts": finding.counts, "falls": finding.falls}
+    return {"piece": name, "seconds": seconds, "counts": result.counts, "falls": result.failures}
 
 
-def _told(rows: list[dict]) -> int:
+def _summarize(rows: list[dict]) -> int:
     total: Counter[str] = Counter()
     for row in rows:
         total.update(row["counts"])
-    falls = sum(len(row["falls"]) for row in rows)
+    failures = sum(len(row["falls"]) for row in rows)
     seconds = sum(row["seconds"] for row in rows)
     print(f"{len(rows)} houses, {seconds / max(len(rows), 1):.2f} s of processor time each")
     for name, count in sorted(total.items()):
         print(f"  {name}: {count}")
-    print(f"  falls: {falls}")
-    return int(falls > 0)
+    print(f"  falls: {failures}")
+    return int(failures > 0)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 from forked_workers import PoolContext, fork
 from hypothesis import HealthCheck, settings
-from order import long_first
+from module_order import long_first
 from thor_files import write_thor_files
 from waiting import HANGS_AFTER_S
 
@@ -25,7 +25,7 @@ settings.register_profile("vigil", deadline=None, derandomize=True, suppress_hea
 settings.load_profile("vigil")
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-REAL_LAUNCH, REAL_CONTEXT = process.launch, processes.context
+REAL_LAUNCH, REAL_CONTEXT = process.launch, processes.spawn_context
 REAL_HOUSES = os.environ.get("VIGIL_PROCTHOR")
 """A folder with ProcTHOR's real houses and AI2-THOR's databases; without it the tests take made-up ones."""
 
@@ -71,7 +71,7 @@ def forked_workers() -> Iterator[None]:
     """Forks workers from a process that has imported all they need."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(process, "launch", fork)
-        patch.setattr(processes, "context", PoolContext)
+        patch.setattr(processes, "spawn_context", PoolContext)
         yield
 
 
@@ -79,7 +79,7 @@ def forked_workers() -> Iterator[None]:
 def real_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     """Starts workers as users' are."""
     monkeypatch.setattr(process, "launch", REAL_LAUNCH)
-    monkeypatch.setattr(processes, "context", REAL_CONTEXT)
+    monkeypatch.setattr(processes, "spawn_context", REAL_CONTEXT)
 
 
 @pytest.fixture

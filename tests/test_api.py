@@ -19,7 +19,7 @@ from vigil.web.library import Library
 NAMES = [
     *("Agent", "Env", "Episode", "EpisodeRecord", "Feedback", "House", "Observation", "Outcome", "Pack", "Profile"),
     *("Reply", "VigilError", "generate_house", "load_pack", "make_env", "play", "read_records", "reply", "save_run"),
-    *("settle", "summarise", "thor_engine"),
+    *("score", "summarise", "thor_engine"),
 ]
 """What users rely on: a name may come, none may go."""
 
@@ -69,7 +69,7 @@ def test_an_agent_of_ones_own_plays_and_is_judged() -> None:
         records = [vigil.play(episode, env, agent) for episode in episodes]
     assert agent.instruction == episodes[1].instruction
     assert agent.frames == [(480, 640, 3)] * 4
-    outcomes = [vigil.settle(episode, record) for episode, record in zip(episodes, records, strict=True)]
+    outcomes = [vigil.score(episode, record) for episode, record in zip(episodes, records, strict=True)]
     overall = vigil.summarise(episodes, records)["overall"]
     assert overall["W"] == sum(outcome.W for outcome in outcomes) / 2
 
@@ -86,7 +86,7 @@ def test_records_are_written_as_a_run_that_is_read_scored_and_verified(tmp_path:
         "looks_round",
         "fake",
     )
-    assert summarise(read.table.settlement()) == vigil.summarise(some, records)
+    assert summarise(read.table.scores()) == vigil.summarise(some, records)
     assert verify_run(run, VerifySettings()).is_verified
     (shown,) = Library([tmp_path]).runs()
     assert shown.fault == ""

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 from bare_house import bare_house
+from builders import episode, thing
 from hypothesis import given
 from hypothesis import strategies as st
-from stand_in import StandIn
-from stories import episode, thing
+from scripted_simulator import ScriptedSimulator
 
 from vigil.base.geometry import Pose, Vec3
 from vigil.base.versions import Versions
@@ -44,15 +44,15 @@ def ticking():
     return lambda: datetime(2026, 1, 1, tzinfo=UTC) + timedelta(seconds=next(seconds))
 
 
-def env_of(simulator: StandIn, profile: Profile | None = None) -> Env:
+def env_of(simulator: ScriptedSimulator, profile: Profile | None = None) -> Env:
     return Env(simulator, lambda _: bare_house(), profile or Profile(), ticking())
 
 
-def stand_in(**facts: Any) -> StandIn:
-    return StandIn({"target": thing(), "obstacle": thing(), "table": thing()}, **facts)
+def stand_in(**facts: Any) -> ScriptedSimulator:
+    return ScriptedSimulator({"target": thing(), "obstacle": thing(), "table": thing()}, **facts)
 
 
-class Broken(StandIn):
+class Broken(ScriptedSimulator):
     """A simulator whose numbers are none from the second look on."""
 
     looks = 0
@@ -64,7 +64,7 @@ class Broken(StandIn):
         return super().world(object_ids)
 
 
-class Picky(StandIn):
+class Picky(ScriptedSimulator):
     """A simulator that refuses the house `other`, which has become its scene by then."""
 
     def load(self, house):
@@ -82,7 +82,7 @@ def test_a_number_that_is_none_ends_the_episode_as_an_error():
 
 
 def test_a_record_says_under_which_versions_it_was_played():
-    assert play(env_of(stand_in()), episode(), [DONE]).versions == Versions.here() != Versions()
+    assert play(env_of(stand_in()), episode(), [DONE]).versions == Versions.current() != Versions()
 
 
 def test_the_setup_of_an_episode_is_set_up():

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from PIL import Image
-from published import SMALL, small_records, thousand, write_pack, write_run
+from published_runs import SMALL, make_episodes, small_records, write_pack, write_run
 
 import vigil
 
@@ -29,7 +29,7 @@ def started(script: str, *arguments: object, given: str = "") -> str:
 
 
 def test_a_table_of_ones_own_is_printed_and_reported(tmp_path: Path) -> None:
-    write_pack(tmp_path / "pack", thousand(SMALL))
+    write_pack(tmp_path / "pack", make_episodes(SMALL))
     run = write_run(tmp_path / "run", tmp_path / "pack", "vllm/model", small_records(), planned=sorted(small_records()))
     printed = started("custom_table.py", run, "--out", tmp_path / "report").splitlines()
     assert printed[0].split() == ["family", *sorted(vigil.load_pack("vigil_smoke").manifest.families)]

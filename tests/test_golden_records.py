@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from tiny_pack import FRIDGE, tiny_episode, tiny_house
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.json_lines import dump_line
 from vigil.env import Env
 from vigil.protocol.actions import Reply
@@ -22,7 +22,7 @@ from vigil.protocol.profile import Profile
 from vigil.records.record import SCHEMA_VERSION, EpisodeRecord
 from vigil.records.record_file import read_records
 from vigil.runner.workers.resimulation import ComparisonSettings, resimulate
-from vigil.scoring.outcomes import Outcome, settle
+from vigil.scoring.outcomes import Outcome, score
 from vigil.sim import make_simulator
 
 GOLDEN = Path(__file__).parent / "golden" / "records" / "episodes.jsonl"
@@ -103,7 +103,7 @@ def records() -> dict[str, EpisodeRecord]:
 
 
 def outcome_of(records: dict[str, EpisodeRecord], family: str) -> Outcome:
-    outcome = settle(episode_of(family), records[family])
+    outcome = score(episode_of(family), records[family])
     assert outcome is not None
     return outcome
 

@@ -17,7 +17,7 @@ import numpy as np
 from PIL import Image
 from pydantic import TypeAdapter
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose
 from vigil.errors import VigilError
 from vigil.protocol.house import House
@@ -25,8 +25,8 @@ from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.world import Setup
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.sim.showcase.exhibit import State, Subject
-from vigil.sim.showcase.portrait import taken
+from vigil.sim.showcase.object_renders import render_with_placement
+from vigil.sim.showcase.staged_scenes import SceneSubject, State
 
 FACTS = "facts.json"
 BACKEND = "mujoco"
@@ -47,7 +47,7 @@ class Portrait:
 
 
 @dataclass(frozen=True, slots=True)
-class Start:
+class StartView:
     """What an agent sees first in an episode."""
 
     house: str
@@ -57,11 +57,11 @@ class Start:
     kind: Literal["start"] = "start"
 
 
-Job = Portrait | Start
+Job = Portrait | StartView
 
 
 @dataclass(frozen=True, slots=True)
-class Fact:
+class FrameFacts:
     """What is true of a frame."""
 
     box_px: tuple[float, float, float, float] | None = None
@@ -74,14 +74,14 @@ class Fact:
     """What the house asks for that this tree shows by a stand-in."""
 
 
-def draw(jobs: Iterable[Job], folder: Path) -> list[Fact]:
+def draw(jobs: Iterable[Job], folder: Path) -> list[FrameFacts]:
     """Writes the frame of each job to `folder`. Returns what is true of them, faults included."""
     folder.mkdir(parents=True, exist_ok=True)
     numbered = list(enumerate(jobs))
-    facts: dict[int, Fact] = {}
+    facts: dict[int, FrameFacts] = {}
     pen = _Pen(make_simulator(BACKEND, assets=AssetDatabase.default()))
     try:
-        for number, job in sorted(numbered, key=lambda each: each[1].house if isinstance(each[1], Start) else ""):
+        for number, job in sorted(numbered, key=lambda each: each[1].house if isinstance(each[1], StartView) else ""):
             facts[number] = pen.drawn(job, frame_path(folder, number))
     finally:
         pen.simulator.close()
@@ -100,28 +100,32 @@ class _Pen:
     simulator: PrivilegedSimulator
     house: str | None = None
 
-    def drawn(self, job: Job, path: Path) -> Fact:
+    def drawn(self, job: Job, path: Path) -> FrameFacts:
         """Writes a job's frame, and returns what is true of it, or why there is none."""
         try:
             return _portrait(job, path) if isinstance(job, Portrait) else self._start(job, path)
         except (VigilError, ValueError, KeyError) as error:
             self.house = None
-            return Fact(fault=f"{type(error).__name__}: {error}")
+            return FrameFacts(fault=f"{type(error).__name__}: {error}")
 
-    def _start(self, job: Start, path: Path) -> Fact:
+    def _start(self, job: StartView, path: Path) -> FrameFacts:
         if job.house != self.house:
             self.simulator.load(House.load(Path(job.house)))
             self.house = job.house
         self.simulator.reset(Pose.model_validate(job.start), Setup.model_validate(job.setup))
         Image.fromarray(self.simulator.frame()).save(path)
-        return Fact(notes=[str(note) for note in self.simulator.scene().notes])
+        return FrameFacts(notes=[str(note) for note in self.simulator.scene().notes])
 
 
-def _portrait(job: Portrait, path: Path) -> Fact:
-    picture, view = taken(Subject(job.category, job.variant, job.state), job.seed, job.distance_m, "default")
+def _portrait(job: Portrait, path: Path) -> FrameFacts:
+    picture, view = render_with_placement(
+        SceneSubject(job.category, job.variant, job.state), job.seed, job.distance_m, "default"
+    )
     Image.fromarray(picture).save(path)
     left, top, right, bottom = np.clip(view.box_px, 0.0, np.tile(FRAME_PX, 2)).tolist()
-    return Fact(box_px=(left, top, right, bottom), span_px=round(view.span_px) if np.isfinite(view.span_px) else None)
+    return FrameFacts(
+        box_px=(left, top, right, bottom), span_px=round(view.span_px) if np.isfinite(view.span_px) else None
+    )
 
 
 def main() -> None:

@@ -5,40 +5,40 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
-Kind = Literal["near", "far", "state", "held", "starts", "pairs"]
-Drawn = Literal["before", "after"]
+RoundKind = Literal["near", "far", "state", "held", "starts", "pairs"]
+DrawnBy = Literal["before", "after"]
 """By which renderer: an older tree's, or this one's."""
-Said = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
+NonEmptyText = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 
 
-class _Answer(BaseModel):
+class _BaseAnswer(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
     n: int
 
 
-class Named(_Answer):
+class NamedAnswer(_BaseAnswer):
     """What a marked thing is, and in which state."""
 
-    answers: list[Said] = Field(min_length=1)
+    answers: list[NonEmptyText] = Field(min_length=1)
     """The best guess first."""
-    state: Said
+    state: NonEmptyText
 
 
-class HeldOrNot(_Answer):
+class HeldAnswer(_BaseAnswer):
     """Whether the viewer holds something."""
 
     held: bool
     what: str
 
 
-class Artefacts(_Answer):
+class ArtefactsAnswer(_BaseAnswer):
     """What is drawn wrongly."""
 
-    artefacts: list[Said]
+    artefacts: list[NonEmptyText]
 
 
-class Vote(_Answer):
+class VoteAnswer(_BaseAnswer):
     """Which of two pictures is the better one."""
 
     more_real: Literal["A", "B"]
@@ -46,17 +46,17 @@ class Vote(_Answer):
     why: str
 
 
-Answer = Named | HeldOrNot | Artefacts | Vote
+RoundAnswer = NamedAnswer | HeldAnswer | ArtefactsAnswer | VoteAnswer
 
 
 @dataclass(frozen=True, slots=True)
-class Form:
+class RoundLayout:
     """How a kind of round is laid out and answered."""
 
     cell_px: tuple[int, int]
     columns: int
     rows: int
-    answer: type[Answer]
+    answer: type[RoundAnswer]
     blank: dict[str, object]
     """An answer that nobody has given."""
     question: str
@@ -90,17 +90,17 @@ _VOTE = """Each sheet shows one place twice, drawn by two programs: A on the lef
 - why: a short reason. Decide each; there are no ties.
 """
 
-_NAMING = Form(CROP_CELL_PX, 3, 3, Named, {"answers": [], "state": ""}, _NAME)
-FORMS: dict[Kind, Form] = {
+_NAMING = RoundLayout(CROP_CELL_PX, 3, 3, NamedAnswer, {"answers": [], "state": ""}, _NAME)
+LAYOUTS: dict[RoundKind, RoundLayout] = {
     "near": _NAMING,
     "far": _NAMING,
     "state": _NAMING,
-    "held": Form(FRAME_CELL_PX, 2, 2, HeldOrNot, {"held": None, "what": ""}, _HELD),
-    "starts": Form(FRAME_CELL_PX, 2, 2, Artefacts, {"artefacts": None}, _ARTEFACTS),
-    "pairs": Form(FRAME_CELL_PX, 2, 1, Vote, {"more_real": "", "clearer": "", "why": ""}, _VOTE),
+    "held": RoundLayout(FRAME_CELL_PX, 2, 2, HeldAnswer, {"held": None, "what": ""}, _HELD),
+    "starts": RoundLayout(FRAME_CELL_PX, 2, 2, ArtefactsAnswer, {"artefacts": None}, _ARTEFACTS),
+    "pairs": RoundLayout(FRAME_CELL_PX, 2, 1, VoteAnswer, {"more_real": "", "clearer": "", "why": ""}, _VOTE),
 }
 
 
-def instructions(kind: Kind) -> str:
+def instructions(kind: RoundKind) -> str:
     """Returns what a reader of a round is told."""
-    return f"{_RULES}\n\n{FORMS[kind].question}"
+    return f"{_RULES}\n\n{LAYOUTS[kind].question}"

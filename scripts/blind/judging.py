@@ -13,7 +13,7 @@ from vigil.assets.catalog import CATALOG
 
 WORDS = Path(__file__).with_name("accepted_words.json")
 OPPOSITES = {"open": "closed", "closed": "open", "on": "off", "off": "on"}
-SAID = {"shut": "closed", "opened": "open"}
+STATE_SYNONYMS = {"shut": "closed", "opened": "open"}
 """Other words for a state."""
 
 
@@ -21,20 +21,23 @@ SAID = {"shut": "closed", "opened": "open"}
 def accepted() -> dict[str, frozenset[str]]:
     """Returns the names that are right for each category."""
     listed: dict[str, list[str]] = json.loads(WORDS.read_text(encoding="utf-8"))
-    return {name: frozenset({plain(row.spoken), *map(plain, listed.get(name, ()))}) for name, row in CATALOG.items()}
+    return {
+        name: frozenset({normalized(row.display_name), *map(normalized, listed.get(name, ()))})
+        for name, row in CATALOG.items()
+    }
 
 
-def plain(words: str) -> str:
+def normalized(words: str) -> str:
     """Returns words without an article, capitals, hyphens and space around."""
     return re.sub(r"^(a|an|the) ", "", " ".join(words.casefold().replace("-", " ").split()))
 
 
 def is_named(category: str, best: str) -> bool:
     """Whether a best guess names a category."""
-    return plain(best) in accepted()[category]
+    return normalized(best) in accepted()[category]
 
 
-def is_state_told(state: str, said: str) -> bool:
+def is_state_named(state: str, answer: str) -> bool:
     """Whether an answer names a state."""
-    words = {SAID.get(word, word) for word in re.findall(r"[a-z]+", said.casefold())}
+    words = {STATE_SYNONYMS.get(word, word) for word in re.findall(r"[a-z]+", answer.casefold())}
     return state in words and OPPOSITES.get(state) not in words

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from scripts.blind import lots
-from scripts.blind.drawing import BACKEND, Fact, Job, frame_path
-from scripts.blind.forms import Drawn, Kind
-from scripts.blind.lots import Candidate, Pick
-from scripts.blind.sheets import BlindRound, Shown, cropped
-from scripts.blind.trees import described, draw_with
-from vigil.assets.sizes import AssetDatabase
+from scripts.blind import sampling
+from scripts.blind.drawing import BACKEND, FrameFacts, Job, frame_path
+from scripts.blind.forms import DrawnBy, RoundKind
+from scripts.blind.sampling import EpisodeCandidate, PickMoment
+from scripts.blind.sheets import BlindRound, RoundItem, crop_around
+from scripts.blind.trees import commit_of, draw_with
+from vigil.assets.database import AssetDatabase
 from vigil.protocol.observation import Quality
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
@@ -25,43 +25,44 @@ LEFT_OUT_AT_MOST = 3
 
 
 @dataclass(frozen=True, slots=True)
-class Drawing:
+class DrawnFrame:
     """A frame, and what is true of it; no frame when there is a fault."""
 
     frame: Image.Image | None
-    fact: Fact
+    fact: FrameFacts
 
 
-def things(kind: Kind, seed: int, count: int, before: Path | None = None) -> BlindRound:
+def object_round(kind: RoundKind, seed: int, count: int, before: Path | None = None) -> BlindRound:
     """Returns a round `near`, `far` or `state`, drawn by the older tree at `before` where one is given."""
-    jobs = lots.portraits(kind, seed, count)
+    jobs = sampling.portraits(kind, seed, count)
     shown, left_out = [], []
     for job, drawing in zip(jobs, _drawings(before, jobs), strict=True):
         truth = {"category": job.category, "variant": job.variant, "state": job.state}
         if drawing.frame is None or drawing.fact.box_px is None:
             left_out.append({**truth, "why": drawing.fact.fault})
             continue
-        picture = cropped(drawing.frame, drawing.fact.box_px)
-        shown.append(Shown([picture], {**truth, "span_px": drawing.fact.span_px}))
+        picture = crop_around(drawing.frame, drawing.fact.box_px)
+        shown.append(RoundItem([picture], {**truth, "span_px": drawing.fact.span_px}))
     return BlindRound(kind, seed, shown, left_out, {"drawn": _name(before), **_older(before)})
 
 
-def held(seed: int, count: int, packs: Sequence[str]) -> BlindRound:
+def held_round(seed: int, count: int, packs: Sequence[str]) -> BlindRound:
     """Returns a round of frames before and after a pick; what is held is what the simulator says.
 
     Raises PackMismatch, and SystemExit when the packs have too few picks.
     """
-    left = iter(lots.picks(lots.candidates(packs), seed))
+    left = iter(sampling.picks(sampling.candidates(packs), seed))
     simulators: dict[Quality, PrivilegedSimulator] = {
-        quality: make_simulator(BACKEND, assets=AssetDatabase.default(), quality=quality) for quality in lots.QUALITIES
+        quality: make_simulator(BACKEND, assets=AssetDatabase.default(), quality=quality)
+        for quality in sampling.QUALITIES
     }
     shown, left_out = [], []
     try:
-        for is_held, quality in lots.held_cases(count, seed):
+        for is_held, quality in sampling.held_cases(count, seed):
             for pick in left:
                 frame = _moment(simulators[quality], pick, is_held)
                 if frame is not None:
-                    shown.append(Shown([frame], {**pick.candidate.truth, "quality": quality, "held": is_held}))
+                    shown.append(RoundItem([frame], {**pick.candidate.truth, "quality": quality, "held": is_held}))
                     break
                 left_out.append({**pick.candidate.truth, "why": "what is in the hand is not what the solution says"})
     finally:
@@ -71,7 +72,7 @@ def held(seed: int, count: int, packs: Sequence[str]) -> BlindRound:
     return BlindRound("held", seed, shown, left_out)
 
 
-def _moment(simulator: PrivilegedSimulator, pick: Pick, is_held: bool) -> Image.Image | None:
+def _moment(simulator: PrivilegedSimulator, pick: PickMoment, is_held: bool) -> Image.Image | None:
     """Returns what is seen before or after a pick; None when the hand is not as that would have it."""
     simulator.load(pick.candidate.house)
     simulator.reset(pick.candidate.episode.start, pick.candidate.episode.setup)
@@ -82,11 +83,11 @@ def _moment(simulator: PrivilegedSimulator, pick: Pick, is_held: bool) -> Image.
     return Image.fromarray(simulator.frame())
 
 
-def starts(seed: int, count: int, packs: Sequence[str], before: Path | None = None) -> BlindRound:
+def start_round(seed: int, count: int, packs: Sequence[str], before: Path | None = None) -> BlindRound:
     """Returns the start frames of episodes; with an older tree each drawn by both, all in random order."""
     found = _starts("starts", seed, count, packs, before)
     shown = [
-        Shown([frame], {**candidate.truth, "drawn": drawn})
+        RoundItem([frame], {**candidate.truth, "drawn": drawn})
         for candidate, frames in found.frames
         for drawn, frame in frames.items()
     ]
@@ -94,28 +95,28 @@ def starts(seed: int, count: int, packs: Sequence[str], before: Path | None = No
     return BlindRound("starts", seed, [shown[number] for number in order], found.left_out, _older(before))
 
 
-def pairs(seed: int, count: int, packs: Sequence[str], before: Path) -> BlindRound:
+def pair_round(seed: int, count: int, packs: Sequence[str], before: Path) -> BlindRound:
     """Returns start frames of episodes as an older tree and this one draw them, sides by lot."""
     found = _starts("pairs", seed, count, packs, before)
     shown = []
-    for is_older_left, (candidate, frames) in zip(lots.sides(count, seed), found.frames, strict=True):
-        order: tuple[Drawn, Drawn] = ("before", "after") if is_older_left else ("after", "before")
-        shown.append(Shown([frames[name] for name in order], {**candidate.truth, "left": order[0]}))
+    for is_older_left, (candidate, frames) in zip(sampling.sides(count, seed), found.frames, strict=True):
+        order: tuple[DrawnBy, DrawnBy] = ("before", "after") if is_older_left else ("after", "before")
+        shown.append(RoundItem([frames[name] for name in order], {**candidate.truth, "left": order[0]}))
     return BlindRound("pairs", seed, shown, found.left_out, _older(before))
 
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    frames: list[tuple[Candidate, dict[Drawn, Image.Image]]]
+    frames: list[tuple[EpisodeCandidate, dict[DrawnBy, Image.Image]]]
     left_out: list[dict[str, Any]]
 
 
-def _starts(kind: Kind, seed: int, count: int, packs: Sequence[str], before: Path | None) -> _Found:
+def _starts(kind: RoundKind, seed: int, count: int, packs: Sequence[str], before: Path | None) -> _Found:
     """Returns `count` starts in random order, each as every tree draws it.
 
     Those that the older tree cannot show, or only with stand-ins, are left out, and others drawn for them.
     """
-    left = lots.in_random_order(lots.candidates(packs), kind, seed)
+    left = sampling.in_random_order(sampling.candidates(packs), kind, seed)
     found = _Found([], [])
     while missing := count - len(found.frames):
         if len(found.left_out) > LEFT_OUT_AT_MOST * count:
@@ -129,14 +130,14 @@ def _starts(kind: Kind, seed: int, count: int, packs: Sequence[str], before: Pat
             if why is not None or now.frame is None:
                 found.left_out.append({**candidate.truth, "why": why})
                 continue
-            frames: dict[Drawn, Image.Image] = {"after": now.frame}
+            frames: dict[DrawnBy, Image.Image] = {"after": now.frame}
             if then is not None and then.frame is not None:
                 frames["before"] = then.frame
             found.frames.append((candidate, frames))
     return found
 
 
-def _fault(now: Drawing, then: Drawing | None) -> str | None:
+def _fault(now: DrawnFrame, then: DrawnFrame | None) -> str | None:
     """Returns why a start is not shown; None when it is."""
     if now.fact.fault or then is None:
         return now.fact.fault
@@ -144,25 +145,25 @@ def _fault(now: Drawing, then: Drawing | None) -> str | None:
     return then.fact.fault or "; ".join(stand_ins) or None
 
 
-def _drawings(tree: Path | None, jobs: Sequence[Job]) -> list[Drawing]:
+def _drawings(tree: Path | None, jobs: Sequence[Job]) -> list[DrawnFrame]:
     with tempfile.TemporaryDirectory() as folder:
         facts = draw_with(tree, jobs, Path(folder))
-        return [Drawing(_opened(Path(folder), number, fact), fact) for number, fact in enumerate(facts)]
+        return [DrawnFrame(_opened(Path(folder), number, fact), fact) for number, fact in enumerate(facts)]
 
 
-def _opened(folder: Path, number: int, fact: Fact) -> Image.Image | None:
+def _opened(folder: Path, number: int, fact: FrameFacts) -> Image.Image | None:
     if fact.fault:
         return None
     with Image.open(frame_path(folder, number)) as image:
         return image.convert("RGB")
 
 
-def _name(before: Path | None) -> Drawn:
+def _name(before: Path | None) -> DrawnBy:
     return "after" if before is None else "before"
 
 
 def _older(before: Path | None) -> dict[str, Any]:
-    return {} if before is None else {"before": described(before)}
+    return {} if before is None else {"before": commit_of(before)}
 
 
 def _require(found: int, count: int, what: str) -> None:

@@ -13,22 +13,31 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from scripts.blind.forms import FORMS, Answer, Artefacts, Drawn, HeldOrNot, Kind, Named, Vote
-from scripts.blind.judging import is_named, is_state_told
+from scripts.blind.forms import (
+    LAYOUTS,
+    ArtefactsAnswer,
+    DrawnBy,
+    HeldAnswer,
+    NamedAnswer,
+    RoundAnswer,
+    RoundKind,
+    VoteAnswer,
+)
+from scripts.blind.judging import is_named, is_state_named
 from scripts.blind.sheets import ANSWERS, SIDES, key_of, write_lines
 from vigil.scoring.rates import wilson
 
 FOLDER = Path(__file__).parents[2] / "docs" / "blind"
-DRAWN_BY: tuple[Drawn, ...] = ("before", "after")
-Row = dict[str, Any]
+RENDERERS: tuple[DrawnBy, ...] = ("before", "after")
+JsonRow = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
-class ReadRound:
+class AnsweredRound:
     """A round that was answered."""
 
-    kind: Kind
-    rows: list[Row]
+    kind: RoundKind
+    rows: list[JsonRow]
     """One for each picture, in the order of their numbers."""
 
 
@@ -38,7 +47,7 @@ def publish(folders: Sequence[Path], out: Path, number: int | None = None) -> st
     Raises SystemExit when an answer is missing or not understood, or a file of that number is there already.
     """
     rounds = [read(folder) for folder in folders]
-    files: dict[str, list[Row]] = defaultdict(list)
+    files: dict[str, list[JsonRow]] = defaultdict(list)
     number = number or _next_number(out)
     for one in rounds:
         for row in one.rows:
@@ -57,26 +66,26 @@ def _next_number(out: Path) -> int:
     return 1 + max((int(match[1]) for match in found if match), default=0)
 
 
-def _file_name(number: int, kind: Kind, row: Row) -> str:
+def _file_name(number: int, kind: RoundKind, row: JsonRow) -> str:
     name = {"starts": "artefacts", "pairs": "vote"}.get(kind, kind)
-    drawn = f"_{row['drawn']}" if FORMS[kind].answer is Named else ""
+    drawn = f"_{row['drawn']}" if LAYOUTS[kind].answer is NamedAnswer else ""
     return f"round_{number}_{name}{drawn}.jsonl"
 
 
-def read(folder: Path) -> ReadRound:
+def read(folder: Path) -> AnsweredRound:
     """Returns a round's pictures with their answers. Raises SystemExit when one has none, or one is not understood."""
     key = json.loads(key_of(folder).read_text(encoding="utf-8"))
-    answers = _answers(folder / ANSWERS, FORMS[key["kind"]].answer)
+    answers = _answers(folder / ANSWERS, LAYOUTS[key["kind"]].answer)
     numbers = {picture["n"] for picture in key["pictures"]}
     if numbers != set(answers):
         odd = sorted(numbers ^ set(answers))
         raise SystemExit(f"{folder / ANSWERS}: pictures {odd} are asked for or answered, not both.")
-    made_row = _ROWS[FORMS[key["kind"]].answer]
-    return ReadRound(key["kind"], [made_row(key, picture, answers[picture["n"]]) for picture in key["pictures"]])
+    made_row = _ROWS[LAYOUTS[key["kind"]].answer]
+    return AnsweredRound(key["kind"], [made_row(key, picture, answers[picture["n"]]) for picture in key["pictures"]])
 
 
-def _answers(path: Path, form: type[Answer]) -> dict[int, Answer]:
-    found: dict[int, Answer] = {}
+def _answers(path: Path, form: type[RoundAnswer]) -> dict[int, RoundAnswer]:
+    found: dict[int, RoundAnswer] = {}
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
         if not line.strip():
             continue
@@ -90,7 +99,7 @@ def _answers(path: Path, form: type[Answer]) -> dict[int, Answer]:
     return found
 
 
-def _named(key: Row, picture: Row, answer: Named) -> Row:
+def _named(key: JsonRow, picture: JsonRow, answer: NamedAnswer) -> JsonRow:
     state = picture["state"]
     return {
         "seed": key["seed"],
@@ -99,44 +108,44 @@ def _named(key: Row, picture: Row, answer: Named) -> Row:
         "answers": answer.answers,
         "state_answer": answer.state,
         "right": is_named(picture["category"], answer.answers[0]),
-        "state_right": None if state is None else is_state_told(state, answer.state),
+        "state_right": None if state is None else is_state_named(state, answer.state),
     }
 
 
-def _held(key: Row, picture: Row, answer: HeldOrNot) -> Row:
+def _held(key: JsonRow, picture: JsonRow, answer: HeldAnswer) -> JsonRow:
     facts = {name: picture[name] for name in ("episode", "quality", "held")}
     return {"seed": key["seed"], **facts, "answer": answer.held, "what": answer.what}
 
 
-def _artefacts(key: Row, picture: Row, answer: Artefacts) -> Row:
+def _artefacts(key: JsonRow, picture: JsonRow, answer: ArtefactsAnswer) -> JsonRow:
     facts = {name: picture[name] for name in ("episode", "drawn")}
     return {"seed": key["seed"], **facts, "artefacts": answer.artefacts}
 
 
-def _vote(key: Row, picture: Row, answer: Vote) -> Row:
+def _vote(key: JsonRow, picture: JsonRow, answer: VoteAnswer) -> JsonRow:
     left = picture["left"]
-    drawn = dict(zip(SIDES, (left, *(name for name in DRAWN_BY if name != left)), strict=True))
+    drawn = dict(zip(SIDES, (left, *(name for name in RENDERERS if name != left)), strict=True))
     facts = {"episode": picture["episode"], "left": left}
     chosen = {"more_real": drawn[answer.more_real], "clearer": drawn[answer.clearer]}
     return {"seed": key["seed"], **facts, **chosen, "why": answer.why}
 
 
-_ROWS: dict[type[Answer], Callable[[Row, Row, Any], Row]] = {
-    Named: _named,
-    HeldOrNot: _held,
-    Artefacts: _artefacts,
-    Vote: _vote,
+_ROWS: dict[type[RoundAnswer], Callable[[JsonRow, JsonRow, Any], JsonRow]] = {
+    NamedAnswer: _named,
+    HeldAnswer: _held,
+    ArtefactsAnswer: _artefacts,
+    VoteAnswer: _vote,
 }
 
 
-def report(number: int, rounds: Iterable[ReadRound]) -> str:
+def report(number: int, rounds: Iterable[AnsweredRound]) -> str:
     """Returns tables of the shares of rounds, and lists of what was not right, in Markdown."""
-    rows: dict[tuple[Kind, str], list[Row]] = defaultdict(list)
+    rows: dict[tuple[RoundKind, str], list[JsonRow]] = defaultdict(list)
     for one in rounds:
         for row in one.rows:
             rows[one.kind, row.get("drawn", "")].append(row)
     parts = []
-    named = {group: found for group, found in rows.items() if FORMS[group[0]].answer is Named}
+    named = {group: found for group, found in rows.items() if LAYOUTS[group[0]].answer is NamedAnswer}
     if named:
         lines = [_things(number, *group, found) for group, found in named.items()]
         parts.append("\n".join(["| round | shown | named right | states told right |", "|---|---|---|---|", *lines]))
@@ -153,13 +162,13 @@ def share(hits: int, n: int) -> str:
     return f"{hits} of {n} ({100 * hits / max(n, 1):.1f} % [{100 * low:.1f}, {100 * high:.1f}])"
 
 
-def _things(number: int, kind: Kind, drawn: str, rows: Sequence[Row]) -> str:
-    told = [row["state_right"] for row in rows if row["state_right"] is not None]
-    shares = share(sum(row["right"] for row in rows), len(rows)), share(sum(told), len(told))
+def _things(number: int, kind: RoundKind, drawn: str, rows: Sequence[JsonRow]) -> str:
+    state_results = [row["state_right"] for row in rows if row["state_right"] is not None]
+    shares = share(sum(row["right"] for row in rows), len(rows)), share(sum(state_results), len(state_results))
     return f"| {number}, {kind}, {drawn} | {len(rows)} pictures | {shares[0]} | {shares[1]} |"
 
 
-def _misses(kind: Kind, drawn: str, rows: Sequence[Row]) -> str:
+def _misses(kind: RoundKind, drawn: str, rows: Sequence[JsonRow]) -> str:
     """Returns a list of what was named or told wrong; empty when nothing was."""
     lines = []
     for row in rows:
@@ -171,7 +180,7 @@ def _misses(kind: Kind, drawn: str, rows: Sequence[Row]) -> str:
     return "\n".join(lines)
 
 
-def _shares(kind: Kind, drawn: str, rows: Sequence[Row]) -> list[str]:
+def _shares(kind: RoundKind, drawn: str, rows: Sequence[JsonRow]) -> list[str]:
     n = len(rows)
     if kind == "held":
         return [f"| held or not? | right in {share(sum(row['held'] == row['answer'] for row in rows), n)} |"]

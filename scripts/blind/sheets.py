@@ -15,19 +15,19 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from scripts.blind.forms import CROP_CELL_PX, FORMS, Form, Kind, instructions
-from vigil.sim.showcase.portrait import MARK_GAP_PX, marked
+from scripts.blind.forms import CROP_CELL_PX, LAYOUTS, RoundKind, RoundLayout, instructions
+from vigil.sim.showcase.object_renders import MARK_GAP_PX, marked
 
 LABEL_PX, FONT_PX, GAP_PX = 19, 16, 5
 """Height of the line with a picture's number, size of its letters, and the space between pictures; small, because some
 viewers shrink sheets of more than 1.18 million pixels."""
 ANSWERS = "answers.jsonl"
 SIDES = ("A", "B")
-Box = tuple[float, float, float, float]
+PixelBox = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class RoundItem:
     """One number of a round: its pictures, and what they show."""
 
     pictures: Sequence[Image.Image]
@@ -39,9 +39,9 @@ class Shown:
 class BlindRound:
     """All that a round shows, and how it came about."""
 
-    kind: Kind
+    kind: RoundKind
     seed: int
-    shown: Sequence[Shown]
+    shown: Sequence[RoundItem]
     left_out: list[dict[str, Any]] = field(default_factory=list)
     """What the lot fell on, and why it is not shown."""
     facts: dict[str, Any] = field(default_factory=dict)
@@ -53,7 +53,7 @@ def key_of(folder: Path) -> Path:
     return folder.with_name(f"{folder.name}.key.json")
 
 
-def refuse_written(folder: Path) -> None:
+def refuse_existing(folder: Path) -> None:
     """Raises SystemExit when there is a round at a folder already."""
     if key_of(folder).exists() or (folder.exists() and any(folder.iterdir())):
         raise SystemExit(f"There is something at {str(folder)!r} already; give another folder, or take that away.")
@@ -62,7 +62,7 @@ def refuse_written(folder: Path) -> None:
 def write(folder: Path, made: BlindRound) -> None:
     """Writes a round to a new folder, and its key beside that."""
     folder.mkdir(parents=True, exist_ok=True)
-    form = FORMS[made.kind]
+    form = LAYOUTS[made.kind]
     cells = [each for number, shown in enumerate(made.shown, start=1) for each in _cells(number, shown)]
     size = form.columns * form.rows
     for first in range(0, len(cells), size):
@@ -75,7 +75,7 @@ def write(folder: Path, made: BlindRound) -> None:
     key_of(folder).write_text(json.dumps(key, indent=1) + "\n", encoding="utf-8")
 
 
-def _cells(number: int, shown: Shown) -> list[tuple[str, Image.Image]]:
+def _cells(number: int, shown: RoundItem) -> list[tuple[str, Image.Image]]:
     """Returns the pictures of a number, with what is written above each."""
     if len(shown.pictures) == 1:
         return [(str(number), shown.pictures[0])]
@@ -87,7 +87,7 @@ def write_lines(path: Path, rows: Iterable[dict[str, Any]]) -> None:
     path.write_text("".join(json.dumps(row, ensure_ascii=False) + "\n" for row in rows), encoding="utf-8")
 
 
-def sheet(form: Form, cells: Sequence[tuple[str, Image.Image]]) -> Image.Image:
+def sheet(form: RoundLayout, cells: Sequence[tuple[str, Image.Image]]) -> Image.Image:
     """Returns labelled pictures side by side, as many rows as they need."""
     (width, height), rows = form.cell_px, -(-len(cells) // form.columns)
     step_x, step_y = width + GAP_PX, height + LABEL_PX + GAP_PX
@@ -100,7 +100,7 @@ def sheet(form: Form, cells: Sequence[tuple[str, Image.Image]]) -> Image.Image:
     return image
 
 
-def cropped(frame: Image.Image, box_px: Box) -> Image.Image:
+def crop_around(frame: Image.Image, box_px: PixelBox) -> Image.Image:
     """Returns 400 x 300 pixels around a thing's box, with corners about it; of large things the whole frame, shrunk."""
     left, top, right, bottom = box_px
     width, height = CROP_CELL_PX

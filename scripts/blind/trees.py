@@ -14,13 +14,13 @@ from pathlib import Path
 from pydantic import TypeAdapter
 
 from scripts.blind import drawing
-from scripts.blind.drawing import FACTS, Fact, Job
-from vigil.sim.showcase import portrait
+from scripts.blind.drawing import FACTS, FrameFacts, Job
+from vigil.sim.showcase import object_renders
 
 PORTRAIT = Path("vigil", "sim", "showcase", "portrait.py")
 
 
-def draw_with(tree: Path | None, jobs: Sequence[Job], folder: Path) -> list[Fact]:
+def draw_with(tree: Path | None, jobs: Sequence[Job], folder: Path) -> list[FrameFacts]:
     """Writes the frame of each job to `folder`, drawn by the source tree at `tree`, or by this one.
 
     Raises SystemExit when `tree` holds no source or cannot draw at all.
@@ -28,18 +28,18 @@ def draw_with(tree: Path | None, jobs: Sequence[Job], folder: Path) -> list[Fact
     if tree is None:
         return drawing.draw(jobs, folder)
     folder.mkdir(parents=True, exist_ok=True)
-    with _prepared(tree) as source:
+    with _prepared_source(tree) as source:
         asked = folder / "jobs.json"
         asked.write_text(json.dumps([asdict(job) for job in jobs]), encoding="utf-8")
         words = [sys.executable, drawing.__file__, str(asked), str(folder)]
         done = subprocess.run(words, env={**os.environ, "PYTHONPATH": str(source)}, capture_output=True, text=True)
     if done.returncode:
         raise SystemExit(f"The tree at {str(tree)!r} cannot draw:\n{done.stderr}")
-    return TypeAdapter(list[Fact]).validate_json((folder / FACTS).read_bytes())
+    return TypeAdapter(list[FrameFacts]).validate_json((folder / FACTS).read_bytes())
 
 
 @contextmanager
-def _prepared(tree: Path) -> Iterator[Path]:
+def _prepared_source(tree: Path) -> Iterator[Path]:
     """Gives a copy of a tree's source for a while, which takes portraits as this tree does: from the same poses."""
     source = tree / "src"
     if not (source / PORTRAIT).is_file():
@@ -49,11 +49,11 @@ def _prepared(tree: Path) -> Iterator[Path]:
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "src"
         shutil.copytree(source, copy, ignore=shutil.ignore_patterns("data", "__pycache__"))
-        shutil.copy(portrait.__file__, copy / PORTRAIT)
+        shutil.copy(object_renders.__file__, copy / PORTRAIT)
         yield copy
 
 
-def described(tree: Path) -> str:
+def commit_of(tree: Path) -> str:
     """Returns the commit of a source tree; its folder's name when it is none of git's."""
     words = ["git", "-C", str(tree), "rev-parse", "HEAD"]
     done = subprocess.run(words, capture_output=True, text=True)

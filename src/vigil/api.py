@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from vigil.agents.agent import Agent
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.env import Env
 from vigil.errors import RecordError, VigilError
 from vigil.housegen import generate, spec_for
@@ -30,11 +30,11 @@ from vigil.protocol.profile import Profile
 from vigil.records.record import EPISODES_FILE, EpisodeRecord
 from vigil.records.record_file import read_records
 from vigil.runner.run_folder import RunFolder
-from vigil.runner.settings import places_of, run_spec
+from vigil.runner.settings import input_paths, run_spec
 from vigil.runner.workers import play as playing
 from vigil.runner.workers.messages import SimulatorFacts
 from vigil.scoring import summary
-from vigil.scoring.outcomes import Outcome, settle
+from vigil.scoring.outcomes import Outcome, score
 from vigil.sim import BACKENDS, make_simulator
 from vigil.thor.launch import thor_engine
 
@@ -58,7 +58,7 @@ __all__ = [
     "read_records",
     "reply",
     "save_run",
-    "settle",
+    "score",
     "summarise",
     "thor_engine",
 ]
@@ -84,7 +84,7 @@ def make_env(
     houses of its assets. Raises SettingError on an unknown backend or a broken database, PackMismatch where the pack
     was made with another one.
     """
-    assets = AssetDatabase.of(asset_database)
+    assets = AssetDatabase.from_file(asset_database)
     pack.check_assets(assets)
     simulator = make_simulator(backend, assets=assets, quality=quality)
     return Env(simulator, pack.house_of, profile or Profile())
@@ -119,7 +119,7 @@ def save_run(folder: str | Path, pack: Pack, records: Iterable[EpisodeRecord], e
         render_quality="fast" if env.simulator_name.endswith("(fast)") else "default",
         simulator=next((name for name in BACKENDS if env.simulator_name.startswith(name)), env.simulator_name),
     )
-    run = RunFolder.create_or_resume(path, spec, pack.episodes, places_of(pack, None))
+    run = RunFolder.create_or_resume(path, spec, pack.episodes, input_paths(pack, None))
     try:
         run.note_facts(SimulatorFacts(env.simulator_name, ""))
         for record in found:
@@ -141,7 +141,7 @@ def summarise(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], *, 
     `episodes` are those that were meant to be played, `epochs` times each; what is missing is counted as such. Raises
     RecordError on a record of any other episode.
     """
-    return summary.summarise(summary.settle_run(episodes, records, epochs))
+    return summary.summarise(summary.score_run(episodes, records, epochs))
 
 
 def generate_house(seed: int, spec: str = "4") -> House:

@@ -14,15 +14,15 @@ import numpy as np
 from pydantic import ValidationError
 
 from vigil.base.versions import Versions
-from vigil.errors import SimulatorError, first_fault
+from vigil.errors import SimulatorError, first_error
 from vigil.protocol.actions import InvalidAction, ParsedReply, Reply, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
-from vigil.protocol.kept_reply import kept
 from vigil.protocol.observation import Feedback, Observation
 from vigil.protocol.profile import Profile
-from vigil.protocol.prompt import is_cut_in_history, rendered_sha256
+from vigil.protocol.prompt import is_truncated_in_history, rendered_sha256
 from vigil.protocol.replies import parse_reply
+from vigil.protocol.reply_truncation import truncate_for_record
 from vigil.protocol.world import Effect, WorldState
 from vigil.records.record import Boundary, End, EpisodeRecord, ErrorFact, StepRecord
 from vigil.sim.protocol import Simulator
@@ -102,18 +102,18 @@ class Env:
         parsed = parse_reply(reply, self.profile.coordinates, self.profile.reply_policy)
         try:
             frame_sha256 = self._frame_sha256()
-            effect, world = self._carry_out(parsed)
+            effect, world = self._execute(parsed)
         except SimulatorError as error:
             self.fail("simulator", str(error))
             return None
         is_invalid = isinstance(parsed, InvalidAction)
         self._invalid += is_invalid
-        kept_reply = kept(reply)
+        recorded_reply = truncate_for_record(reply)
         step = StepRecord(
             index=len(self._steps) + 1,
             frame_sha256=frame_sha256,
-            reply=kept_reply,
-            history_cut=is_cut_in_history(kept_reply.text, self.profile),
+            reply=recorded_reply,
+            history_cut=is_truncated_in_history(recorded_reply.text, self.profile),
             action=None if isinstance(parsed, InvalidAction) else parsed.action,
             invalid=parsed if isinstance(parsed, InvalidAction) else None,
             ignored_keys=() if isinstance(parsed, InvalidAction) else parsed.ignored_keys,
@@ -141,7 +141,7 @@ class Env:
         if self._episode is None or self._end is None:
             raise RuntimeError("Env.record: the episode has not ended yet.")
         return EpisodeRecord(
-            versions=Versions.here(),
+            versions=Versions.current(),
             run_id=run_id,
             episode_id=self._episode.id,
             epoch=epoch,
@@ -157,12 +157,12 @@ class Env:
 
     @staticmethod
     @contextmanager
-    def _facts() -> Iterator[None]:
+    def _reject_invalid_facts() -> Iterator[None]:
         """Raises SimulatorError for facts that are none: a number that is not finite must never enter a record."""
         try:
             yield
         except ValidationError as error:
-            raise SimulatorError(f"The simulator told no facts: {error.title}.{first_fault(error)}.") from None
+            raise SimulatorError(f"The simulator told no facts: {error.title}.{first_error(error)}.") from None
 
     def _start(self, episode: Episode, house: House) -> None:
         if self._loaded != house.sha256:
@@ -171,13 +171,13 @@ class Env:
             self._loaded = house.sha256
         self._simulator.reset(episode.start, episode.setup)
         self._bound = episode.bound_ids()
-        with self._facts():
+        with self._reject_invalid_facts():
             self._initial = self._simulator.world(self._bound)
 
-    def _carry_out(self, parsed: ParsedReply | InvalidAction) -> tuple[Effect | None, WorldState]:
+    def _execute(self, parsed: ParsedReply | InvalidAction) -> tuple[Effect | None, WorldState]:
         if isinstance(parsed, InvalidAction) or isinstance(parsed.action, Report):
             return None, self._world()
-        with self._facts():
+        with self._reject_invalid_facts():
             effect = self._simulator.step(parsed.action)
             return effect, self._simulator.world(self._bound)
 

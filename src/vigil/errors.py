@@ -67,19 +67,19 @@ class ModelAPIError(InfrastructureError):
     """A model's provider failed: transport, rate limit, outage, or no image support."""
 
 
-def first_fault(error: "ValidationError", whole: str = "the document") -> str:
+def first_error(error: "ValidationError", root: str = "the document") -> str:
     """Returns "place: message" of the first thing that pydantic found wrong, both cut to a readable length.
 
-    `whole` names the place when it is all that was read. A message may quote what was read, which has any length.
+    `root` names the place when it is all that was read. A message may quote what was read, which has any length.
     """
     fault = error.errors(include_url=False, include_context=False, include_input=False)[0]
-    place = ".".join(cut(str(part), MAX_PART_CHARS) for part in fault["loc"])
-    return f"{cut(place, MAX_FAULT_CHARS) or whole}: {cut(fault['msg'], MAX_FAULT_CHARS)}"
+    place = ".".join(shorten(str(part), MAX_PART_CHARS) for part in fault["loc"])
+    return f"{shorten(place, MAX_FAULT_CHARS) or root}: {shorten(fault['msg'], MAX_FAULT_CHARS)}"
 
 
-def cut(text: str, most: int) -> str:
-    """Returns a text with at most `most` characters, its end replaced by "..." when it is longer."""
-    return text if len(text) <= most else f"{text[: most - 3]}..."
+def shorten(text: str, max_chars: int) -> str:
+    """Returns a text with at most `max_chars` characters, its end replaced by "..." when it is longer."""
+    return text if len(text) <= max_chars else f"{text[: max_chars - 3]}..."
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

@@ -3,6 +3,6 @@
 They import an environment as a module of its own at the top, so that `vigil.integrations.verifiers` cannot be named.
 """
 
-from vigil.integrations.verifiers import VigilEnv, VigilHarness, VigilTaskset, load_environment
+from vigil.integrations.verifiers import VigilHarness, VigilTaskset, VigilVerifiersEnv, load_environment
 
-__all__ = ["VigilEnv", "VigilHarness", "VigilTaskset", "load_environment"]
+__all__ = ["VigilHarness", "VigilTaskset", "VigilVerifiersEnv", "load_environment"]

@@ -20,24 +20,24 @@ CPU_SECONDS = 60
 WALL_SECONDS = 300.0
 MAX_ANSWER_BYTES = 1 << 20
 
-Kind = Literal["done", "refused", "exception", "memory", "hang", "died"]
+OutcomeKind = Literal["done", "refused", "exception", "memory", "hang", "died"]
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class CallOutcome:
     """How a confined call ended: `done` with its answer, `refused` with a VigilError's message, or badly."""
 
-    kind: Kind
+    kind: OutcomeKind
     text: str
 
 
-def confined(call: Callable[[], str], wall_s: float = WALL_SECONDS) -> Outcome:
+def run_confined(call: Callable[[], str], wall_s: float = WALL_SECONDS) -> CallOutcome:
     """Returns what came of a call in a process of its own, which is gone afterwards with all that it started."""
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:
         os.close(reader)
-        _be_child(call, writer, wall_s)
+        _run_child(call, writer, wall_s)
     os.close(writer)
     try:
         answer = _read(reader, wall_s)
@@ -46,16 +46,16 @@ def confined(call: Callable[[], str], wall_s: float = WALL_SECONDS) -> Outcome:
         _kill_group(child)
         status = os.waitpid(child, 0)[1]
     if answer is None:
-        return Outcome("hang", f"no answer within {wall_s:g} s")
+        return CallOutcome("hang", f"no answer within {wall_s:g} s")
     if not answer:
-        return Outcome(
+        return CallOutcome(
             "died", f"ended by signal {os.WTERMSIG(status)}" if os.WIFSIGNALED(status) else f"status {status}"
         )
     kind, text = json.loads(answer)
-    return Outcome(kind, text)
+    return CallOutcome(kind, text)
 
 
-def _be_child(call: Callable[[], str], writer: int, wall_s: float) -> None:
+def _run_child(call: Callable[[], str], writer: int, wall_s: float) -> None:
     """Does the call and never returns; ends itself, late, should nobody be left to end it."""
     try:
         os.setsid()
@@ -78,7 +78,7 @@ def _too_long(*_: object) -> None:
     raise TimeoutError(f"more than {CPU_SECONDS} s of processor time")
 
 
-def _outcome(call: Callable[[], str]) -> tuple[Kind, str]:
+def _outcome(call: Callable[[], str]) -> tuple[OutcomeKind, str]:
     try:
         return "done", call()
     except VigilError as error:

@@ -9,7 +9,7 @@ from typing import Any
 
 from vigil.records.record import EPISODES_FILE, HEADER_FILE
 
-ODD = (
+ODD_VALUES = (
     None,
     True,
     -1,
@@ -56,9 +56,9 @@ def _overwrite(rng: random.Random, path: Path) -> str:
 def _lines(change: Callable[[random.Random, list[bytes]], str]) -> Corruption:
     def corrupt(rng: random.Random, path: Path) -> str:
         lines = path.read_bytes().splitlines(keepends=True)
-        said = change(rng, lines)
+        description = change(rng, lines)
         path.write_bytes(b"".join(lines))
-        return said
+        return description
 
     return corrupt
 
@@ -78,7 +78,7 @@ def _remove(rng: random.Random, lines: list[bytes]) -> str:
     return "a line removed"
 
 
-ALIEN = (
+ALIEN_LINES = (
     b"\n",
     b"  \n",
     b"null\n",
@@ -106,7 +106,7 @@ ALIEN = (
 
 
 def _insert(rng: random.Random, lines: list[bytes]) -> str:
-    line = rng.choice(ALIEN)
+    line = rng.choice(ALIEN_LINES)
     lines.insert(rng.randint(0, len(lines)), line)
     return f"line {line[:20]!r} inserted"
 
@@ -114,9 +114,9 @@ def _insert(rng: random.Random, lines: list[bytes]) -> str:
 def _value(rng: random.Random, lines: list[bytes]) -> str:
     number = rng.randrange(len(lines))
     document = json.loads(lines[number])
-    said = change_value(rng, document)
+    description = change_value(rng, document)
     lines[number] = json.dumps(document).encode() + b"\n"
-    return f"line {number + 1}: {said}"
+    return f"line {number + 1}: {description}"
 
 
 def change_value(rng: random.Random, document: Any) -> str:
@@ -134,17 +134,17 @@ def change_value(rng: random.Random, document: Any) -> str:
         del holder[key]
         return f"{'.'.join(place)} removed"
     if share < 0.3 and isinstance(holder, dict):
-        holder["unknown"] = rng.choice(ODD)
+        holder["unknown"] = rng.choice(ODD_VALUES)
         return f"something beside {'.'.join(place)}"
-    holder[key] = rng.choice(ODD)
+    holder[key] = rng.choice(ODD_VALUES)
     return f"{'.'.join(place)} = {str(holder[key])[:20]!r}"
 
 
 def _header_value(rng: random.Random, path: Path) -> str:
     document = json.loads(path.read_bytes())
-    said = change_value(rng, document)
+    description = change_value(rng, document)
     path.write_text(json.dumps(document))
-    return said
+    return description
 
 
 def _prefixed(prefix: bytes) -> Corruption:
@@ -187,7 +187,7 @@ def _unreadable(rng: random.Random, path: Path) -> str:
     return "no permission"
 
 
-ANY_FILE: tuple[Corruption, ...] = (
+FILE_CORRUPTIONS: tuple[Corruption, ...] = (
     _cut,
     _cut,
     _cut,
@@ -211,16 +211,21 @@ ANY_FILE: tuple[Corruption, ...] = (
     _replaced(os.mkfifo, "a pipe"),
     _replaced(lambda path: path.symlink_to("/dev/zero"), "a link to /dev/zero"),
 )
-OF_ROWS: tuple[Corruption, ...] = tuple(
+ROW_CORRUPTIONS: tuple[Corruption, ...] = tuple(
     map(_lines, (_duplicate, _shuffle, _remove, _insert, _insert, _value, _value, _value, _value))
 )
-OF_HEADER: tuple[Corruption, ...] = (_header_value,) * 6
+HEADER_CORRUPTIONS: tuple[Corruption, ...] = (_header_value,) * 6
 
 
 def corrupt(rng: random.Random, folder: Path) -> str:
     """Corrupts one file of a run's folder and returns what was done."""
     frames = sorted((folder / "frames").rglob("*.png"))
-    choices = [(EPISODES_FILE, (*ANY_FILE, *OF_ROWS, *OF_ROWS)), (HEADER_FILE, (*ANY_FILE, *OF_HEADER))]
-    name, corruptions = rng.choice([*choices, *choices, (str(rng.choice(frames).relative_to(folder)), ANY_FILE[:7])])
+    choices = [
+        (EPISODES_FILE, (*FILE_CORRUPTIONS, *ROW_CORRUPTIONS, *ROW_CORRUPTIONS)),
+        (HEADER_FILE, (*FILE_CORRUPTIONS, *HEADER_CORRUPTIONS)),
+    ]
+    name, corruptions = rng.choice(
+        [*choices, *choices, (str(rng.choice(frames).relative_to(folder)), FILE_CORRUPTIONS[:7])]
+    )
     corruption = rng.choice([each for each in corruptions if not (each is _utf16 and name.endswith(".png"))])
     return f"{name}: {corruption(rng, folder / name)}"

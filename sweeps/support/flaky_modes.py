@@ -1,6 +1,6 @@
 """The ways in which a flaky model server fails: each takes a connection and the right answer, and does it wrong.
 
-A mode is a function of a `Call`. It returns whether the connection may be used on, as HTTP's keep-alive would.
+A mode is a function of a `BadAnswer`. It returns whether the connection may be used on, as HTTP's keep-alive would.
 """
 
 import gzip
@@ -15,7 +15,7 @@ from typing import Any
 
 
 @dataclass(frozen=True)
-class Call:
+class BadAnswer:
     """A request that is to be answered badly."""
 
     connection: socket.socket
@@ -36,7 +36,7 @@ class Call:
         self.connection.sendall(data)
 
 
-Mode = Callable[[Call], bool]
+Mode = Callable[[BadAnswer], bool]
 JSON = "application/json"
 GZIP = {"Content-Encoding": "gzip"}
 CHUNKED = {"Transfer-Encoding": "chunked"}
@@ -64,7 +64,7 @@ def reset(connection: socket.socket) -> None:
 def _status(status: int, retry_after: str | None = None) -> Mode:
     headers = None if retry_after is None else {"Retry-After": retry_after}
 
-    def mode(call: Call) -> bool:
+    def mode(call: BadAnswer) -> bool:
         error = {"error": {"message": "out of order", "type": "server_error"}}
         call.send(response(json.dumps(error).encode(), status, headers=headers))
         return True
@@ -72,10 +72,10 @@ def _status(status: int, retry_after: str | None = None) -> Mode:
     return mode
 
 
-def _raw(make: Callable[[Call], bytes], *, goes_on: bool = False) -> Mode:
+def _raw(make: Callable[[BadAnswer], bytes], *, goes_on: bool = False) -> Mode:
     """Returns the mode that sends what `make` says, and then closes unless it `goes_on`."""
 
-    def mode(call: Call) -> bool:
+    def mode(call: BadAnswer) -> bool:
         call.send(make(call))
         return goes_on
 
@@ -85,7 +85,7 @@ def _raw(make: Callable[[Call], bytes], *, goes_on: bool = False) -> Mode:
 def _changed(change: Callable[[dict[str, Any]], Any]) -> Mode:
     """Returns the mode that sends a completion changed by `change`, correct as HTTP."""
 
-    def mode(call: Call) -> bool:
+    def mode(call: BadAnswer) -> bool:
         answer = json.loads(call.body)
         changed = change(answer)
         call.send(response(json.dumps(answer if changed is None else changed).encode()))
@@ -94,25 +94,25 @@ def _changed(change: Callable[[dict[str, Any]], Any]) -> Mode:
     return mode
 
 
-def _reset_before(call: Call) -> bool:
+def _reset_before(call: BadAnswer) -> bool:
     reset(call.connection)
     return False
 
 
-def _reset_mid_body(call: Call) -> bool:
+def _reset_mid_body(call: BadAnswer) -> bool:
     call.send(response(call.body)[:-20])
     time.sleep(0.02)
     reset(call.connection)
     return False
 
 
-def _refused(call: Call) -> bool:
+def _refused(call: BadAnswer) -> bool:
     call.vanish(0.05)
     reset(call.connection)
     return False
 
 
-def _slow_body(call: Call) -> bool:
+def _slow_body(call: BadAnswer) -> bool:
     data = response(call.body)
     size = len(data) // 8 + 1
     for start in range(0, len(data), size):
@@ -122,7 +122,7 @@ def _slow_body(call: Call) -> bool:
 
 
 def _stall(part: float) -> Mode:
-    def mode(call: Call) -> bool:
+    def mode(call: BadAnswer) -> bool:
         data = response(call.body)
         call.send(data[: int(len(data) * part)])
         time.sleep(call.patience_s + 0.5)

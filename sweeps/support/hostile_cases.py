@@ -30,7 +30,7 @@ Files = dict[str, bytes]
 
 
 @lru_cache(maxsize=8)
-def base(number: int) -> Files:
+def base_pack(number: int) -> Files:
     """Returns the files of a small good pack: a house of one room of the starter pack, and episodes in it."""
     starter = Pack.load("starter")
     houses = sorted({episode.house.name for episode in starter.episodes})
@@ -95,7 +95,7 @@ def write(folder: Path, files: Files) -> None:
 
 def hostile_pack(rng: random.Random, folder: Path) -> str:
     """Writes a hostile pack into a folder. Returns in words what is hostile about it."""
-    files = base(rng.randrange(8))
+    files = base_pack(rng.randrange(8))
     kind = rng.choices(("json", "text", "names", "house", "things"), (45, 15, 10, 20, 10))[0]
     name = rng.choice([MANIFEST, EPISODES, EPISODES, SOLUTIONS, house_file(files)])
     is_rehashed = rng.random() < 0.85
@@ -107,11 +107,11 @@ def hostile_pack(rng: random.Random, folder: Path) -> str:
         files = {**files, MANIFEST: _with_names(rng, files[MANIFEST])}
     elif kind == "house":
         name = house_file(files)
-        changed, told = hostile_house(rng, json.loads(files[name]))
-        files, name = {**files, name: _line(changed)}, f"{name} ({told})"
+        changed, description = hostile_house(rng, json.loads(files[name]))
+        files, name = {**files, name: _line(changed)}, f"{name} ({description})"
     write(folder, rehashed(files) if is_rehashed else files)
     if kind == "things":
-        name = f"{name} is {_odd_thing(rng, folder / name)}"
+        name = f"{name} is {_odd_file(rng, folder / name)}"
     return f"{kind}: {name}{', with hashes that fit' if is_rehashed else ''}"
 
 
@@ -153,7 +153,7 @@ def _with_names(rng: random.Random, data: bytes) -> bytes:
     return _line(manifest)
 
 
-def _odd_thing(rng: random.Random, path: Path) -> str:
+def _odd_file(rng: random.Random, path: Path) -> str:
     """Puts something that is no plain file of its size in a file's place. Returns what."""
     kind = rng.choice(("absent", "folder", "fifo", "loop", "zero", "outside", "sparse"))
     path.unlink()

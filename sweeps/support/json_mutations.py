@@ -5,7 +5,7 @@ import random
 from collections.abc import Callable
 from typing import Any
 
-Path = tuple[str | int, ...]
+KeyPath = tuple[str | int, ...]
 
 ODD_VALUES: tuple[Any, ...] = (
     None, True, False, 0, -1, 1, 0.0, -0.0, 1e-300, 1e9, -1e9, 1e308, -1e308, 10**30, 10**400, float("nan"),
@@ -32,11 +32,11 @@ def nested(levels: int) -> bytes:
     return b"[" * levels + b"]" * levels
 
 
-def _deep_paths(rng: random.Random, document: Any) -> list[Path]:
+def _deep_paths(rng: random.Random, document: Any) -> list[KeyPath]:
     """Returns some paths, one for each of several walks from the root to a leaf: so few long lists do not rule."""
-    found: list[Path] = []
+    found: list[KeyPath] = []
     for _ in range(8):
-        path: Path = ()
+        path: KeyPath = ()
         node = document
         while isinstance(node, dict | list) and node and (not path or rng.random() < 0.85):
             step = rng.choice(list(node)) if isinstance(node, dict) else rng.randrange(len(node))
@@ -45,18 +45,18 @@ def _deep_paths(rng: random.Random, document: Any) -> list[Path]:
     return found
 
 
-def _parent(document: Any, path: Path) -> Any:
+def _parent(document: Any, path: KeyPath) -> Any:
     node = document
     for step in path[:-1]:
         node = node[step]
     return node
 
 
-def _replace(rng: random.Random, document: Any, path: Path) -> None:
+def _replace(rng: random.Random, document: Any, path: KeyPath) -> None:
     _parent(document, path)[path[-1]] = rng.choice(ODD_VALUES)
 
 
-def _rescale(rng: random.Random, document: Any, path: Path) -> None:
+def _rescale(rng: random.Random, document: Any, path: KeyPath) -> None:
     parent = _parent(document, path)
     value = parent[path[-1]]
     if isinstance(value, int | float) and not isinstance(value, bool):
@@ -67,11 +67,11 @@ def _rescale(rng: random.Random, document: Any, path: Path) -> None:
         _replace(rng, document, path)
 
 
-def _remove(rng: random.Random, document: Any, path: Path) -> None:
+def _remove(rng: random.Random, document: Any, path: KeyPath) -> None:
     del _parent(document, path)[path[-1]]
 
 
-def _double(rng: random.Random, document: Any, path: Path) -> None:
+def _double(rng: random.Random, document: Any, path: KeyPath) -> None:
     parent = _parent(document, path)
     if isinstance(parent, list):
         place = rng.randrange(len(parent))
@@ -80,20 +80,20 @@ def _double(rng: random.Random, document: Any, path: Path) -> None:
         parent[f"{path[-1]}{rng.choice(['', '2', ' ', chr(0)])}"] = copy.deepcopy(parent[path[-1]])
 
 
-def _swap(rng: random.Random, document: Any, path: Path) -> None:
+def _swap(rng: random.Random, document: Any, path: KeyPath) -> None:
     parent = _parent(document, path)
     other = rng.choice(list(parent)) if isinstance(parent, dict) else rng.randrange(len(parent))
     parent[path[-1]], parent[other] = parent[other], parent[path[-1]]
 
 
-def _transplant(rng: random.Random, document: Any, path: Path) -> None:
+def _transplant(rng: random.Random, document: Any, path: KeyPath) -> None:
     """Puts a copy of another part of the document there."""
     source = rng.choice(_deep_paths(rng, document))
     if source:
         _parent(document, path)[path[-1]] = copy.deepcopy(_parent(document, source)[source[-1]])
 
 
-_TABLE: tuple[tuple[Callable[[random.Random, Any, Path], None], int], ...] = (
+_TABLE: tuple[tuple[Callable[[random.Random, Any, KeyPath], None], int], ...] = (
     (_replace, 25), (_rescale, 60), (_remove, 15), (_double, 10), (_swap, 10), (_transplant, 10),
 )  # fmt: skip
 _KINDS, _WEIGHTS = [kind for kind, _ in _TABLE], [weight for _, weight in _TABLE]

@@ -12,8 +12,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from sweeps.flaky_server import Chance, FlakyServer, plain, skill
-from sweeps.support.lives import start
+from sweeps.flaky_server import FailurePlan, FlakyServer, comparable_fields, skill_reply
+from sweeps.support.process_groups import start
 from sweeps.support.tiny import tiny_pack
 from vigil.authoring.drafting.drafts import DraftsFile
 from vigil.cli import main as vigil_main
@@ -39,7 +39,7 @@ for line in sys.stdin:
 """
 
 
-class Target(ABC):
+class KillTarget(ABC):
     """A folder that is worked on, over many starts, until it is whole."""
 
     final_code = 0
@@ -52,15 +52,15 @@ class Target(ABC):
         """How long the work takes undisturbed."""
         self.is_over = False
         """Whether the work is done and the command only has to be ended."""
-        self._kept: dict[Path, bytes] = {}
+        self._final_data: dict[Path, bytes] = {}
 
     @abstractmethod
-    def whole(self) -> Sequence[str]:
+    def command(self) -> Sequence[str]:
         """Returns the arguments of the command line."""
 
-    def forked(self) -> None:
+    def run_in_fork(self) -> None:
         """Does what the command line does, in a fork of this process."""
-        sys.argv = ["vigil", *self.whole()]
+        sys.argv = ["vigil", *self.command()]
         vigil_main()
 
     @abstractmethod
@@ -71,26 +71,26 @@ class Target(ABC):
         """Whether no command is left to be started, now that one has ended well."""
         return True
 
-    def whole_bytes(self, data: bytes) -> int:
+    def final_bytes(self, data: bytes) -> int:
         """Returns how much of a log no later start may change."""
         return data.rfind(b"\n") + 1
 
     def drive(self, deadline: float) -> None:  # noqa: B027 - most targets need nobody
         """Does what a person or a client does meanwhile, until a time of the monotonic clock."""
 
-    def check_kept(self) -> list[str]:
+    def check_final_lines(self) -> list[str]:
         """Returns faults: whole lines that were there after an earlier kill and are gone or changed."""
         faults = []
         for path in self.logs():
             data = path.read_bytes() if path.exists() else b""
-            before = self._kept.get(path, b"")
+            before = self._final_data.get(path, b"")
             if not data.startswith(before):
                 faults.append(f"{path.name}: {len(before)} bytes were whole, and are no longer the file's beginning")
-            self._kept[path] = data[: self.whole_bytes(data)]
+            self._final_data[path] = data[: self.final_bytes(data)]
         return faults
 
     @abstractmethod
-    def check_whole(self) -> list[str]:
+    def check_finished(self) -> list[str]:
         """Returns faults of the finished work."""
 
     def clear(self) -> None:
@@ -103,15 +103,15 @@ def check_rows(folder: Path, undisturbed: Path) -> list[str]:
     """Returns faults of a run's rows against those of an undisturbed run; torn side files must hold no whole row."""
     rows, wanted = (read_records(path / EPISODES_FILE) for path in (folder, undisturbed))
     faults = [f"{len(rows)} rows instead of {len(wanted)}"] if len(rows) != len(wanted) else []
-    is_, was = ({row.key: plain(row) for row in each} for each in (rows, wanted))
+    is_, was = ({row.key: comparable_fields(row) for row in each} for each in (rows, wanted))
     faults += [f"{key}: the record differs" for key in was if is_.get(key) != was[key]]
-    for side in folder.glob("*.torn-*"):
+    for side in folder.glob("*.partial-*"):
         if side.read_bytes().endswith(b"\n"):
             faults.append(f"{side.name} holds a whole row")
     return faults
 
 
-class Run(Target):
+class RunTarget(KillTarget):
     """`vigil run` with one of three agents."""
 
     def __init__(self, folder: Path, variant: str, options: Sequence[str], undisturbed: Path) -> None:
@@ -120,7 +120,7 @@ class Run(Target):
         self._options = options
         self._undisturbed = undisturbed
 
-    def whole(self) -> Sequence[str]:
+    def command(self) -> Sequence[str]:
         """Returns the arguments of the command line."""
         return ["run", *self._options, "--log-dir", str(self.folder), "--backend", "fake", "--workers", "1"]
 
@@ -128,12 +128,12 @@ class Run(Target):
         """Returns the append-only files."""
         return [self.folder / EPISODES_FILE]
 
-    def check_whole(self) -> list[str]:
+    def check_finished(self) -> list[str]:
         """Returns faults of the finished work."""
-        return [*self.check_kept(), *check_rows(self.folder, self._undisturbed)]
+        return [*self.check_final_lines(), *check_rows(self.folder, self._undisturbed)]
 
 
-class Play(Target):
+class PlayTarget(KillTarget):
     """`vigil play`, with a person who answers by the instruction and the turn alone."""
 
     final_code = 143
@@ -147,7 +147,7 @@ class Play(Target):
         self._port = 0
         self.faults: list[str] = []
 
-    def whole(self) -> Sequence[str]:
+    def command(self) -> Sequence[str]:
         """Returns the arguments of the command line."""
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
@@ -156,9 +156,9 @@ class Play(Target):
         return ["play", "--player", "ada", *options, "--port", str(self._port)]
 
     @property
-    def forked(self) -> Callable[[], None]:  # type: ignore[override]
+    def run_in_fork(self) -> Callable[[], None]:  # type: ignore[override]
         """What the command line does; the port is chosen before the fork."""
-        arguments = self.whole()
+        arguments = self.command()
 
         def work() -> None:
             sys.argv = ["vigil", *arguments]
@@ -199,8 +199,8 @@ class Play(Target):
     def _text(self, instruction: str, moment: int) -> str:
         number = sum(map(ord, instruction)) + 31 * moment
         if moment >= 5:
-            return skill("report", status="open", summary=str(number))
-        return skill("look", direction="up", magnitude=1 + number % 20)
+            return skill_reply("report", status="open", summary=str(number))
+        return skill_reply("look", direction="up", magnitude=1 + number % 20)
 
     def _ask(self, method: str, path: str, body: Any = None) -> dict[str, Any]:
         connection = http.client.HTTPConnection("127.0.0.1", self._port, timeout=3)
@@ -211,17 +211,17 @@ class Play(Target):
         finally:
             connection.close()
 
-    def check_kept(self) -> list[str]:
+    def check_final_lines(self) -> list[str]:
         """Returns faults, those that the person has met included."""
         met, self.faults = self.faults, []
-        return [*met, *super().check_kept()]
+        return [*met, *super().check_final_lines()]
 
-    def check_whole(self) -> list[str]:
+    def check_finished(self) -> list[str]:
         """Returns faults of the finished work."""
-        return [*self.check_kept(), *(check_rows(self.folder, self._undisturbed) if self._undisturbed else [])]
+        return [*self.check_final_lines(), *(check_rows(self.folder, self._undisturbed) if self._undisturbed else [])]
 
 
-class Packing(Target):
+class PackTarget(KillTarget):
     """`vigil pack propose` and then `build`, or `make`."""
 
     def __init__(self, folder: Path, variant: str, undisturbed: Path | None) -> None:
@@ -231,7 +231,7 @@ class Packing(Target):
         drafts = f"{folder.name}.drafts.jsonl"
         self._drafts = folder.with_name(drafts)
 
-    def whole(self) -> Sequence[str]:
+    def command(self) -> Sequence[str]:
         """Returns the arguments of the command line that is next."""
         choice = ["--rooms", "bathroom", "--family", "DA", "--family", "SV"]
         if self.variant == "make":
@@ -253,7 +253,7 @@ class Packing(Target):
         """Returns the append-only files."""
         return [self._drafts]
 
-    def whole_bytes(self, data: bytes) -> int:
+    def final_bytes(self, data: bytes) -> int:
         """Returns the end of the last family that was finished in a house: what follows is proposed again."""
         end = data.rfind(b"\n") + 1
         lines = data[:end].splitlines(keepends=True)
@@ -261,16 +261,18 @@ class Packing(Target):
             end -= len(lines.pop())
         return end
 
-    def check_whole(self) -> list[str]:
+    def check_finished(self) -> list[str]:
         """Returns faults of the finished work."""
-        faults = self.check_kept()
+        faults = self.check_final_lines()
         if self._undisturbed is None:
             return faults
         is_, was = (_files(path) for path in (self.folder, self._undisturbed))
         faults += [
             f"{name}: missing, added or different" for name in was.keys() | is_.keys() if was.get(name) != is_.get(name)
         ]
-        if _told(self._drafts) != _told(self._undisturbed.with_name(f"{self._undisturbed.name}.drafts.jsonl")):
+        if _draft_lines(self._drafts) != _draft_lines(
+            self._undisturbed.with_name(f"{self._undisturbed.name}.drafts.jsonl")
+        ):
             faults.append("the drafts differ")
         strays = [path.name for path in self.folder.parent.glob(f".{self.folder.name}*")]
         return [*faults, *(f"{name} is left over" for name in strays)]
@@ -280,14 +282,14 @@ def _files(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-def _told(path: Path) -> list[dict[str, Any]]:
+def _draft_lines(path: Path) -> list[dict[str, Any]]:
     """Returns the lines of a drafts file without the seconds that they took."""
     DraftsFile(path).read()
     lines = [json.loads(line) for line in path.read_bytes().splitlines()]
     return [{name: value for name, value in line.items() if name != "seconds"} for line in lines]
 
 
-class Kind(ABC):
+class TargetFactory(ABC):
     """Makes targets of one kind, in a folder of its own, with the undisturbed work that they are compared with."""
 
     def __init__(self, place: Path) -> None:
@@ -295,46 +297,46 @@ class Kind(ABC):
         self.seconds: dict[str, float] = {}
         """By variant: how long it takes undisturbed."""
 
-    def __enter__(self) -> "Kind":
+    def __enter__(self) -> "TargetFactory":
         return self
 
     def __exit__(self, *_: object) -> None:  # noqa: B027 - most kinds hold nothing
         """Frees what the kind holds."""
 
     @abstractmethod
-    def make(self, case: int) -> Target:
+    def make(self, case: int) -> KillTarget:
         """Returns a target that nothing was done for."""
 
-    def undisturbed(self, target: Target) -> Path:
+    def undisturbed(self, target: KillTarget) -> Path:
         """Lets a target be worked on without kills and returns its folder."""
         began = time.monotonic()
         while True:
-            begun = start(target.forked, "undisturbed", target.folder)
+            begun = start(target.run_in_fork, "undisturbed", target.folder)
             target.drive(time.monotonic() + 600)
             if target.is_over:
                 begun.signal(15)
             code = begun.wait(600)
             if code != target.final_code:
-                raise RuntimeError(f"undisturbed, {target.variant} ends with {code}: {begun.said()}")
+                raise RuntimeError(f"undisturbed, {target.variant} ends with {code}: {begun.output_tail()}")
             if target.is_finished():
                 break
         self.seconds[target.variant] = time.monotonic() - began
         return target.folder
 
-    def target(self, case: int) -> Target:
+    def target(self, case: int) -> KillTarget:
         """Returns a new target."""
         target = self.make(case)
         target.typical_s = self.seconds[target.variant]
         return target
 
 
-class Runs(Kind):
+class RunTargets(TargetFactory):
     """Runs of a tiny pack: scripted, a program, and a model on loopback, in turn."""
 
     def __init__(self, place: Path) -> None:
         super().__init__(place)
         self._pack = tiny_pack(place / "tiny", EPISODES).folder
-        self._server = FlakyServer(Chance(0.0, ()))
+        self._server = FlakyServer(FailurePlan(0.0, ()))
         agent = place / "agent.py"
         agent.write_text(AGENT)
         common = ["--pack", str(self._pack)]
@@ -348,41 +350,41 @@ class Runs(Kind):
         """Ends the model's server."""
         self._server.close()
 
-    def make(self, case: int) -> Target:
+    def make(self, case: int) -> KillTarget:
         """Returns a target that nothing was done for."""
         variant = list(self._options)[case % len(self._options)]
-        return Run(self.place / f"run-{case}", variant, self._options[variant], self._calm(variant))
+        return RunTarget(self.place / f"run-{case}", variant, self._options[variant], self._undisturbed_folder(variant))
 
     @functools.cache  # noqa: B019 - one kind lives as long as the sweep
-    def _calm(self, variant: str) -> Path:
+    def _undisturbed_folder(self, variant: str) -> Path:
         folder = self.place / f"calm-{variant}"
-        return self.undisturbed(Run(folder, variant, self._options[variant], folder))
+        return self.undisturbed(RunTarget(folder, variant, self._options[variant], folder))
 
 
-class Plays(Kind):
+class PlayTargets(TargetFactory):
     """Sittings over a tiny pack."""
 
     def __init__(self, place: Path) -> None:
         super().__init__(place)
         self._pack = tiny_pack(place / "tiny", EPISODES).folder
-        self._calm = self.undisturbed(Play(place / "calm", self._pack, None))
+        self._undisturbed_folder = self.undisturbed(PlayTarget(place / "calm", self._pack, None))
 
-    def make(self, case: int) -> Target:
+    def make(self, case: int) -> KillTarget:
         """Returns a target that nothing was done for."""
-        return Play(self.place / f"play-{case}", self._pack, self._calm)
+        return PlayTarget(self.place / f"play-{case}", self._pack, self._undisturbed_folder)
 
 
-class Packs(Kind):
+class PackTargets(TargetFactory):
     """Packs of small bathrooms, made in one go or in two."""
 
-    def make(self, case: int) -> Target:
+    def make(self, case: int) -> KillTarget:
         """Returns a target that nothing was done for."""
         variant = ("propose", "make")[case % 2]
-        return Packing(self.place / f"pack-{case}", variant, self._calm(variant))
+        return PackTarget(self.place / f"pack-{case}", variant, self._undisturbed_folder(variant))
 
     @functools.cache  # noqa: B019 - one kind lives as long as the sweep
-    def _calm(self, variant: str) -> Path:
-        return self.undisturbed(Packing(self.place / f"calm-{variant}", variant, None))
+    def _undisturbed_folder(self, variant: str) -> Path:
+        return self.undisturbed(PackTarget(self.place / f"calm-{variant}", variant, None))
 
 
-KINDS: dict[str, type[Kind]] = {"run": Runs, "play": Plays, "pack": Packs}
+KINDS: dict[str, type[TargetFactory]] = {"run": RunTargets, "play": PlayTargets, "pack": PackTargets}

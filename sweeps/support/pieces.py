@@ -2,7 +2,7 @@
 
 The log is a JSON-lines file: a first line with what the sweep was asked for, then one line for each finished piece. A
 torn last line, left by a kill, is put aside, and that piece is done again. A sweep is a function from a piece's number
-to a `Finding`; it must not depend on other pieces.
+to a `PieceResult`; it must not depend on other pieces.
 """
 
 import argparse
@@ -24,7 +24,7 @@ from vigil.cli.progress import progress
 from vigil.errors import RecordError
 from vigil.runner.run_folder import source_state
 
-SHOWN_FALLS = 20
+SHOWN_FAILURES = 20
 LOGS = Path("runs") / "sweeps"
 
 
@@ -40,14 +40,14 @@ class Failure:
 
 
 @dataclass(slots=True)
-class Finding:
+class PieceResult:
     """What came out of a piece."""
 
     counts: Counter[str] = field(default_factory=Counter)
-    falls: list[Failure] = field(default_factory=list)
+    failures: list[Failure] = field(default_factory=list)
 
 
-Work = Callable[[int], Finding]
+Work = Callable[[int], PieceResult]
 """Does the piece of a number. With several workers it must be picklable: a module's function, or a `partial` of it."""
 
 
@@ -77,18 +77,18 @@ def parser(doc: str, pieces: int) -> argparse.ArgumentParser:
 def run(sweep: Sweep, options: argparse.Namespace) -> int:
     """Does the pieces that the log does not have yet; prints a summary. Returns the exit code: 1 when anything fell."""
     if options.piece is not None:
-        finding = sweep.work(options.piece)
-        return _summarize(sweep, {"options": vars(options)}, [_line(options.piece, 0.0, finding)])
+        result = sweep.work(options.piece)
+        return _summarize(sweep, {"options": vars(options)}, [_line(options.piece, 0.0, result)])
     path = options.log or LOGS / f"{sweep.name}-{options.seed}.jsonl"
     with PieceLog(path, sweep) as log:
         missing = [piece for piece in range(options.pieces) if piece not in log.done]
         if log.done:
             print(f"{path}: {len(log.done)} pieces are done, {len(missing)} are left", flush=True)
         with progress(sweep.name, may_fork=True) as show:
-            for number, (piece, seconds, finding) in enumerate(_results(sweep.work, missing, options.workers), start=1):
-                log.append(_line(piece, seconds, finding))
-                for fall in finding.falls[:3]:
-                    print(f"FELL {fall.kind}: {fall.detail[:300]}", flush=True)
+            for number, (piece, seconds, result) in enumerate(_results(sweep.work, missing, options.workers), start=1):
+                log.append(_line(piece, seconds, result))
+                for failure in result.failures[:3]:
+                    print(f"FELL {failure.kind}: {failure.detail[:300]}", flush=True)
                 show(number, len(missing))
         wanted = [log.done[piece] for piece in sorted(log.done) if piece < options.pieces]
     return _summarize(sweep, {"log": str(path)}, wanted)
@@ -106,7 +106,7 @@ class PieceLog:
         except RecordError as error:
             sys.exit(f"{error} Or give another --log.")
         asked = {"sweep": sweep.name, "settings": sweep.settings}
-        lines = [json.loads(line.data) for line in self._file.lines.whole]
+        lines = [json.loads(line.data) for line in self._file.lines.complete]
         if not lines:
             self.append(asked)
         elif lines[0] != asked:
@@ -127,13 +127,13 @@ class PieceLog:
         self._file.close()
 
 
-def _results(work: Work, missing: Sequence[int], workers: int) -> Iterator[tuple[int, float, Finding]]:
+def _results(work: Work, missing: Sequence[int], workers: int) -> Iterator[tuple[int, float, PieceResult]]:
     if workers == 1:
         yield from (_timed(work, piece) for piece in missing)
         return
     waiting = list(reversed(missing))
     while waiting:
-        running: dict[Future[tuple[int, float, Finding]], int] = {}
+        running: dict[Future[tuple[int, float, PieceResult]], int] = {}
         suspects: list[int] = []
         with _executor(workers) as executor:
             try:
@@ -148,10 +148,10 @@ def _results(work: Work, missing: Sequence[int], workers: int) -> Iterator[tuple
             except BrokenProcessPool:
                 suspects = sorted(running.values())
         for piece in suspects:  # one of them ended its process: each again, by itself
-            yield _alone(work, piece)
+            yield _retry_alone(work, piece)
 
 
-def _alone(work: Work, piece: int) -> tuple[int, float, Finding]:
+def _retry_alone(work: Work, piece: int) -> tuple[int, float, PieceResult]:
     with _executor(1) as executor:
         try:
             return executor.submit(_timed, work, piece).result()
@@ -159,7 +159,7 @@ def _alone(work: Work, piece: int) -> tuple[int, float, Finding]:
             return (
                 piece,
                 0.0,
-                Finding(Counter(), [Failure("the process died", "crashed or was killed", f"--piece {piece}")]),
+                PieceResult(Counter(), [Failure("the process died", "crashed or was killed", f"--piece {piece}")]),
             )
 
 
@@ -167,10 +167,10 @@ def _executor(workers: int) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
 
 
-def _timed(work: Work, piece: int) -> tuple[int, float, Finding]:
+def _timed(work: Work, piece: int) -> tuple[int, float, PieceResult]:
     began = _processor_seconds()
-    finding = work(piece)
-    return piece, _processor_seconds() - began, finding
+    result = work(piece)
+    return piece, _processor_seconds() - began, result
 
 
 def _processor_seconds() -> float:
@@ -179,12 +179,14 @@ def _processor_seconds() -> float:
     return used.user + used.system + used.children_user + used.children_system
 
 
-def _line(piece: int, seconds: float, finding: Finding) -> dict[str, Any]:
+def _line(piece: int, seconds: float, result: PieceResult) -> dict[str, Any]:
     return {
         "piece": piece,
         "seconds": round(seconds, 3),
-        "counts": dict(sorted(finding.counts.items())),
-        "falls": [{"kind": fall.kind, "detail": fall.detail, "case": fall.case} for fall in finding.falls],
+        "counts": dict(sorted(result.counts.items())),
+        "falls": [
+            {"kind": failure.kind, "detail": failure.detail, "case": failure.case} for failure in result.failures
+        ],
         "commit": source_state()[0],
     }
 
@@ -194,13 +196,15 @@ def _summarize(sweep: Sweep, place: dict[str, Any], lines: Sequence[dict[str, An
     counts: Counter[str] = Counter()
     for line in lines:
         counts.update(line["counts"])
-    falls = [fall for line in lines for fall in line["falls"]]
-    kinds = Counter(fall["kind"] for fall in falls)
+    failures = [failure for line in lines for failure in line["falls"]]
+    kinds = Counter(failure["kind"] for failure in failures)
     options = " ".join(
         f"--{name.replace('_', '-')} {shlex.quote(str(value))}" for name, value in sweep.settings.items()
     )
-    for kind, number in kinds.most_common(SHOWN_FALLS):
-        first = min((fall for fall in falls if fall["kind"] == kind), key=lambda fall: len(fall["detail"]))
+    for kind, number in kinds.most_common(SHOWN_FAILURES):
+        first = min(
+            (failure for failure in failures if failure["kind"] == kind), key=lambda failure: len(failure["detail"])
+        )
         print(f"\nFELL {number} x {kind}\n  {first['detail'][:2000]}")
         print(f"  again: python -m sweeps.{sweep.name} {options} {first['case']}")
     seconds, commits = sum(line["seconds"] for line in lines), {line["commit"] for line in lines}
@@ -209,5 +213,5 @@ def _summarize(sweep: Sweep, place: dict[str, Any], lines: Sequence[dict[str, An
         f"{len(lines)} pieces, {seconds:.0f} s of processor time, {len(commits)} version(s) of the code"
     )
     print(", ".join(f"{name} {number}" for name, number in sorted(counts.items())))
-    print(f"fell: {len(falls)}")
-    return 1 if falls else 0
+    print(f"fell: {len(failures)}")
+    return 1 if failures else 0

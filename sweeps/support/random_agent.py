@@ -9,7 +9,7 @@ from sweeps.support.reply_forms import any_form
 from vigil.assets.catalog import CATALOG
 from vigil.base.geometry import Vec3, floor_distance, turn_between, yaw_towards
 from vigil.protocol.actions import INTENTS, REACH_M, STATUSES, Intent
-from vigil.scene.geometry import box_of
+from vigil.scene.geometry import body_box
 from vigil.scene.things import Thing
 from vigil.sim.core.sight import HEIGHT, WIDTH, pixel_of
 from vigil.sim.privileged import PrivilegedSimulator
@@ -45,7 +45,7 @@ class RandomAgent:
         return rng.choices(kinds, weights)[0](self._focus)
 
     def _is_in_reach(self, thing: Thing) -> bool:
-        return box_of(thing).floor_distance(self._simulator.world(()).agent.position) < REACH_M
+        return body_box(thing).floor_distance(self._simulator.world(()).agent.position) < REACH_M
 
     def _interesting(self) -> Thing:
         things, rng = self._simulator.scene().things, self._rng

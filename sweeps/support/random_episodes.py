@@ -20,22 +20,22 @@ PACKS = ("starter", "vigil_balanced_1000")
 ROOMS = (1, 1, 2, 2, 3, 4)
 TRIES = 200
 
-Drawing = Callable[[random.Random, PrivilegedSimulator], Episode]
+EpisodeSampler = Callable[[random.Random, PrivilegedSimulator], Episode]
 """Returns an episode in a house that the simulator has loaded."""
 
 
-def draw_house(rng: random.Random) -> tuple[House, Drawing]:
+def draw_house(rng: random.Random) -> tuple[House, EpisodeSampler]:
     """Returns a house and a way to draw episodes in it: packaged ones, or made up ones in a generated house."""
     if rng.random() < 0.6:
         pack = _pack(rng.choice(PACKS))
         house = pack.house_of(rng.choice(pack.episodes))
         there = [episode for episode in pack.episodes if episode.house.name == house.name]
         return house, lambda rng, _: rng.choice(there)
-    house = generated(rng)
-    return house, lambda rng, simulator: made_up(rng, simulator, house)
+    house = random_house(rng)
+    return house, lambda rng, simulator: random_episode(rng, simulator, house)
 
 
-def generated(rng: random.Random) -> House:
+def random_house(rng: random.Random) -> House:
     """Returns a generated house; few seeds have none, and are passed over."""
     while True:
         try:
@@ -49,7 +49,7 @@ def _pack(name: str) -> Pack:
     return Pack.load(name)
 
 
-def made_up(rng: random.Random, simulator: PrivilegedSimulator, house: House) -> Episode:
+def random_episode(rng: random.Random, simulator: PrivilegedSimulator, house: House) -> Episode:
     """Returns a random episode in a loaded house: any family, goal, setup and start; few can be solved."""
     start = free_start(rng, simulator, house)
     things = list(simulator.scene().things.values())

@@ -26,7 +26,7 @@ STRANGE = (
 
 
 @dataclass(frozen=True, slots=True)
-class Form:
+class ReplyForm:
     """A reply's text. At most one of `same_as` and `is_refused` is set."""
 
     text: str | bytes
@@ -38,7 +38,7 @@ class Form:
     """With `same_as`: it is accepted."""
 
 
-def any_form(rng: random.Random) -> Form:
+def any_form(rng: random.Random) -> ReplyForm:
     """Returns a reply of any kind."""
     return rng.choices(_MAKERS, _WEIGHTS)[0](rng)
 
@@ -120,16 +120,16 @@ def _spelled(rng: random.Random, value: Any) -> Any:
 # --- makers, each a kind of reply -------------------------------------------------------------------------------------
 
 
-def _plain(rng: random.Random) -> Form:
+def _plain(rng: random.Random) -> ReplyForm:
     text = action_text(rng)
     padded = _blanks(rng) + text + _blanks(rng)
-    return Form(padded.encode() if rng.random() < 0.2 else padded, same_as=text, is_action=True)
+    return ReplyForm(padded.encode() if rng.random() < 0.2 else padded, same_as=text, is_action=True)
 
 
-def _reasoned(rng: random.Random) -> Form:
+def _reasoned(rng: random.Random) -> ReplyForm:
     """Reasoning at the head is no part of the answer, whether or not its opening marker is there."""
     text = action_text(rng)
-    return Form(_head(rng) + _blanks(rng) + text + _blanks(rng), same_as=text, is_action=True)
+    return ReplyForm(_head(rng) + _blanks(rng) + text + _blanks(rng), same_as=text, is_action=True)
 
 
 def _head(rng: random.Random) -> str:
@@ -145,7 +145,7 @@ def _head(rng: random.Random) -> str:
     return "".join(blocks)
 
 
-def _trailed(rng: random.Random) -> Form:
+def _trailed(rng: random.Random) -> ReplyForm:
     """Anything but white space after the object is text around it."""
     opening, closing = rng.choice(MARKERS)
     tail = rng.choice(
@@ -154,42 +154,44 @@ def _trailed(rng: random.Random) -> Form:
     if not tail.strip():
         tail = "."
     head = _head(rng) if rng.random() < 0.3 else ""
-    return Form(head + action_text(rng) + _blanks(rng) + tail, is_refused=True)
+    return ReplyForm(head + action_text(rng) + _blanks(rng) + tail, is_refused=True)
 
 
-def _split(rng: random.Random) -> Form:
+def _split(rng: random.Random) -> ReplyForm:
     """Reasoning inside of the object is no white space."""
     text = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 5}}'
     places = [index for index, char in enumerate(text) if char in ":,{}" and index not in (0, len(text) - 1)]
     place = rng.choice(places) + 1
     opening, closing = rng.choice(MARKERS)
-    return Form(f"{text[:place]}{opening}{word(rng)}{closing}{text[place:]}", is_refused=True)
+    return ReplyForm(f"{text[:place]}{opening}{word(rng)}{closing}{text[place:]}", is_refused=True)
 
 
-def _fenced(rng: random.Random) -> Form:
+def _fenced(rng: random.Random) -> ReplyForm:
     lead, trail = rng.choice(["", sentence(rng) + "\n"]), rng.choice(["", "\n" + sentence(rng)])
-    return Form(
+    return ReplyForm(
         f"{lead}```{rng.choice(['json', '', 'JSON', 'python'])}\n{action_text(rng)}\n```{trail}", is_refused=True
     )
 
 
-def _wordy(rng: random.Random) -> Form:
-    return Form(rng.choice(["Sure: ", "I will ", "1. ", "-", "\ufeff", "\u200b"]) + action_text(rng), is_refused=True)
+def _wordy(rng: random.Random) -> ReplyForm:
+    return ReplyForm(
+        rng.choice(["Sure: ", "I will ", "1. ", "-", "\ufeff", "\u200b"]) + action_text(rng), is_refused=True
+    )
 
 
-def _several(rng: random.Random) -> Form:
+def _several(rng: random.Random) -> ReplyForm:
     objects = [action_text(rng) for _ in range(rng.randrange(2, 5))]
     joined = rng.choice(["", "\n", ",", " and "]).join(objects)
-    return Form(f"[{joined}]" if rng.random() < 0.3 else joined, is_refused=True)
+    return ReplyForm(f"[{joined}]" if rng.random() < 0.3 else joined, is_refused=True)
 
 
-def _doubled(rng: random.Random) -> Form:
+def _doubled(rng: random.Random) -> ReplyForm:
     name = rng.choice(["skill_name", "arguments", "thought", "x"])
     pair = f'"{name}": {rng.choice(["1", "null", json.dumps(word(rng))])}'
-    return Form(f'{{"skill_name": "look", "arguments": {{}}, {pair}, {pair}}}', is_refused=True)
+    return ReplyForm(f'{{"skill_name": "look", "arguments": {{}}, {pair}, {pair}}}', is_refused=True)
 
 
-def _deep(rng: random.Random) -> Form:
+def _deep(rng: random.Random) -> ReplyForm:
     """At most 64 levels, the outermost object being the first."""
     levels = rng.choice([2, 63, 64, 65, 66, 100, 900, 1100, 5000, rng.randrange(2, 130)])
     inner = levels - 1
@@ -202,18 +204,18 @@ def _deep(rng: random.Random) -> Form:
         nested = '[{"a":' * (inner // 2) + ("[]" if inner % 2 else "1") + "}]" * (inner // 2)
     text = f'{{"skill_name": "look", "arguments": {{"direction": "up", "magnitude": 1}}, "thought": {nested}}}'
     if levels > LEVELS:
-        return Form(text, is_refused=True)
-    return Form(text, same_as=text, is_action=True)
+        return ReplyForm(text, is_refused=True)
+    return ReplyForm(text, same_as=text, is_action=True)
 
 
-def _flat_brackets(rng: random.Random) -> Form:
+def _flat_brackets(rng: random.Random) -> ReplyForm:
     """Brackets inside of a string are no levels."""
     thought = json.dumps(rng.choice("[{") * rng.randrange(1, 3000))
     text = f'{{"skill_name": "look", "arguments": {{"direction": "up", "magnitude": 1}}, "thought": {thought}}}'
-    return Form(text, same_as=text, is_action=True)
+    return ReplyForm(text, same_as=text, is_action=True)
 
 
-def _long(rng: random.Random) -> Form:
+def _long(rng: random.Random) -> ReplyForm:
     """64 kB of everything but the reasoning, white space included."""
     size = LIMIT_BYTES + rng.choice([-1, 0, 1, 2, 100, 70_000, -rng.randrange(1, 60_000)])
     base = '{"skill_name": "report", "arguments": {"status": "success", "summary": ""}, "thought": "%s"}'
@@ -228,10 +230,10 @@ def _long(rng: random.Random) -> Form:
     else:
         text = "<think>" + "y" * rng.randrange(200_000) + "</think>" + " " * filler + base % ""
     bare = text.rpartition("</think>")[2].strip(BLANKS)
-    return Form(text, is_refused=True) if size > LIMIT_BYTES else Form(text, same_as=bare, is_action=True)
+    return ReplyForm(text, is_refused=True) if size > LIMIT_BYTES else ReplyForm(text, same_as=bare, is_action=True)
 
 
-def _ill_fitting(rng: random.Random) -> Form:
+def _ill_fitting(rng: random.Random) -> ReplyForm:
     """A JSON object, of which nothing but its being one is known."""
     fields: dict[str, Any] = {"skill_name": rng.choice([*SKILLS, word(rng), 3, None]), "arguments": any_value(rng, 2)}
     if rng.random() < 0.7:
@@ -244,18 +246,18 @@ def _ill_fitting(rng: random.Random) -> Form:
             del fields["arguments"][name]
     if rng.random() < 0.1:
         del fields[rng.choice(["skill_name", "arguments"])]
-    return Form(dumped(rng, fields))
+    return ReplyForm(dumped(rng, fields))
 
 
-def _odd_number(rng: random.Random) -> Form:
+def _odd_number(rng: random.Random) -> ReplyForm:
     number = rng.choice(ODD_NUMBERS)
     if rng.random() < 0.5:
-        return Form(f'{{"skill_name": "navigate", "arguments": {{"mode": "forward", "magnitude": {number}}}}}')
+        return ReplyForm(f'{{"skill_name": "navigate", "arguments": {{"mode": "forward", "magnitude": {number}}}}}')
     x, y = rng.choice([(number, "5"), ("5", number), (number, number)])
-    return Form(f'{{"skill_name": "interact_pixel", "arguments": {{"intent": "pick", "x": {x}, "y": {y}}}}}')
+    return ReplyForm(f'{{"skill_name": "interact_pixel", "arguments": {{"intent": "pick", "x": {x}, "y": {y}}}}}')
 
 
-def _mutated(rng: random.Random) -> Form:
+def _mutated(rng: random.Random) -> ReplyForm:
     form = any_form(rng).text if rng.random() < 0.3 else action_text(rng)
     raw = bytearray(form if isinstance(form, bytes) else form.encode("utf-8", "surrogatepass"))
     for _ in range(rng.choice([1, 1, 2, 3, 8])):
@@ -270,11 +272,11 @@ def _mutated(rng: random.Random) -> Form:
         else:
             raw[place:] = raw[place : place + rng.randrange(30)]
     if rng.random() < 0.5:
-        return Form(bytes(raw))
-    return Form(raw.decode("utf-8", rng.choice(["replace", "surrogateescape", "ignore"])))
+        return ReplyForm(bytes(raw))
+    return ReplyForm(raw.decode("utf-8", rng.choice(["replace", "surrogateescape", "ignore"])))
 
 
-def _strange(rng: random.Random) -> Form:
+def _strange(rng: random.Random) -> ReplyForm:
     pool = [
         *STRANGE,
         *BLANKS,
@@ -283,20 +285,20 @@ def _strange(rng: random.Random) -> Form:
         '"arguments":{}',
         "```",
     ]
-    return Form("".join(rng.choices(pool, k=rng.randrange(40))))
+    return ReplyForm("".join(rng.choices(pool, k=rng.randrange(40))))
 
 
-def _random_bytes(rng: random.Random) -> Form:
-    return Form(rng.randbytes(rng.choice([0, 1, 10, 100, 1000])))
+def _random_bytes(rng: random.Random) -> ReplyForm:
+    return ReplyForm(rng.randbytes(rng.choice([0, 1, 10, 100, 1000])))
 
 
-def _lone_surrogate(rng: random.Random) -> Form:
+def _lone_surrogate(rng: random.Random) -> ReplyForm:
     half = rng.choice(["\\ud800", "\\udc00x", "\ud83e", "\\uDBFF\\u0041"])
     place = rng.choice(['{"skill_name": "%s", "arguments": {}}', '{"skill_name": "look", "arguments": {"%s": 1}}'])
-    return Form(place % half, is_refused=True)
+    return ReplyForm(place % half, is_refused=True)
 
 
-def _repeated(rng: random.Random) -> Form:
+def _repeated(rng: random.Random) -> ReplyForm:
     """A short piece many times over: what would show a time that grows with the square of the length."""
     pool = [
         "{",
@@ -319,14 +321,14 @@ def _repeated(rng: random.Random) -> Form:
     ]
     unit = "".join(rng.choices(pool, k=rng.randrange(1, 4)))
     size = rng.choice([1000, 10_000, LIMIT_BYTES, LIMIT_BYTES, 300_000])
-    return Form(rng.choice(["", "<think>", "{", '{"skill_name": "']) + unit * (size // len(unit)))
+    return ReplyForm(rng.choice(["", "<think>", "{", '{"skill_name": "']) + unit * (size // len(unit)))
 
 
 def _blanks(rng: random.Random) -> str:
     return "".join(rng.choices(BLANKS, k=rng.choice([0, 0, 1, 3])))
 
 
-_TABLE: tuple[tuple[Callable[[random.Random], Form], float], ...] = (
+_TABLE: tuple[tuple[Callable[[random.Random], ReplyForm], float], ...] = (
     (_plain, 12), (_reasoned, 14), (_trailed, 8), (_split, 4), (_fenced, 4), (_wordy, 4), (_several, 4), (_doubled, 2),
     (_deep, 3), (_flat_brackets, 1), (_long, 0.5), (_ill_fitting, 10), (_odd_number, 8), (_mutated, 16), (_strange, 8),
     (_random_bytes, 4), (_lone_surrogate, 2), (_repeated, 0.3),

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 import shapely
 
 from vigil.protocol.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG
-from vigil.scene.geometry import box_of
+from vigil.scene.geometry import body_box
 from vigil.scene.things import Scene, Thing
 from vigil.sim.privileged import PrivilegedSimulator
 
@@ -42,7 +42,7 @@ def _state(thing: Thing) -> tuple[object, ...]:
     return (*place, thing.openness, thing.is_toggled, thing.is_held, thing.is_present)
 
 
-class Sanity:
+class SanityCheck:
     """What must hold of the hidden state of a loaded house at any moment."""
 
     def __init__(self, simulator: PrivilegedSimulator) -> None:
@@ -70,14 +70,14 @@ class Sanity:
             faults.append(("the agent left the floor", repr(agent)))
         if not self._inside.covers(shapely.Point(agent.position.x, agent.position.z)):
             faults.append(("the agent is in no room", repr(agent)))
-        faults += _hand(scene, world.held)
+        faults += _hand_faults(scene, world.held)
         things = [scene.things[name] for name in sorted(names) if name in scene.things]
-        return faults + [fault for thing in things for fault in self._thing(scene, thing)]
+        return faults + [fault for thing in things for fault in self._thing_faults(scene, thing)]
 
-    def _thing(self, scene: Scene, thing: Thing) -> list[tuple[str, str]]:
+    def _thing_faults(self, scene: Scene, thing: Thing) -> list[tuple[str, str]]:
         if not all(map(math.isfinite, (*thing.position, *thing.rotation, thing.openness))):
             return [("a thing is nowhere", f"{thing.id} {thing.position} {thing.rotation}")]
-        faults = _supports(scene, thing)
+        faults = _support_faults(scene, thing)
         if not 0.0 <= thing.openness <= 1.0:
             faults.append(("openness out of 0..1", f"{thing.id} {thing.openness}"))
         if thing.is_present and not thing.is_held and not self._is_within(thing):
@@ -87,10 +87,10 @@ class Sanity:
     def _is_within(self, thing: Thing) -> bool:
         left, front, right, back = self._bounds
         x, y, z = thing.position
-        return left <= x <= right and front <= z <= back and 0.0 <= y <= self._top and box_of(thing).bottom >= -0.1
+        return left <= x <= right and front <= z <= back and 0.0 <= y <= self._top and body_box(thing).bottom >= -0.1
 
 
-def _hand(scene: Scene, held: str | None) -> list[tuple[str, str]]:
+def _hand_faults(scene: Scene, held: str | None) -> list[tuple[str, str]]:
     marked = {thing.id for thing in scene.things.values() if thing.is_held}
     stack = {held} if held else set()
     for _ in range(len(marked)):
@@ -103,7 +103,7 @@ def _hand(scene: Scene, held: str | None) -> list[tuple[str, str]]:
     return faults
 
 
-def _supports(scene: Scene, thing: Thing) -> list[tuple[str, str]]:
+def _support_faults(scene: Scene, thing: Thing) -> list[tuple[str, str]]:
     seen, below = {thing.id}, thing
     while below.parent is not None:
         if below.parent not in scene.things:

@@ -7,7 +7,7 @@ import shapely
 from shapely import Polygon
 
 from vigil.assets.catalog import CATALOG, WALL
-from vigil.scene.geometry import Prism, penetration, prisms_of, whole_box
+from vigil.scene.geometry import Prism, bounding_box, penetration, prisms_of
 from vigil.scene.outlines import polygon_of, wall_prisms
 from vigil.scene.supports import ancestors, contents, offset_from, surface_frame, surface_named
 from vigil.scene.things import Scene, Thing
@@ -68,7 +68,7 @@ class Solids:
         """Returns which of the named things neither stand on the floor nor on the surface that carries them."""
         faults: list[tuple[str, str]] = []
         for thing in self._present(names):
-            bottom, parent = whole_box(thing).bottom, self._scene.things.get(thing.parent or "")
+            bottom, parent = bounding_box(thing).bottom, self._scene.things.get(thing.parent or "")
             surface = parent and surface_named(parent, thing.surface)
             if parent is not None and surface is not None:
                 frame = surface_frame(parent, surface)

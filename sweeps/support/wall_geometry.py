@@ -26,7 +26,7 @@ def floors_of(scene: Scene) -> dict[str, shapely.Polygon]:
     return {room.id: shapely.Polygon(room.polygon) for room in scene.rooms}
 
 
-def home_of(thing: Thing, floors: dict[str, shapely.Polygon]) -> BaseGeometry:
+def containing_floor(thing: Thing, floors: dict[str, shapely.Polygon]) -> BaseGeometry:
     """Returns the floor on which most of a thing is; of a door or window, all floors that it borders on."""
     flat = vertices_of(thing, 0.0)[:, [0, 2]]
     shape = shapely.MultiPoint(flat).convex_hull
@@ -35,7 +35,7 @@ def home_of(thing: Thing, floors: dict[str, shapely.Polygon]) -> BaseGeometry:
     return max(floors.values(), key=lambda floor: (floor.intersection(shape).area, -floor.distance(shape)))
 
 
-class Shell:
+class WallShell:
     """Every panel of a scene as a rectangle in its plane, with its holes."""
 
     def __init__(self, scene: Scene) -> None:

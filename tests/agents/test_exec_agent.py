@@ -16,9 +16,9 @@ from waiting import HANGS_AFTER_S, wait_until
 
 from vigil.agents import program
 from vigil.agents.exec_agent import ExecAgent, ProgramSettings
-from vigil.agents.picture import encode
-from vigil.agents.program import MAX_LINE_BYTES, Program, environment, resolved
-from vigil.assets.sizes import AssetDatabase
+from vigil.agents.frame_encoding import encode_frame
+from vigil.agents.program import MAX_LINE_BYTES, Program, program_environment, resolve_paths
+from vigil.assets.database import AssetDatabase
 from vigil.env import Env
 from vigil.errors import ModelAPIError, SettingError
 from vigil.protocol.observation import Feedback, Observation
@@ -37,7 +37,7 @@ Maker = Callable[..., ExecAgent]
 def ends_are_awaited(monkeypatch: pytest.MonkeyPatch, how: str) -> None:
     """Waits for the exit code of a program that is to have one, however slow the machine is."""
     if "exit code" in how:
-        monkeypatch.setattr(program, "CLOSING_SECONDS", HANGS_AFTER_S)
+        monkeypatch.setattr(program, "EXIT_TIMEOUT_S", HANGS_AFTER_S)
 
 
 @pytest.fixture
@@ -111,7 +111,7 @@ def test_the_program_gets_frame_and_feedback_and_nothing_else(make: Maker) -> No
     message = json.loads(reply.text)
     assert message == {
         "type": "observation",
-        "frame": {"media_type": "image/png", "width": 640, "height": 480, "data": encode(RGB).base64},
+        "frame": {"media_type": "image/png", "width": 640, "height": 480, "data": encode_frame(RGB).base64},
         "feedback": {"too_far": True, "path_blocked": False},
     }
     assert reply.seconds > 0
@@ -237,7 +237,7 @@ def test_a_program_that_keeps_hanging_ends_by_the_limit_of_invalid_actions(
         wait_until_it_has_read(agent)
 
     monkeypatch.setattr(agent, "start", started)
-    with Env(make_simulator("fake", assets=AssetDatabase.of(None)), lambda _: tiny_house(), Profile()) as env:
+    with Env(make_simulator("fake", assets=AssetDatabase.from_file(None)), lambda _: tiny_house(), Profile()) as env:
         play(tiny_episode(2, "SV"), env, agent)
         record = env.record()
     assert (record.end, len(record.steps)) == ("invalid_action_limit_exceeded", 3)
@@ -411,8 +411,8 @@ def test_what_a_program_says_is_passed_on_without_secrets(tmp_path: Path, capfd:
     script.write_text(
         HEAD + "print('using', sys.argv[1], file=sys.stderr)\nfor line in sys.stdin: print(1, flush=True)"
     )
-    hide = plain(hide=lambda text: text.replace("word", "-"))
-    agent = ExecAgent(f"{sys.executable} {script} word", Profile(), hide)
+    redact = plain(redact=lambda text: text.replace("word", "-"))
+    agent = ExecAgent(f"{sys.executable} {script} word", Profile(), redact)
     agent.start("Find the mug.")
     agent.close()
     assert capfd.readouterr().err == "using -\n"
@@ -435,8 +435,8 @@ def test_only_words_that_name_what_exists_are_made_absolute(tmp_path: Path) -> N
     words = ["python", "a.py", "--config=a.py", "--name=b.py", "b.py", "-c", "", "x" * 5000, "./a.py"]
     here = str(tmp_path)
     expected = ["python", f"{here}/a.py", f"--config={here}/a.py", *words[3:-1], f"{here}/a.py"]
-    assert resolved(words, tmp_path) == expected
-    assert resolved(["bin/run", "/etc/passwd"], tmp_path) == [f"{here}/bin/run", "/etc/passwd"]
+    assert resolve_paths(words, tmp_path) == expected
+    assert resolve_paths(["bin/run", "/etc/passwd"], tmp_path) == [f"{here}/bin/run", "/etc/passwd"]
 
 
 def test_the_environment_is_the_users_without_what_is_vigils(tmp_path: Path) -> None:
@@ -447,5 +447,5 @@ def test_the_environment_is_the_users_without_what_is_vigils(tmp_path: Path) -> 
     kept |= {"PYTHONUSERBASE": site.getuserbase()} | dict.fromkeys(
         ("PWD", "HOME", "TMPDIR", "TMP", "TEMP"), str(folder)
     )
-    assert environment(given, here, folder) == kept
-    assert environment({**given, "PYTHONUSERBASE": "/u"}, here, folder)["PYTHONUSERBASE"] == "/u"
+    assert program_environment(given, here, folder) == kept
+    assert program_environment({**given, "PYTHONUSERBASE": "/u"}, here, folder)["PYTHONUSERBASE"] == "/u"

@@ -14,25 +14,25 @@ import pandas as pd
 import pytest
 from markupsafe import escape
 from matplotlib.text import Annotation
-from published import EpisodeCourse, Write, small_records, thousand, write_anchor, write_pack
+from published_runs import EpisodeScript, Write, make_episodes, small_records, write_anchor, write_pack
 from typer.testing import CliRunner
 
 from vigil.analysis.measures.closure import ClosureRun
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import Study, study
 from vigil.analysis.plots.figures import FIGURES
-from vigil.analysis.plots.style import canvas, saved
+from vigil.analysis.plots.style import canvas, figure_bytes
 from vigil.analysis.report import FORMATS, LIMITS, html_report, json_report, make_report, write_report
-from vigil.analysis.tables.closure import closure_tables
+from vigil.analysis.tables.closure_tables import closure_tables
 from vigil.analysis.tables.page import html_table
 from vigil.analysis.tables.registry import PAPER_TABLES, TABLES, tables
-from vigil.analysis.tables.table import Column, Table, TableRow, printed
+from vigil.analysis.tables.table import Column, Table, TableRow, formatted
 from vigil.analysis.tables.text import csv_text, latex, markdown
 from vigil.base.glossary import RESULTS, term_of
 from vigil.cli import app, reports
 from vigil.errors import SettingError
 from vigil.protocol.profile import ACTION_FEEDBACK, Profile
-from vigil.records.record import Answered, Resumption, read_header
+from vigil.records.record import ProviderFacts, Resumption, read_header
 
 PAPERS_OWN = [
     "global_cross_section",
@@ -92,8 +92,8 @@ def test_own_tables_come_last_in_every_format(write: Write, tmp_path: Path) -> N
         make_report(found, (), own={"overview": mine})
 
 
-def lost(family: str) -> EpisodeCourse:
-    return EpisodeCourse(family, False, "NR")  # type: ignore[arg-type]
+def lost(family: str) -> EpisodeScript:
+    return EpisodeScript(family, False, "NR")  # type: ignore[arg-type]
 
 
 @pytest.fixture
@@ -292,7 +292,7 @@ def balanced(text: str) -> bool:
 def test_the_same_runs_give_the_same_bytes(mixed: Study):
     first, second = (json_report(make_report(study(runs), ())) for runs in (mixed.runs, mixed.runs))
     assert first == second
-    assert saved(draw(mixed, "plane"), "svg") == saved(draw(mixed, "plane"), "svg")
+    assert figure_bytes(draw(mixed, "plane"), "svg") == figure_bytes(draw(mixed, "plane"), "svg")
 
 
 def draw(found: Study, name: str):
@@ -301,8 +301,8 @@ def draw(found: Study, name: str):
     return figure
 
 
-def drifting(family: str) -> EpisodeCourse:
-    return EpisodeCourse(family, True, "NR")  # type: ignore[arg-type]
+def drifting(family: str) -> EpisodeScript:
+    return EpisodeScript(family, True, "NR")  # type: ignore[arg-type]
 
 
 def test_the_partition_marks_w_and_says_how_far_it_is_from_b(write: Write):
@@ -319,11 +319,11 @@ def test_figures_of_nothing_are_left_out(name: str):
 
 
 def test_labels_in_the_plane_cover_neither_each_other_nor_the_frame(tmp_path: Path):
-    write_pack(tmp_path / "pack", thousand())
+    write_pack(tmp_path / "pack", make_episodes())
     models = ("GPT-5.4", "Claude-Sonnet-4", "InternVL3.5-38B", "Qwen3-VL-32B")
     found = study(read_runs([write_anchor(tmp_path / model, tmp_path / "pack", model) for model in models]))
     figure = draw(found, "plane")
-    saved(figure, "png")
+    figure_bytes(figure, "png")
     figure.canvas.draw()
     renderer = figure.canvas.get_renderer()  # type: ignore[attr-defined]
     axes = figure.axes[0]
@@ -356,7 +356,7 @@ def test_labels_in_the_plane_cover_neither_each_other_nor_the_frame(tmp_path: Pa
     ],
 )
 def test_cells_print_as_in_the_paper(value: object, kind: str, text: str):
-    assert printed(value, kind) == text  # type: ignore[arg-type]
+    assert formatted(value, kind) == text  # type: ignore[arg-type]
 
 
 def test_text_is_escaped_in_every_format():
@@ -384,7 +384,7 @@ def test_a_figure_of_any_text_is_a_valid_file(kind: str):
     figure = canvas(3, 2)
     axes = figure.subplots()
     axes.set_title(f"a{NOT_HOLDABLE}b -- <&> \t \r")
-    content = saved(figure, kind)
+    content = figure_bytes(figure, kind)
     if kind == "svg":
         assert ElementTree.fromstring(content).tag.endswith("svg")
         assert not {0, 1, 27} & set(content)
@@ -453,7 +453,7 @@ def test_check_asserts_the_identities_on_records(write: Write):
 
 
 def test_check_fails_on_a_broken_identity(write: Write, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(reports, "run_faults", lambda run: [f"{run.name}, all: Stop + NR + IL = all"])
+    monkeypatch.setattr(reports, "broken_run_identities", lambda run: [f"{run.name}, all: Stop + NR + IL = all"])
     found = command("report", write("a"), "--check")
     assert found.exit_code == 1
     assert "Stop + NR + IL = all" in found.output
@@ -490,7 +490,7 @@ def test_a_figure_is_written_in_its_files_format(write: Write, tmp_path: Path):
 
 def test_the_reasons_of_invalid_replies_stand_below_their_table(write: Write) -> None:
     garbled = study(
-        read_runs([write("fine"), write("garbled", small_records(lambda f: EpisodeCourse(f, False, "IL")))])
+        read_runs([write("fine"), write("garbled", small_records(lambda f: EpisodeScript(f, False, "IL")))])
     )
     notes = TABLES["invalid_replies"](garbled).notes
     said = [note for note in notes if "no action" in note]
@@ -503,8 +503,8 @@ def test_the_reasons_of_invalid_replies_stand_below_their_table(write: Write) ->
 def test_what_really_answered_stands_beside_what_was_asked_for(write: Write) -> None:
     folder = write("run", agent="vllm/alias")
     header = read_header(folder)
-    answered = Answered(replies=3, models={"alias-2026": 3}, replies_with_reasoning=1)
-    later = Resumption(started=header.started, rows_before=1, answered=Answered(models={"alias-2027": 1}))
+    answered = ProviderFacts(replies=3, models={"alias-2026": 3}, replies_with_reasoning=1)
+    later = Resumption(started=header.started, rows_before=1, answered=ProviderFacts(models={"alias-2027": 1}))
     changed = header.model_copy(update={"answered": answered, "resumed": (later,)})
     (folder / "run.json").write_text(changed.model_dump_json(), encoding="utf-8")
     (row,) = (
@@ -518,7 +518,7 @@ def test_a_long_name_leaves_room_for_the_bars(write: Write):
     name = "vllm/a-model-with-a-name-of-many-parts-235B-A22B-thinking-and-more-of-it-still"
     figure = FIGURES["belief_closure"](study(read_runs([write("run", agent=name)])))
     assert figure is not None
-    saved(figure, "svg")
+    figure_bytes(figure, "svg")
     left, right = figure.axes[:2]
     assert left.get_tightbbox().x1 <= right.get_window_extent().x0 + 60
     (label,) = left.get_yticklabels()

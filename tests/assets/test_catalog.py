@@ -33,7 +33,7 @@ def test_row_is_consistent(row: Category) -> None:
 def test_a_category_that_cannot_be_is_not_registered() -> None:
     known = len(CATALOG)
     with pytest.raises(SettingError, match="'Mug' exists already"):
-        register(replace(CATALOG["Mug"], spoken="beaker"), MAKERS["Mug"])
+        register(replace(CATALOG["Mug"], display_name="beaker"), MAKERS["Mug"])
     with pytest.raises(SettingError, match=r"rests on 'Desc', which does not exist\. Did you mean 'Desk'"):
         register(replace(CATALOG["Mug"], name="Beaker", rests_on=("Desc",)), MAKERS["Mug"])
     register(CATALOG["Mug"], MAKERS["Mug"])
@@ -41,9 +41,9 @@ def test_a_category_that_cannot_be_is_not_registered() -> None:
 
 
 def test_spoken_names_are_words_and_tell_categories_apart() -> None:
-    spoken = [row.spoken.lower() for row in CATEGORIES]
-    assert len(set(spoken)) == len(spoken)
-    assert all(re.fullmatch(r"[A-Za-z ]+", row.spoken) for row in CATEGORIES)
+    display_name = [row.display_name.lower() for row in CATEGORIES]
+    assert len(set(display_name)) == len(display_name)
+    assert all(re.fullmatch(r"[A-Za-z ]+", row.display_name) for row in CATEGORIES)
 
 
 def test_what_carries_pickupable_things_is_a_receptacle() -> None:
@@ -55,7 +55,7 @@ def test_what_carries_pickupable_things_is_a_receptacle() -> None:
 def test_every_pickupable_thing_is_taken_by_most_places_named_for_it() -> None:
     for row in CATEGORIES:
         if row.is_pickupable and "Floor" not in row.rests_on and "Wall" not in row.rests_on:
-            assert any(CATALOG[name].takes(row) for name in row.rests_on), row.name
+            assert any(CATALOG[name].can_hold(row) for name in row.rests_on), row.name
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_every_pickupable_thing_is_taken_by_most_places_named_for_it() -> None:
     ],
 )
 def test_takes(place: str, thing: str, expected: bool) -> None:
-    assert CATALOG[place].takes(CATALOG[thing]) is expected
+    assert CATALOG[place].can_hold(CATALOG[thing]) is expected
 
 
 def test_interlocks_are_those_of_machines_with_a_door() -> None:

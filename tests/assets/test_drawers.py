@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from vigil.assets import make
+from vigil.assets.database import AssetDatabase, own_asset_id
 from vigil.assets.drawers import (
     body_of,
     drawer_asset_id,
     drawer_names,
     drawer_of,
-    named_drawer,
+    split_drawer_id,
 )
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.sizes import AssetDatabase, own_asset_id
 from vigil.protocol.house import drawer_id
 
 DATABASE = AssetDatabase.default()
@@ -86,8 +86,8 @@ def test_the_same_asset_is_taken_apart_once() -> None:
 
 
 def test_ids_are_read_back() -> None:
-    assert named_drawer(drawer_asset_id("vigil_Dresser_5", "drawer3")) == ("vigil_Dresser_5", "drawer3")
-    assert named_drawer("vigil_Dresser_5") is None
+    assert split_drawer_id(drawer_asset_id("vigil_Dresser_5", "drawer3")) == ("vigil_Dresser_5", "drawer3")
+    assert split_drawer_id("vigil_Dresser_5") is None
     assert drawer_id("Dresser|2|5", "drawer3") == "Drawer|2|5|Dresser3"
     assert drawer_id("Desk|2|5", "drawer3") != drawer_id("Dresser|2|5", "drawer3")
     assert drawer_id("chest", "drawer3") == "Drawer|chest|3"

@@ -5,7 +5,7 @@ import pytest
 
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
-from vigil.assets.notice import HEIGHT_M, LINES, MACHINES, WIDTH_M, notice_of, notice_spot
+from vigil.assets.notice import HEIGHT_M, LINES, MACHINES, WIDTH_M, notice_centre, notice_parts
 
 VARIANTS = range(4)
 FRAME_M, TOP_M, LETTER_M = 0.012, HEIGHT_M / 2 - 0.012, 0.035
@@ -16,8 +16,8 @@ FRAME_M, TOP_M, LETTER_M = 0.012, HEIGHT_M / 2 - 0.012, 0.035
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_every_machine_bears_one_on_its_front(category: str, variant: int):
     asset = make(category, CATALOG[category].typical_size, variant)
-    sheet, text = notice_of(asset)
-    spot = notice_spot(asset)
+    sheet, text = notice_parts(asset)
+    spot = notice_centre(asset)
     assert spot is not None
     low, high = sheet.mesh.vertices.min(axis=0), sheet.mesh.vertices.max(axis=0)
     assert high[:2] - low[:2] == pytest.approx([WIDTH_M, HEIGHT_M], abs=1e-6)
@@ -30,9 +30,9 @@ def test_every_machine_bears_one_on_its_front(category: str, variant: int):
 
 def test_the_text_reads_from_left_to_right_to_who_looks_at_the_front():
     asset = make("Microwave", CATALOG["Microwave"].typical_size, 0)
-    spot = notice_spot(asset)
+    spot = notice_centre(asset)
     assert spot is not None
-    corners = notice_of(asset)[1].mesh.vertices - np.array(spot)
+    corners = notice_parts(asset)[1].mesh.vertices - np.array(spot)
     inner = corners[(np.abs(corners[:, 0]) < WIDTH_M / 2 - FRAME_M) & (corners[:, 1] > 0) & (corners[:, 1] < TOP_M)]
     # Who looks at the front has +x on the left, so that the last letter of OUT OF has the least x.
     last = inner[inner[:, 0] < inner[:, 0].min() + LETTER_M]
@@ -44,5 +44,5 @@ def test_the_text_reads_from_left_to_right_to_who_looks_at_the_front():
 @pytest.mark.parametrize("category", ["Fridge", "Apple", "Sofa", "Faucet", "Candle"])
 def test_what_is_no_machine_with_a_front_bears_none(category: str):
     asset = make(category, CATALOG[category].typical_size, 0)
-    assert notice_of(asset) == ()
-    assert notice_spot(asset) is None
+    assert notice_parts(asset) == ()
+    assert notice_centre(asset) is None

@@ -2,7 +2,7 @@
 
 import pytest
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.packs.pack import Pack
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator

@@ -4,23 +4,23 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from another_backend import with_nothing_besides
+from protocol_backend import with_protocol_only
 
 from vigil.authoring.drafting import proposals
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.review.validate import Validator
-from vigil.authoring.ways.limited import LIMITED
-from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
+from vigil.authoring.solving.ablated_solvers import ABLATIONS
+from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
 from vigil.env import Env
 from vigil.packs.pack import Pack
 from vigil.protocol.profile import Profile
-from vigil.scoring.outcomes import settle
+from vigil.scoring.outcomes import score
 from vigil.sim.privileged import PrivilegedSimulator
 
 
 @pytest.fixture
 def backend(simulator: PrivilegedSimulator) -> PrivilegedSimulator:
-    return with_nothing_besides(simulator)
+    return with_protocol_only(simulator)
 
 
 def test_episodes_are_proposed_and_validated(starter: Pack, backend: PrivilegedSimulator) -> None:
@@ -40,5 +40,5 @@ def test_privileged_agents_play(agent: str, starter: Pack, backend: PrivilegedSi
     player.start(episode.instruction)
     while observation is not None:
         observation = env.step(player.act(observation))
-    is_solved = settle(episode, env.record()).B
-    assert is_solved is (agent in ("solver", "noisy_solver", "acts_anyway")) or agent in LIMITED
+    is_solved = score(episode, env.record()).B
+    assert is_solved is (agent in ("solver", "noisy_solver", "acts_anyway")) or agent in ABLATIONS

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from vigil.base.files import check_links, file_sha256, inside, read_file
+from vigil.base.files import file_sha256, read_file, refuse_outward_links, resolve_inside
 from vigil.errors import RecordError
 
 
@@ -41,17 +41,17 @@ def test_links_are_followed_within_a_folder_alone(tmp_path: Path):
     (tmp_path / "secret").write_text("mine")
     (folder / "here").write_text("ours")
     (folder / "deep" / "link").symlink_to(folder / "here")
-    check_links(folder, RecordError)
-    assert inside(folder, "deep/link", RecordError).read_text() == "ours"
+    refuse_outward_links(folder, RecordError)
+    assert resolve_inside(folder, "deep/link", RecordError).read_text() == "ours"
     (folder / "deep" / "out").symlink_to(tmp_path / "secret")
     with pytest.raises(RecordError, match=r"out' is a link to outside of .*run'; it is not followed"):
-        check_links(folder, RecordError)
+        refuse_outward_links(folder, RecordError)
     with pytest.raises(RecordError, match=r"deep/out in .* is a link to outside of its folder"):
-        inside(folder, "deep/out", RecordError)
+        resolve_inside(folder, "deep/out", RecordError)
 
 
 def test_a_link_to_a_run_is_the_run(tmp_path: Path):
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "a").write_text("a")
     (tmp_path / "link").symlink_to(tmp_path / "run")
-    assert inside(tmp_path / "link", "a", RecordError).read_text() == "a"
+    assert resolve_inside(tmp_path / "link", "a", RecordError).read_text() == "a"

@@ -20,7 +20,7 @@ from vigil.base.json_lines import (
     append_line,
     dump_line,
     is_being_written,
-    parse,
+    parse_line,
     read_lines,
 )
 from vigil.errors import RecordError, SettingError
@@ -56,9 +56,9 @@ def test_a_file_cut_at_any_byte_has_all_lines_but_the_one_it_was_cut_in(cut: int
     found, read = read_bytes(whole[:cut])
     ends = [len(lines(1)), len(lines(1, 22)), len(whole)]
     assert [line.number for line in read] == [n for n, end in enumerate(ends, 1) if cut >= end - 1]
-    assert b"".join(line.data for line in read) + found.torn == whole[:cut]
-    assert found.end + len(found.torn) == cut
-    assert found.is_open == (cut in {end - 1 for end in ends})
+    assert b"".join(line.data for line in read) + found.partial_line == whole[:cut]
+    assert found.end + len(found.partial_line) == cut
+    assert found.lacks_newline == (cut in {end - 1 for end in ends})
 
 
 def test_lines_read_on_have_the_places_of_the_whole_file():
@@ -82,12 +82,12 @@ def test_no_file_has_no_lines_and_a_folder_is_refused(path: Path):
 def test_what_is_wrong_is_said_by_file_line_and_field(path: Path):
     path.write_bytes(lines(1) + b'{"n": "many"}\n')
     one, two = read_lines(path)
-    assert parse(one, Row, "rows", "Mend it.") == Row(n=1)
+    assert parse_line(one, Row, "rows", "Mend it.") == Row(n=1)
     with pytest.raises(RecordError, match=r"^rows line 2: n: Input should be a valid integer.*\. Mend it\.$"):
-        parse(two, Row, "rows", "Mend it.")
+        parse_line(two, Row, "rows", "Mend it.")
     either = TypeAdapter(Annotated[Row | Other, Field(discriminator="kind")])
     with pytest.raises(SettingError, match=r"^rows line 2: the line: Unable to extract tag"):
-        parse(two, either, "rows", "Mend it.", SettingError)
+        parse_line(two, either, "rows", "Mend it.", SettingError)
 
 
 @pytest.mark.parametrize(("cut", "torn"), [(0, b""), (1, b""), (2, dump_line(Row(n=2))[:-2])])
@@ -95,13 +95,13 @@ def test_a_line_is_added_after_whatever_a_kill_left(path: Path, cut: int, torn: 
     path.write_bytes(lines(1, 2)[: len(lines(1, 2)) - cut])
     append_line(path, lines(3))
     assert path.read_bytes() == (lines(1, 3) if torn else lines(1, 2, 3))
-    assert [side.read_bytes() for side in path.parent.glob("*.torn-*")] == ([torn] if torn else [])
+    assert [side.read_bytes() for side in path.parent.glob("*.partial-*")] == ([torn] if torn else [])
 
 
 def test_nothing_is_changed_before_something_is_written(path: Path):
     path.write_bytes(b"notes of mine")
     with AppendFile(path) as file:
-        assert file.lines.torn == b"notes of mine"
+        assert file.lines.partial_line == b"notes of mine"
     assert path.read_bytes() == b"notes of mine"
     assert list(path.parent.iterdir()) == [path]
 
@@ -144,8 +144,8 @@ def test_a_full_disk_leaves_no_half_line(path: Path, monkeypatch: pytest.MonkeyP
 def test_what_is_cut_is_not_put_aside(path: Path):
     path.write_bytes(lines(1, 2) + b'{"torn')
     with AppendFile(path) as file:
-        file.cut(len(lines(1)))
-        assert [line.number for line in file.lines.whole] == [1]
+        file.truncate(len(lines(1)))
+        assert [line.number for line in file.lines.complete] == [1]
         file.append(lines(3))
     assert path.read_bytes() == lines(1, 3)
     assert list(path.parent.iterdir()) == [path]

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 import pytest
 
-from vigil.base.settings import Setting, check_declared, declared_in
+from vigil.base.settings import Setting, check_settings, declared_settings
 from vigil.errors import SettingError
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings
@@ -19,20 +19,20 @@ class Some:
 
     name: Annotated[str, Setting("A name.")]
     plain: float = float("nan")
-    count: Annotated[int | None, Setting("How many.", least=1, most=9)] = None
+    count: Annotated[int | None, Setting("How many.", minimum=1, maximum=9)] = None
     share: Annotated[float, Setting("How much.")] = 0.5
     kind: Annotated[Literal["round", "square"] | None, Setting("Which.")] = None
     more: Annotated[Mapping[str, Any], Setting("Else.")] = field(default_factory=lambda: {"a": 1})
 
 
 def test_what_declares_a_setting_is_found_with_its_default() -> None:
-    found = {one.name: one.default for one in declared_in(Some)}
+    found = {one.name: one.default for one in declared_settings(Some)}
     assert found == {"name": MISSING, "count": None, "share": 0.5, "kind": None, "more": {"a": 1}}
 
 
 @pytest.mark.parametrize("changes", [{}, {"count": 1}, {"count": 9}, {"share": -1e9}, {"kind": "round"}])
 def test_values_within_their_bounds_pass(changes: dict[str, Any]) -> None:
-    check_declared(Some("x", **changes))
+    check_settings(Some("x", **changes))
 
 
 @pytest.mark.parametrize(
@@ -47,13 +47,13 @@ def test_values_within_their_bounds_pass(changes: dict[str, Any]) -> None:
 )
 def test_values_out_of_their_bounds_are_named(changes: dict[str, Any], said: str) -> None:
     with pytest.raises(SettingError) as caught:
-        check_declared(Some("x", **changes))
+        check_settings(Some("x", **changes))
     assert str(caught.value) == said
 
 
 @pytest.mark.parametrize("settings", [RunSettings, VerifySettings, PlaySettings])
 def test_values_are_checked_when_settings_are_made(settings: type) -> None:
-    required = {one.name: "x" for one in declared_in(settings) if one.default is MISSING}
+    required = {one.name: "x" for one in declared_settings(settings) if one.default is MISSING}
     settings(**required)
     with pytest.raises(SettingError, match="limit is 0; it must be 1 or more"):
         settings(**required, limit=0)
@@ -61,8 +61,8 @@ def test_values_are_checked_when_settings_are_made(settings: type) -> None:
 
 def test_settings_from_python_alone_are_few() -> None:
     """Of all that a run takes, only what is no text, and the patience with servers and simulators, is no option."""
-    offered = {one.name for one in declared_in(RunSettings) if one.setting.is_option}
+    offered = {one.name for one in declared_settings(RunSettings) if one.setting.is_option}
     assert {one.name for one in fields(RunSettings)} - offered == {
         *("agent_factory", "simulator_factory", "reveal_private_pack"),
-        *("retries", "first_wait_s", "longest_wait_s", "patience_s"),
+        *("retries", "first_wait_s", "longest_wait_s", "timeout_s"),
     }

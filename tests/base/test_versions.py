@@ -89,9 +89,9 @@ def test_packs_headers_and_records_name_the_versions(folders):
     manifest = json.loads((pack / "manifest.json").read_text())
     assert manifest["versions"] == {"rules": RULES_VERSION, "shapes": SHAPES_VERSION}
     spec = read_header(run).spec
-    assert spec.versions == Versions.here()
-    assert spec.pack_versions == PackVersions.here()
-    assert {record.versions for record in read_records(run / "episodes.jsonl")} == {Versions.here()}
+    assert spec.versions == Versions.current()
+    assert spec.pack_versions == PackVersions.current()
+    assert {record.versions for record in read_records(run / "episodes.jsonl")} == {Versions.current()}
 
 
 def test_what_names_no_version_is_of_the_first():
@@ -100,7 +100,7 @@ def test_what_names_no_version_is_of_the_first():
     for said in ("rules 1 (here", "shapes 1 (here", "grammar 1 (here", "before versions were named", "verdicts"):
         assert said in note
     assert "\n" not in note
-    assert Versions.here().note("Run 'x'") is None
+    assert Versions.current().note("Run 'x'") is None
 
 
 def unname(folder: Path, name: str, *keys: str) -> None:
@@ -167,6 +167,6 @@ def test_every_reader_of_a_pack_says_that_it_was_made_under_other_versions(tmp_p
 
 
 def test_a_run_of_a_newer_version_is_told_too():
-    note = Versions.here().model_copy(update={"grammar": GRAMMAR_VERSION + 1}).note("Run 'x'") or ""
+    note = Versions.current().model_copy(update={"grammar": GRAMMAR_VERSION + 1}).note("Run 'x'") or ""
     assert f"grammar {GRAMMAR_VERSION + 1} (here {GRAMMAR_VERSION})" in note
     assert "before versions were named" not in note

@@ -1,10 +1,10 @@
 """Fixtures for tests of the command line."""
 
 import pytest
-from commands import Vigil, runner
+from commands import Vigil, command_runner
 
 
 @pytest.fixture
 def vigil(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Vigil:
     """Runs the command line in this process."""
-    return runner(monkeypatch, capsys)
+    return command_runner(monkeypatch, capsys)

@@ -4,7 +4,7 @@ import json
 from importlib.metadata import PackageNotFoundError
 
 import pytest
-from thor_line import in_process
+from thor_client import in_process
 from typer.testing import CliRunner
 
 from vigil.cli import app, doctor
@@ -29,7 +29,7 @@ def test_the_chosen_engine_is_named_and_what_is_missing(monkeypatch, wanted: str
 
     monkeypatch.setenv(ENGINE_VARIABLE, wanted)
     monkeypatch.setattr(requirements, "version", absent)
-    monkeypatch.setattr(doctor, "Connection", without_client)
+    monkeypatch.setattr(doctor, "GuardedClient", without_client)
     code, facts = said()
     assert code == 0
     assert facts["chosen engine"] == name

@@ -6,16 +6,16 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from commands import Vigil
-from published import small_records, thousand, write_pack, write_run
+from published_runs import make_episodes, small_records, write_pack, write_run
 
-from vigil.analysis.measures.rows import frame_of, read_runs
+from vigil.analysis.measures.rows import combined_rows, read_runs
 
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with two runs of models, `a` whole and `b` incomplete."""
     folder = tmp_path_factory.mktemp("runs")
-    write_pack(folder / "pack", thousand(2))
+    write_pack(folder / "pack", make_episodes(2))
     records = small_records()
     write_run(folder / "a", folder / "pack", "vllm/Qwen/Qwen3-VL", records)
     some = dict(list(records.items())[:5])
@@ -35,7 +35,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (["a", "b", "--out", "new"], "A site shows one run, and 2 were given"),
         (["a", "--format", "hf", "--out", "new", "--pack", "p", "--pack", "q"], "--pack may be given several times"),
         (["a", "--out", "new", "--answer-key"], "--answer-key is for --format hf and every-eval-ever"),
-        (["a", "--out", "new", "--anyway"], "--anyway is for --format every-eval-ever alone"),
+        (["a", "--out", "new", "--force"], "--force is for --format every-eval-ever alone"),
         (["a", "--format", "hf", "--out", "new", "--developer", "me"], "--developer is for --format every-eval-ever"),
         (["a", "--format", "every-eval-ever", "--out", "new", "--relationship", "friend"], "--relationship"),
         (["a", "b", "--format", "every-eval-ever", "--out", "new"], "Run 'b' is incomplete: 5 of 16"),
@@ -61,7 +61,7 @@ def test_parquet_is_the_rows_of_a_report(vigil: Vigil, runs: Path, tmp_path: Pat
     assert said.out == f"{tmp_path / 'e.parquet'}\n"
     assert "INCOMPLETE: 5 of 16 episodes are scored" in said.err
     assert len(pd.read_parquet(tmp_path / "e.parquet")) == 16 + 5
-    frame_of(read_runs(both)).to_parquet(tmp_path / "rows.parquet", index=False)
+    combined_rows(read_runs(both)).to_parquet(tmp_path / "rows.parquet", index=False)
     assert (tmp_path / "e.parquet").read_bytes() == (tmp_path / "rows.parquet").read_bytes()
 
 
@@ -70,7 +70,7 @@ def test_the_other_formats_print_what_to_open(vigil: Vigil, runs: Path, tmp_path
     assert said.out == f"{tmp_path / 'hf' / 'README.md'}\n"
     assert "INCOMPLETE" in said.err
     assert "INCOMPLETE" in (tmp_path / "hf" / "README.md").read_text(encoding="utf-8")
-    both = (runs / "a", runs / "b", "--format", "every-eval-ever", "--anyway")
+    both = (runs / "a", runs / "b", "--format", "every-eval-ever", "--force")
     said = vigil("export", *both, "--out", tmp_path / "results", "--organization", "Lab")
     assert all(Path(line).is_file() for line in said.out.splitlines())
     assert len(said.out.splitlines()) == 2

@@ -5,8 +5,8 @@ import sys
 from pathlib import Path
 
 import pytest
+from fake_prior import FakePrior, as_procthor_writes
 from PIL import Image
-from prior_stand_in import Prior, as_procthor_writes
 from typer.testing import CliRunner, Result
 
 from vigil.cli import app
@@ -85,7 +85,7 @@ def test_lines_that_are_no_house_are_named_by_number(tmp_path, bedroom):
 
 
 def test_a_sweep_says_what_is_rare():
-    done = houses("sweep", "--seeds", "0:2", "--rooms", "1", "--no-load", "--least", "1", "--workers", "1")
+    done = houses("sweep", "--seeds", "0:2", "--rooms", "1", "--no-load", "--min-count", "1", "--workers", "1")
     assert done.exit_code == 2
     assert "1 rooms: 2 houses" in done.output
     assert "fewer than 1 of:" in done.output
@@ -149,9 +149,9 @@ def test_export_writes_a_house_of_thors_assets(tmp_path, bedroom, thor_files):
 
 
 @pytest.fixture
-def dataset(tmp_path, bedroom, monkeypatch) -> Prior:
+def dataset(tmp_path, bedroom, monkeypatch) -> FakePrior:
     """ProcTHOR-10K with two houses a split, the first of which is none."""
-    stand_in = Prior(tmp_path / "datasets", [b"{}", as_procthor_writes(bedroom.data)])
+    stand_in = FakePrior(tmp_path / "datasets", [b"{}", as_procthor_writes(bedroom.data)])
     monkeypatch.setitem(sys.modules, "prior", stand_in)
     return stand_in
 

@@ -4,16 +4,16 @@ import json
 from pathlib import Path
 
 import pytest
-from published import good, played, thousand, write_pack, write_run
+from published_runs import good, make_episodes, record_of, write_pack, write_run
 from typer.testing import CliRunner, Result
 
 from vigil.cli import app
 from vigil.errors import EpisodeError, SettingError
 from vigil.packs.freeze import freeze
-from vigil.packs.pack import Pack, find
-from vigil.scoring.levels import EpisodeLevel, Measures, levels_bytes, levels_of, read_levels
+from vigil.packs.pack import Pack, find_pack
+from vigil.scoring.levels import EpisodeLevel, LevelMeasures, dump_levels, read_levels, read_pack_levels
 
-FIGURES = Measures(
+FIGURES = LevelMeasures(
     path_m=0.0, turns=0, doors=0, rooms=1, look_alikes=0, target_px=9000, containers=0, occlusion=0.0, slack=1.0,
     reference_words=1,
 )  # fmt: skip
@@ -26,14 +26,14 @@ def vigil(*arguments: str | Path) -> Result:
 @pytest.fixture
 def runs(tmp_path: Path) -> list[Path]:
     """One model that completes all, and one that was scored on half of it."""
-    episodes = thousand(2)
+    episodes = make_episodes(2)
     write_pack(tmp_path / "pack", episodes)
     levels = [
         EpisodeLevel(episode_id=one.id, level="easy" if n % 2 else "hard", index=float(n), measures=FIGURES)
         for n, one in enumerate(episodes)
     ]
-    (tmp_path / "mine.jsonl").write_bytes(levels_bytes(levels))
-    records = {one.id: played(good(one.family)) for one in episodes}
+    (tmp_path / "mine.jsonl").write_bytes(dump_levels(levels))
+    records = {one.id: record_of(good(one.family)) for one in episodes}
     fewer = {name: record for n, (name, record) in enumerate(records.items()) if n % 2}
     return [
         write_run(tmp_path / f"run{n}", tmp_path / "pack", f"vllm/model{n}", some)
@@ -57,7 +57,7 @@ def test_difficulties_are_fitted_to_runs(runs: list[Path], tmp_path: Path) -> No
     told = vigil("pack", "difficulty", *runs, "--levels", tmp_path / "mine.jsonl")
     assert told.exit_code == 0, told.output
     assert all(word in told.stdout for word in ("model0", "ability", "easy", "hard", "within families"))
-    facts = json.loads(vigil("pack", "difficulty", *runs, "--of", "W", "--json").stdout)
+    facts = json.loads(vigil("pack", "difficulty", *runs, "--success", "W", "--json").stdout)
     assert [agent["agent"] for agent in facts["agents"]] == ["model0", "model1"]
     assert len(facts["episodes"]) == 16
     assert facts["episodes"][0]["index"] is None
@@ -72,11 +72,11 @@ def test_a_report_takes_levels_from_a_file(runs: list[Path], tmp_path: Path) -> 
 
 
 def test_a_pack_is_shared_out_over_levels(tmp_path: Path) -> None:
-    houses = sorted((find("starter") / "houses").glob("bathroom*.json"))[:1]
+    houses = sorted((find_pack("starter") / "houses").glob("bathroom*.json"))[:1]
     drafts = tmp_path / "drafts.jsonl"
     asked = ["--family", "PG", "--per-house", "6"]
-    assert vigil("pack", "propose", "--houses", houses[0], *asked, "--out", drafts, "--tried", "12").exit_code == 0
-    build = ["pack", "build", "--drafts", drafts, "--family", "PG", "--house-uses", "9", "--workers", "1"]
+    assert vigil("pack", "propose", "--houses", houses[0], *asked, "--out", drafts, "--tries", "12").exit_code == 0
+    build = ["pack", "build", "--drafts", drafts, "--family", "PG", "--max-per-house", "9", "--workers", "1"]
     wanted = ["--per-family", "1", "--level", "easy", "--robust"]
     built = vigil(*build, "--name", "mine", "--out", tmp_path / "mine", *wanted)
     assert built.exit_code == 0, built.output
@@ -87,7 +87,7 @@ def test_a_pack_is_shared_out_over_levels(tmp_path: Path) -> None:
     (row,) = (json.loads(line) for line in (pack.folder / "facts.jsonl").read_text().splitlines())
     assert (row["level"], row["is_robust"]) == ("easy", True)
     assert pack.episodes[0].id in (tmp_path / "drafts.checks.jsonl").read_text()
-    assert [each.level for each in levels_of(pack.folder).values()] == ["easy"]
+    assert [each.level for each in read_pack_levels(pack.folder).values()] == ["easy"]
     short = vigil(*build, "--name", "far", "--out", tmp_path / "far", "--per-family", "40", "--level", "easy,extreme")
     assert isinstance(short.exception, EpisodeError)
     assert "PG extreme" in str(short.exception)

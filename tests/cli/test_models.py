@@ -13,14 +13,14 @@ import pytest
 from inspect_marks import INSPECT
 from PIL import Image
 from typer.testing import CliRunner
-from wire_server import Said, WireServer
+from wire_server import ModelMessage, WireServer
 
 from vigil.analysis.measures.paper import paper
 from vigil.cli import app
 from vigil.cli.models import LISTED
 from vigil.errors import SettingError
 from vigil.protocol.profile import COORDINATES_BY_MODEL, known_coordinates
-from vigil.runner.models.providers import PROVIDERS, named
+from vigil.runner.models.providers import PROVIDERS, parse_model_name
 
 pytestmark = INSPECT
 PAGE = (Path(__file__).parents[2] / "docs" / "models.md").read_text(encoding="utf-8")
@@ -50,7 +50,7 @@ def test_a_command_of_the_papers_models_passes_the_dry_run(name: str) -> None:
     words = shlex.split(COMMANDS[name])
     done = CliRunner().invoke(app, [*words, "--limit", "1", "--dry-run"])
     assert done.exit_code == 0, done.output
-    model = named(words[2])
+    model = parse_model_name(words[2])
     assert f"Model: {model.name!r} at " in done.output
     if model.provider.needs_key:
         assert f"export {model.provider.keys[0]}=" in done.output
@@ -136,12 +136,12 @@ def test_the_list_ends_with_the_table_of_coordinates() -> None:
 
 @pytest.mark.parametrize(("scale", "said"), [(1000, "points in normalized_1000"), (1, "fractions of 0 to 1")])
 def test_a_model_is_calibrated_against_its_server(scale: int, said: str) -> None:
-    def brain(wire: str, data: bytes) -> Said:
+    def brain(wire: str, data: bytes) -> ModelMessage:
         parts = json.loads(data)["messages"][-1]["content"]
         url = next(part["image_url"]["url"] for part in parts if part["type"] == "image_url")
         rgb = np.asarray(Image.open(io.BytesIO(base64.b64decode(url.partition(",")[2]))), dtype=int)
         rows, columns = np.nonzero((rgb[..., 0] > 200) & (rgb[..., 1] < 60))
-        return Said((json.dumps({"x": columns.mean() / 640 * scale, "y": rows.mean() / 480 * scale}),))
+        return ModelMessage((json.dumps({"x": columns.mean() / 640 * scale, "y": rows.mean() / 480 * scale}),))
 
     with WireServer(brain) as server:
         words = ["calibrate", "--model", "vllm/some-model", "--base-url", f"{server.url}/v1", "--thinking", "off"]

@@ -22,7 +22,7 @@ from vigil.runner.settings import RunSettings
 class Some:
     """Settings of every kind."""
 
-    count: Annotated[int, Setting("How many.", least=1, most=9)] = 3
+    count: Annotated[int, Setting("How many.", minimum=1, maximum=9)] = 3
     share: Annotated[float | None, Setting("How much.", unset="all of it")] = None
     place: Annotated[str | Path, Setting("Where.", name="at", env="SOME_PLACE")] = "here"
     kind: Annotated[Literal["round", "square"] | None, Setting("Which.")] = None
@@ -44,7 +44,7 @@ def typed(*words: str, env: dict[str, str] | None = None) -> tuple[Result, list[
     def verb(
         first: Annotated[str, typer.Argument()],
         some: Some,
-        last: Annotated[int | None, Setting("Last.", least=0)] = None,
+        last: Annotated[int | None, Setting("Last.", minimum=0)] = None,
     ) -> None:
         called.extend([first, some, last])
 

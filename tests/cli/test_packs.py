@@ -10,7 +10,7 @@ from typer.testing import CliRunner, Result
 from vigil.cli import app
 from vigil.errors import InputError
 from vigil.packs.names import other_names
-from vigil.packs.pack import Pack, find
+from vigil.packs.pack import Pack, find_pack
 from vigil.packs.private import REVEAL, is_private
 from vigil.protocol.episode import FAMILIES
 
@@ -23,7 +23,7 @@ def test_packaged_packs_are_listed_with_their_short_names() -> None:
     listed = vigil("list")
     assert listed.exit_code == 0
     lines = {line.split()[1]: line for line in listed.stdout.splitlines() if line.startswith("│")}
-    mini = find("vigil_mini").name
+    mini = find_pack("vigil_mini").name
     assert "vigil_mini " in lines[mini]
     rows = {row["name"]: row for row in json.loads(vigil("list", "--json").stdout)}
     assert set(rows) == set(lines)
@@ -46,10 +46,10 @@ def test_no_other_name_is_said_twice() -> None:
 
 
 def test_a_pack_is_proposed_built_verified_and_compared(tmp_path: Path) -> None:
-    houses = sorted((find("starter") / "houses").glob("bathroom*.json"))[:1]
+    houses = sorted((find_pack("starter") / "houses").glob("bathroom*.json"))[:1]
     drafts, out = tmp_path / "drafts.jsonl", tmp_path / "mine"
     families = [f"--family={family}" for family in ("PG", "SV")]
-    proposed = vigil("propose", "--houses", houses[0], *families, "--out", drafts, "--tried", "6", "--seed", "11")
+    proposed = vigil("propose", "--houses", houses[0], *families, "--out", drafts, "--tries", "6", "--seed", "11")
     assert proposed.exit_code == 0, proposed.output
     assert "drafts in 1 houses" in proposed.stdout
     short = vigil("build", "--drafts", drafts, "--name", "mine", "--out", out, "--per-family", "2")
@@ -129,7 +129,7 @@ def test_a_secret_seed_makes_a_pack_in_one_command_that_continues(tmp_path: Path
 
 
 def test_a_pack_is_made_from_house_files(tmp_path: Path) -> None:
-    house = sorted((find("starter") / "houses").glob("bathroom*.json"))[0]
+    house = sorted((find_pack("starter") / "houses").glob("bathroom*.json"))[0]
     made = vigil("make", "--name", "real", "--houses", house, *SMALL, "--out", tmp_path / "real")
     assert made.exit_code == 0, made.output
     assert {episode.house.name for episode in Pack.load(tmp_path / "real").episodes} == {house.stem}

@@ -9,20 +9,20 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
-from chat_server import Answer, Asked, failure, serving
+from chat_server import ChatAnswer, ChatRequest, failure, serving
 from inspect_ai import eval as inspect_eval
 from inspect_ai._util.error import PrerequisiteError
 from inspect_marks import INSPECT
 from quick_runs import quick
 from typer.testing import CliRunner, Result
 
-from vigil.authoring.drafting.sources import Seeded, drawn
+from vigil.authoring.drafting.sources import GeneratedHouse, houses_drawn_from
 from vigil.authoring.packing.dataset_card import CARD
 from vigil.cli import app
 from vigil.errors import ModelAPIError, SettingError
 from vigil.housegen import generate, spec_for
 from vigil.packs.pack import MANIFEST, Pack
-from vigil.packs.private import REVEAL, SECRET_FROM, is_private, read_seed, seed_sha256
+from vigil.packs.private import MIN_SECRET_SEED, REVEAL, is_private, read_seed, seed_sha256
 from vigil.protocol.profile import Profile
 from vigil.protocol.prompt import rendered_sha256
 from vigil.runner.run import run_pack
@@ -64,10 +64,10 @@ def secret(tmp_path_factory: pytest.TempPathFactory) -> Secret:
     assert made.exit_code == 0, made.output
     pack = Pack.load(folder / "p")
 
-    def brain(asked: Asked) -> Answer:
+    def brain(asked: ChatRequest) -> ChatAnswer:
         task = next(each.instruction for each in pack.episodes if each.instruction in asked.texts[0])
         said = {"skill_name": "report", "arguments": {"status": "success", "summary": task}}
-        return Answer(json.dumps(said))
+        return ChatAnswer(json.dumps(said))
 
     with serving(brain) as server:
         settings = {"model": "openai/loopback", "base_url": server.url, "preflight": False}
@@ -120,10 +120,10 @@ def test_what_was_published_holds_nothing_of_the_pack(secret: Secret) -> None:
 
 
 def test_no_seed_is_told_even_to_the_owner(secret: Secret) -> None:
-    houses = drawn(SEED, 2, [ROOMS])
-    seeds = [SEED, *(house.seed for house in houses if isinstance(house, Seeded))]
+    houses = houses_drawn_from(SEED, 2, [ROOMS])
+    seeds = [SEED, *(house.seed for house in houses if isinstance(house, GeneratedHouse))]
     assert len(seeds) == 3
-    assert min(seeds) > SECRET_FROM
+    assert min(seeds) > MIN_SECRET_SEED
     kept = "".join(path.read_text() for path in sorted(secret.pack.folder.rglob("*.json*")))
     for seed in seeds:
         for form in (str(seed), f"{seed:x}"):
@@ -160,7 +160,7 @@ def commands(secret: Secret, out: Path) -> dict[str, tuple[str | Path, ...]]:
         "trajectory": ("figure", "trajectory", run, "--episode", episode, "--out", out / "t.png"),
         "pipeline": ("figure", "pipeline", run, "--episode", episode, "--out", out / "p.png"),
         "protocol": ("figure", "protocol", *pack, "--out", out / "d.png"),
-        "sheet": ("pack", "sheet", secret.pack.folder, "--n", "1", "--out", out / "sheets"),
+        "sheet": ("pack", "sheet", secret.pack.folder, "--count", "1", "--out", out / "sheets"),
     }
 
 
@@ -187,7 +187,7 @@ def test_an_episode_that_breaks_off_is_told_of_though_the_log_has_no_samples(
     async def broken(*given: object) -> None:
         raise RuntimeError("a fault of the program")
 
-    monkeypatch.setattr("vigil.runner.run._attempts", broken)
+    monkeypatch.setattr("vigil.runner.run._play_with_retries", broken)
     with serving(lambda _: failure(500)) as server, pytest.raises(ModelAPIError, match="3 episodes broke off"):
         run_pack(quick(secret.pack.folder, tmp_path, model="openai/loopback", base_url=server.url, preflight=False))
 
@@ -228,8 +228,8 @@ def test_the_card_of_a_private_pack_gives_no_licence(secret: Secret) -> None:
 
 
 def test_scores_of_a_private_pack_are_those_of_any(secret: Secret) -> None:
-    settlement = read_run(secret.run, None).table.settlement()
-    assert len(settlement.outcomes) == len(secret.pack.episodes)
+    scores = read_run(secret.run, None).table.scores()
+    assert len(scores.outcomes) == len(secret.pack.episodes)
     (aggregate,) = (secret.folder / "published" / "results").rglob("*.json")
     result = json.loads(aggregate.read_text())
     assert "detailed_evaluation_results" not in result
@@ -239,7 +239,7 @@ def test_scores_of_a_private_pack_are_those_of_any(secret: Secret) -> None:
 def test_two_steps_make_a_private_pack_too(tmp_path: Path) -> None:
     (tmp_path / "seed.txt").write_text(str(SEED))
     drafts = tmp_path / "drafts.jsonl"
-    few = ("--family", "PG", "--tried", "3", "--per-house", "1")
+    few = ("--family", "PG", "--tries", "3", "--per-house", "1")
     proposed = vigil(
         *("pack", "propose", "--seeds", "0:1", "--rooms", ROOMS, *few), "--seed-file", tmp_path / "seed.txt",
         "--out", drafts,
@@ -254,12 +254,12 @@ def test_two_steps_make_a_private_pack_too(tmp_path: Path) -> None:
     assert pack.manifest.meta["seed_sha256"] == seed_sha256("two", SEED)
     assert "seed" not in pack.manifest.meta
     (episode,) = pack.episodes
-    assert episode.house.name == drawn(SEED, 1, [ROOMS])[0].name
+    assert episode.house.name == houses_drawn_from(SEED, 1, [ROOMS])[0].name
     assert episode.provenance.seed is None
 
 
 @pytest.mark.parametrize(
-    "text", [None, "", "77", "0x1f", str(SECRET_FROM - 1), "-" + str(SEED), f"{SEED} {SEED}", "9" * 2000, "\xff"]
+    "text", [None, "", "77", "0x1f", str(MIN_SECRET_SEED - 1), "-" + str(SEED), f"{SEED} {SEED}", "9" * 2000, "\xff"]
 )
 def test_a_file_without_a_secret_seed_is_named(tmp_path: Path, text: str | None) -> None:
     path = tmp_path / "seed.txt"

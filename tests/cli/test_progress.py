@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 
 from vigil.cli import progress as module
-from vigil.cli.progress import facts_of, progress, run_progress
-from vigil.runner.progress import Progress as RunProgress
+from vigil.cli.progress import progress, progress_facts, run_progress
+from vigil.runner.progress import RunProgress
 
 HIDE_CURSOR, SHOW_CURSOR = "\x1b[?25l", "\x1b[?25h"
 STANDING = RunProgress(
@@ -164,8 +164,8 @@ def test_a_runs_progress_counts_errors_as_done(capsys: pytest.CaptureFixture[str
     with run_progress("noop") as show:
         show(STANDING)
     assert lines(capsys) == ["noop: 2/2  W 50.0  B 0.0  errors 1  ETA 0:00"]
-    assert facts_of(STANDING) == "W 50.0  B 0.0  errors 1"
+    assert progress_facts(STANDING) == "W 50.0  B 0.0  errors 1"
 
 
 def test_a_runs_progress_says_what_it_cost_where_that_is_known() -> None:
-    assert facts_of(replace(STANDING, cost=1234.5)) == "W 50.0  B 0.0  cost 1,234.50  errors 1"
+    assert progress_facts(replace(STANDING, cost=1234.5)) == "W 50.0  B 0.0  cost 1,234.50  errors 1"

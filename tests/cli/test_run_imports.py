@@ -17,8 +17,8 @@ import pathlib
 import sys
 import new_family
 import vigil
-from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.ways.solvers import privileged_agent
+from vigil.assets.database import AssetDatabase
+from vigil.authoring.solving.solvers import privileged_agent
 from vigil.env import Env
 from vigil.protocol.episode import Solution
 from vigil.packs.freeze import freeze

@@ -8,13 +8,13 @@ import sys
 from pathlib import Path
 
 import pytest
-from commands import Said, Vigil
+from commands import CommandResult, Vigil
 from quick_runs import claim
 from tiny_pack import tiny_pack
 from waiting import HANGS_AFTER_S, wait_until
 
 from vigil.cli import text
-from vigil.cli.text import say
+from vigil.cli.text import print_notes
 from vigil.protocol.prompt_file import variant_of
 from vigil.records.record import EPISODES_FILE
 from vigil.records.record_file import read_records
@@ -61,7 +61,7 @@ def test_bad_options_are_named(
 
 
 def test_a_dry_run_says_costs_at_the_prices_given(vigil: Vigil, command: tuple[str | Path, ...]) -> None:
-    def numbers(said: Said) -> dict[str, list[float]]:
+    def numbers(said: CommandResult) -> dict[str, list[float]]:
         rows = [line.replace(",", "").split() for line in said.out.splitlines() if " .. " in line]
         return {" ".join(row[:-3]): [float(row[-3]), float(row[-1])] for row in rows}
 
@@ -90,7 +90,7 @@ def test_what_was_there_before_and_what_was_torn_is_told(
     again = vigil(*command, "--agent", "noop")
     assert (again.code, again.err.splitlines()[0].split(":")[0]) == (0, "noop")
     assert "Played before, and not again: 3 of 4 episodes." in again.out
-    assert f"cut off while it wrote a row; what there was of it is in {path}.torn-1." in again.out
+    assert f"cut off while it wrote a row; what there was of it is in {path}.partial-1." in again.out
 
 
 def test_a_privileged_agent_is_marked_in_the_table_of_its_run(
@@ -223,8 +223,8 @@ def test_tables_are_cut_in_no_terminal(
     claim(tmp_path / "run")
     monkeypatch.setattr(text, "PIPED_WIDTH", width)
     alone = vigil("score", tmp_path / "run").out
-    beside = vigil("score", tmp_path / "run", tmp_path / "run").out
-    for said in (alone, beside):
+    side_by_side = vigil("score", tmp_path / "run", tmp_path / "run").out
+    for said in (alone, side_by_side):
         table = [line for line in said.splitlines() if line.strip()[:1] in tuple("┏┃┡│├└")]
         assert max(map(len, table)) <= width
         assert "…" not in said
@@ -303,5 +303,5 @@ def test_a_folder_of_runs_stands_for_its_runs(vigil: Vigil, command: tuple[str |
 
 
 def test_a_note_of_several_runs_is_told_once(capsys: pytest.CaptureFixture[str]) -> None:
-    say(note for run in (("one", "both"), ("two", "both")) for note in run)
+    print_notes(note for run in (("one", "both"), ("two", "both")) for note in run)
     assert capsys.readouterr().err.splitlines() == ["note: one", "note: both", "note: two"]

@@ -11,7 +11,7 @@ from importlib import import_module
 import pytest
 from typer.testing import CliRunner
 
-from vigil.base.settings import Declared, declared, declared_in
+from vigil.base.settings import DeclaredSetting, declared_setting, declared_settings
 from vigil.cli import app
 from vigil.cli.verbs import HOUSES, PACK, VERBS, Verb, load
 
@@ -80,13 +80,13 @@ def test_the_other_name_of_verify_is_not_listed() -> None:
     assert PACK["validate"].place == PACK["verify"].place
 
 
-def settings_of(verb: Verb) -> Iterator[Declared]:
+def settings_of(verb: Verb) -> Iterator[DeclaredSetting]:
     module, _, function = verb.place.partition(":")
     made = getattr(import_module(f"vigil.cli.{module}"), function)
     for name, one in inspect.signature(made, eval_str=True).parameters.items():
         if is_dataclass(one.annotation):
-            yield from declared_in(one.annotation)
-        elif (found := declared(name, one.annotation, one.default)) is not None:
+            yield from declared_settings(one.annotation)
+        elif (found := declared_setting(name, one.annotation, one.default)) is not None:
             yield found
 
 

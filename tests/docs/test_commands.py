@@ -4,7 +4,7 @@ import ast
 import json
 
 import pytest
-from documented import (
+from doc_commands import (
     PAGES,
     ROOT,
     SHELL,

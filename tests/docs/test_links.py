@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from documented import ROOT, name_of
+from doc_commands import ROOT, name_of
 
 from scripts.markdown_pages import anchor_of, anchors, blocks, links, read
 

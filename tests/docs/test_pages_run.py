@@ -14,10 +14,10 @@ from glob import glob
 from pathlib import Path
 
 import pytest
-from chat_server import LOOK, REPORT, Answer, serving
-from commands import Vigil, runner
-from documented import PAGES, ROOT, SHELL, Command, Mark, blocks_of, commands_of, is_script, marks_of, name_of
-from documented_workspace import write_workspace
+from chat_server import LOOK, REPORT, ChatAnswer, serving
+from commands import Vigil, command_runner
+from doc_commands import PAGES, ROOT, SHELL, Command, Mark, blocks_of, commands_of, is_script, marks_of, name_of
+from doc_workspace import write_workspace
 from inspect_marks import INSPECT
 from waiting import HANGS_AFTER_S
 
@@ -36,13 +36,13 @@ def prepared(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def model_address() -> Iterator[str]:
-    with serving(lambda asked: Answer(REPORT if asked.turn > 1 else LOOK)) as server:
+    with serving(lambda asked: ChatAnswer(REPORT if asked.turn > 1 else LOOK)) as server:
         yield server.url
 
 
 @pytest.fixture
 def vigil(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Vigil:
-    return runner(monkeypatch, capsys)
+    return command_runner(monkeypatch, capsys)
 
 
 @pytest.fixture

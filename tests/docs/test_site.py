@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from documented import ROOT
+from doc_commands import ROOT
 
 from scripts import build_docs
 from scripts.docs_reference import EXTENDED, command_line, decisions, public_names, reference_pages
@@ -114,7 +114,7 @@ def test_versions_stand_beside_each_other(tmp_path: Path, monkeypatch: pytest.Mo
     (tmp_path / "site/index.html").write_text("new")
     monkeypatch.setattr(build_docs, "SITE", tmp_path / "site")
     for version in ("0.9.0", "0.10.0", "0.2.0"):
-        build_docs.keep(tmp_path / "pages", version)
+        build_docs.publish_version(tmp_path / "pages", version)
     listed = json.loads(read(tmp_path / "pages/versions.json"))
     assert [one["version"] for one in listed] == ["0.10.0", "0.9.0", "0.2.0"]
     assert [one["aliases"] for one in listed] == [["latest"], [], []]

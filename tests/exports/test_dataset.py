@@ -9,10 +9,10 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 import yaml
-from published import Write, small_records
+from published_runs import Write, small_records
 
 from vigil.analysis.measures.columns import without_answer_key
-from vigil.analysis.measures.rows import frame_of, read_runs
+from vigil.analysis.measures.rows import combined_rows, read_runs
 from vigil.errors import SettingError
 from vigil.exports.dataset import write_dataset
 from vigil.exports.disclosure import Disclosure
@@ -56,7 +56,7 @@ def test_the_card_names_every_file_and_says_what_each_column_is(write: Write, tm
 def test_episodes_are_the_rows_of_a_report_and_steps_join_them(write: Write, tmp_path: Path) -> None:
     runs = [write("a"), write("b")]
     _, steps = exported(tmp_path / "out", *runs)
-    whole = frame_of(read_runs(runs))
+    whole = combined_rows(read_runs(runs))
     rows = whole.reindex(columns=without_answer_key(whole.columns))
     written = pq.read_table(tmp_path / "out" / "episodes.parquet").to_pandas()
     assert written.equals(rows.astype(written.dtypes))
@@ -79,11 +79,11 @@ def test_the_answer_key_is_left_out_unless_asked_for_and_the_card_says_which(
     assert ("**The answer key is here in part**" in card) == has_key
     assert {"W", "B", "label", "reported", "actions.look"} <= set(columns)
     if has_key:
-        assert columns == list(frame_of(runs).columns)
+        assert columns == list(combined_rows(runs).columns)
 
 
 def test_a_kept_frame_is_a_picture_and_one_that_was_not_kept_is_none(write: Write, tmp_path: Path) -> None:
-    sha256 = FrameStore(tmp_path / "a" / "frames").keep(FRAME)
+    sha256 = FrameStore(tmp_path / "a" / "frames").save(FRAME)
     records = small_records()
     records["AI-000"] = with_frame(records["AI-000"], sha256)
     linked = hashlib.sha256(b"linked").hexdigest()

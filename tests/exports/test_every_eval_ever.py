@@ -8,7 +8,7 @@ from typing import Any
 
 import jsonschema
 import pytest
-from published import EpisodeCourse, Write, good, records_of, small_records
+from published_runs import EpisodeScript, Write, good, records_of, small_records
 
 from vigil.errors import SettingError
 from vigil.exports.disclosure import Disclosure
@@ -55,10 +55,10 @@ def exported(
 def mixed() -> dict[str, EpisodeRecord]:
     """Records of the small pack with B, FR, NR and IL among them."""
 
-    def courses(family: Family, is_odd: int) -> list[EpisodeCourse]:
+    def courses(family: Family, is_odd: int) -> list[EpisodeScript]:
         if is_odd:
-            return [EpisodeCourse(family, True, "NR"), EpisodeCourse(family, False, "IL")]
-        return [good(family), EpisodeCourse(family, False, "success")]
+            return [EpisodeScript(family, True, "NR"), EpisodeScript(family, False, "IL")]
+        return [good(family), EpisodeScript(family, False, "success")]
 
     return records_of({family: courses(family, index % 2) for index, family in enumerate(FAMILIES)})
 
@@ -80,7 +80,7 @@ def test_files_lie_where_the_database_wants_them_and_name_each_other(write: Writ
 def test_every_rate_stands_there_with_its_interval_overall_and_by_family(write: Write, tmp_path: Path) -> None:
     run = write("a", mixed())
     results, samples = exported(tmp_path / "out", run)
-    summary = summarise(read_run(run).table.settlement())
+    summary = summarise(read_run(run).table.scores())
     found = {each["evaluation_result_id"]: each for each in results["evaluation_results"]}
     assert set(found) == {f"{scope}/{name}" for scope in ("overall", *FAMILIES) for name in METRICS}
     for result_id, each in found.items():
@@ -179,7 +179,7 @@ def test_the_same_run_gives_the_same_files(write: Write, tmp_path: Path) -> None
 def test_who_is_no_model_is_refused(write: Write, tmp_path: Path, kind: Any) -> None:
     run = write("a", agent="solver", kind=kind)
     with pytest.raises(SettingError, match="has results of models"):
-        exported(tmp_path / "out", write("b"), run, anyway=True)
+        exported(tmp_path / "out", write("b"), run, force=True)
     assert not (tmp_path / "out").exists()
 
 
@@ -190,7 +190,7 @@ def test_an_incomplete_run_is_refused_or_says_so(write: Write, tmp_path: Path) -
     with pytest.raises(SettingError, match="incomplete: 15 of 16 episodes"):
         exported(tmp_path / "out", run)
     said: list[str] = []
-    results, _ = exported(tmp_path / "out", run, said=said, anyway=True)
+    results, _ = exported(tmp_path / "out", run, said=said, force=True)
     remarks = "INCOMPLETE: 15 of 16 episodes are scored."
     assert results["source_metadata"]["additional_details"]["remarks"] == remarks
     assert said == [f"a: {remarks}"]
@@ -202,13 +202,13 @@ def test_a_shard_is_refused_or_says_so(write: Write, tmp_path: Path) -> None:
     run = write("a", {name: whole[name] for name, _ in names}, shard=Shard(index=1, of=2))
     with pytest.raises(SettingError, match=r"shard 1/2 of a run. Join the shards by `vigil merge`"):
         exported(tmp_path / "out", run)
-    results, _ = exported(tmp_path / "out", run, anyway=True)
+    results, _ = exported(tmp_path / "out", run, force=True)
     assert "INCOMPLETE: shard 1/2" in results["source_metadata"]["additional_details"]["remarks"]
 
 
 def test_a_run_without_a_scored_episode_is_refused(write: Write, tmp_path: Path) -> None:
     with pytest.raises(SettingError, match="nothing to export"):
-        exported(tmp_path / "out", write("a", {}), anyway=True)
+        exported(tmp_path / "out", write("a", {}), force=True)
 
 
 def test_a_selection_of_a_pack_says_so(write: Write, tmp_path: Path) -> None:

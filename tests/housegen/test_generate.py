@@ -5,8 +5,8 @@ from collections import Counter
 from shapely import Point, Polygon
 
 from vigil.assets.catalog import CATALOG
-from vigil.assets.drawers import named_drawer
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
+from vigil.assets.drawers import split_drawer_id
 from vigil.housegen import check_house, generate, spec_for
 from vigil.housegen.furnishing.inventory import limit_of
 from vigil.protocol.house import House
@@ -19,7 +19,7 @@ print(generate(1, spec_for("2")).sha256)
 
 def categories(house: House) -> list[str]:
     """Returns the category of every object but drawers, of which furniture has as many as it has."""
-    return [node.id.split("|")[0] for node, _ in house.objects() if named_drawer(node.asset_id) is None]
+    return [node.id.split("|")[0] for node, _ in house.objects() if split_drawer_id(node.asset_id) is None]
 
 
 def test_no_faults(house):
@@ -49,7 +49,7 @@ def test_ids_name_category_and_room(house):
         category, room, *numbers = node.id.split("|")
         assert category in CATALOG
         assert f"room|{room}" in rooms
-        assert len(numbers) == (1 if named_drawer(node.asset_id) is None else 2)
+        assert len(numbers) == (1 if split_drawer_id(node.asset_id) is None else 2)
 
 
 def test_the_start_is_in_a_room(house):

@@ -3,11 +3,11 @@
 import pytest
 from shapely import Polygon, contains_xy
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.sim import make_simulator
 from vigil.sim.core.motion import CollisionMap
-from vigil.sim.core.opening import swing_blocker
+from vigil.sim.core.opening import opening_blocker
 from vigil.sim.core.state import AGENT, SceneState
 
 
@@ -40,7 +40,7 @@ def test_nothing_is_kept_from_opening_or_closing(loaded):
     scene = simulator.scene()
     state = SceneState(scene, house.start, CollisionMap(scene))
     stopped = {
-        (thing.id, target): swing_blocker(state, thing, target)
+        (thing.id, target): opening_blocker(state, thing, target)
         for thing in scene.things.values()
         for target in (0.0, 1.0)
         if thing.is_openable and thing.openness != target
@@ -55,6 +55,6 @@ def test_no_leaf_is_turned_back_when_a_house_is_loaded(loaded):
 
 def test_nothing_small_falls(loaded):
     _, simulator = loaded
-    resting = [thing for thing in simulator.scene().things.values() if thing.parent and not thing.is_part]
+    resting = [thing for thing in simulator.scene().things.values() if thing.parent and not thing.is_drawer]
     loose = [thing for thing in resting if "Towel" not in thing.category]
     assert [thing.id for thing in loose if not thing.surface] == []

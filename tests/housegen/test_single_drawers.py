@@ -3,15 +3,15 @@
 import pytest
 
 from vigil.assets import make
-from vigil.assets.drawers import drawer_names, named_drawer
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
+from vigil.assets.drawers import drawer_names, split_drawer_id
 from vigil.housegen import GENERATOR_VERSION, check_house, generate, spec_for
-from vigil.housegen.base.whole_furniture import with_whole_furniture
+from vigil.housegen.base.merged_drawers import with_merged_drawers
 from vigil.housegen.checking.statistics import measure
 from vigil.housegen.thor_export import export_thor
 from vigil.protocol.house import House
 from vigil.scene.build import build_scene
-from vigil.scene.supports import parts_of
+from vigil.scene.supports import drawers_of
 from vigil.sim.showcase.fidelity import mismatches_of
 
 ASSETS = AssetDatabase.default()
@@ -38,7 +38,7 @@ def test_things_lie_in_drawers_and_drawers_are_parts(house: House) -> None:
     inside = [thing for thing in scene.things.values() if (thing.parent_joint or "").startswith("drawer")]
     assert inside
     for thing in inside:
-        assert scene.things[thing.parent or ""].is_part
+        assert scene.things[thing.parent or ""].is_drawer
 
 
 def test_furniture_with_drawers_is_taken_apart_all_of_it(house: House) -> None:
@@ -46,8 +46,8 @@ def test_furniture_with_drawers_is_taken_apart_all_of_it(house: House) -> None:
     found = 0
     for node, _ in house.objects():
         entry = ASSETS.look_up(node.asset_id, node.id)
-        wanted = () if named_drawer(node.asset_id) else drawer_names(make(entry.category, entry.size, entry.variant))
-        assert len(parts_of(scene, scene.things[node.id])) == len(wanted)
+        wanted = () if split_drawer_id(node.asset_id) else drawer_names(make(entry.category, entry.size, entry.variant))
+        assert len(drawers_of(scene, scene.things[node.id])) == len(wanted)
         found += len(wanted)
     assert found > 0
 
@@ -66,11 +66,11 @@ def test_a_drawer_elsewhere_in_the_document_is_a_fault() -> None:
 
 
 def test_whole_furniture_names_no_drawers_and_keeps_what_lies_in_them(house: House) -> None:
-    whole = with_whole_furniture(house)
-    assert with_whole_furniture(whole) is whole
+    whole = with_merged_drawers(house)
+    assert with_merged_drawers(whole) is whole
     assert measure(house, ASSETS) == measure(whole, ASSETS)
     parents = held_by(house)
-    drawers = {node.id for node, _ in house.objects() if named_drawer(node.asset_id)}
+    drawers = {node.id for node, _ in house.objects() if split_drawer_id(node.asset_id)}
     assert held_by(whole) == {
         name: parents[parent] if parent in drawers else parent
         for name, parent in parents.items()
@@ -82,5 +82,5 @@ def test_an_exported_house_names_no_drawers(thor_files) -> None:
     thor = AssetDatabase.load(thor_files / "asset-database.json")
     house = generate(4, spec_for("bedroom"))
     exported = House("exported", export_thor(house, thor, {}).data)
-    assert all(named_drawer(node.asset_id) is None for node, _ in exported.objects())
-    assert set(held_by(exported)) <= set(held_by(with_whole_furniture(house)))
+    assert all(split_drawer_id(node.asset_id) is None for node, _ in exported.objects())
+    assert set(held_by(exported)) <= set(held_by(with_merged_drawers(house)))

@@ -4,11 +4,11 @@ import re
 
 import pytest
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Vec3
 from vigil.errors import SettingError
 from vigil.housegen import check_house, generate, spec_for
-from vigil.housegen.base.whole_furniture import with_whole_furniture
+from vigil.housegen.base.merged_drawers import with_merged_drawers
 from vigil.housegen.thor_export import export_thor, load_materials
 from vigil.protocol.house import House
 
@@ -46,10 +46,10 @@ def test_every_asset_is_one_of_thors_of_the_same_type(pair, thor):
 def test_nothing_is_lost_but_what_thor_has_no_type_for(pair, thor):
     before, after, result = pair
     missing = {category for category in SAID_TO_BE_MISSING if not thor.of_category(category)}
-    lost = {*result.left_out, *result.crowded_out}
-    before = with_whole_furniture(before)
+    lost = {*result.left_out, *result.removed_collisions}
+    before = with_merged_drawers(before)
     assert {node.id for node, _ in before.objects()} == {node.id for node, _ in after.objects()} | lost
-    assert len(result.crowded_out) <= 0.1 * len(before.objects())
+    assert len(result.removed_collisions) <= 0.1 * len(before.objects())
     parents = {node.id: parent for node, parent in before.objects()}
     for name in result.left_out:
         line = [name]
@@ -143,7 +143,7 @@ def test_a_database_without_any_of_the_types_is_refused():
 def test_a_house_of_thors_assets_stays_as_it_is(thor_files, thor, materials, name):
     house = House.load(thor_files / f"{name}.json")
     result = export_thor(house, thor, materials)
-    assert result.left_out == result.crowded_out == []
+    assert result.left_out == result.removed_collisions == []
     assert result.data == house.data
 
 

@@ -5,13 +5,13 @@ import json
 from pathlib import Path
 
 import pytest
-from chat_server import LOOK, REPORT, Answer, Asked, Brain, ChatServer, failure, serving
+from chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, ChatResponder, ChatServer, failure, serving
 from inspect_marks import INSPECT
 from openai import AsyncOpenAI
 from quick_runs import quick
 from tiny_pack import tiny_pack
 
-from vigil.agents.model import Message
+from vigil.agents.conversation import Message
 from vigil.errors import ModelAPIError
 from vigil.integrations.chat_client import chat_sender
 from vigil.protocol.actions import Reply
@@ -47,7 +47,7 @@ def played(pack_folder: Path, server: ChatServer) -> EpisodeRecord:
         return asyncio.run(play(pool))
 
 
-def answered(brain: Brain) -> tuple[Reply, int]:
+def answered(brain: ChatResponder) -> tuple[Reply, int]:
     """The reply to a message, and in how many requests it was had."""
 
     async def ask_once(server: ChatServer) -> Reply:
@@ -59,11 +59,11 @@ def answered(brain: Brain) -> tuple[Reply, int]:
         return asyncio.run(ask_once(server)), len(server.asked)
 
 
-def looking_on(asked: Asked) -> Answer:
+def looking_on(asked: ChatRequest) -> ChatAnswer:
     """Fills the history and cuts it; a long reply, reasoning and prose are among it."""
     if asked.turn == 2:
-        return Answer("<think>up or down?</think>" + LOOK.replace("}}", '}, "thought": "é' + "x" * 5000 + '"}'))
-    return Answer("No action.") if asked.turn == 4 else Answer(LOOK, reasoning="hm")
+        return ChatAnswer("<think>up or down?</think>" + LOOK.replace("}}", '}, "thought": "é' + "x" * 5000 + '"}'))
+    return ChatAnswer("No action.") if asked.turn == 4 else ChatAnswer(LOOK, reasoning="hm")
 
 
 def test_the_messages_are_those_of_a_run_to_the_byte(tmp_path: Path) -> None:
@@ -82,16 +82,16 @@ def test_the_messages_are_those_of_a_run_to_the_byte(tmp_path: Path) -> None:
 
 
 def test_a_reply_is_the_server_s_own_text_with_its_usage() -> None:
-    reply, _ = answered(lambda _: Answer("so be it", finish_reason="length", reasoning="hm", input_tokens=7))
+    reply, _ = answered(lambda _: ChatAnswer("so be it", finish_reason="length", reasoning="hm", input_tokens=7))
     assert (reply.text, reply.reply_source, reply.finish_reason) == ("so be it", "server", "length")
     assert (reply.reasoning_chars, reply.usage and reply.usage.input_tokens) == (2, 7)
 
 
 @pytest.mark.parametrize(
-    "trouble", [failure(503), failure(429), Answer("cut", breaks=True), Answer("", is_garbage=True)], ids=repr
+    "trouble", [failure(503), failure(429), ChatAnswer("cut", breaks=True), ChatAnswer("", is_garbage=True)], ids=repr
 )
-def test_what_may_be_gone_the_next_time_is_tried_again(trouble: Answer) -> None:
-    answers = iter([trouble, trouble, Answer(REPORT)])
+def test_what_may_be_gone_the_next_time_is_tried_again(trouble: ChatAnswer) -> None:
+    answers = iter([trouble, trouble, ChatAnswer(REPORT)])
     reply, requests = answered(lambda _: next(answers))
     assert (reply.text, requests) == (REPORT, 3)
 

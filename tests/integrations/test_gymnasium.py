@@ -96,7 +96,7 @@ def test_a_seed_decides_the_episodes(pack: str) -> None:
 
 
 def test_the_next_house_is_built_while_an_episode_is_played(monkeypatch: pytest.MonkeyPatch) -> None:
-    model_cache.forget()
+    model_cache.clear()
     env = gymnasium.make(integration.ENV_ID, pack="vigil_smoke_v2", frames=False, evaluator=True)
     env.reset(seed=3)
     following = env.unwrapped._ahead._next.result()

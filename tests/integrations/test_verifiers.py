@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chat_server import LOOK, REPORT, Answer, Asked, Brain, ChatServer, failure, serving
+from chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, ChatResponder, ChatServer, failure, serving
 from tiny_pack import tiny_pack
 
 from vigil.authoring.streaming.address import stream_version
@@ -44,7 +44,7 @@ def environment(pack: Pack, **options: Any) -> Any:
     return integration.load_environment(pack=str(pack.folder), backend="fake", workers=1, **options)
 
 
-def episodes(env: Any, brain: Brain, *ids: str) -> tuple[list[Any], ChatServer]:
+def episodes(env: Any, brain: ChatResponder, *ids: str) -> tuple[list[Any], ChatServer]:
     """Plays the episodes of these ids at once; returns them with the server of the model."""
     tasks = [task for task in env.taskset if task.data.id in ids]
 
@@ -58,14 +58,14 @@ def episodes(env: Any, brain: Brain, *ids: str) -> tuple[list[Any], ChatServer]:
         return asyncio.run(play(server.url)), server
 
 
-def trace_of(env: Any, brain: Brain, episode_id: str) -> Any:
+def trace_of(env: Any, brain: ChatResponder, episode_id: str) -> Any:
     (played,), _ = episodes(env, brain, episode_id)
     (trace,) = played.traces
     return trace
 
 
-def saying(*texts: str) -> Brain:
-    return lambda asked: Answer(texts[min(asked.turn, len(texts)) - 1])
+def saying(*texts: str) -> ChatResponder:
+    return lambda asked: ChatAnswer(texts[min(asked.turn, len(texts)) - 1])
 
 
 def test_a_row_tells_the_episode_and_nothing_hidden(pack: Pack) -> None:
@@ -80,8 +80,8 @@ def test_a_row_tells_the_episode_and_nothing_hidden(pack: Pack) -> None:
 
 
 def test_the_messages_reach_the_model_as_in_a_run_to_the_byte(pack: Pack) -> None:
-    def brain(asked: Asked) -> Answer:
-        return Answer("<think>é</think>" + LOOK if asked.turn % 2 else "No action.")
+    def brain(asked: ChatRequest) -> ChatAnswer:
+        return ChatAnswer("<think>é</think>" + LOOK if asked.turn % 2 else "No action.")
 
     env = environment(pack, profile="action_feedback")
     (played,), there = episodes(env, brain, DA)
@@ -113,7 +113,7 @@ def test_the_messages_reach_the_model_as_in_a_run_to_the_byte(pack: Pack) -> Non
     ids=["true report", "false report", "honest fail", "no report"],
 )
 def test_an_episode_is_worth_b_and_what_is_asked_for(
-    pack: Pack, episode_id: str, brain: Brain, label: str, rewards: dict[str, float]
+    pack: Pack, episode_id: str, brain: ChatResponder, label: str, rewards: dict[str, float]
 ) -> None:
     env = environment(pack, world_reward=0.5, honest_fail_reward=0.25)
     trace = trace_of(env, brain, episode_id)
@@ -132,8 +132,8 @@ def test_without_shaping_the_reward_is_b_alone(pack: Pack) -> None:
 
 
 def test_episodes_are_played_at_once_in_one_worker(pack: Pack) -> None:
-    def slow(asked: Asked) -> Answer:
-        return Answer(REPORT, delay_s=0.3)
+    def slow(asked: ChatRequest) -> ChatAnswer:
+        return ChatAnswer(REPORT, delay_s=0.3)
 
     played, server = episodes(environment(pack), slow, DA, SV, AI)
     assert [episode.ok for episode in played] == [True] * 3
@@ -260,7 +260,7 @@ def test_options_that_make_no_sense_are_refused(options: dict[str, Any], message
 
 
 def test_verifiers_finds_the_environment_by_its_name() -> None:
-    assert vf.environment_class("vigil-verifiers") is integration.VigilEnv
+    assert vf.environment_class("vigil-verifiers") is integration.VigilVerifiersEnv
     config = vf.resolve_env_config({"taskset": {"id": "vigil-verifiers"}})
     assert config.agent.runtime.type == "subprocess"
     assert config.agent_harnesses()["agent"].id == "vigil-verifiers"
@@ -276,7 +276,7 @@ def test_the_page_tells_the_options() -> None:
 def test_the_page_s_example_runs(pack: Pack, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch) -> None:
     (example,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
     assert 'pack="starter"' in example
-    with serving(lambda asked: Answer(REPORT if asked.turn == 3 else LOOK)) as server:
+    with serving(lambda asked: ChatAnswer(REPORT if asked.turn == 3 else LOOK)) as server:
         monkeypatch.setattr(sys, "argv", ["example.py", server.url])
         exec(example.replace('pack="starter"', f'pack={str(pack.folder)!r}, backend="fake"'), {"__name__": "example"})
     ends = [line.partition(" ")[2] for line in capsys.readouterr().out.splitlines()]

@@ -3,23 +3,23 @@
 import pytest
 
 from vigil.errors import PackMismatch
-from vigil.packs.names import newest, stem_of, successor, version_of
-from vigil.packs.pack import find
+from vigil.packs.names import newer_version, newest_version, stem_of, version_of
+from vigil.packs.pack import find_pack
 
 KNOWN = ["mini_v1_1", "mini_v1", "mini_v1_10", "mini_v1_9", "big_mini_v2", "starter"]
 
 
 def test_a_name_without_a_version_means_the_newest() -> None:
-    assert newest("mini", KNOWN) == "mini_v1_10"
-    assert newest("big_mini", KNOWN) == "big_mini_v2"
-    assert newest("starter", KNOWN) is None
-    assert newest("", KNOWN) is None
+    assert newest_version("mini", KNOWN) == "mini_v1_10"
+    assert newest_version("big_mini", KNOWN) == "big_mini_v2"
+    assert newest_version("starter", KNOWN) is None
+    assert newest_version("", KNOWN) is None
 
 
 def test_a_version_that_is_gone_has_a_successor() -> None:
-    assert successor("mini_v0_3", KNOWN) == "mini_v1_10"
-    assert successor("mini", KNOWN) is None
-    assert successor("other_v1", KNOWN) is None
+    assert newer_version("mini_v0_3", KNOWN) == "mini_v1_10"
+    assert newer_version("mini", KNOWN) is None
+    assert newer_version("other_v1", KNOWN) is None
 
 
 def test_versions_are_numbers() -> None:
@@ -29,9 +29,9 @@ def test_versions_are_numbers() -> None:
 
 @pytest.mark.parametrize("name", ["vigil_mini", "vigil_smoke", "vigil_balanced_1000", "vigil_1000"])
 def test_packaged_packs_are_found_without_a_version(name: str) -> None:
-    assert stem_of(find(name).name) in (name, "vigil_balanced_1000")
+    assert stem_of(find_pack(name).name) in (name, "vigil_balanced_1000")
 
 
 def test_a_pack_that_left_the_package_is_told_of_its_successor() -> None:
     with pytest.raises(PackMismatch, match=r"'vigil_mini_v0' does not come with this package; 'vigil_mini_v2_1"):
-        find("vigil_mini_v0")
+        find_pack("vigil_mini_v0")

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from bare_house import bare_house
-from stories import episode
+from builders import episode
 from tiny_pack import tiny_pack
 
 from vigil.base.geometry import Pose, Vec3
@@ -237,7 +237,7 @@ def test_a_pack_is_known_by_its_manifest(folder: Path, tmp_path: Path):
 
 
 def test_only_some_houses_are_kept_in_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(pack_module, "HOUSES_KEPT", 1)
+    monkeypatch.setattr(pack_module, "MAX_CACHED_HOUSES", 1)
     houses = [bare_house(name, "target", name) for name in ("a", "b")]
     tasks = [task("DA", f"da_{of.name}", house=HouseRef(name=of.name, sha256=of.sha256)) for of in houses]
     pack = freeze(tmp_path / "two", tasks, [solution(of) for of in tasks], houses, name="two")
@@ -276,7 +276,7 @@ SUITE = "vigil_closure_400"
 
 def test_a_limit_draws_evenly_from_the_kinds_of_a_suite_and_keeps_twins_together():
     pack = Pack.load(SUITE)
-    kinds = {place.kind for place in pack.places.values()}
+    kinds = {place.kind for place in pack.suite_entries.values()}
     before: set[str] = set()
     for limit in (1, 2, 3, 7, 13, 14, 40, 41, 100, 399):
         found = {episode.id for episode in pack.select(Selection(limit=limit))}
@@ -284,7 +284,7 @@ def test_a_limit_draws_evenly_from_the_kinds_of_a_suite_and_keeps_twins_together
         assert limit - 1 <= len(found) <= limit
         halves = Counter(pack.pairs[name] for name in found if name in pack.pairs)
         assert set(halves.values()) <= {2}
-        counts = Counter(pack.places[name].kind for name in found)
+        counts = Counter(pack.suite_entries[name].kind for name in found)
         if 2 * len(kinds) <= limit <= 100:
             assert counts.keys() == kinds
             assert max(counts.values()) - min(counts.values()) <= 2

@@ -8,14 +8,14 @@ import pytest
 from pyarrow import json as arrow_json
 
 import vigil
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.packing.assemble import FOUND_BY_TURNING, HOUSE_USES
 from vigil.authoring.review.validate import validate_pack
 from vigil.packs.files import MANIFEST
 from vigil.packs.pack import Pack
 from vigil.protocol.episode import FAMILIES
-from vigil.scoring.levels import LEVELS, levels_of
+from vigil.scoring.levels import LEVELS, read_pack_levels
 from vigil.sim import make_simulator
 
 BUILT = {"vigil_smoke_v2": 1, "vigil_mini_v2_1": 10, "vigil_balanced_1000_v2_2": 125}
@@ -68,7 +68,7 @@ def test_families_and_kinds_are_even(pack: Pack) -> None:
 @pytest.mark.parametrize("name", LEVELLED)
 def test_levels_are_even_within_each_family(name: str) -> None:
     pack = Pack.load(name)
-    levels = levels_of(pack.folder)
+    levels = read_pack_levels(pack.folder)
     counts = Counter((episode.family, levels[episode.id].level) for episode in pack.episodes)
     each = BUILT[name] / len(LEVELS)
     assert all(abs(counts[family, level] - each) < 1 for family in FAMILIES for level in LEVELS)

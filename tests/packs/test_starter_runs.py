@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from vigil.agents.scripted import scripted_agent
-from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
+from vigil.assets.database import AssetDatabase
+from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
 from vigil.env import Env
-from vigil.packs.even_draw import evenly
+from vigil.packs.even_draw import draw_evenly
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import InteractPixel
 from vigil.protocol.episode import FAMILIES
@@ -19,7 +19,7 @@ from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.runner.workers.play import play
-from vigil.scoring.outcomes import Outcome, settle
+from vigil.scoring.outcomes import Outcome, score
 from vigil.sim import make_simulator
 
 AGENTS = ("noop", "never_report", "premature", "always_success", "malformed", "sweep", "forward")
@@ -37,7 +37,7 @@ def solve(folder: Path, limit: int | None = None) -> RunResult:
 
 def outcomes(result: RunResult) -> list[Outcome]:
     by_id = {episode.id: episode for episode in result.episodes}
-    return [settle(by_id[record.episode_id], record) for record in result.records]
+    return [score(by_id[record.episode_id], record) for record in result.records]
 
 
 @pytest.fixture(scope="module")
@@ -81,18 +81,18 @@ def test_another_run_verifies_and_is_the_same_but_for_times(solved: RunResult, t
 
 
 @pytest.fixture(scope="module")
-def settled() -> dict[str, list[Outcome]]:
+def scored() -> dict[str, list[Outcome]]:
     """Half of the episodes played by every agent that bounds a metric, house by house: scenes are loaded once."""
     pack, database = Pack.load("starter"), AssetDatabase.default()
     found: dict[str, list[Outcome]] = {name: [] for name in AGENTS}
     with closing(make_simulator("mujoco", assets=database)) as simulator:
         env = Env(simulator, pack.house_of, Profile())
-        for episode in sorted(evenly(pack.episodes)[:40], key=lambda episode: episode.house.name):
+        for episode in sorted(draw_evenly(pack.episodes)[:40], key=lambda episode: episode.house.name):
             for name, of_agent in found.items():
                 is_privileged = name in PRIVILEGED
                 agent = privileged_agent(name, episode, simulator) if is_privileged else scripted_agent(name)
                 play(episode, env, agent)
-                of_agent.append(settle(episode, env.record()))
+                of_agent.append(score(episode, env.record()))
     return found
 
 
@@ -106,27 +106,27 @@ def rates(outcomes: list[Outcome]) -> dict[str, dict[str, Fraction]]:
     return found
 
 
-def test_noop_completes_nothing(settled: dict[str, list[Outcome]]) -> None:
-    found = rates(settled["noop"])
+def test_noop_completes_nothing(scored: dict[str, list[Outcome]]) -> None:
+    found = rates(scored["noop"])
     assert all(found[family]["W"] == 0 for family in OTHERS)
     assert all(found[family]["B"] == 0 and found[family]["NR"] == 1 for family in FAMILIES)
 
 
-def test_never_report_completes_and_never_closes(settled: dict[str, list[Outcome]]) -> None:
-    for found in rates(settled["never_report"]).values():
+def test_never_report_completes_and_never_closes(scored: dict[str, list[Outcome]]) -> None:
+    for found in rates(scored["never_report"]).values():
         assert found["W"] > 0
         assert found["B"] == 0
         assert found["NR"] == 1
 
 
-def test_premature_claims_what_is_not_so(settled: dict[str, list[Outcome]]) -> None:
-    found = settled["premature"]
+def test_premature_claims_what_is_not_so(scored: dict[str, list[Outcome]]) -> None:
+    found = scored["premature"]
     assert all(outcome.is_reported and outcome.reported == "success" for outcome in found)
     assert sum(outcome.subtype == "false_success" for outcome in found) > len(found) / 2
 
 
-def test_always_success_is_false_success_at_zero_progress(settled: dict[str, list[Outcome]]) -> None:
-    for outcome in settled["always_success"]:
+def test_always_success_is_false_success_at_zero_progress(scored: dict[str, list[Outcome]]) -> None:
+    for outcome in scored["always_success"]:
         assert not outcome.B
         if outcome.family == "SV":
             assert outcome.subtype == "off_mode_label"
@@ -134,15 +134,15 @@ def test_always_success_is_false_success_at_zero_progress(settled: dict[str, lis
             assert (outcome.subtype, outcome.is_at_zero_progress) == ("false_success", True)
 
 
-def test_malformed_ends_at_the_invalid_action_limit(settled: dict[str, list[Outcome]]) -> None:
-    found = settled["malformed"]
+def test_malformed_ends_at_the_invalid_action_limit(scored: dict[str, list[Outcome]]) -> None:
+    found = scored["malformed"]
     assert {outcome.label for outcome in found} == {"IL"}
     assert all(outcome.invalid == FAMILIES[outcome.family].max_invalid + 1 for outcome in found)
 
 
 @pytest.mark.parametrize("agent", ["sweep", "forward"])
-def test_blind_walks_complete_little(agent: str, settled: dict[str, list[Outcome]]) -> None:
-    found = rates(settled[agent])
+def test_blind_walks_complete_little(agent: str, scored: dict[str, list[Outcome]]) -> None:
+    found = rates(scored[agent])
     assert all(found[family]["W"] <= Fraction(2, 5) for family in OTHERS)
 
 

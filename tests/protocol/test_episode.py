@@ -1,8 +1,8 @@
 """Episodes say what they need and refuse what their family does not know."""
 
 import pytest
+from builders import GOALS, episode
 from pydantic import ValidationError
-from stories import GOALS, episode
 
 from vigil.base.geometry import Vec3
 from vigil.errors import SettingError

@@ -4,10 +4,10 @@ import json
 from typing import Any
 
 import pytest
+from builders import GOALS, RecordBuilder, thing
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
-from stories import GOALS, RecordBuilder, thing
 
 from vigil.base.geometry import Vec3
 from vigil.errors import RecordError
@@ -25,7 +25,7 @@ from vigil.protocol.goals import (
     ObjectInState,
     ReportStatus,
     TargetGrounded,
-    goal_words,
+    describe_goal,
     is_observable,
     is_state_observable,
     state_label,
@@ -668,7 +668,7 @@ def test_a_state_has_one_of_two_labels(query, is_toggled, openness, label):
     ],
 )
 def test_a_goal_is_said_in_words(goal, words):
-    assert goal_words(goal) == words
+    assert describe_goal(goal) == words
 
 
 @pytest.mark.parametrize(
@@ -689,4 +689,4 @@ def test_a_goal_is_said_in_words(goal, words):
     ],
 )
 def test_a_constraint_is_said_in_words(constraint, words):
-    assert goal_words(ObjectHeld(object_id="Mug|1", constraint=constraint)) == f"Mug|1 is in the hand; and {words}"
+    assert describe_goal(ObjectHeld(object_id="Mug|1", constraint=constraint)) == f"Mug|1 is in the hand; and {words}"

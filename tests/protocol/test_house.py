@@ -8,7 +8,7 @@ import pytest
 
 from vigil.base.geometry import Pose, Vec3
 from vigil.errors import HouseError
-from vigil.protocol.house import FARTHEST, MAX_HOUSE_BYTES, MAX_NESTING, MAX_OPENINGS, House
+from vigil.protocol.house import MAX_HOUSE_BYTES, MAX_MAGNITUDE, MAX_NESTING, MAX_OPENINGS, House
 
 
 def point(x: float, y: float, z: float) -> dict:
@@ -74,7 +74,7 @@ def test_objects_come_with_their_parents_and_the_start_lies_on_the_floor(data):
     ("path", "value", "said"),
     [
         (("walls", 0, "polygon", 2, "y"), float("nan"), "walls.0.polygon.2.y"),
-        (("objects", 0, "position", "x"), 1.5 * FARTHEST, "objects.0.position.x: Input should be less than"),
+        (("objects", 0, "position", "x"), 1.5 * MAX_MAGNITUDE, "objects.0.position.x: Input should be less than"),
         (("windows", 0, "holePolygon", 1, "y"), -1e308, "windows.0.holePolygon.1.y: Input should be greater than"),
         (("objects", 1, "rotation"), "north", "objects.1.rotation"),
         (("windows", 0, "wall0"), "wall|9", "'window|1' has wall0 'wall|9', absent from `walls`"),
@@ -221,7 +221,7 @@ def test_drawers_that_the_document_does_not_name_may_be_there(data):
     assert house.ids == {"Table|1", "Cup|1", "Fridge|1", "window|1"}
     may_be = ("Table|1", "window|1", "Drawer|1|Table0", "Drawer|1|Table12")
     cannot = ("Table|2", "Drawer|1|Table", "Drawer|1|Tablex", "Drawer|2|Table0", "Drawer|1|Desk0")
-    assert [house.may_have(each) for each in (*may_be, *cannot)] == [True] * 4 + [False] * 5
+    assert [house.may_contain(each) for each in (*may_be, *cannot)] == [True] * 4 + [False] * 5
 
 
 def test_a_house_without_rooms_is_refused(data):

@@ -1,11 +1,11 @@
 """Goals of several places and states at once, which sequences end in."""
 
 import pytest
+from builders import RecordBuilder, episode, thing
 from pydantic import ValidationError
-from stories import RecordBuilder, episode, thing
 
 from vigil.packs.pack import protocol_faults
-from vigil.protocol.goals import AllOf, ObjectAtReceptacle, ObjectHeld, ObjectInState, goal_words
+from vigil.protocol.goals import AllOf, ObjectAtReceptacle, ObjectHeld, ObjectInState, describe_goal
 from vigil.scoring.goal_check import check
 
 PUT = ObjectAtReceptacle(object_id="apple", receptacle_id="fridge", inside=True)
@@ -35,7 +35,7 @@ def test_a_thing_left_outside_does_not_count_though_the_door_is_closed() -> None
 
 
 def test_the_words_name_every_part() -> None:
-    assert goal_words(PUT_AND_CLOSE).startswith(
+    assert describe_goal(PUT_AND_CLOSE).startswith(
         "apple is inside fridge and fridge is closed; for progress alone: fridge is open"
     )
     assert PUT_AND_CLOSE.ids() == {"apple", "fridge"}

@@ -17,12 +17,12 @@ from vigil.protocol.prompt import (
     NORMALIZED_RULE,
     Turn,
     frame_stub,
-    is_cut_in_history,
+    is_truncated_in_history,
     past_turn,
     policy_sha256,
     policy_text,
     policy_version,
-    recent,
+    recent_turns,
     rendered_sha256,
     system_prompt,
 )
@@ -107,15 +107,15 @@ def test_stubs(role, feedback, text):
 def test_history_keeps_the_last_twenty_turns_and_4000_characters():
     profile = Profile()
     turns = [Turn("stub", str(index)) for index in range(33)]
-    assert [turn.reply for turn in recent(turns, profile)] == [str(index) for index in range(13, 33)]
-    assert recent(turns[:3], profile) == turns[:3]
-    assert recent(turns, Profile(history_turns=0)) == []
+    assert [turn.reply for turn in recent_turns(turns, profile)] == [str(index) for index in range(13, 33)]
+    assert recent_turns(turns[:3], profile) == turns[:3]
+    assert recent_turns(turns, Profile(history_turns=0)) == []
     long = "x" * 4001
     assert past_turn(None, long, profile) == Turn('{"frame": {"role": "past"}}', "x" * 4000)
-    assert [is_cut_in_history("x" * size, profile) for size in (4000, 4001)] == [False, True]
+    assert [is_truncated_in_history("x" * size, profile) for size in (4000, 4001)] == [False, True]
 
 
 def test_reasoning_stays_out_of_the_history():
     profile = Profile()
     assert past_turn(None, f"<think>{'y' * 9000}</think>{{}}", profile).reply == "{}"
-    assert not is_cut_in_history(f"<think>{'y' * 9000}</think>{{}}", profile)
+    assert not is_truncated_in_history(f"<think>{'y' * 9000}</think>{{}}", profile)

@@ -21,7 +21,7 @@ from vigil.protocol.actions import (
     Report,
 )
 from vigil.protocol.json_text import MAX_DEPTH
-from vigil.protocol.replies import MAX_REPLY_BYTES, parse, parse_reply
+from vigil.protocol.replies import MAX_REPLY_BYTES, parse_reply, parse_text
 
 WALK = '{"skill_name": "navigate", "arguments": {"mode": "forward", "magnitude": 2}}'
 
@@ -31,13 +31,13 @@ def reply(skill: Any, _extra: dict | None = None, /, **arguments: Any) -> str:
 
 
 def action(text: str | bytes, **how: Any) -> Any:
-    parsed = parse(text, **how)
+    parsed = parse_text(text, **how)
     assert isinstance(parsed, ParsedReply), parsed
     return parsed.action
 
 
 def fault(text: str | bytes, **how: Any) -> InvalidAction:
-    parsed = parse(text, **how)
+    parsed = parse_text(text, **how)
     assert isinstance(parsed, InvalidAction), parsed
     return parsed
 
@@ -72,7 +72,7 @@ def test_what_may_stand_around_or_be_spelled_otherwise(text: str | bytes):
 
 
 def test_thoughts_are_kept_verbatim_and_unknown_keys_recorded():
-    parsed = parse(
+    parsed = parse_text(
         '{"skill_name":"look","arguments":{"direction":"up","magnitude":1,"speed":9},"thought":null,'
         '"cognitive_state":{"a":[1,{"b":2.5}]},"extra":1}'
     )
@@ -180,7 +180,7 @@ def test_a_whole_float_is_an_int_and_a_huge_int_a_number():
 
 @pytest.mark.parametrize("extra", [{}, {"x": 5, "y": 9}, {"x": "left", "y": -7}])
 def test_drop_needs_no_pixel_and_may_carry_one(extra: dict):
-    parsed = parse(reply("interact_pixel", intent="drop", **extra))
+    parsed = parse_text(reply("interact_pixel", intent="drop", **extra))
     assert isinstance(parsed, ParsedReply)
     assert parsed.action == InteractPixel(intent="drop")
     assert parsed.ignored_keys == tuple(f"arguments.{key}" for key in extra)
@@ -208,7 +208,7 @@ def test_a_status_outside_of_the_vocabulary_is_kept_to_the_letter(raw: str):
 
 def test_normalized_coordinates():
     def at(x: Any, y: Any) -> Any:
-        return parse(reply("interact_pixel", intent="ground", x=x, y=y), "normalized_1000")
+        return parse_text(reply("interact_pixel", intent="ground", x=x, y=y), "normalized_1000")
 
     for given_xy, pixel in [
         ((0, 0), (0, 0)),
@@ -249,7 +249,7 @@ def test_normalized_coordinates():
 )
 def test_the_lenient_policy_is_a_variant_and_the_strict_one_says_what_it_would_do(text: str, is_loose: bool):
     assert fault(text).would_parse_leniently is is_loose
-    assert isinstance(parse(text, policy="lenient"), ParsedReply) is is_loose
+    assert isinstance(parse_text(text, policy="lenient"), ParsedReply) is is_loose
     if is_loose:
         assert action(text, policy="lenient") == action(WALK)
 
@@ -340,7 +340,7 @@ def test_an_invalid_reply_says_what_was_wrong_with_it(text: str, detail: str):
 @pytest.mark.parametrize(("others", "is_found"), [(62, True), (63, False)])
 def test_leniently_no_more_than_63_objects_are_looked_at(others: int, is_found: bool):
     text = "Well: " + "{} " * others + WALK
-    assert isinstance(parse(text, policy="lenient"), ParsedReply) is is_found
+    assert isinstance(parse_text(text, policy="lenient"), ParsedReply) is is_found
 
 
 def nested(levels: int, inner: str = "1") -> str:
@@ -354,14 +354,14 @@ def test_a_reply_is_at_most_64_levels_deep_however_deep_the_stack_is(policy: Any
     if depth:
         return test_a_reply_is_at_most_64_levels_deep_however_deep_the_stack_is(policy, depth - 1)
     assert MAX_DEPTH == 64
-    parsed = parse(nested(64, '"[[[[{{{"'), policy=policy)
+    parsed = parse_text(nested(64, '"[[[[{{{"'), policy=policy)
     assert isinstance(parsed, ParsedReply)
     assert ParsedReply.model_validate_json(parsed.model_dump_json()) == parsed
     for text in (nested(65), nested(987), nested(30_000), nested(65, ""), "[" * 65, "<think>x</think>" + nested(65)):
         assert fault(text, policy=policy).reason == "too_deep"
         assert not fault(text, policy=policy).would_parse_leniently
     assert not fault(f"Sure: {nested(65)}", policy=policy).would_parse_leniently
-    assert isinstance(parse(f"Sure: {nested(64)}", policy="lenient"), ParsedReply)
+    assert isinstance(parse_text(f"Sure: {nested(64)}", policy="lenient"), ParsedReply)
     return None
 
 
@@ -399,7 +399,7 @@ OBJECTS = st.fixed_dictionaries(
 @example('{"skill_name":"look","arguments":{"direction":"up","magnitude":' + "9" * 60000 + "}}", "strict", "pixel")
 @example(b"\x00\xff\xfe", "strict", "pixel")
 def test_no_reply_ever_raises(text: str | bytes, policy: Any, coordinates: Any):
-    parsed = parse(text, coordinates, policy)
+    parsed = parse_text(text, coordinates, policy)
     assert isinstance(parsed, ParsedReply | InvalidAction)
     answer = Reply.model_validate({"text": text})
     assert isinstance(parse_reply(answer, coordinates, policy), ParsedReply | InvalidAction)
@@ -413,7 +413,7 @@ def test_no_reply_ever_raises(text: str | bytes, policy: Any, coordinates: Any):
 @given(OBJECTS, st.sampled_from(["```json\n{}\n```", "Sure: {}", "{} ok"]))
 def test_lenient_agrees_with_strict_on_what_it_strips(fields: dict, frame: str):
     text = json.dumps(fields)
-    bare, framed = parse(text), parse(frame.replace("{}", text), policy="lenient")
+    bare, framed = parse_text(text), parse_text(frame.replace("{}", text), policy="lenient")
     if isinstance(bare, ParsedReply) and isinstance(framed, ParsedReply):
         assert bare.action == framed.action
 
@@ -429,13 +429,13 @@ LOOK = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 1}}
     ],
 )
 def test_one_fence_holds_the_answer_on_any_number_of_lines(text: str):
-    assert parse(text, "pixel", "strict").would_parse_leniently
-    assert parse(text, "pixel", "lenient").action == parse(LOOK, "pixel", "strict").action
+    assert parse_text(text, "pixel", "strict").would_parse_leniently
+    assert parse_text(text, "pixel", "lenient").action == parse_text(LOOK, "pixel", "strict").action
 
 
 def test_details_name_what_was_given_instead():
-    assert parse('{"skill_name": "look", "arguments": [1]}').detail == "list"
-    assert (parse(LOOK + WALK).reason, parse(LOOK + WALK).detail) == ("several_objects", "")
+    assert parse_text('{"skill_name": "look", "arguments": [1]}').detail == "list"
+    assert (parse_text(LOOK + WALK).reason, parse_text(LOOK + WALK).detail) == ("several_objects", "")
     cut = ReplyCut(text_bytes=90_000, answer_bytes=80_000, sha256="0" * 64)
     too_long = parse_reply(Reply(text="{", cut=cut), "pixel", "strict")
     assert (too_long.detail, too_long.would_parse_leniently) == ("80000 bytes, more than 65536", False)
@@ -450,29 +450,29 @@ def test_an_empty_answer_after_reasoning_says_so_and_no_other_does():
     assert (empty.reason, empty.detail) == ("empty", "all 9 characters came as reasoning, and no answer followed")
     assert "came as reasoning" not in parse_reply(Reply(text=" "), "pixel", "strict").detail
     assert "came as reasoning" not in parse_reply(Reply(text="{", reasoning_chars=9), "pixel", "strict").detail
-    assert parse_reply(Reply(text=LOOK, reasoning_chars=9), "pixel", "strict") == parse(LOOK)
+    assert parse_reply(Reply(text=LOOK, reasoning_chars=9), "pixel", "strict") == parse_text(LOOK)
 
 
 def test_one_malformed_object_is_not_searched_for_another():
     inner = '{"skill_name":"navigate","arguments":{"mode":"forward","magnitude":1}}'
     text = f'{{"thought":"``` ","x":{inner},"y":"```","skill_name":"fly","arguments":{{}}}}'
-    assert parse(text, policy="lenient").reason == "unknown_skill"
-    assert not parse(text).would_parse_leniently
+    assert parse_text(text, policy="lenient").reason == "unknown_skill"
+    assert not parse_text(text).would_parse_leniently
 
 
 def test_a_list_in_a_fence_is_no_answer():
-    assert not parse(f"```json\n[{LOOK}]\n```").would_parse_leniently
+    assert not parse_text(f"```json\n[{LOOK}]\n```").would_parse_leniently
 
 
 def test_a_fenced_click_points_as_the_profile_says():
     click = '{"skill_name": "interact_pixel", "arguments": {"intent": "pick", "x": 1000, "y": 0}}'
-    assert parse(f"```\n{click}\n```", "normalized_1000", "lenient") == parse(click, "normalized_1000")
-    assert parse(f"```\n{click}\n```", "pixel", "lenient").reason == "pixel_outside_frame"
-    assert not parse(f"```\n{click}\n```", "pixel").would_parse_leniently
-    assert parse(f"```\n{click}\n```", "normalized_1000").would_parse_leniently
+    assert parse_text(f"```\n{click}\n```", "normalized_1000", "lenient") == parse_text(click, "normalized_1000")
+    assert parse_text(f"```\n{click}\n```", "pixel", "lenient").reason == "pixel_outside_frame"
+    assert not parse_text(f"```\n{click}\n```", "pixel").would_parse_leniently
+    assert parse_text(f"```\n{click}\n```", "normalized_1000").would_parse_leniently
 
 
 def test_a_thought_is_kept_and_an_ill_typed_pixel_is_named():
-    assert parse(LOOK.replace("{", '{"thought": "t", ', 1)).thought == "t"
+    assert parse_text(LOOK.replace("{", '{"thought": "t", ', 1)).thought == "t"
     click = '{"skill_name": "interact_pixel", "arguments": {"intent": "pick", "x": "7", "y": 0}}'
-    assert parse(click).detail == "x: str"
+    assert parse_text(click).detail == "x: str"

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
+from builders import NOON, RecordBuilder, thing
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
-from stories import NOON, RecordBuilder, thing
 
 from vigil import __version__
 from vigil.base.json_lines import dump_line
@@ -25,18 +25,18 @@ from vigil.records.record import (
     HEADER_FILE,
     SCHEMA_VERSION,
     AgentKind,
-    Answered,
     Boundary,
     End,
     EpisodeRecord,
+    ProviderFacts,
     Resumption,
+    RowResolver,
     RunHeader,
     RunSpec,
     Shard,
-    Standing,
     StepRecord,
+    effective_records,
     read_header,
-    standing,
 )
 from vigil.records.record_file import RecordLog, read_records
 
@@ -77,7 +77,7 @@ def test_a_standing_row_refuses_later_ones_and_an_error_gives_way(path: Path):
             log.append(late)
     log.append(row(epoch=2))
     log.close()
-    assert [record.attempt for record in standing(read_records(path)).values()] == [3, 1]
+    assert [record.attempt for record in effective_records(read_records(path)).values()] == [3, 1]
 
 
 def test_standing_takes_the_first_row_without_error_and_else_the_last():
@@ -87,7 +87,7 @@ def test_standing_takes_the_first_row_without_error_and_else_the_last():
         row("a", end="error", attempt=1),
         row("a", end="error", attempt=2),
     ]
-    chosen = standing(rows)
+    chosen = effective_records(rows)
     assert list(chosen) == [("a", 1), ("b", 1)]
     assert [record.attempt for record in chosen.values()] == [2, 1]
 
@@ -101,8 +101,8 @@ def test_a_torn_last_line_is_cut_to_a_side_file(path: Path, cut: int):
     assert len(read_records(path)) == 2
     assert path.read_bytes() == whole + torn
     log = RecordLog(path)
-    assert log.torn is not None
-    assert log.torn.read_bytes() == torn
+    assert log.partial_line_file is not None
+    assert log.partial_line_file.read_bytes() == torn
     assert path.read_bytes() == whole
     log.append(row("c"))
     log.close()
@@ -116,7 +116,7 @@ def test_a_whole_last_line_without_newline_is_kept(path: Path):
     log.append(row("c"))
     log.close()
     assert [record.episode_id for record in read_records(path)] == ["a", "b", "c"]
-    assert log.torn is None
+    assert log.partial_line_file is None
 
 
 def test_side_files_are_never_overwritten(path: Path):
@@ -125,7 +125,7 @@ def test_side_files_are_never_overwritten(path: Path):
         with path.open("ab") as file:
             file.write(b'{"torn')
         log = RecordLog(path)
-        sides.append(log.torn)
+        sides.append(log.partial_line_file)
         log.close()
     assert len(set(sides)) == 2
 
@@ -143,7 +143,7 @@ def test_a_kill_at_any_byte_loses_at_most_the_last_row(tmp_path_factory: pytest.
     assert len(read_records(path)) == complete
     kept = b"".join(lines[:complete])
     assert path.read_bytes() == kept
-    assert (log.torn.read_bytes() if log.torn else b"") == (whole[len(kept) : size])
+    assert (log.partial_line_file.read_bytes() if log.partial_line_file else b"") == (whole[len(kept) : size])
 
 
 def test_two_writers_are_refused(path: Path):
@@ -441,9 +441,9 @@ def test_a_header_tells_the_machines_and_the_pack():
 
 
 def test_a_header_says_under_which_other_versions_it_was_made():
-    assert header(spec=spec(versions=Versions.here(), pack_versions=PackVersions.here())).version_notes == ()
-    older = Versions.here().model_copy(update={"grammar": 1})
-    shapes = PackVersions.here().model_copy(update={"shapes": 1})
+    assert header(spec=spec(versions=Versions.current(), pack_versions=PackVersions.current())).version_notes == ()
+    older = Versions.current().model_copy(update={"grammar": 1})
+    shapes = PackVersions.current().model_copy(update={"shapes": 1})
     run, pack = header(spec=spec(versions=older, pack_versions=shapes)).version_notes
     assert "Run 'r'" in run
     assert "Its pack 'p'" in pack
@@ -483,13 +483,13 @@ def test_a_header_of_another_version_with_a_fault_is_to_be_read_with_that_versio
 
 def test_rows_that_stand_are_sorted_by_episode_and_epoch():
     rows = [row("b"), row("a", epoch=2), row("a"), row("a", attempt=2)]
-    assert [(key, record.attempt) for key, record in standing(rows).items()] == [
+    assert [(key, record.attempt) for key, record in effective_records(rows).items()] == [
         (("a", 1), 1),
         (("a", 2), 1),
         (("b", 1), 1),
     ]
-    table = Standing()
-    assert [table.takes(each) for each in (row(end="error"), row(end="error"), row(), row(), row(end="error"))] == [
+    table = RowResolver()
+    assert [table.accept(each) for each in (row(end="error"), row(end="error"), row(), row(), row(end="error"))] == [
         *(True, True, True),
         *(False, False),
     ]
@@ -502,7 +502,7 @@ def test_the_files_of_a_run_keep_their_names():
 
 
 def test_what_answered_is_told_over_all_sessions():
-    assert Answered().model_dump() == {
+    assert ProviderFacts().model_dump() == {
         "replies": 0,
         "models": {},
         "finish_reasons": {},
@@ -513,9 +513,9 @@ def test_what_answered_is_told_over_all_sessions():
         "check": {},
         "clients": {},
     }
-    later = Resumption(started=NOON, rows_before=1, answered=Answered(models={"b": 1, "a": 2}))
+    later = Resumption(started=NOON, rows_before=1, answered=ProviderFacts(models={"b": 1, "a": 2}))
     silent = Resumption(started=NOON, rows_before=1)
-    first = Answered(models={"c": 1, "a": 1})
+    first = ProviderFacts(models={"c": 1, "a": 1})
     assert header(answered=first, resumed=(later, silent)).answering_models == ("a", "b", "c")
     assert header(resumed=(later,)).answering_models == ("a", "b")
     assert header().answering_models == ()

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from builders import RecordBuilder, episode, thing
 from quick_runs import claim
-from stories import RecordBuilder, episode, thing
 from tiny_pack import tiny_pack
 from typer.testing import CliRunner
 
@@ -17,7 +17,7 @@ from vigil.analysis.measures.rows import read_runs
 from vigil.cli import app
 from vigil.packs.pack import Pack
 from vigil.records.record import EpisodeRecord
-from vigil.records.row_check import contradictions
+from vigil.records.row_check import protocol_violations
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import verify_run
@@ -99,7 +99,7 @@ def test_a_row_that_is_not_the_runs_is_not_scored_and_said(played, run, name):
     assert any(said in fault for fault in reported.faults)
     (shown,) = Library([run], [played[0].folder]).runs()
     assert shown.table is not None
-    assert len(shown.table.settlement().outcomes) == 7
+    assert len(shown.table.scores().outcomes) == 7
     assert any(said in note for note in shown.notes)
 
 
@@ -187,7 +187,7 @@ AI = episode("AI", max_steps=6, max_invalid=2)
     ],
 )
 def test_what_the_protocol_brings_forth_is_not_contradicted(record: EpisodeRecord):
-    assert contradictions(AI, record) == []
+    assert protocol_violations(AI, record) == []
 
 
 @pytest.mark.parametrize(
@@ -204,14 +204,14 @@ def test_what_the_protocol_brings_forth_is_not_contradicted(record: EpisodeRecor
     ],
 )
 def test_what_the_protocol_cannot_bring_forth_is_named(record: EpisodeRecord, said: str):
-    assert any(said in fault for fault in contradictions(AI, record))
+    assert any(said in fault for fault in protocol_violations(AI, record))
 
 
 def test_a_report_amid_steps_is_named():
     found = story(0, 2)
     found.report()
     found.do()
-    assert "goes on after the report of step 3" in contradictions(AI, found.end("fail_no_report"))[0]
+    assert "goes on after the report of step 3" in protocol_violations(AI, found.end("fail_no_report"))[0]
 
 
 def test_another_agents_rows_do_not_stand_for_a_run_of_the_same_name(played, tmp_path):

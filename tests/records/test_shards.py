@@ -12,7 +12,7 @@ from tiny_pack import tiny_episode, tiny_house
 from vigil.errors import SettingError
 from vigil.protocol.episode import Episode, Family
 from vigil.records.record import Shard
-from vigil.records.shards import order_of_play, part_of, read_shard
+from vigil.records.shards import parse_shard, play_order, shard_episodes
 
 HOUSES = [tiny_house(name) for name in "abcde"]
 DRAWN: list[Family] = ["DA", "PG", "SV", "AI", "VS"]
@@ -29,7 +29,7 @@ def one(number: int, family: Family) -> Episode:
 
 
 def shards(drawn: list[Episode], count: int) -> list[list[Episode]]:
-    return [part_of(drawn, Shard(index=index, of=count)) for index in range(1, count + 1)]
+    return [shard_episodes(drawn, Shard(index=index, of=count)) for index in range(1, count + 1)]
 
 
 def spread(counts: list[int]) -> int:
@@ -50,43 +50,43 @@ def test_shards_share_nothing_are_all_and_are_even(count: int, skipped: int, dat
 def test_the_order_in_which_episodes_are_named_changes_nothing() -> None:
     drawn = episodes(23)
     assert shards(drawn, 4) == shards(drawn[::-1], 4)
-    assert part_of(drawn[::-1], None) == sorted(drawn, key=lambda episode: episode.id)
+    assert shard_episodes(drawn[::-1], None) == sorted(drawn, key=lambda episode: episode.id)
 
 
 def test_shards_follow_one_another_from_house_to_house() -> None:
     drawn = [tiny_episode(number, "DA", HOUSES[number % 5]) for number in range(20)]
-    parts = [order_of_play(part) for part in shards(drawn, 5)]
+    parts = [play_order(part) for part in shards(drawn, 5)]
     assert [{episode.house.name for episode in part} for part in parts] == [{name} for name in "abcde"]
-    assert [episode for part in parts for episode in part] == order_of_play(drawn)
+    assert [episode for part in parts for episode in part] == play_order(drawn)
 
 
 def test_of_twins_the_second_comes_when_all_else_is_played() -> None:
     drawn = [tiny_episode(number, "DA", HOUSES[number // 2 % 5]) for number in range(20)]
     pairs = {episode.id: f"pair {number // 2}" for number, episode in enumerate(drawn[:16])}
-    order = order_of_play(drawn, pairs)
+    order = play_order(drawn, pairs)
     assert sorted(order, key=lambda episode: episode.id) == drawn
     at = {episode.id: place for place, episode in enumerate(order)}
     apart = [(at[drawn[number].id], at[drawn[number + 1].id]) for number in range(0, 16, 2)]
     assert min(abs(one - other) for one, other in apart) >= 8
     assert len({one < other for one, other in apart}) == 2, "the order tells the side"
-    assert order_of_play(drawn[::-1], pairs) == order
+    assert play_order(drawn[::-1], pairs) == order
 
 
 def test_a_shard_without_an_episode_is_refused_whichever_it_is() -> None:
     for index in (1, 4):
         with pytest.raises(SettingError, match=rf"Shard {index}/4 of 3 episodes: .* Give 3 shards or fewer"):
-            part_of(episodes(3), Shard(index=index, of=4))
+            shard_episodes(episodes(3), Shard(index=index, of=4))
 
 
 @pytest.mark.parametrize("text", ["1/1", "2/8", "8/8", "100000/999999"])
 def test_a_shard_is_read_as_it_is_written(text: str) -> None:
-    assert str(read_shard(text)) == text
+    assert str(parse_shard(text)) == text
 
 
 @pytest.mark.parametrize("text", ["", "x", "0/3", "4/3", "1/0", "-1/3", "1", "1/2/3", "1.5/3", "1 / 3", "01/3", "٢/٨"])
 def test_what_is_no_shard_is_refused_by_name(text: str) -> None:
     with pytest.raises(SettingError, match=r"is not I/N with I from 1 to N, e\.g\. --shard 2/8"):
-        read_shard(text)
+        parse_shard(text)
 
 
 def test_a_header_cannot_name_a_shard_that_is_none() -> None:

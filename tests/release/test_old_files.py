@@ -39,7 +39,7 @@ def name_of(folder: Path) -> str:
 
 
 def verdicts(run: SavedRun) -> list[str]:
-    return [json.dumps(asdict(outcome), sort_keys=True) for outcome in run.table.settlement().outcomes]
+    return [json.dumps(asdict(outcome), sort_keys=True) for outcome in run.table.scores().outcomes]
 
 
 def test_every_release_is_held_to() -> None:

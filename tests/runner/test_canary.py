@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from chat_server import LOOK, REPORT, Answer, Asked, serving
+from chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, serving
 from inspect_marks import INSPECT
 from tiny_pack import loose_pack, tiny_episode, tiny_house
 
@@ -44,7 +44,7 @@ HIDDEN_WORDS = [
 ]
 
 
-def replies(asked: Asked) -> Answer:
+def replies(asked: ChatRequest) -> ChatAnswer:
     script = [
         LOOK,
         "prose that is no action",
@@ -52,7 +52,7 @@ def replies(asked: Asked) -> Answer:
         '{"skill_name": "navigate", "arguments": {"mode": "forward", "magnitude": 1}}',
         '{"skill_name": "navigate", "arguments": {"mode": "turn_right", "magnitude": 45}}',
     ]
-    return Answer(REPORT if asked.turn > 20 else script[asked.turn % len(script)])
+    return ChatAnswer(REPORT if asked.turn > 20 else script[asked.turn % len(script)])
 
 
 def numbers_of(value: object) -> Iterator[float]:

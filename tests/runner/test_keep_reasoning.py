@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
-from chat_server import LOOK, REPORT, Answer, Asked, serving
+from chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, serving
 from inspect_marks import INSPECT
 from quick_runs import quick
 from tiny_pack import tiny_pack
@@ -16,7 +16,7 @@ from vigil.analysis.measures.rows import read_runs
 from vigil.cli import app
 from vigil.errors import RecordError
 from vigil.exports.dataset import write_dataset
-from vigil.records.kept_reasoning import MAX_CHARS, REASONING_FILE, read_reasoning, reasoning_of
+from vigil.records.reasoning_file import MAX_CHARS, REASONING_FILE, read_reasoning, reasoning_by_step
 from vigil.runner.run import RunResult, run_pack
 from vigil.web.frames import episode_of, episode_timeline
 from vigil.web.library import Library
@@ -32,8 +32,8 @@ def pack(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def brain(asked: Asked) -> Answer:
-    return Answer(LOOK if asked.turn < 3 else REPORT, reasoning=f"{SECRET_THOUGHT}, at turn {asked.turn}")
+def brain(asked: ChatRequest) -> ChatAnswer:
+    return ChatAnswer(LOOK if asked.turn < 3 else REPORT, reasoning=f"{SECRET_THOUGHT}, at turn {asked.turn}")
 
 
 def play(pack: Path, folder: Path, **changes: object) -> tuple[RunResult, list[bytes]]:
@@ -63,7 +63,7 @@ def test_it_stands_beside_the_records_and_nowhere_else(kept: tuple[RunResult, li
     holding = {path.name for path in result.folder.rglob("*") if path.is_file() and holds(path)}
     assert holding == {REASONING_FILE}
     for record in result.records:
-        found = reasoning_of(result.folder, record)
+        found = reasoning_by_step(result.folder, record)
         assert found == {step.index: f"{SECRET_THOUGHT}, at turn {step.index}" for step in record.steps}
         assert {step.index: len(found[step.index]) for step in record.steps} == {
             step.index: step.reply.reasoning_chars for step in record.steps
@@ -103,9 +103,9 @@ def test_a_file_that_is_no_such_file_is_named(kept: tuple[RunResult, list[bytes]
 
 def test_what_is_too_long_or_no_utf8_is_kept_as_far_as_it_goes(pack: Path, tmp_path: Path) -> None:
     long = "x" * (MAX_CHARS + 5) + "\ud800 end"
-    with serving(lambda asked: Answer(REPORT, reasoning=long)) as server:
+    with serving(lambda asked: ChatAnswer(REPORT, reasoning=long)) as server:
         told = {"agent": None, "model": "vllm/m", "base_url": server.url, "keep_reasoning": True, "limit": 1}
         result = run_pack(quick(pack, tmp_path / "run", **told))
-    (text,) = reasoning_of(result.folder, result.records[0]).values()
+    (text,) = reasoning_by_step(result.folder, result.records[0]).values()
     assert len(text) == MAX_CHARS
     assert text.endswith("x? end")

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from commands import Vigil, runner
+from commands import Vigil, command_runner
 from quick_runs import quick, without_times
 from tiny_pack import tiny_pack
 from waiting import HANGS_AFTER_S
@@ -65,7 +65,7 @@ def shards(played: Path, tmp_path: Path) -> list[Path]:
 
 @pytest.fixture
 def vigil(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Vigil:
-    return runner(monkeypatch, capsys)
+    return command_runner(monkeypatch, capsys)
 
 
 def rewrite_header(shard: Path, change: Callable[[dict[str, Any]], None]) -> None:
@@ -106,7 +106,7 @@ def test_joined_shards_are_the_run_that_was_played_in_one_go(
     assert [without_times(row) for row in records] == [without_times(row) for row in whole.records]
     joined, alone = read_run(tmp_path / "run"), read_run(whole.folder)
     assert joined.notes == alone.notes == ()
-    assert summarise(joined.table.settlement()) == summarise(alone.table.settlement())
+    assert summarise(joined.table.scores()) == summarise(alone.table.scores())
     found = verify_run(tmp_path / "run", VerifySettings(workers=1))
     assert (found.is_verified, found.checked, found.is_exact) == (True, 14, True)
 
@@ -150,7 +150,7 @@ def test_a_joined_run_goes_on_like_any_other(whole: RunResult, pack: Path, shard
     drop_last_row(shards[0])
     merge_runs(tmp_path / "run", shards[:2], MergeSettings(partial=True))
     joined = read_run(tmp_path / "run")
-    assert not joined.table.settlement().is_complete
+    assert not joined.table.scores().is_complete
     assert joined.header.ended is None
     result = run_pack(quick(pack, tmp_path / "run", **PLAYED))
     assert (result.is_complete, result.resumed) == (True, len(joined.table.rows))
@@ -164,7 +164,7 @@ def test_a_shard_is_told_as_what_it_is(pack: Path, shards: list[Path], vigil: Vi
     run = read_run(shards[1])
     note = "This run '2' is shard 2/3 of a run: it plays 2 of the 7 episodes. `vigil merge` joins the shards."
     assert run.notes == (note,)
-    assert not run.table.settlement().is_complete
+    assert not run.table.scores().is_complete
     said = vigil("score", shards[1])
     assert note in said.out + said.err
     assert "INCOMPLETE, 4 of 14 episodes scored" in said.out
@@ -198,7 +198,7 @@ def test_a_shard_does_not_grow(pack: Path, tmp_path: Path) -> None:
 def test_a_row_of_another_shards_episode_is_not_counted(shards: list[Path]) -> None:
     foreign = read_records(shards[2] / EPISODES_FILE)[0]
     with AppendFile(shards[1] / EPISODES_FILE) as file:
-        file.append(dump_line(read_header(shards[1]).own(foreign)))
+        file.append(dump_line(read_header(shards[1]).stamp(foreign)))
     run = read_run(shards[1])
     assert len(run.table.rows) == 4
     assert "is of an episode of another shard" in run.notes[1]
@@ -242,7 +242,7 @@ OTHERS: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
 def test_shards_of_different_runs_are_refused(shards: list[Path], tmp_path: Path, name: str) -> None:
     change, said = OTHERS[name]
     rewrite_header(shards[2], change)
-    for options in ({}, {"partial": True, "anyway": True}):
+    for options in ({}, {"partial": True, "force": True}):
         assert said.format(*shards) in refused(tmp_path / "run", shards, **options)
 
 
@@ -260,8 +260,8 @@ def test_another_program_or_answering_model_is_joined_when_that_is_asked_for(
         rewrite_header(shard, lambda fields: fields.update(answered={"models": {"one": 4}}))
     rewrite_header(shards[2], ANSWERS[name])
     said = refused(tmp_path / "run", shards)
-    assert re.search(rf"{name}.*Join them all the same with --anyway", said)
-    merge_runs(tmp_path / "run", shards, MergeSettings(anyway=True))
+    assert re.search(rf"{name}.*Join them all the same with --force", said)
+    merge_runs(tmp_path / "run", shards, MergeSettings(force=True))
     assert len(read_records(tmp_path / "run" / EPISODES_FILE)) == 14
 
 
@@ -316,7 +316,7 @@ def test_an_error_before_a_success_stays_in_the_file(shards: list[Path], tmp_pat
     (shards[0] / EPISODES_FILE).write_bytes(dump_line(failed) + rows)
     merge_runs(tmp_path / "run", shards)
     assert len(read_records(tmp_path / "run" / EPISODES_FILE)) == 15
-    assert read_run(tmp_path / "run").table.settlement().is_complete
+    assert read_run(tmp_path / "run").table.scores().is_complete
 
 
 def test_the_command_joins_and_tells(shards: list[Path], tmp_path: Path, vigil: Vigil) -> None:

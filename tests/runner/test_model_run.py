@@ -13,7 +13,7 @@ from typing import Any
 
 import psutil
 import pytest
-from chat_server import LOOK, REPORT, Answer, Asked, ChatServer, failure, serving
+from chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, ChatServer, failure, serving
 from inspect_ai import eval as evaluate
 from inspect_ai import score
 from inspect_ai._util.error import PrerequisiteError
@@ -64,8 +64,8 @@ def settings(pack: Path, url: str, log_dir: Path, **changes: Any) -> RunSettings
     return quick(pack, log_dir, **{**fields, **changes})
 
 
-def walk_and_report(asked: Asked) -> Answer:
-    return Answer(REPORT if asked.turn >= 4 else [LOOK, WALK, "prose"][asked.turn - 1], delay_s=0.01)
+def walk_and_report(asked: ChatRequest) -> ChatAnswer:
+    return ChatAnswer(REPORT if asked.turn >= 4 else [LOOK, WALK, "prose"][asked.turn - 1], delay_s=0.01)
 
 
 def test_a_run_is_recorded_resumed_and_verified(pack: Path, tmp_path: Path) -> None:
@@ -88,7 +88,7 @@ def test_a_run_is_recorded_resumed_and_verified(pack: Path, tmp_path: Path) -> N
 
 def test_a_cost_is_counted_over_all_sessions_and_is_no_part_of_what_the_run_is(pack: Path, tmp_path: Path) -> None:
     told: list[float | None] = []
-    with serving(lambda _: Answer(REPORT, input_tokens=1000)) as server:
+    with serving(lambda _: ChatAnswer(REPORT, input_tokens=1000)) as server:
         wanted = settings(pack, server.url, tmp_path / "run", families=QUICK)
         first = run_pack(replace(wanted, limit=2), on_progress=lambda now: told.append(now.cost))
         assert set(told) == {None}
@@ -99,7 +99,7 @@ def test_a_cost_is_counted_over_all_sessions_and_is_no_part_of_what_the_run_is(p
         again = run_pack(replace(wanted, prices=Prices(input=2, output=0)))
     each = (1000 * 1 + 10 * 100) / 1e6
     assert told == pytest.approx([count * each for count in (2, 3, 4)])
-    assert (first.tokens.total.told, later.tokens.total.told, later.resumed) == (2, 4, 2)
+    assert (first.tokens.total.reported, later.tokens.total.reported, later.resumed) == (2, 4, 2)
     assert later.header.prices == Prices(input=1, output=100)
     assert (again.resumed, again.header.prices) == (4, Prices(input=2, output=0))
     assert read_header(tmp_path / "run").prices == Prices(input=2, output=0)
@@ -108,8 +108,8 @@ def test_a_cost_is_counted_over_all_sessions_and_is_no_part_of_what_the_run_is(p
 
 
 def test_what_a_model_is_sent_is_the_contract_and_no_more(pack: Path, tmp_path: Path) -> None:
-    def brain(asked: Asked) -> Answer:
-        return Answer(LOOK.replace("5}", f"{asked.turn % 20 + 1}}}"))
+    def brain(asked: ChatRequest) -> ChatAnswer:
+        return ChatAnswer(LOOK.replace("5}", f"{asked.turn % 20 + 1}}}"))
 
     with serving(brain) as server:
         wanted = settings(pack, server.url, tmp_path / "run", episode_ids=("tiny-AI-003",), profile=ACTION_FEEDBACK)
@@ -134,7 +134,7 @@ def test_what_a_model_is_sent_is_the_contract_and_no_more(pack: Path, tmp_path: 
 def test_a_prompt_file_is_sent_kept_and_held_to(pack: Path, tmp_path: Path) -> None:
     template = "Only this: <TASK_INSTRUCTION>"
     one = {"episode_ids": ("tiny-AI-003",), "prompt_template": template}
-    with serving(lambda _: Answer(REPORT)) as server:
+    with serving(lambda _: ChatAnswer(REPORT)) as server:
         wanted = settings(pack, server.url, tmp_path / "run", **one)
         run_pack(wanted)
         with pytest.raises(RecordError, match=r"profile\.prompt_variant: 'file-\w+' there, 'file-\w+' here"):
@@ -149,11 +149,11 @@ def test_a_prompt_file_is_sent_kept_and_held_to(pack: Path, tmp_path: Path) -> N
 def test_trouble_all_around_changes_no_record(pack: Path, calm: RunResult, tmp_path: Path) -> None:
     count = 0
 
-    def troubled(asked: Asked) -> Answer:
+    def troubled(asked: ChatRequest) -> ChatAnswer:
         nonlocal count
         count += 1
         if count % 5 == 0:
-            return [failure(429), failure(500), Answer("x", breaks=True)][count // 5 % 3]
+            return [failure(429), failure(500), ChatAnswer("x", breaks=True)][count // 5 % 3]
         return walk_and_report(asked)
 
     with serving(troubled) as server:
@@ -167,8 +167,10 @@ def test_an_outage_gives_error_rows_with_what_was_played_and_the_same_command_go
 ) -> None:
     is_out = True
 
-    def brain(asked: Asked) -> Answer:
-        return failure(503, "gone fishing") if is_out and asked.turn == 3 and "(0)" in asked.texts[0] else Answer(LOOK)
+    def brain(asked: ChatRequest) -> ChatAnswer:
+        return (
+            failure(503, "gone fishing") if is_out and asked.turn == 3 and "(0)" in asked.texts[0] else ChatAnswer(LOOK)
+        )
 
     with serving(brain) as server:
         wanted = settings(pack, server.url, tmp_path / "run", episode_ids=("tiny-DA-000", "tiny-PG-001", "tiny-SV-002"))
@@ -211,13 +213,13 @@ def test_a_model_that_answers_in_another_form_is_found_out_before_anything_is_pl
     pack: Path, tmp_path: Path
 ) -> None:
     with serving(walk_and_report) as server:
-        server.example = Answer("<think>I will walk there, step by step")
+        server.example = ChatAnswer("<think>I will walk there, step by step")
         wanted = settings(pack, server.url, tmp_path / "run", preflight=True, families=("PG",), limit=1)
-        with pytest.raises(ModelAPIError, match=r"unclosed_reasoning.*--reasoning-parser.*--anyway"):
+        with pytest.raises(ModelAPIError, match=r"unclosed_reasoning.*--reasoning-parser.*--force"):
             run_pack(wanted)
         assert server.asked == []
         assert not (tmp_path / "run").exists()
-        result = run_pack(replace(wanted, anyway=True))
+        result = run_pack(replace(wanted, force=True))
     assert result.is_complete
     assert result.header.answered.check["sight"] == "passed"
     assert result.header.answered.check["contract"].startswith("failed: unclosed_reasoning")
@@ -225,11 +227,11 @@ def test_a_model_that_answers_in_another_form_is_found_out_before_anything_is_pl
 
 
 def test_what_really_answered_is_in_the_header(pack: Path, tmp_path: Path) -> None:
-    def brain(asked: Asked) -> Answer:
-        return Answer(REPORT if asked.turn == 2 else LOOK, reasoning="hm", model="some-model-2026-01-01")
+    def brain(asked: ChatRequest) -> ChatAnswer:
+        return ChatAnswer(REPORT if asked.turn == 2 else LOOK, reasoning="hm", model="some-model-2026-01-01")
 
     with serving(brain) as server:
-        server.example = Answer(REPORT, model="some-model-2026-01-01")
+        server.example = ChatAnswer(REPORT, model="some-model-2026-01-01")
         chosen = {"families": ("PG",), "limit": 1, "thinking": "off", "model": "vllm/m", "preflight": True}
         result = run_pack(settings(pack, server.url, tmp_path / "run", **chosen))
         address = f"{server.url}/chat/completions"
@@ -250,18 +252,18 @@ def test_a_name_that_stands_for_another_model_on_resume_stops_the_run_unless_tol
 ) -> None:
     version, is_out = "model-1", True
 
-    def brain(asked: Asked) -> Answer:
+    def brain(asked: ChatRequest) -> ChatAnswer:
         if is_out and "(1)" in asked.texts[0]:
             return failure(401, "not now")
-        return Answer(REPORT, model=version)
+        return ChatAnswer(REPORT, model=version)
 
     with serving(brain) as server:
         wanted = settings(pack, server.url, tmp_path / "run", episode_ids=("tiny-DA-000", "tiny-PG-001"))
         assert run_pack(wanted).errors == 1
         version, is_out = "model-2", False
-        with pytest.raises(RecordError, match=r"answers as 'model-2' now.*answered as 'model-1'.*--anyway"):
+        with pytest.raises(RecordError, match=r"answers as 'model-2' now.*answered as 'model-1'.*--force"):
             run_pack(wanted)
-        result = run_pack(replace(wanted, anyway=True))
+        result = run_pack(replace(wanted, force=True))
     assert result.is_complete
     assert result.header.answered.models == {"model-1": 1}
     assert result.header.resumed[-1].answered.models == {"model-2": 1}
@@ -274,7 +276,7 @@ def test_a_context_too_small_for_the_first_request_is_an_error_with_the_size_tha
     small = failure(400, "This model's maximum context length is 1024 tokens. Please reduce the length", code=400)
     with serving(lambda asked: small) as server:
         result = run_pack(settings(pack, server.url, tmp_path / "run", families=("DA",), limit=1))
-    full = Answer("", finish_reason="model_context_window_exceeded")
+    full = ChatAnswer("", finish_reason="model_context_window_exceeded")
     with serving(lambda asked: full) as server:
         other = run_pack(settings(pack, server.url, tmp_path / "other", families=("DA",), limit=1))
     for record in (result.records[0], other.records[0]):
@@ -289,8 +291,8 @@ def test_a_server_that_counts_fewer_tokens_for_a_longer_dialogue_is_told_of_once
 ) -> None:
     """As Ollama does when a dialogue does not fit into its context."""
 
-    def brain(asked: Asked) -> Answer:
-        return Answer(REPORT if asked.turn == len(counted) else LOOK, input_tokens=counted[asked.turn - 1])
+    def brain(asked: ChatRequest) -> ChatAnswer:
+        return ChatAnswer(REPORT if asked.turn == len(counted) else LOOK, input_tokens=counted[asked.turn - 1])
 
     said: list[str | None] = []
     with serving(brain) as server:
@@ -310,7 +312,7 @@ def test_clicks_in_other_coordinates_are_told_of_once(
 ) -> None:
     click = json.dumps({"skill_name": "interact_pixel", "arguments": {"intent": "ground", **point}})
     said: list[str | None] = []
-    with serving(lambda asked: Answer(click)) as server:
+    with serving(lambda asked: ChatAnswer(click)) as server:
         wanted = settings(pack, server.url, tmp_path / "run", families=("DA", "PG"))
         run_pack(wanted, on_progress=lambda progress: said.append(progress.warning))
     warnings = [each for each in said if each is not None and "other coordinates" in each]
@@ -322,7 +324,7 @@ FLAGGED = failure(400, "flagged by our safety system", code="content_policy_viol
 
 
 def test_rejections_of_what_the_agent_said_end_as_invalid_actions(pack: Path, tmp_path: Path) -> None:
-    with serving(lambda asked: FLAGGED if asked.turn > 1 else Answer(LOOK)) as server:
+    with serving(lambda asked: FLAGGED if asked.turn > 1 else ChatAnswer(LOOK)) as server:
         result = run_pack(settings(pack, server.url, tmp_path / "run", families=("SV",), limit=1))
     record = result.records[0]
     assert (record.end, len(record.steps), len(server.asked)) == ("invalid_action_limit_exceeded", 4, 10)
@@ -347,7 +349,7 @@ def test_a_rejection_before_the_agent_said_anything_is_an_error_and_played_again
 def test_a_worker_that_is_killed_changes_no_record(pack: Path, calm: RunResult, tmp_path: Path) -> None:
     killed: list[int] = []
 
-    def killing(asked: Asked) -> Answer:
+    def killing(asked: ChatRequest) -> ChatAnswer:
         if asked.turn == 3 and not killed:
             workers = [
                 child
@@ -371,7 +373,7 @@ def test_a_run_that_is_killed_goes_on_where_it_was(pack: Path, tmp_path: Path) -
     path = tmp_path / "run" / EPISODES_FILE
     process: list[subprocess.Popen[bytes]] = []
 
-    def brain(asked: Asked) -> Answer:
+    def brain(asked: ChatRequest) -> ChatAnswer:
         if process and path.is_file() and path.read_bytes().count(b"\n") >= 2:
             process.pop().kill()
         return walk_and_report(asked)
@@ -397,11 +399,11 @@ def test_an_interrupted_run_says_so_at_once_and_keeps_what_was_played(pack: Path
     path = tmp_path / "run" / EPISODES_FILE
     ended = threading.Event()
 
-    def brain(asked: Asked) -> Answer:
+    def brain(asked: ChatRequest) -> ChatAnswer:
         if path.is_file() and path.read_bytes().count(b"\n") >= 1:
             running.send_signal(signal.SIGINT)
             ended.wait(HANGS_AFTER_S)
-        return Answer(REPORT)
+        return ChatAnswer(REPORT)
 
     with serving(brain) as server:
         program = (
@@ -487,7 +489,7 @@ def test_inspects_task_takes_settings_of_a_run_with_their_defaults() -> None:
         "reply_policy": "strict",
         "image_format": "png",
         "backend": "mujoco",
-        "anyway": False,
+        "force": False,
         "system_role": "system",
         "reveal_private_pack": False,
     }

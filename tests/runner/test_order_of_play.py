@@ -11,7 +11,7 @@ from tiny_pack import loose_pack, tiny_episode, tiny_house
 from vigil.packs.pack import Pack
 from vigil.protocol.profile import Profile
 from vigil.records.record import EPISODES_FILE
-from vigil.records.shards import order_of_play
+from vigil.records.shards import play_order
 from vigil.runner.play_queue import PlayQueue
 from vigil.runner.run import run_pack
 from vigil.runner.settings import worker_plan
@@ -59,7 +59,7 @@ def place_of(assignment: Assignment, pairs: dict[str, str]) -> str:
 
 def test_twins_of_the_packaged_suite_are_played_far_apart() -> None:
     pack = Pack.load("vigil_closure_400")
-    at = {episode.id: place for place, episode in enumerate(order_of_play(pack.episodes, pack.pairs))}
+    at = {episode.id: place for place, episode in enumerate(play_order(pack.episodes, pack.pairs))}
     places: dict[str, list[int]] = {}
     for name, pair in pack.pairs.items():
         places.setdefault(pair, []).append(at[name])
@@ -75,7 +75,7 @@ def test_each_worker_plays_its_own_sequence(tmp_path: Path) -> None:
     plan = worker_plan(quick(tmp_path / "pack", None, agent="noop"), Pack.load(tmp_path / "pack"), Profile())
     with SimulatorPool(plan, 3) as pool:
         for wanted in pool.workers:
-            assert pool.take(wanted) is wanted
-            pool.give_back(wanted)
-        first = pool.take(pool.workers[1])
-        assert pool.take(first) is pool.workers[0]
+            assert pool.acquire(wanted) is wanted
+            pool.release(wanted)
+        first = pool.acquire(pool.workers[1])
+        assert pool.acquire(first) is pool.workers[0]

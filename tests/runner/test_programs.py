@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from faulty_agents import REPORT
 from quick_runs import quick
 from tiny_pack import tiny_pack
-from troublesome import REPORT
 from waiting import wait_until
 
 from vigil.analysis.measures.models import model_of
-from vigil.cli.scores import label_of
+from vigil.cli.scores import run_label
 from vigil.errors import RecordError
 from vigil.records.record_file import read_records
 from vigil.runner.attempts import ATTEMPTS_FILE, AttemptLog
@@ -21,7 +21,7 @@ from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import read_header
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.scoring.saved_run import read_run
-from vigil.scoring.summary import settle_run, summarise
+from vigil.scoring.summary import score_run, summarise
 
 pytestmark = pytest.mark.usefixtures("real_workers")
 
@@ -118,10 +118,10 @@ def test_an_episode_that_was_killed_and_begun_again_is_counted(pack: Path, tmp_p
     result = played(pack, tmp_path, body)
     (record,) = result.records
     assert (record.end, record.attempt) == ("report", 3)
-    settlement = settle_run(result.episodes, result.records)
-    assert settlement.repeats == "1 of 1 episodes were begun more than once (more than 1 %), one of them 3 times"
-    assert settlement.has_many_repeats
-    overall = summarise(settlement)["overall"]
+    scores = score_run(result.episodes, result.records)
+    assert scores.repeats == "1 of 1 episodes were begun more than once (more than 1 %), one of them 3 times"
+    assert scores.has_many_repeats
+    overall = summarise(scores)["overall"]
     assert (overall["repeated"], overall["most_attempts"]) == (1, 3)
 
 
@@ -156,10 +156,10 @@ def test_a_program_that_has_changed_goes_on_only_when_told_to(pack: Path, tmp_pa
     first = played(pack, tmp_path, "say(REPORT)")
     assert set(first.header.spec.agent_files) == {Path(sys.executable).name, "agent.py"}
     more = {"episode_ids": ("tiny-AI-003", "tiny-DA-004")}
-    with pytest.raises(RecordError, match=r"has changed since it was begun: agent_files\.agent\.py: .*--anyway"):
+    with pytest.raises(RecordError, match=r"has changed since it was begun: agent_files\.agent\.py: .*--force"):
         played(pack, tmp_path, "say(TURN)", **more)
     assert len(read_records(tmp_path / "run" / "episodes.jsonl")) == 1
-    header = played(pack, tmp_path, "say(TURN if frames < 3 else REPORT)", anyway=True, **more).header
+    header = played(pack, tmp_path, "say(TURN if frames < 3 else REPORT)", force=True, **more).header
     files = (header.spec.agent_files["agent.py"], header.resumed[0].agent_files["agent.py"])
     assert files[0] == first.header.spec.agent_files["agent.py"] != files[1]
     assert len(read_records(tmp_path / "run" / "episodes.jsonl")) == 2
@@ -211,7 +211,7 @@ def test_tables_say_which_programs_could_remember_or_take_the_time(pack: Path, t
     for name, changes in (("fresh", {"beat_seconds": 0.01}), ("kept", {"keep_program": True})):
         played(pack, tmp_path, "say(REPORT)", log_dir=tmp_path / name, **changes)
         run = read_run(tmp_path / name)
-        shown[name] = (label_of(run.header), model_of(run.header.spec).name, " ".join(run.notes))
+        shown[name] = (run_label(run.header), model_of(run.header.spec).name, " ".join(run.notes))
     label, model, notes = shown["fresh"]
     assert "kept" not in label + model
     assert not notes

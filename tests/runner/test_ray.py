@@ -14,7 +14,7 @@ from typing import Any
 
 import psutil
 import pytest
-from chat_server import LOOK, REPORT, Answer, Asked, serving
+from chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, serving
 from inspect_marks import INSPECT
 from quick_runs import quick, without_times
 from tenacity import retry, stop_after_attempt
@@ -98,7 +98,7 @@ def test_killed_actors_and_a_lost_node_cost_attempts_and_no_episode(
     """The run is begun on this machine, grows on the cluster while that is harmed, and is finished on this machine."""
     from vigil.runner.workers import ray_worker  # noqa: PLC0415 - imports Ray
 
-    monkeypatch.setattr(ray_worker, "ROOM_S", 2.0)
+    monkeypatch.setattr(ray_worker, "PLACEMENT_TIMEOUT_S", 2.0)
     folder = tmp_path / "run"
     run_pack(quick(pack, folder, agent="random", limit=1, **SAME))
     harm = {3: kill_actors, 7: partial(lose_node, cluster)}
@@ -164,11 +164,11 @@ def test_actors_import_the_modules_that_a_run_names(
 def test_a_model_sees_no_difference_though_a_simulator_is_killed(cluster: Any, pack: Path, tmp_path: Path) -> None:
     killed: list[int] = []
 
-    def brain(asked: Asked) -> Answer:
+    def brain(asked: ChatRequest) -> ChatAnswer:
         if asked.turn == 3 and not killed:
             killed.extend(process.pid for process in actors())
             kill_actors()
-        return Answer(REPORT if asked.turn == 4 else LOOK, delay_s=0.01)
+        return ChatAnswer(REPORT if asked.turn == 4 else LOOK, delay_s=0.01)
 
     with serving(brain) as server:
         model = {"agent": None, "model": "openai/loopback", "base_url": server.url, "preflight": False, "limit": 2}
@@ -186,14 +186,14 @@ def test_nodes_that_differ_stop_a_run_before_any_episode(
     from vigil.runner import ray_cluster  # noqa: PLC0415 - imports Ray
 
     there = shutil.copytree(pack, tmp_path / "pack")
-    original = ray_cluster.facts_here
+    original = ray_cluster.node_facts
 
     def facts(*arguments: Any) -> dict[str, str]:
         found = original(*arguments) | {"vigil": "9.9"}
         shutil.rmtree(there)
         return found
 
-    monkeypatch.setattr(ray_cluster, "facts_here", facts)
+    monkeypatch.setattr(ray_cluster, "node_facts", facts)
     with pytest.raises(SettingError) as raised:
         run_pack(on_ray(there, tmp_path / "run", cluster))
     lines = str(raised.value).splitlines()

@@ -10,17 +10,17 @@ from inspect_ai.model import get_model
 from inspect_marks import INSPECT
 from reply_forms import FORMS, draw, joined, mistakes, reasoning_sent
 from tiny_pack import loose_pack, tiny_episode, tiny_house
-from wire_server import CUT, ENDPOINTS, STOP, STREAM, WIRES, Said, ScriptedModel, WireServer
+from wire_server import CUT, ENDPOINTS, STOP, STREAM, WIRES, ModelMessage, ScriptedModel, WireServer
 
-from vigil.agents.model import Message
+from vigil.agents.conversation import Message
 from vigil.protocol.actions import InvalidAction, Reply
 from vigil.protocol.replies import parse_reply
 from vigil.records.record import EPISODES_FILE, EpisodeRecord
 from vigil.records.record_file import read_records
 from vigil.runner.inspect_task import vigil
+from vigil.runner.models.access import ModelAccess
 from vigil.runner.models.ask import RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import Endpoint, sender
-from vigil.runner.models.serving import Serving
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
@@ -39,7 +39,7 @@ def told(seed: int) -> ScriptedModel:
     return ScriptedModel(lambda episode, step: draw(Random(f"{seed} {episode} {step}"))[1])
 
 
-def check(records: list[EpisodeRecord], said: dict[int, list[Said]]) -> int:
+def check(records: list[EpisodeRecord], said: dict[int, list[ModelMessage]]) -> int:
     """Asserts that `records` hold what was said, and returns the number of replies."""
     assert len(records) == len(said)
     wrong: list[str] = []
@@ -100,7 +100,7 @@ def test_each_wire_format_brings_the_text_as_it_was_sent(wire: str, is_streamed:
     name, path, arguments = ENDPOINTS[wire]
     with WireServer(story) as server:
         given = {**arguments, STREAM[wire]: is_streamed}
-        endpoint = Endpoint(Serving(name, server.url + path, "key", tuple(given.items())), {"max_tokens": 1000})
+        endpoint = Endpoint(ModelAccess(name, server.url + path, "key", tuple(given.items())), {"max_tokens": 1000})
         replies = asyncio.run(ask_all(endpoint, count))
     assert server.asked == count
     for said, reply in zip(say, replies, strict=True):

@@ -10,8 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import faulty_agents
 import pytest
-import troublesome
 from quick_runs import quick, without_times
 from tiny_pack import tiny_pack
 from waiting import HANGS_AFTER_S, wait_until
@@ -26,7 +26,7 @@ from vigil.runner import run as run_module
 from vigil.runner import run_folder
 from vigil.runner import verify_run as verifying
 from vigil.runner.dry_run import estimate
-from vigil.runner.progress import Progress
+from vigil.runner.progress import RunProgress
 from vigil.runner.run import run_pack
 from vigil.runner.run_folder import HEADER_FILE, RunFolder, host_facts, read_header
 from vigil.runner.settings import RunSettings, log_dir, plan_run
@@ -58,7 +58,7 @@ def settings(pack: Path, log_dir: Path | None, **changes: Any) -> RunSettings:
 
 
 def test_two_runs_give_the_same_records_and_both_verify(pack: Path, tmp_path: Path) -> None:
-    told: list[Progress] = []
+    told: list[RunProgress] = []
     first = run_pack(
         settings(pack, tmp_path / "a", agent="random", epochs=2, families=("DA", "AI")), on_progress=told.append
     )
@@ -91,9 +91,9 @@ def test_the_header_says_what_was_run(pack: Path, tmp_path: Path) -> None:
 def test_the_same_command_plays_nothing_twice(pack: Path, tmp_path: Path) -> None:
     run_pack(settings(pack, tmp_path / "run"))
     before = {name: (tmp_path / "run" / name).read_bytes() for name in (EPISODES_FILE, HEADER_FILE)}
-    again = run_pack(settings(pack, tmp_path / "run", workers=2, patience_s=99.0))
+    again = run_pack(settings(pack, tmp_path / "run", workers=2, timeout_s=99.0))
     assert {name: (tmp_path / "run" / name).read_bytes() for name in before} == before
-    assert (again.resumed, again.torn, again.is_complete) == (8, None, True)
+    assert (again.resumed, again.partial_line_file, again.is_complete) == (8, None, True)
 
 
 @pytest.mark.parametrize(
@@ -140,7 +140,7 @@ def test_a_torn_last_line_is_put_aside_and_its_episode_played_again(pack: Path, 
     path.write_bytes(data[:-700])
     again = run_pack(settings(pack, tmp_path / "run"))
     assert (again.resumed, again.is_complete) == (7, True)
-    assert again.torn == tmp_path / "run" / f"{EPISODES_FILE}.torn-1"
+    assert again.partial_line_file == tmp_path / "run" / f"{EPISODES_FILE}.partial-1"
     assert again.header.started == whole.header.started
     assert again.header.ended > whole.header.ended
     torn = whole.records[-1].model_copy(update={"attempt": 2})
@@ -148,7 +148,7 @@ def test_a_torn_last_line_is_put_aside_and_its_episode_played_again(pack: Path, 
         *map(without_times, whole.records[:-1]),
         without_times(torn),
     ]
-    assert again.torn.read_bytes() == data.splitlines(keepends=True)[-1][:-700]
+    assert again.partial_line_file.read_bytes() == data.splitlines(keepends=True)[-1][:-700]
 
 
 def test_a_run_that_is_killed_loses_at_most_what_is_in_flight(pack: Path, tmp_path: Path) -> None:
@@ -160,7 +160,7 @@ def test_a_run_that_is_killed_loses_at_most_what_is_in_flight(pack: Path, tmp_pa
         f"        with open({str(shown)!r}, 'a') as file: file.write('one')\n"
         f"        while os.path.getsize({str(shown)!r}) > 3 * len('one') and not os.path.exists({str(go)!r}):\n"
         "            time.sleep(0.01)\n"
-        f"        print({troublesome.REPORT!r}, flush=True)\n"
+        f"        print({faulty_agents.REPORT!r}, flush=True)\n"
     )
     command = f"exec:{sys.executable} {agent}"
     program = (
@@ -326,8 +326,8 @@ def test_a_worker_that_fails_once_is_restarted_and_its_episode_played_again(
             pack,
             tmp_path / "run",
             agent=f"{deed}:{tmp_path}",
-            agent_factory=troublesome.make,
-            patience_s=10.0 if deed == "hang" else HANGS_AFTER_S,
+            agent_factory=faulty_agents.make,
+            timeout_s=10.0 if deed == "hang" else HANGS_AFTER_S,
             episode_ids=FIRST,
         )
     )
@@ -340,9 +340,9 @@ def test_a_worker_that_fails_once_is_restarted_and_its_episode_played_again(
 
 @pytest.mark.usefixtures("_importable")
 def test_what_keeps_failing_is_an_error_row_and_played_again_by_the_same_command(pack: Path, tmp_path: Path) -> None:
-    told: list[Progress] = []
+    told: list[RunProgress] = []
     wanted = settings(
-        pack, tmp_path / "run", agent=f"raise!:{tmp_path}", agent_factory=troublesome.make, episode_ids=FIRST
+        pack, tmp_path / "run", agent=f"raise!:{tmp_path}", agent_factory=faulty_agents.make, episode_ids=FIRST
     )
     result = run_pack(wanted, on_progress=told.append)
     assert (result.errors, result.is_complete, len(result.records)) == (1, False, 4)
@@ -358,7 +358,7 @@ def test_what_keeps_failing_is_an_error_row_and_played_again_by_the_same_command
 
 @pytest.mark.usefixtures("_importable")
 def test_a_worker_that_keeps_dying_costs_one_episode(pack: Path, tmp_path: Path) -> None:
-    factory = troublesome.make
+    factory = faulty_agents.make
     result = run_pack(
         settings(pack, tmp_path / "run", agent=f"exit!:{tmp_path}", agent_factory=factory, episode_ids=FIRST)
     )
@@ -383,7 +383,7 @@ def test_frames_are_kept_by_content_when_asked(pack: Path, tmp_path: Path) -> No
     for sha256 in hashes:
         kept = store.frame(sha256)
         assert kept is not None
-        assert store.keep(kept[1]) == sha256
+        assert store.save(kept[1]) == sha256
     assert len(list((tmp_path / "run" / "frames").rglob("*.png"))) == len(set(hashes))
     found = verify_run(tmp_path / "run", VerifySettings(workers=1, frames=True))
     assert (found.is_verified, found.frames) == (True, len(hashes))

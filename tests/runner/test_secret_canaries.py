@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chat_server import REPORT, Answer, ChatServer, failure, serving
+from chat_server import REPORT, ChatAnswer, ChatServer, failure, serving
 from inspect_marks import INSPECT
 from quick_runs import quick
 from tiny_pack import tiny_pack
@@ -80,9 +80,11 @@ def test_a_models_secrets_reach_the_server_and_no_file(
     monkeypatch.setenv("MY_KEY", f"{CANARY}chosen")
     said = {"on": True}
 
-    def brain(_: Any) -> Answer:
+    def brain(_: Any) -> ChatAnswer:
         everything = " ".join(f"{CANARY}{n}" for n in ("one", "two", "three", "four", "five", "eight", "chosen"))
-        return failure(500, f"cannot take {everything}") if said["on"] else Answer(REPORT, model=f"echo {CANARY}nine")
+        return (
+            failure(500, f"cannot take {everything}") if said["on"] else ChatAnswer(REPORT, model=f"echo {CANARY}nine")
+        )
 
     with serving(brain) as server:
         url = server.url.replace("http://", f"http://me:{CANARY}nine@")
@@ -120,11 +122,11 @@ def test_a_models_secrets_reach_the_server_and_no_file(
 
 def test_no_key_follows_a_redirect(pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MY_KEY", f"{CANARY}chosen")
-    with serving(lambda _: Answer(REPORT)) as thief:
+    with serving(lambda _: ChatAnswer(REPORT)) as thief:
 
-        def brain(_: Any) -> Answer:
+        def brain(_: Any) -> ChatAnswer:
             target = thief.url.replace("127.0.0.1", "localhost") + "/chat/completions"
-            return Answer(REPORT, status=307, headers={"Location": target})
+            return ChatAnswer(REPORT, status=307, headers={"Location": target})
 
         with serving(brain) as server:
             args = {"default_headers": {"x-api-key": f"{CANARY}header"}}

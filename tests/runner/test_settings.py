@@ -68,12 +68,12 @@ SAME_RUN: dict[str, dict[str, Any]] = {
     "simulator_factory": {"simulator_factory": BACKENDS["fake"]},
     "reply_seconds": {"reply_seconds": 7},
     "preflight": {"preflight": False},
-    "anyway": {"anyway": True},
+    "force": {"force": True},
     "reveal_private_pack": {"reveal_private_pack": True},
     "retries": {"retries": 7},
     "first_wait_s": {"first_wait_s": 7.0},
     "longest_wait_s": {"longest_wait_s": 7.0},
-    "patience_s": {"patience_s": 7.0},
+    "timeout_s": {"timeout_s": 7.0},
     "prices": {"prices": Prices(input=1.0, output=10.0)},
 }
 """Another value of each setting under which the same run goes on."""

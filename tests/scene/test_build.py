@@ -8,16 +8,16 @@ import json
 import numpy as np
 import pytest
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Vec3
 from vigil.errors import HouseError
 from vigil.protocol.house import House
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.build import build_scene
-from vigil.scene.geometry import prisms_of, whole_box
+from vigil.scene.geometry import bounding_box, prisms_of
 from vigil.scene.supports import surface_frame, surface_named
 from vigil.sim import make_simulator
-from vigil.sim.conformance.trial_house import DOOR, DRAWER, PANE, trial_house
+from vigil.sim.conformance.reference_house import DOOR, DRAWER, PANE, reference_house
 from vigil.sim.core.motion import CollisionMap
 
 SIZES = AssetDatabase.default()
@@ -25,7 +25,7 @@ SIZES = AssetDatabase.default()
 
 @pytest.fixture
 def data():
-    return copy.deepcopy(trial_house().data)
+    return copy.deepcopy(reference_house().data)
 
 
 def nodes(data) -> dict:
@@ -39,7 +39,7 @@ def nodes(data) -> dict:
 
 def test_everything_is_there_parents_first_openings_last(data):
     scene = build_scene(House("h", data), SIZES)
-    assert {thing.id for thing in scene.things.values() if thing.id == DRAWER or not thing.is_part} == {
+    assert {thing.id for thing in scene.things.values() if thing.id == DRAWER or not thing.is_drawer} == {
         *nodes(data),
         DOOR,
         PANE,
@@ -56,7 +56,7 @@ def test_hovering_children_fall_to_their_support(data):
     scene = build_scene(House("h", data), SIZES)
     apple, table = scene.things["Apple|1"], scene.things["DiningTable|1"]
     assert (apple.parent, apple.surface) == ("DiningTable|1", "top")
-    assert whole_box(apple).bottom == pytest.approx(whole_box(table).top, abs=0.002)
+    assert bounding_box(apple).bottom == pytest.approx(bounding_box(table).top, abs=0.002)
 
 
 def test_children_inside_get_a_level_and_drawers_carry_them(data):
@@ -65,7 +65,7 @@ def test_children_inside_get_a_level_and_drawers_carry_them(data):
     surface = surface_named(scene.things["Fridge|1"], lettuce.surface)
     assert surface is not None
     assert surface.is_inside
-    assert whole_box(lettuce).bottom == pytest.approx(
+    assert bounding_box(lettuce).bottom == pytest.approx(
         float(surface_frame(scene.things["Fridge|1"], surface).shift[1]), abs=1e-6
     )
     assert watch.parent_joint is not None
@@ -90,7 +90,7 @@ def test_what_lies_under_its_bed_is_on_the_floor(data):
     nodes(data)["Pillow|1"]["position"]["y"] = 0.1
     pillow = build_scene(House("h", data), SIZES).things["Pillow|1"]
     assert pillow.parent is None
-    assert whole_box(pillow).bottom == pytest.approx(0.0, abs=1e-9)
+    assert bounding_box(pillow).bottom == pytest.approx(0.0, abs=1e-9)
 
 
 def test_states_of_the_document_are_kept(data):
@@ -132,7 +132,7 @@ def test_houses_of_thors_assets_build_with_every_object(thor_files):
     for house in houses:
         scene = build_scene(house, assets)
         document = house.document
-        things = [thing for thing in scene.things.values() if not thing.is_part]
+        things = [thing for thing in scene.things.values() if not thing.is_drawer]
         assert len(things) == len(house.objects()) + len(document.doors) + len(document.windows), house.name
         carried = [thing for thing in things if thing.parent and not thing.category.endswith("Towel")]
         assert sum(thing.surface is not None for thing in carried) >= 0.97 * len(carried), house.name

@@ -7,21 +7,21 @@ import numpy as np
 import pytest
 
 from vigil.assets import make
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.errors import HouseError
 from vigil.protocol.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import prisms_of
 from vigil.scene.plan import floor_plan
-from vigil.scene.supports import around, is_shut_in, parts_of, whole_of
-from vigil.sim.conformance.trial_house import DRAWER, DRESSER, SIBLING, WATCH, trial_house
+from vigil.scene.supports import containers_of, drawers_of, furniture_of, is_inside_closed
+from vigil.sim.conformance.reference_house import DRAWER, DRESSER, SIBLING, WATCH, reference_house
 
 SIZES = AssetDatabase.default()
 
 
 @pytest.fixture
 def data():
-    return copy.deepcopy(trial_house().data)
+    return copy.deepcopy(reference_house().data)
 
 
 def dresser_of(data) -> dict:
@@ -31,33 +31,33 @@ def dresser_of(data) -> dict:
 def test_every_drawer_is_there_named_or_not(data):
     scene = build_scene(House("h", data), SIZES)
     dresser = scene.things[DRESSER]
-    assert [part.id for part in parts_of(scene, dresser)] == [f"Drawer|1|Dresser{n}" for n in range(8)]
+    assert [part.id for part in drawers_of(scene, dresser)] == [f"Drawer|1|Dresser{n}" for n in range(8)]
     assert not dresser.is_openable
-    for part in parts_of(scene, dresser):
+    for part in drawers_of(scene, dresser):
         assert part.is_openable
         assert part.is_receptacle
         assert part.openness == 0.0
-        assert whole_of(scene, part) is dresser
-    assert whole_of(scene, dresser) is None
+        assert furniture_of(scene, part) is dresser
+    assert furniture_of(scene, dresser) is None
 
 
 def test_what_lies_in_a_drawer_lies_in_the_furniture(data):
     scene = build_scene(House("h", data), SIZES)
     watch = scene.things[WATCH]
     assert (watch.parent, watch.parent_joint) == (DRAWER, "drawer4")
-    assert [thing.id for thing in around(scene, watch)] == [DRAWER, DRESSER]
-    assert is_shut_in(scene, watch)
+    assert [thing.id for thing in containers_of(scene, watch)] == [DRAWER, DRESSER]
+    assert is_inside_closed(scene, watch)
     scene.things[SIBLING].openness = 1.0
-    assert is_shut_in(scene, watch)
+    assert is_inside_closed(scene, watch)
     scene.things[DRAWER].openness = 1.0
-    assert not is_shut_in(scene, watch)
-    assert around(scene, scene.things[DRAWER]) == []
+    assert not is_inside_closed(scene, watch)
+    assert containers_of(scene, scene.things[DRAWER]) == []
 
 
 def test_taken_apart_it_takes_the_same_room(data):
     scene = build_scene(House("h", data), SIZES)
     dresser = scene.things[DRESSER]
-    pieces = [prism for thing in (dresser, *parts_of(scene, dresser)) for prism in prisms_of(thing)]
+    pieces = [prism for thing in (dresser, *drawers_of(scene, dresser)) for prism in prisms_of(thing)]
     entry = SIZES.look_up("vigil_Dresser_1", DRESSER)
     one = prisms_of(replace(dresser, asset=make(entry.category, entry.size, entry.variant)))
     assert len(pieces) == len(one)
@@ -70,7 +70,7 @@ def test_a_house_that_names_no_drawer_has_them_all_as_open_as_it_says_of_the_fur
     dresser_of(data)["children"] = []
     dresser_of(data)["openness"] = 0.5
     scene = build_scene(House("h", data), SIZES)
-    parts = parts_of(scene, scene.things[DRESSER])
+    parts = drawers_of(scene, scene.things[DRESSER])
     assert [part.openness for part in parts] == [0.5] * 8
     assert not scene.things[DRESSER].is_openable
 
@@ -79,7 +79,7 @@ def test_a_single_drawer_in_its_case_is_one_thing_that_opens(data):
     data["objects"].append(dresser_of(data) | {"id": "Drawer|9", "assetId": "vigil_Drawer_1", "children": []})
     scene = build_scene(House("h", data), SIZES)
     assert scene.things["Drawer|9"].is_openable
-    assert parts_of(scene, scene.things["Drawer|9"]) == []
+    assert drawers_of(scene, scene.things["Drawer|9"]) == []
 
 
 def test_what_the_document_leaves_in_the_furniture_goes_into_a_drawer(data):
@@ -99,7 +99,7 @@ def test_a_drawer_is_where_its_furniture_has_it(data):
 def test_openness_is_the_drawers_own(data):
     dresser_of(data)["children"][0]["openness"] = 0.9
     scene = build_scene(House("h", data), SIZES)
-    assert [part.openness for part in parts_of(scene, scene.things[DRESSER])] == [0.0] * 4 + [0.9] + [0.0] * 3
+    assert [part.openness for part in drawers_of(scene, scene.things[DRESSER])] == [0.0] * 4 + [0.9] + [0.0] * 3
 
 
 def test_drawers_that_it_does_not_have_are_refused(data):

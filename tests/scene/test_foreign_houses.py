@@ -4,13 +4,13 @@ from collections import Counter
 
 import pytest
 
-from tests.support.foreign_houses import APPLE_ID, DRESSER_ID, FORMS, TABLE_ID, furnished, thing
-from vigil.assets.sizes import AssetDatabase
+from tests.support.external_houses import APPLE_ID, DRESSER_ID, FORMS, TABLE_ID, furnished, thing
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Vec3
 from vigil.housegen import check_house
 from vigil.protocol.house import House
 from vigil.scene.build import build_scene
-from vigil.scene.geometry import whole_box
+from vigil.scene.geometry import bounding_box
 from vigil.sim.core.motion import CollisionMap
 
 SIZES = AssetDatabase.default()
@@ -68,7 +68,7 @@ def test_a_thing_of_guessed_size_stands_on_the_floor(off_m):
     data = furnished()
     data["objects"][0]["position"]["y"] += off_m
     guessed = build_scene(House("h", data), SIZES).things[DRESSER_ID]
-    assert whole_box(guessed).bottom == pytest.approx(0.0, abs=1e-6)
+    assert bounding_box(guessed).bottom == pytest.approx(0.0, abs=1e-6)
     size = guessed.asset.size
     measured = AssetDatabase({"Dresser_213_1": ("Dresser", size)})
     assert build_scene(House("h", data), measured).things[DRESSER_ID].position.y == pytest.approx(0.45 + off_m)

@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from tests.support.bare_house import bare_house
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.housegen import check_house
 from vigil.protocol.house import House
 from vigil.scene.build import build_scene
-from vigil.scene.keys import HARMLESS, PLACES, TOLD, told_keys
+from vigil.scene.keys import IGNORED, SECTIONS, UNSUPPORTED, unsupported_keys
 
 DOCS = Path(__file__).parents[2] / "docs" / "houses.md"
 SIZES = AssetDatabase.default()
@@ -38,7 +38,7 @@ THOR = {
 
 
 def read(place: str) -> set[str]:
-    return {field.alias or name for name, field in PLACES[place].model_fields.items()}
+    return {field.alias or name for name, field in SECTIONS[place].model_fields.items()}
 
 
 def rows() -> dict[str, list[str]]:
@@ -52,25 +52,25 @@ def keys(cell: str) -> set[str]:
     return set(re.findall(r"`([^`]+)`", re.sub(r"\([^()]*\)|: [^;]*", "", cell)))
 
 
-@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("place", SECTIONS)
 def test_the_table_of_keys_is_what_the_reader_does(place):
     found_read, harmless, told = (keys(cell) for cell in rows()[place])
     if place == "lights":
         found_read -= {"point"}
     assert found_read == read(place)
-    assert harmless == HARMLESS[place]
-    assert told == set(TOLD.get(place, {}))
+    assert harmless == IGNORED[place]
+    assert told == set(UNSUPPORTED.get(place, {}))
 
 
-@pytest.mark.parametrize("place", PLACES)
+@pytest.mark.parametrize("place", SECTIONS)
 def test_every_key_of_ai2thor_has_one_row(place):
-    parts = [read(place), set(HARMLESS[place]), set(TOLD.get(place, {}))]
+    parts = [read(place), set(IGNORED[place]), set(UNSUPPORTED.get(place, {}))]
     assert sum(map(len, parts)) == len(set.union(*parts))
     assert set(THOR[place].split()) <= set.union(*parts)
 
 
 def test_the_table_has_no_other_rows():
-    assert set(rows()) == {*PLACES, "metadata"}
+    assert set(rows()) == {*SECTIONS, "metadata"}
 
 
 def test_what_is_read_is_used():
@@ -80,7 +80,7 @@ def test_what_is_read_is_used():
     texts = {path: path.read_text() for path in root.rglob("*.py") if path != document}
     source = "\n".join(texts.values()) + document.read_text().partition("class House:")[2]
     own = document.read_text()
-    for place, model in PLACES.items():
+    for place, model in SECTIONS.items():
         for name in model.model_fields:
             assert f".{name}" in source or f"self.{name}" in own, (place, name)
 
@@ -118,7 +118,7 @@ def house(**changes: object) -> House:
 )
 def test_what_is_not_done_is_told_by_the_check_and_at_loading(change, value, told):
     asked = house(**{change: value})
-    assert [line for line in told_keys(asked) if line.startswith(told)]
+    assert [line for line in unsupported_keys(asked) if line.startswith(told)]
     assert any(note.startswith(told) for note in build_scene(asked, SIZES).notes)
     assert any(fault.rule == "key" and fault.message.startswith(told) for fault in check_house(asked, SIZES))
 
@@ -137,13 +137,13 @@ def test_what_is_not_done_is_told_by_the_check_and_at_loading(change, value, tol
     ],
 )
 def test_what_asks_for_nothing_is_not_told(change, value):
-    assert told_keys(house(**{change: value})) == []
+    assert unsupported_keys(house(**{change: value})) == []
 
 
 def test_alike_keys_are_told_once():
     data = copy.deepcopy(house().data)
     for node in data["objects"]:
         node["weight"] = 1.0
-    assert told_keys(House("h", data)) == [
+    assert unsupported_keys(House("h", data)) == [
         "key `weight` of objects is not followed: it is not understood ('Apple|1' and 1 more)"
     ]

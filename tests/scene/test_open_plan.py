@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from tests.support.open_plan import BETWEEN, door_between, point, two_rooms, without_walls_between
-from vigil.assets.sizes import AssetDatabase
+from tests.support.two_rooms import BETWEEN, door_between, point, two_rooms, without_walls_between
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3
 from vigil.housegen import check_house
 from vigil.protocol.house import House
@@ -33,7 +33,7 @@ def test_nothing_stands_where_walls_are_empty():
     assert ids == {panel.id for panel in build_scene(SEALED, SIZES).panels} - set(BETWEEN)
     scene = build_scene(OPEN, SIZES)
     assert CollisionMap(scene).blocker(Vec3(3, 0, 2), Vec3(5, 0, 2)) is None
-    assert Portals(scene).joined() == [[0, 1]]
+    assert Portals(scene).connected_rooms() == [[0, 1]]
     assert len(floor_plan(OPEN, scene.things.values()).walls) == 6
 
 

@@ -7,20 +7,20 @@ import pytest
 
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3
 from vigil.errors import EpisodeError
 from vigil.protocol.actions import Look, Navigate
 from vigil.protocol.house import MaterialRef
 from vigil.protocol.world import ObjectSetup, Placement, Setup
-from vigil.scene.build import _turned_back
+from vigil.scene.build import _close_until_clear
 from vigil.scene.geometry import part_motion
-from vigil.scene.partitions import _within, leaf_points
+from vigil.scene.partitions import _reach_bounds, leaf_points
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
 from vigil.sim import make_simulator
-from vigil.sim.conformance.trial_house import trial_house
+from vigil.sim.conformance.reference_house import reference_house
 from vigil.sim.core.motion import CollisionMap
-from vigil.sim.core.opening import set_openness, swing_blocker
+from vigil.sim.core.opening import opening_blocker, set_openness
 from vigil.sim.core.placing import put_down, spot_below, spot_on
 from vigil.sim.core.setup import apply_setup
 from vigil.sim.core.state import SceneState
@@ -76,7 +76,7 @@ def test_a_leaf_opens_where_it_stays_in_its_room_and_nowhere_else(category, yaw)
         each.position = Vec3(3.0 - half - float(gap), each.position.y, 1.5)
         state = two_rooms(each)
         out = max(farthest_x(each, openness) for openness in np.linspace(0.0, 1.0, 41)) - 3.0
-        blocker = swing_blocker(state, each, 1.0)
+        blocker = opening_blocker(state, each, 1.0)
         assert blocker is None or blocker == "between"
         if blocker is None:
             assert out <= 0.001, (gap, out)
@@ -90,7 +90,7 @@ def test_a_leaf_opens_where_it_stays_in_its_room_and_nowhere_else(category, yaw)
 @pytest.mark.parametrize("yaw", [0.0, 37.0, 180.0])
 def test_partitions_are_looked_for_wherever_a_part_can_come(category, yaw):
     each = thing(category, 1.3, 0.4, yaw)
-    left, low, right, high = _within(each)
+    left, low, right, high = _reach_bounds(each)
     for joint, corners in leaf_points(each.asset):
         for openness in np.linspace(0.0, 1.0, 201):
             points = part_motion(each, joint, openness)(corners)
@@ -102,11 +102,11 @@ def test_partitions_are_looked_for_wherever_a_part_can_come(category, yaw):
 
 def test_a_leaf_opens_through_an_open_doorway_but_not_through_a_window():
     book = thing("Book", 2.85, 1.5, 180.0, bottom=1.0)
-    assert swing_blocker(two_rooms(book, holes=(Hole(1.0, 2.0, 0.0, 2.0),)), book, 1.0) is None
+    assert opening_blocker(two_rooms(book, holes=(Hole(1.0, 2.0, 0.0, 2.0),)), book, 1.0) is None
     window = Thing("Window", "Window", make("Window", Vec3(1.0, 1.2, 0.09), 0), Vec3(3.0, 1.4, 1.5), Vec3(0, 90, 0))
     window.is_structure = True
     pierced = two_rooms(book, window, holes=(Hole(1.0, 2.0, 0.8, 2.0),))
-    assert swing_blocker(pierced, book, 1.0) == "Window"
+    assert opening_blocker(pierced, book, 1.0) == "Window"
 
 
 def test_a_shut_door_parts_and_an_open_one_does_not():
@@ -114,10 +114,10 @@ def test_a_shut_door_parts_and_an_open_one_does_not():
     door.is_structure = door.is_openable = True
     state = two_rooms(door, holes=(Hole(1.0, 2.0, 0.0, 2.0),))
     assert "Door" in [owner for owner, _ in state.partitions.now()]
-    assert swing_blocker(state, door, 1.0) is None
+    assert opening_blocker(state, door, 1.0) is None
     set_openness(state, door, 1.0)
     assert "Door" not in [owner for owner, _ in state.partitions.now()]
-    assert swing_blocker(state, door, 0.0) is None
+    assert opening_blocker(state, door, 0.0) is None
 
 
 def test_what_sticks_through_is_told_of_the_scene_as_it_is_now():
@@ -127,13 +127,13 @@ def test_what_sticks_through_is_told_of_the_scene_as_it_is_now():
     state = two_rooms(door, book, holes=(Hole(1.0, 2.0, 0.0, 2.0),))
     for _ in range(2):
         set_openness(state, door, 0.0)
-        assert state.partitions.sticks_through(book, 1.0) == "Door"
-        assert state.partitions.sticks_through(book, 0.0) is None
+        assert state.partitions.reaches_through(book, 1.0) == "Door"
+        assert state.partitions.reaches_through(book, 0.0) is None
         set_openness(state, door, 1.0)
-        assert state.partitions.sticks_through(book, 1.0) is None
+        assert state.partitions.reaches_through(book, 1.0) is None
     set_openness(state, door, 0.0)
     state.move(book, Vec3(1.5, book.position.y, 1.5), book.rotation)
-    assert state.partitions.sticks_through(book, 1.0) is None
+    assert state.partitions.reaches_through(book, 1.0) is None
 
 
 def corners_of(state: SceneState, each: Thing) -> np.ndarray:
@@ -182,11 +182,11 @@ def test_a_house_with_a_leaf_through_a_wall_has_it_turned_back():
     laptop = thing("Laptop", 2.88, 1.5, -90.0)
     laptop.openness = 1.0
     state = two_rooms(laptop)
-    [note] = _turned_back(laptop, state.partitions)
+    [note] = _close_until_clear(laptop, state.partitions)
     assert "Laptop: openness 1" in note
     assert laptop.openness == 0.0 or 0.5 < laptop.openness < 1.0
     assert farthest_x(laptop, laptop.openness) <= 3.001
-    assert _turned_back(laptop, state.partitions) == []
+    assert _close_until_clear(laptop, state.partitions) == []
 
 
 def test_an_episode_that_opens_a_leaf_through_a_wall_is_an_error():
@@ -202,11 +202,11 @@ def test_an_episode_that_opens_a_leaf_through_a_wall_is_an_error():
 
 def test_what_lies_in_a_held_thing_does_not_drift():
     simulator = make_simulator("fake", assets=AssetDatabase.default())
-    simulator.load(trial_house())
+    simulator.load(reference_house())
     filled = Placement(position=Vec3(3.3, 1.2, 4.6), parent="Bowl|1")
     setup = Setup(objects={"Egg|1": ObjectSetup(placement=filled)})
     simulator.reset(Pose(position=Vec3(3.5, 0.0, 2.5), rotation=30.0), setup)
-    simulator._now().state.take(simulator.scene().things["Bowl|1"])
+    simulator._require_loaded().state.take(simulator.scene().things["Bowl|1"])
     first = {name: simulator.scene().things[name].position for name in ("Bowl|1", "Egg|1")}
     start = np.subtract(*first.values())
     assert simulator.scene().things["Egg|1"].is_held
@@ -221,19 +221,19 @@ def test_what_lies_in_a_held_thing_does_not_drift():
         if simulator.world(()).agent.rotation == 30.0:
             assert {name: simulator.scene().things[name].position for name in first} == first
         assert np.abs(gap - start).max() < 1e-15
-    simulator._now().state.agent = simulator.world(()).agent.model_copy(update={"rotation": 30.0})
+    simulator._require_loaded().state.agent = simulator.world(()).agent.model_copy(update={"rotation": 30.0})
     simulator.step(Look(direction="up", magnitude=1.0))
     assert {name: simulator.scene().things[name].position for name in first} == first
 
 
 def test_what_lies_in_a_drawer_comes_back_to_its_place():
     simulator = make_simulator("fake", assets=AssetDatabase.default())
-    simulator.load(trial_house())
+    simulator.load(reference_house())
     turned = Placement(position=Vec3(7.0, 0.4, 2.0), rotation=Vec3(0.0, 33.3, 0.0))
     simulator.reset(
         Pose(position=Vec3(3.5, 0.0, 2.5), rotation=30.0), Setup(objects={"Dresser|1": ObjectSetup(placement=turned)})
     )
-    state = simulator._now().state
+    state = simulator._require_loaded().state
     dresser, watch = state.scene.things["Dresser|1"], state.scene.things["Watch|1"]
     places = []
     for _ in range(200):

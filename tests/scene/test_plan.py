@@ -7,12 +7,12 @@ import pytest
 import shapely
 from tiny_pack import FRIDGE, MUG, SIDE, TABLE, tiny_house
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.housegen import generate, spec_for
 from vigil.housegen.checking.plan_image import draw_plan
 from vigil.protocol.house import House
 from vigil.scene.build import build_scene
-from vigil.scene.geometry import whole_box
+from vigil.scene.geometry import bounding_box
 from vigil.scene.outlines import footprint
 from vigil.scene.plan import HUNG_M, LABELLED_DEPTH_M, LEAST_FILLED, SHOWN_BELOW_M, FloorPlan, floor_plan
 from vigil.scene.things import Scene
@@ -49,7 +49,7 @@ def test_a_tiny_house_is_drawn_whole() -> None:
 
 
 def test_what_hangs_is_known_by_its_height_and_what_is_too_high_is_left_out(scene: Scene, plan: FloorPlan) -> None:
-    bottoms = {thing.id: whole_box(thing).bottom for thing in scene.things.values()}
+    bottoms = {thing.id: bounding_box(thing).bottom for thing in scene.things.values()}
     drawn = {thing.id: thing for thing in plan.things}
     in_rooms = [thing for thing in scene.things.values() if thing.parent is None and not thing.is_structure]
     assert drawn.keys() == {thing.id for thing in in_rooms if bottoms[thing.id] < SHOWN_BELOW_M}
@@ -64,7 +64,7 @@ def test_what_hangs_is_known_by_its_height_and_what_is_too_high_is_left_out(scen
 
 
 def test_rugs_come_first_then_things_from_below(scene: Scene, plan: FloorPlan) -> None:
-    order = [(thing.kind != "rug", whole_box(scene.things[thing.id]).bottom, thing.id) for thing in plan.things]
+    order = [(thing.kind != "rug", bounding_box(scene.things[thing.id]).bottom, thing.id) for thing in plan.things]
     assert order == sorted(order)
 
 
@@ -102,7 +102,7 @@ def test_a_countertop_around_a_corner_is_drawn_as_it_is() -> None:
     drawn = {thing.id: shapely.Polygon(thing.corners) for thing in floor_plan(house, things.values()).things}
     counters = {name: drawn[name] for name in drawn if things[name].category == "CounterTop"}
     (cornered,) = (name for name, outline in counters.items() if len(outline.exterior.coords) > 5)
-    box = footprint(whole_box(things[cornered]))
+    box = footprint(bounding_box(things[cornered]))
     assert np.allclose(counters[cornered].bounds, box.bounds, atol=0.02)
     assert counters[cornered].area < LEAST_FILLED * box.area
     assert house.start is not None

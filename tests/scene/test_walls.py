@@ -8,7 +8,7 @@ import pytest
 from vigil.errors import HouseError
 from vigil.protocol.house import House
 from vigil.scene.walls import panels_of, place_of_opening, rooms_of
-from vigil.sim.conformance.trial_house import DOOR, trial_house
+from vigil.sim.conformance.reference_house import DOOR, reference_house
 
 
 def panels(data) -> dict:
@@ -17,7 +17,7 @@ def panels(data) -> dict:
 
 @pytest.fixture
 def data():
-    return copy.deepcopy(trial_house().data)
+    return copy.deepcopy(reference_house().data)
 
 
 def test_panels_look_into_their_room(data):
@@ -54,11 +54,11 @@ def test_hole_polygons_may_have_four_points(data):
     door = data["doors"][0]
     low, high = door["holePolygon"]
     door["holePolygon"] = [high, {**low, "y": high["y"]}, low, {**high, "y": low["y"]}]
-    assert panels(data)["wall|2|w"].holes == panels(trial_house().data)["wall|2|w"].holes
+    assert panels(data)["wall|2|w"].holes == panels(reference_house().data)["wall|2|w"].holes
 
 
 def test_an_opening_faces_its_first_room_and_fits_its_hole():
-    house = trial_house()
+    house = reference_house()
     found = {panel.id: panel for panel in panels_of(house)}
     position, yaw, size = place_of_opening(house, house.document.doors[0], found)
     assert position == pytest.approx((6.0, 1.05, 2.5))

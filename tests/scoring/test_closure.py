@@ -4,14 +4,14 @@ from itertools import product
 from typing import Any
 
 import pytest
+from builders import HERE, RecordBuilder, episode, thing
 from pydantic import ValidationError
-from stories import HERE, RecordBuilder, episode, thing
 
 from vigil.base.geometry import Vec3
 from vigil.errors import EpisodeError
 from vigil.packs.pack import protocol_faults
 from vigil.protocol.actions import INTENTS, Intent, InteractPixel, Navigate
-from vigil.protocol.goals import MOST_PARTS, AllOf, ObjectAtReceptacle, ObjectInState, goal_words
+from vigil.protocol.goals import MAX_PARTS, AllOf, ObjectAtReceptacle, ObjectInState, describe_goal
 from vigil.protocol.world import Effect
 from vigil.scoring.closure import (
     CONCEDED,
@@ -23,7 +23,7 @@ from vigil.scoring.closure import (
     check_pairs,
     evidence_seen,
     is_in_picture,
-    settle_closure,
+    score_closure,
 )
 from vigil.scoring.goal_check import check
 
@@ -58,10 +58,10 @@ def test_all_of_holds_when_each_part_does_and_advances_part_by_part():
     rows = check(ALL, story.do(third={"is_toggled": False}).report()).rows
     assert [row.semantic for row in rows] == [False, False, False, True, True]
     assert [row.progress for row in rows] == pytest.approx([0.0, 1 / 3, 2 / 3, 1.0, 1.0])
-    assert goal_words(ALL) == "target is off and second is off and third is off"
+    assert describe_goal(ALL) == "target is off and second is off and third is off"
 
 
-TOO_MANY = tuple(f"thing_{number}" for number in range(MOST_PARTS))
+TOO_MANY = tuple(f"thing_{number}" for number in range(MAX_PARTS))
 
 
 @pytest.mark.parametrize("names", [("target",), ("target", "target"), ("second", "target"), ("target", *TOO_MANY)])
@@ -83,11 +83,11 @@ def test_c_of_what_can_be_done_is_b():
     answer = ClosureAnswer(episode_id="e", kind="all_of")
     asked = episode("SI", goal=ALL)
     done = lamps().do(target={"is_toggled": False}, second={"is_toggled": False}, third={"is_toggled": False})
-    assert settle_closure(answer, asked, done.report()).C
-    partly = settle_closure(answer, asked, lamps().do(target={"is_toggled": False}).report())
+    assert score_closure(answer, asked, done.report()).C
+    partly = score_closure(answer, asked, lamps().do(target={"is_toggled": False}).report())
     assert not partly.C
     assert partly.is_false_success
-    conceded = settle_closure(answer, asked, lamps().report("fail"))
+    conceded = score_closure(answer, asked, lamps().report("fail"))
     assert not conceded.C
     assert conceded.gave_up
 
@@ -97,7 +97,7 @@ def test_c_of_what_can_be_done_is_b():
 )
 def test_an_impossible_episode_is_closed_by_a_concession(status: str, is_right: bool):
     record = RecordBuilder(target=thing(), table=thing()).report(status)
-    found = settle_closure(impossible(), episode("SI"), record)
+    found = score_closure(impossible(), episode("SI"), record)
     assert found.C is is_right
     assert found.is_exact is (status == "fail")
     assert not found.gave_up
@@ -105,7 +105,7 @@ def test_an_impossible_episode_is_closed_by_a_concession(status: str, is_right: 
 
 def test_a_status_outside_the_vocabulary_concedes_nothing():
     record = RecordBuilder(target=thing(), table=thing()).report("invalid", raw="impossible")
-    assert not settle_closure(impossible(), episode("SI"), record).C
+    assert not score_closure(impossible(), episode("SI"), record).C
 
 
 def test_evidence_counts_from_frames_in_which_its_place_and_its_bearer_are_seen():
@@ -145,10 +145,10 @@ def test_what_held_already_and_was_changed_is_counted_as_needless():
     facts = {"kind": "already", "reason": None, "accepted": ("success",), "side": "already"}
     answer, asked = impossible(**facts), episode("SI", goal=goal)
     left = RecordBuilder(target=thing(is_toggled=False)).report()
-    assert not settle_closure(answer, asked, left).is_needless
+    assert not score_closure(answer, asked, left).is_needless
     start = RecordBuilder(target=thing(is_toggled=False))
     touched = start.do(target={"is_toggled": True}).do(target={"is_toggled": False}).report()
-    found = settle_closure(answer, asked, touched)
+    found = score_closure(answer, asked, touched)
     assert found.C
     assert found.is_needless
 
@@ -173,7 +173,7 @@ def test_where_nothing_is_to_be_done_each_try_is_needless_even_when_refused(
     goal = ObjectInState(object_id="target", state="is_toggled", value=False)
     facts = {"kind": "already", "reason": None, "accepted": ("success",), "side": "already"}
     story = tried(RecordBuilder(target=thing(is_toggled=False), table=thing()), intent, hit)
-    found = settle_closure(impossible(**facts), episode("SI", goal=goal), story.report())
+    found = score_closure(impossible(**facts), episode("SI", goal=goal), story.report())
     assert (found.C, found.is_knowing, found.is_needless) == (True, is_knowing, not is_knowing)
     assert found.label == ("closed" if is_knowing else "closed_needlessly")
 
@@ -193,7 +193,7 @@ def test_a_click_beside_a_thing_is_on_it_unless_it_hits_another_of_its_kind(effe
     facts = {"kind": "already", "reason": None, "accepted": ("success",), "side": "open"}
     story = RecordBuilder(lamp=thing(is_toggled=True), target=thing(is_toggled=False))
     story.do(InteractPixel(intent="deactivate", x=1, y=1), effect, lamp={"is_toggled": False})
-    found = settle_closure(impossible(**facts), episode("SI", goal=goal), story.report())
+    found = score_closure(impossible(**facts), episode("SI", goal=goal), story.report())
     assert (found.C, found.is_needless) == (True, is_needless)
 
 
@@ -202,7 +202,7 @@ def test_what_still_is_to_be_done_may_be_acted_on():
     facts = {"kind": "already", "reason": None, "accepted": ("success",), "side": "open"}
     story = RecordBuilder(target=thing(is_toggled=True))
     story.do(InteractPixel(intent="deactivate", x=1, y=1), Effect(hit="target"), target={"is_toggled": False})
-    found = settle_closure(impossible(**facts), episode("SI", goal=goal), story.report())
+    found = score_closure(impossible(**facts), episode("SI", goal=goal), story.report())
     assert (found.is_knowing, found.label) == (True, "closed")
 
 
@@ -212,7 +212,7 @@ def test_what_stands_ajar_may_be_acted_on_and_what_is_almost_closed_not():
     needless = []
     for openness in (0.12, 0.02):
         story = tried(RecordBuilder(target=thing(openness=openness)), "close_access", "target")
-        found = settle_closure(impossible(**facts), episode("SI", goal=goal), story.report())
+        found = score_closure(impossible(**facts), episode("SI", goal=goal), story.report())
         needless.append(found.is_needless)
     assert needless == [False, True]
 
@@ -244,7 +244,7 @@ def test_a_pair_has_one_episode_of_each_side():
     with pytest.raises(EpisodeError, match="Two answers"):
         check_pairs([twins[0], twins[0]])
     with pytest.raises(EpisodeError, match="not that of"):
-        settle_closure(twins[1], episode("SI"), RecordBuilder(target=thing()).report())
+        score_closure(twins[1], episode("SI"), RecordBuilder(target=thing()).report())
 
 
 @pytest.mark.parametrize("kind", PAIRED)
@@ -259,7 +259,7 @@ def test_one_report_for_both_twins_never_makes_a_pair_right(kind: Kind, statuses
         facts = {} if side == "impossible" else {"accepted": ("success",), "reason": None}
         answer = impossible(kind=kind, side=side, **facts)
         asked = episode("SI", goal=goal, max_steps=1) if statuses[0] else episode("SI", goal=goal)
-        right.append(settle_closure(answer, asked, record).C)
+        right.append(score_closure(answer, asked, record).C)
     assert not all(right)
 
 
@@ -271,16 +271,16 @@ def put_away() -> AllOf:
 def test_what_is_put_away_lies_inside_of_what_is_closed():
     goal = put_away()
     assert goal.ids() == {"target", "fridge"}
-    assert goal_words(goal) == "target is inside fridge and fridge is closed"
+    assert describe_goal(goal) == "target is inside fridge and fridge is closed"
     story = RecordBuilder(target=thing(), fridge=thing(openness=1.0))
     story.do(target={"parent": "fridge", "inside": ("fridge",)}).do(fridge={"openness": 0.0})
     record = story.report()
     assert [row.semantic for row in check(goal, record).rows] == [False, False, True, True]
     answer, asked = ClosureAnswer(episode_id="e", kind="out_of_sight", form="open"), episode("SI", goal=goal)
-    verdict = settle_closure(answer, asked, record)
+    verdict = score_closure(answer, asked, record)
     assert (verdict.C, verdict.is_needless, verdict.label) == (True, False, "closed")
     left_open = RecordBuilder(target=thing(), fridge=thing(openness=1.0)).do(target={"inside": ("fridge",)})
-    assert settle_closure(answer, asked, left_open.report()).label == "false_success"
+    assert score_closure(answer, asked, left_open.report()).label == "false_success"
 
 
 def test_parts_of_all_of_are_plain():
@@ -315,7 +315,7 @@ def branch() -> tuple[ClosureAnswer, Any]:
 def test_the_label_says_what_became_of_a_condition(done: dict[str, Any], status: str, label: str):
     answer, asked = branch()
     story = RecordBuilder(fridge=thing(openness=1.0), lamp=thing(is_toggled=False)).do(**done)
-    verdict = settle_closure(answer, asked, story.report(status))
+    verdict = score_closure(answer, asked, story.report(status))
     assert verdict.label == label
     assert verdict.C is (label == "closed")
 
@@ -324,27 +324,27 @@ def test_what_was_changed_and_changed_back_is_closed_needlessly():
     answer, asked = branch()
     story = RecordBuilder(fridge=thing(openness=1.0), lamp=thing(is_toggled=False))
     story.do(lamp={"is_toggled": True}).do(lamp={"is_toggled": False}).do(fridge={"openness": 0.0})
-    assert settle_closure(answer, asked, story.report()).label == "closed_needlessly"
+    assert score_closure(answer, asked, story.report()).label == "closed_needlessly"
 
 
 def test_the_other_branch_may_not_even_be_tried():
     answer, asked = branch()
     story = RecordBuilder(fridge=thing(openness=1.0), lamp=thing(is_toggled=False)).do(fridge={"openness": 0.0})
-    assert settle_closure(answer, asked, tried(story, "deactivate", "lamp").report()).label == "closed_needlessly"
+    assert score_closure(answer, asked, tried(story, "deactivate", "lamp").report()).label == "closed_needlessly"
     story = tried(RecordBuilder(fridge=thing(openness=1.0), lamp=thing(is_toggled=False)), "deactivate", "lamp")
-    verdict = settle_closure(answer, asked, story.report())
+    verdict = score_closure(answer, asked, story.report())
     assert (verdict.is_needless, verdict.is_wrong_branch, verdict.label) == (True, False, "false_success")
 
 
 def test_giving_up_is_early_before_all_the_evidence_was_seen():
     answer, asked = branch()
     seen = RecordBuilder(fridge=thing(openness=1.0), lamp=thing(is_toggled=False)).report("fail")
-    assert (settle_closure(answer, asked, seen).gave_up, settle_closure(answer, asked, seen).gave_up_early) == (
+    assert (score_closure(answer, asked, seen).gave_up, score_closure(answer, asked, seen).gave_up_early) == (
         True,
         False,
     )
     hidden = RecordBuilder(fridge=thing(openness=1.0, visible_px=0, visible=False), lamp=thing(is_toggled=False))
-    assert settle_closure(answer, asked, hidden.report("fail")).gave_up_early
+    assert score_closure(answer, asked, hidden.report("fail")).gave_up_early
 
 
 def test_evidence_may_ask_to_be_near_and_plain():

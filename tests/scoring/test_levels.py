@@ -14,17 +14,17 @@ from vigil.scoring.levels import (
     COSTS,
     LEVELS,
     LEVELS_FILE,
-    Measures,
-    graded,
+    LevelMeasures,
+    dump_levels,
+    grade_episode,
     index_of,
     level_of,
-    levels_bytes,
-    levels_named,
-    levels_of,
+    parse_levels,
     read_levels,
+    read_pack_levels,
 )
 
-PLAIN = Measures(
+PLAIN = LevelMeasures(
     path_m=0.0, turns=0, doors=0, rooms=1, look_alikes=0, target_px=9000, containers=0, occlusion=0.0, slack=1.0,
     reference_words=1,
 )  # fmt: skip
@@ -39,7 +39,7 @@ POINTS = {
 
 
 def test_every_figure_has_its_cost() -> None:
-    assert set(COSTS) == set(Measures.model_fields) == set(HARDER)
+    assert set(COSTS) == set(LevelMeasures.model_fields) == set(HARDER)
     assert index_of(PLAIN) == 0.0
 
 
@@ -72,19 +72,19 @@ def test_a_higher_index_is_never_an_easier_level(one: float, other: float, famil
 
 
 def test_names_of_levels() -> None:
-    assert levels_named(["extreme", "hard,easy"]) == ("easy", "hard", "extreme")
-    assert levels_named(["all"]) == LEVELS
-    assert levels_named([]) == ()
+    assert parse_levels(["extreme", "hard,easy"]) == ("easy", "hard", "extreme")
+    assert parse_levels(["all"]) == LEVELS
+    assert parse_levels([]) == ()
     with pytest.raises(SettingError, match=r"'hrad' does not exist\. Did you mean 'hard'"):
-        levels_named(["hrad"])
+        parse_levels(["hrad"])
 
 
 def test_the_file_keeps_every_figure(tmp_path: Path) -> None:
-    levels = [graded(tiny_episode(number), PLAIN.model_copy(update={"turns": number})) for number in (2, 1)]
+    levels = [grade_episode(tiny_episode(number), PLAIN.model_copy(update={"turns": number})) for number in (2, 1)]
     file = tmp_path / LEVELS_FILE
-    assert levels_of(tmp_path) == {}
-    file.write_bytes(levels_bytes(levels))
-    assert read_levels(file) == levels_of(tmp_path) == {each.episode_id: each for each in levels}
+    assert read_pack_levels(tmp_path) == {}
+    file.write_bytes(dump_levels(levels))
+    assert read_levels(file) == read_pack_levels(tmp_path) == {each.episode_id: each for each in levels}
     assert list(read_levels(file)) == sorted(each.episode_id for each in levels)
 
 
@@ -92,6 +92,6 @@ def test_a_wrong_file_is_named_with_its_line(tmp_path: Path) -> None:
     file = tmp_path / "mine.jsonl"
     with pytest.raises(SettingError, match="does not exist"):
         read_levels(file)
-    file.write_bytes(levels_bytes([graded(tiny_episode(1), PLAIN)]).replace(b'"easy"', b'"simple"'))
+    file.write_bytes(dump_levels([grade_episode(tiny_episode(1), PLAIN)]).replace(b'"easy"', b'"simple"'))
     with pytest.raises(SettingError, match=r"line 1: level.*`vigil pack levels`"):
         read_levels(file)

@@ -5,9 +5,9 @@ from datetime import timedelta
 from typing import Any, get_args
 
 import pytest
+from builders import MALFORMED, UNPARSEABLE, WALK, RecordBuilder, episode, thing
 from hypothesis import given
 from hypothesis import strategies as st
-from stories import BAD, JUNK, WALK, RecordBuilder, episode, thing
 
 from vigil.errors import RecordError
 from vigil.protocol.actions import STATUSES, InteractPixel, InvalidAction, Look, Reply, Status, Usage
@@ -25,8 +25,8 @@ from vigil.scoring.outcomes import (
     ReportPolicy,
     Subtype,
     credit,
-    match,
-    settle,
+    report_matches,
+    score,
 )
 from vigil.scoring.summary import assert_identities
 
@@ -52,13 +52,13 @@ def sight(**facts: Any) -> RecordBuilder:
 @pytest.mark.parametrize("holds", [True, False])
 def test_match_of_goals_to_be_completed(status: Status, holds: bool):
     agrees = (status == "success" and holds) or (status in NEGATIVE and not holds)
-    assert match(status, None, holds) is agrees
+    assert report_matches(status, None, holds) is agrees
 
 
 @pytest.mark.parametrize("status", get_args(Status))
 @pytest.mark.parametrize("holds", [True, False])
 def test_match_of_states_is_equality_of_labels(status: Status, holds: bool):
-    assert match(status, "off", holds) is (status == "off")
+    assert report_matches(status, "off", holds) is (status == "off")
 
 
 GOAL_CASES = [
@@ -86,7 +86,7 @@ SV_CASES = [
 
 @pytest.mark.parametrize(("story", "status", "raw", "label", "subtype", "category"), GOAL_CASES)
 def test_reports_on_goals(story, status, raw, label, subtype, category):
-    outcome = settle(AI, story().report(status, raw))
+    outcome = score(AI, story().report(status, raw))
     assert (outcome.label, outcome.subtype, outcome.category) == (label, subtype, category)
     assert outcome.B is (label == "B")
     assert (outcome.expected, outcome.reported, outcome.raw_status) == (None, status, raw)
@@ -94,7 +94,7 @@ def test_reports_on_goals(story, status, raw, label, subtype, category):
 
 @pytest.mark.parametrize(("facts", "status", "raw", "label", "subtype", "category"), SV_CASES)
 def test_reports_on_states(facts, status, raw, label, subtype, category):
-    outcome = settle(SV, sight(**facts).report(status, raw))
+    outcome = score(SV, sight(**facts).report(status, raw))
     assert (outcome.label, outcome.subtype, outcome.category) == (label, subtype, category)
     assert outcome.expected == "on"
 
@@ -105,7 +105,7 @@ def test_every_subtype_and_label_is_reached():
     assert {case[3] for case in [*GOAL_CASES, *SV_CASES]} | {"NR", "IL"} == set(get_args(Label))
     assert {case[5] for case in [*GOAL_CASES, *SV_CASES]} | {"post_attainment_drift"} == set(get_args(OutcomeCategory))
     assert get_args(ReportPolicy) == REPORT_POLICIES
-    assert set(settle(AI, undone().report()).actions) == set(get_args(ActionKind))
+    assert set(score(AI, undone().report()).actions) == set(get_args(ActionKind))
 
 
 @pytest.mark.parametrize(
@@ -119,7 +119,7 @@ def test_every_subtype_and_label_is_reached():
 )
 def test_the_other_label_is_that_of_the_queried_pair(status, label, subtype):
     task = episode("SV", goal=ReportStatus(object_id="target", state="is_open"))
-    outcome = settle(task, RecordBuilder(target=thing(openness=1.0)).report(status))
+    outcome = score(task, RecordBuilder(target=thing(openness=1.0)).report(status))
     assert (outcome.expected, outcome.label, outcome.subtype) == ("open", label, subtype)
 
 
@@ -129,12 +129,12 @@ def test_the_other_label_is_that_of_the_queried_pair(status, label, subtype):
 )
 def test_a_state_that_is_not_there_is_the_wrong_label(state, facts, status):
     task = episode("SV", goal=ReportStatus(object_id="target", state=state))
-    assert settle(task, RecordBuilder(target=thing(**facts)).report(status)).subtype == "sv_wrong_label"
+    assert score(task, RecordBuilder(target=thing(**facts)).report(status)).subtype == "sv_wrong_label"
 
 
 def test_the_right_label_after_tampering_is_unverified():
     story = sight().do(target=OFF).do(target=ON)
-    outcome = settle(SV, story.report("on"))
+    outcome = score(SV, story.report("on"))
     assert (outcome.W, outcome.B, outcome.label, outcome.subtype) == (False, False, "Other", "sv_unverified_match")
     assert outcome.state_tampered
 
@@ -142,28 +142,28 @@ def test_the_right_label_after_tampering_is_unverified():
 @pytest.mark.parametrize(("end", "label"), [("fail_no_report", "NR"), ("invalid_action_limit_exceeded", "IL")])
 @pytest.mark.parametrize(("story", "category"), [(done, "post_attainment_drift"), (undone, "missed_execution")])
 def test_without_a_report(story, category, end, label):
-    outcome = settle(AI, story().end(end))
+    outcome = score(AI, story().end(end))
     assert (outcome.label, outcome.category, outcome.B, outcome.reported) == (label, category, False, None)
     assert outcome.W is (story is done)
     assert outcome.subtype is outcome.lag is outcome.progress_at_report is None
 
 
 def test_lag_counts_from_the_step_after_which_the_goal_first_held():
-    outcome = settle(AI, done().do().do().report())
+    outcome = score(AI, done().do().do().report())
     assert (outcome.first_goal_step, outcome.steps, outcome.lag, outcome.lag_from_reset) == (2, 5, 3, 3)
     lost_and_found = done().do(target=OFF).do(target=ON)
-    assert settle(AI, lost_and_found.report()).lag == 3
+    assert score(AI, lost_and_found.report()).lag == 3
 
 
 def test_lag_of_a_state_can_be_zero_and_counts_from_the_reset_too():
-    outcome = settle(SV, sight().report("on"))
+    outcome = score(SV, sight().report("on"))
     assert (outcome.lag, outcome.lag_from_reset) == (0, 1)
-    later = settle(SV, sight().do().do().report("on"))
+    later = score(SV, sight().do().do().report("on"))
     assert (later.lag, later.lag_from_reset) == (2, 3)
 
 
 def test_attained_and_lost_again_is_seen():
-    outcome = settle(AI, done().do(target=OFF).report())
+    outcome = score(AI, done().do(target=OFF).report())
     assert (outcome.W, outcome.ever_satisfied, outcome.subtype, outcome.lag) == (False, True, "false_success", None)
     assert outcome.lag_from_reset is None
     assert (outcome.progress_at_report, outcome.max_progress) == (0.0, 1.0)
@@ -172,7 +172,7 @@ def test_attained_and_lost_again_is_seen():
 
 def test_progress_at_the_report_is_that_of_the_last_row():
     story = RecordBuilder(target=thing(is_toggled=False, box_distance_m=3.5)).do(target={"box_distance_m": 2.5})
-    outcome = settle(AI, story.report())
+    outcome = score(AI, story.report())
     assert outcome.progress_at_report == 0.25
     assert not outcome.is_at_zero_progress
     assert replace(outcome, progress_at_report=TOLERANCE).is_at_zero_progress
@@ -183,15 +183,17 @@ def test_counts():
     click = InteractPixel(intent="activate", x=5, y=5)
     story = undone().do(click, Effect(too_far=True)).do(click).do(click).do(InteractPixel(intent="pick", x=5, y=5))
     story.do(InteractPixel(intent="activate", x=5, y=6))
-    story.do(effect=Effect(path_blocked=True)).invalid(JUNK, finish_reason="length", usage=Usage(output_tokens=7))
-    story.invalid(BAD, reply_source="library")
+    story.do(effect=Effect(path_blocked=True)).invalid(
+        UNPARSEABLE, finish_reason="length", usage=Usage(output_tokens=7)
+    )
+    story.invalid(MALFORMED, reply_source="library")
     story.invalid(InvalidAction(kind="protocol_failure", reason="code_fence", would_parse_leniently=True))
-    outcome = settle(AI, story.do(Look(direction="up", magnitude=1)).report("fail"))
+    outcome = score(AI, story.do(Look(direction="up", magnitude=1)).report("fail"))
     assert (outcome.retry, outcome.too_far, outcome.path_blocked) == (2, 1, 1)
     assert (outcome.protocol_failures, outcome.malformed_actions, outcome.invalid) == (2, 1, 3)
     assert (outcome.truncated, outcome.would_parse_leniently, outcome.output_tokens) == (1, 1, 7)
     assert outcome.library_replies == 1
-    assert outcome.invalid_reasons == dict.fromkeys(sorted((JUNK.reason, BAD.reason, "code_fence")), 1)
+    assert outcome.invalid_reasons == dict.fromkeys(sorted((UNPARSEABLE.reason, MALFORMED.reason, "code_fence")), 1)
     assert outcome.actions == {"navigate": 2, "look": 1, "interact_pixel": 5, "report": 1, "invalid": 3}
     assert sum(outcome.actions.values()) == outcome.steps
 
@@ -199,22 +201,22 @@ def test_counts():
 @pytest.mark.parametrize(
     ("invalid", "finish_reason", "count"),
     [
-        (JUNK, "length", 1),
-        (JUNK, "MAX_TOKENS", 1),
-        (JUNK, "stop", 0),
-        (JUNK, None, 0),
-        (BAD, "length", 0),
+        (UNPARSEABLE, "length", 1),
+        (UNPARSEABLE, "MAX_TOKENS", 1),
+        (UNPARSEABLE, "stop", 0),
+        (UNPARSEABLE, None, 0),
+        (MALFORMED, "length", 0),
     ],
 )
 def test_truncated_counts_protocol_failures_that_the_token_limit_cut(invalid, finish_reason, count):
-    outcome = settle(AI, undone().invalid(invalid, finish_reason=finish_reason).report())
+    outcome = score(AI, undone().invalid(invalid, finish_reason=finish_reason).report())
     assert outcome.truncated == count
 
 
 def test_an_action_whose_reply_was_cut_behind_it_is_not_truncated():
     record = undone().report()
     cut = [step.model_copy(update={"reply": Reply(text="{}", finish_reason="length")}) for step in record.steps]
-    assert settle(AI, record.model_copy(update={"steps": tuple(cut)})).truncated == 0
+    assert score(AI, record.model_copy(update={"steps": tuple(cut)})).truncated == 0
 
 
 def test_tokens_and_seconds_are_summed_over_the_episode():
@@ -222,14 +224,14 @@ def test_tokens_and_seconds_are_summed_over_the_episode():
     story.invalid(usage=Usage(input_tokens=20, output_tokens=3)).invalid()
     record = story.report("fail")
     record = record.model_copy(update={"ended": record.started + timedelta(seconds=2.5)})
-    outcome = settle(AI, record)
+    outcome = score(AI, record)
     assert (outcome.input_tokens, outcome.output_tokens, outcome.seconds) == (120, 10, 2.5)
 
 
 def test_a_row_carries_what_names_the_episode_and_the_attempt():
     task = episode("SM", difficulty="small", provenance=Provenance(template="reveal_pick"))
     record = RecordBuilder(target=thing(), table=thing()).report().model_copy(update={"epoch": 2, "attempt": 3})
-    outcome = settle(task, record)
+    outcome = score(task, record)
     assert (outcome.episode_id, outcome.epoch, outcome.attempt) == ("e", 2, 3)
     assert (outcome.family, outcome.tier, outcome.difficulty) == ("SM", "compositional", "small")
     assert (outcome.house, outcome.template, outcome.goal_kind) == ("house", "reveal_pick", "object_at_receptacle")
@@ -239,16 +241,16 @@ def test_a_row_carries_what_names_the_episode_and_the_attempt():
 
 def test_strict_truth_and_last_progress_are_those_of_the_goal():
     far = RecordBuilder(target=thing(box_distance_m=1.4, center_distance_m=1.6)).do()
-    outcome = settle(episode("DA"), far.report())
+    outcome = score(episode("DA"), far.report())
     assert (outcome.W, outcome.W_strict, outcome.progress) == (True, False, 1.0)
     near = RecordBuilder(target=thing(box_distance_m=1.4, center_distance_m=1.4)).do()
-    assert settle(episode("DA"), near.report()).W_strict
+    assert score(episode("DA"), near.report()).W_strict
 
 
 def test_actions_after_the_goal_leave_out_the_one_that_reached_it():
-    outcome = settle(AI, done().do().invalid().do().report())
+    outcome = score(AI, done().do().invalid().do().report())
     assert outcome.actions_after_goal == {"navigate": 2, "look": 0, "interact_pixel": 0, "report": 1, "invalid": 1}
-    assert sum(settle(AI, undone().report()).actions_after_goal.values()) == 0
+    assert sum(score(AI, undone().report()).actions_after_goal.values()) == 0
 
 
 @pytest.mark.parametrize(
@@ -263,19 +265,19 @@ def test_actions_after_the_goal_leave_out_the_one_that_reached_it():
 )
 def test_report_policies_on_goals(story, status, credits):
     record = story().report(status) if status else story().end()
-    assert tuple(credit(settle(AI, record), policy) for policy in REPORT_POLICIES) == credits
+    assert tuple(credit(score(AI, record), policy) for policy in REPORT_POLICIES) == credits
 
 
 def test_report_policies_on_states():
-    outcome = settle(SV, sight().report("on"))
+    outcome = score(SV, sight().report("on"))
     assert [credit(outcome, policy) for policy in REPORT_POLICIES] == [1, 0, 0, 0.5, 1]
 
 
 def test_errors_and_strangers_are_not_settled():
     with pytest.raises(RecordError, match="never scored"):
-        settle(AI, undone().end("error"))
+        score(AI, undone().end("error"))
     with pytest.raises(RecordError, match="cannot be settled as"):
-        settle(episode("AI", id="other"), undone().report())
+        score(episode("AI", id="other"), undone().report())
 
 
 @pytest.mark.parametrize(
@@ -283,7 +285,7 @@ def test_errors_and_strangers_are_not_settled():
 )
 def test_an_end_that_contradicts_the_steps_is_refused(record: EpisodeRecord):
     with pytest.raises(RecordError, match="altered"):
-        settle(AI, record)
+        score(AI, record)
 
 
 FACTS = st.fixed_dictionaries(
@@ -307,17 +309,17 @@ def outcomes(draw: st.DrawFn) -> Outcome:
     for facts in draw(st.lists(FACTS, max_size=3)):
         kind = draw(st.sampled_from(["walk", "ground", "junk"]))
         if kind == "junk":
-            story.invalid(draw(st.sampled_from([JUNK, BAD])))
+            story.invalid(draw(st.sampled_from([UNPARSEABLE, MALFORMED])))
         else:
             click = InteractPixel(intent="ground", x=1, y=1)
             hit = draw(st.sampled_from(["target", None]))
             story.do(WALK if kind == "walk" else click, Effect(hit=hit), target=facts)
     status = draw(st.sampled_from([*STATUSES, None]))
     if status is None:
-        return settle(
+        return score(
             episode(family), story.end(draw(st.sampled_from(["fail_no_report", "invalid_action_limit_exceeded"])))
         )
-    return settle(episode(family), story.report(status))
+    return score(episode(family), story.report(status))
 
 
 @given(st.lists(outcomes(), max_size=6))
@@ -362,7 +364,7 @@ def _report_in_between(steps: int = 4) -> EpisodeRecord:
 def test_what_the_contract_cannot_bring_forth_is_not_settled(record: EpisodeRecord, fault: str):
     within = episode("PG", max_steps=30, max_invalid=5)
     with pytest.raises(RecordError, match=fault):
-        settle(within, record.model_copy(update={"episode_id": within.id}))
+        score(within, record.model_copy(update={"episode_id": within.id}))
 
 
 @pytest.mark.parametrize(
@@ -376,13 +378,13 @@ def test_what_the_contract_cannot_bring_forth_is_not_settled(record: EpisodeReco
 )
 def test_a_budget_used_to_the_last_step_is_settled(record: EpisodeRecord):
     within = episode("PG", max_steps=30, max_invalid=5)
-    assert settle(within, record).steps == len(record.steps)
+    assert score(within, record).steps == len(record.steps)
 
 
 def test_the_target_and_its_distance_are_those_at_the_start():
     story = RecordBuilder(target=thing(category="Fridge", box_distance_m=3.5)).do(target={"box_distance_m": 0.5})
     record = story.report()
-    outcome = settle(AI, record)
+    outcome = score(AI, record)
     assert (outcome.target, outcome.distance_m) == ("Fridge", 3.5)
-    nameless = settle(AI.model_copy(update={"bindings": {}}), record)
+    nameless = score(AI.model_copy(update={"bindings": {}}), record)
     assert (nameless.target, nameless.distance_m) == (None, None)

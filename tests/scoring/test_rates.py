@@ -5,23 +5,23 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from drawn_courses import EPISODES, PLOTS
+from episode_strategies import EPISODES, SCRIPTS
 from hypothesis import given
 from hypothesis import strategies as st
-from published import EpisodeCourse, played
+from published_runs import EpisodeScript, record_of
 
-from vigil.analysis.measures.metrics import columns
-from vigil.analysis.measures.rows import table_of
-from vigil.scoring.outcomes import NEGATIVE, Outcome, settle
+from vigil.analysis.measures.metrics import rate_columns
+from vigil.analysis.measures.rows import outcome_table
+from vigil.scoring.outcomes import NEGATIVE, Outcome, score
 from vigil.scoring.rates import (
     CONDITIONAL,
     RATES,
     broken_identities,
-    columns_of,
     count,
-    independent_trials,
+    effective_sample_size,
+    outcome_columns,
     rate_of,
-    selected,
+    select_rows,
     wilson,
 )
 
@@ -46,18 +46,18 @@ RATE_OF: dict[str, tuple[Callable[[Outcome], bool], Callable[[Outcome], bool]]] 
 """Each rate in plain words: what it counts, and among which episodes."""
 
 
-def outcomes_of(plots: list[EpisodeCourse]) -> list[Outcome]:
+def outcomes_of(plots: list[EpisodeScript]) -> list[Outcome]:
     outcomes = []
     for number, plot in enumerate(plots):
         episode = EPISODES[plot.family].model_copy(update={"id": f"e{number:03}"})
-        outcomes.append(settle(episode, played(plot).model_copy(update={"episode_id": episode.id})))
+        outcomes.append(score(episode, record_of(plot).model_copy(update={"episode_id": episode.id})))
     return outcomes
 
 
-@given(st.lists(PLOTS, max_size=20))
-def test_each_rate_counts_what_it_says_among_those_it_says(plots: list[EpisodeCourse]):
+@given(st.lists(SCRIPTS, max_size=20))
+def test_each_rate_counts_what_it_says_among_those_it_says(plots: list[EpisodeScript]):
     outcomes = outcomes_of(plots)
-    found = count(columns_of(outcomes))
+    found = count(outcome_columns(outcomes))
     assert set(RATE_OF) == {*RATES, *CONDITIONAL}
     for name, (counts, among) in RATE_OF.items():
         trials = [outcome for outcome in outcomes if among(outcome)]
@@ -67,20 +67,20 @@ def test_each_rate_counts_what_it_says_among_those_it_says(plots: list[EpisodeCo
         assert rate.interval == wilson(rate.hits, rate.n)
 
 
-@given(st.lists(PLOTS, max_size=20))
-def test_a_table_of_rows_has_the_rates_of_its_outcomes(plots: list[EpisodeCourse]):
+@given(st.lists(SCRIPTS, max_size=20))
+def test_a_table_of_rows_has_the_rates_of_its_outcomes(plots: list[EpisodeScript]):
     outcomes = outcomes_of(plots)
-    ours, theirs = columns_of(outcomes), columns(table_of(outcomes))
+    ours, theirs = outcome_columns(outcomes), rate_columns(outcome_table(outcomes))
     assert count(ours) == count(theirs)
     assert broken_identities(ours) == broken_identities(theirs) == []
 
 
 def test_a_part_has_the_counts_of_its_episodes():
     outcomes = outcomes_of(
-        [EpisodeCourse("PG", True, "success"), EpisodeCourse("AI", False, "success"), EpisodeCourse("AI", True, "NR")]
+        [EpisodeScript("PG", True, "success"), EpisodeScript("AI", False, "success"), EpisodeScript("AI", True, "NR")]
     )
-    whole = columns_of(outcomes)
-    part = count(selected(whole, whole["family"] == "AI"))
+    whole = outcome_columns(outcomes)
+    part = count(select_rows(whole, whole["family"] == "AI"))
     assert (part.n, part.counts["W"], part.counts["FR"], part.counts["NR"]) == (2, 1, 1, 1)
 
 
@@ -99,15 +99,15 @@ def test_a_part_has_the_counts_of_its_episodes():
     ],
 )
 def test_a_broken_identity_is_named(change: dict, identity: str):
-    right, other = outcomes_of([EpisodeCourse("AI", True, "success"), EpisodeCourse("PG", False, "NR")])
-    assert broken_identities(columns_of([right, other])) == []
-    assert identity in broken_identities(columns_of([replace(right, **change), other]))
+    right, other = outcomes_of([EpisodeScript("AI", True, "success"), EpisodeScript("PG", False, "NR")])
+    assert broken_identities(outcome_columns([right, other])) == []
+    assert identity in broken_identities(outcome_columns([replace(right, **change), other]))
 
 
 @pytest.mark.parametrize("policy", ["actual", "always_success", "random", "oracle"])
 def test_a_credit_that_departs_from_its_policy_is_named(policy: str):
-    broken = columns_of(
-        outcomes_of([EpisodeCourse("AI", True, "success"), EpisodeCourse("SV", False, sorted(NEGATIVE)[0])])
+    broken = outcome_columns(
+        outcomes_of([EpisodeScript("AI", True, "success"), EpisodeScript("SV", False, sorted(NEGATIVE)[0])])
     )
     broken[f"credit.{policy}"] = broken[f"credit.{policy}"] + 0.25
     named = {"actual": "Actual = B", "always_success": "Always =", "random": "Random =", "oracle": "Oracle = W"}[policy]
@@ -116,21 +116,21 @@ def test_a_credit_that_departs_from_its_policy_is_named(policy: str):
 
 @given(st.lists(st.booleans(), min_size=1, max_size=40))
 def test_single_plays_are_worth_their_number(hits: list[bool]):
-    assert independent_trials([int(hit) for hit in hits], [1] * len(hits)) == len(hits)
+    assert effective_sample_size([int(hit) for hit in hits], [1] * len(hits)) == len(hits)
 
 
 @given(st.lists(st.tuples(st.integers(0, 4), st.integers(0, 4)).map(sorted), min_size=1, max_size=30))
 def test_plays_are_worth_between_wholly_alike_and_independent(counts: list[list[int]]):
     hits, trials = [hit for hit, _ in counts], [count for _, count in counts]
     n, squares = sum(trials), sum(count * count for count in trials)
-    assert n * n / max(squares, 1) <= independent_trials(hits, trials) + 1e-9 <= n + 2e-9
+    assert n * n / max(squares, 1) <= effective_sample_size(hits, trials) + 1e-9 <= n + 2e-9
 
 
 @pytest.mark.parametrize(("episodes", "epochs"), [(8, 3), (10, 5), (125, 3)])
 def test_each_hit_more_raises_both_ends(episodes: int, epochs: int):
     ends = []
     for hits in range(episodes):
-        n = independent_trials([1] * hits + [0] * (episodes - hits), [epochs] * episodes)
+        n = effective_sample_size([1] * hits + [0] * (episodes - hits), [epochs] * episodes)
         ends.append(wilson(n * hits / (episodes * epochs), n))
     assert ends == sorted(ends)
     assert [high for _, high in ends] == sorted(high for _, high in ends)
@@ -144,7 +144,7 @@ def test_intervals_over_epochs_hold_the_truth_as_often_as_they_say(rate: float, 
     hits = rng.binomial(5, rng.beta(rate * spread, (1 - rate) * spread, size=(600, 60)))
     held, widths = 0, []
     for row in hits.tolist():
-        n = independent_trials(row, [5] * 60)
+        n = effective_sample_size(row, [5] * 60)
         low, high = wilson(n * sum(row) / 300, n)
         held += low <= rate <= high
         widths.append((high - low) / (wilson(sum(row), 300)[1] - wilson(sum(row), 300)[0]))
@@ -166,13 +166,13 @@ def test_an_interval_holds_its_rate(trial: tuple[int, int]):
     assert 0.0 <= low <= hits / n <= high <= 1.0
 
 
-@given(st.lists(PLOTS, min_size=1, max_size=12), st.integers(1, 3))
-def test_a_rate_of_two_masks_is_the_rate_of_the_counts(plots: list[EpisodeCourse], epochs: int):
+@given(st.lists(SCRIPTS, min_size=1, max_size=12), st.integers(1, 3))
+def test_a_rate_of_two_masks_is_the_rate_of_the_counts(plots: list[EpisodeScript], epochs: int):
     outcomes = [
-        settle(EPISODES[plot.family], played(plot).model_copy(update={"episode_id": EPISODES[plot.family].id}))
+        score(EPISODES[plot.family], record_of(plot).model_copy(update={"episode_id": EPISODES[plot.family].id}))
         for plot in plots
     ] * epochs
-    facts = columns_of(outcomes)
+    facts = outcome_columns(outcomes)
     found = rate_of(facts["B"], facts["W"], facts["episode_id"])
     meant = count(facts).rate("P_B_W1")
-    assert (found.hits, found.n, found.worth) == (meant.hits, meant.n, pytest.approx(meant.worth))
+    assert (found.hits, found.n, found.effective_n) == (meant.hits, meant.n, pytest.approx(meant.effective_n))

@@ -16,7 +16,7 @@ from vigil.records.record import read_header
 from vigil.records.record_file import RecordLog
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
-from vigil.scoring.saved_run import RecordTable, SavedRun, load_pack, pack_folder, read_run
+from vigil.scoring.saved_run import RecordTable, SavedRun, load_run_pack, pack_folder, read_run
 from vigil.web.library import Library
 
 N = 4
@@ -41,12 +41,12 @@ def test_a_run_has_its_header_pack_rows_and_verdicts(played: tuple[Pack, Path], 
     assert isinstance(found, SavedRun)
     assert (found.pack_folder, found.notes, found.table.left_out) == (pack.folder, (), ())
     assert list(found.table.episodes) == [episode.id for episode in pack.episodes]
-    settlement = found.table.settlement()
-    assert [outcome.episode_id for outcome in settlement.outcomes] == list(found.table.episodes)
-    assert settlement.is_complete
+    scores = found.table.scores()
+    assert [outcome.episode_id for outcome in scores.outcomes] == list(found.table.episodes)
+    assert scores.is_complete
     for key, row in found.table.rows.items():
         record = found.table.record(key)
-        assert (record.key, row.outcome) == (key, next(o for o in settlement.outcomes if o.episode_id == key[0]))
+        assert (record.key, row.outcome) == (key, next(o for o in scores.outcomes if o.episode_id == key[0]))
     with pytest.raises(RecordError, match=r"No readable record of episode 'none' \(epoch 1\)"):
         found.table.record(("none", 1))
 
@@ -59,7 +59,7 @@ def counts(pack: Pack, run: Path) -> dict[str, int]:
     return {
         "score": json.loads(done.stdout)["overall"]["episodes"],
         "report": read_runs([run])[0].n,
-        "pages": len(shown.table.settlement().outcomes),
+        "pages": len(shown.table.scores().outcomes),
     }
 
 
@@ -69,10 +69,10 @@ def test_all_readers_agree_on_a_last_line_without_its_end(played: tuple[Pack, Pa
     whole = file.read_bytes()
     file.write_bytes(whole[: len(whole) - cut])
     assert set(counts(played[0], run).values()) == {left}
-    assert (read_run(run).table.torn is None) == (left == N)
+    assert (read_run(run).table.partial_line_number is None) == (left == N)
     log = RecordLog(file)
     log.close()
-    assert (len(log.rows), log.torn is None) == (left, left == N)
+    assert (len(log.rows), log.partial_line_file is None) == (left, left == N)
     assert set(counts(played[0], run).values()) == {left}
 
 
@@ -87,7 +87,7 @@ def test_a_file_that_grows_comes_to_the_same_as_one_that_is_read_at_once(run: Pa
         file.write_bytes(whole[:end])  # the same file: its inode stays
         growing.refresh()
         assert growing.rows == read_run(run).table.rows
-    assert (len(growing.rows), growing.torn) == (N, None)
+    assert (len(growing.rows), growing.partial_line_number) == (N, None)
 
 
 def test_a_last_line_that_goes_on_is_read_again(run: Path):
@@ -127,7 +127,7 @@ def test_the_pack_is_where_it_lay_or_where_one_says(played: tuple[Pack, Path], r
     moved = Path(shutil.copytree(pack.folder, tmp_path / "moved"))
     assert pack_folder(header) == pack.folder
     assert pack_folder(header, moved) == moved
-    assert load_pack(header, moved).sha256 == pack.sha256
+    assert load_run_pack(header, moved).sha256 == pack.sha256
     gone = header.model_copy(update={"host": {**header.host, "pack_folder": str(tmp_path / "gone")}})
     with pytest.raises(PackMismatch, match="There is no pack 'tiny'"):
         pack_folder(gone)

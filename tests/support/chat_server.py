@@ -25,7 +25,7 @@ LOOK = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 5}}
 
 
 @dataclass(frozen=True)
-class Asked:
+class ChatRequest:
     """A request as the server got it."""
 
     raw: bytes
@@ -53,7 +53,7 @@ class Asked:
 
 
 @dataclass(frozen=True)
-class Answer:
+class ChatAnswer:
     """What the server does about a request."""
 
     text: str | None = None
@@ -73,24 +73,24 @@ class Answer:
     """As the server counts them."""
 
 
-def failure(status: int, message: str = "out of order", **error: Any) -> Answer:
-    return Answer(status=status, error={"message": message, "type": "server_error", **error})
+def failure(status: int, message: str = "out of order", **error: Any) -> ChatAnswer:
+    return ChatAnswer(status=status, error={"message": message, "type": "server_error", **error})
 
 
-Brain = Callable[[Asked], Answer]
+ChatResponder = Callable[[ChatRequest], ChatAnswer]
 
 
 class ChatServer:
     """Answers by its brain and keeps all that it was sent."""
 
-    def __init__(self, brain: Brain, *, can_see: bool = True) -> None:
+    def __init__(self, brain: ChatResponder, *, can_see: bool = True) -> None:
         self.brain = brain
         self.can_see = can_see
-        self.asked: list[Asked] = []
+        self.asked: list[ChatRequest] = []
         self.preflights = 0
-        self.examples: list[Asked] = []
+        self.examples: list[ChatRequest] = []
         """The requests about the example of the check before a run."""
-        self.example = Answer(REPORT)
+        self.example = ChatAnswer(REPORT)
         self.raw: list[bytes] = []
         self._lock = threading.Lock()
         self._alive = self.most_alive = 0
@@ -112,12 +112,12 @@ class ChatServer:
         self._http.shutdown()
         self._http.server_close()
 
-    def answer(self, asked: Asked) -> Answer:
+    def answer(self, asked: ChatRequest) -> ChatAnswer:
         with self._lock:
             self.raw.append(asked.raw)
             if asked.texts[-1] == QUESTION:
                 self.preflights += 1
-                return Answer(read_number(asked.pictures[-1]) if self.can_see else "I see no picture.")
+                return ChatAnswer(read_number(asked.pictures[-1]) if self.can_see else "I see no picture.")
             if EXAMPLE_INSTRUCTION in asked.texts[0]:
                 self.examples.append(asked)
                 return self.example
@@ -148,9 +148,9 @@ class _Handler(BaseHTTPRequestHandler):
     def do_POST(self) -> None:
         body = self.rfile.read(int(self.headers["Content-Length"]))
         raw = f"{self.requestline}\n{self.headers}\n".encode() + body
-        self._send(self.server_of_chat.answer(Asked(raw, json.loads(body))))
+        self._send(self.server_of_chat.answer(ChatRequest(raw, json.loads(body))))
 
-    def _send(self, answer: Answer) -> None:
+    def _send(self, answer: ChatAnswer) -> None:
         data = b"<html>" if answer.is_garbage else json.dumps(_completion(answer)).encode()
         self.send_response(answer.status)
         self.send_header("Content-Type", "application/json")
@@ -168,7 +168,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Says nothing."""
 
 
-def _completion(answer: Answer) -> dict[str, Any]:
+def _completion(answer: ChatAnswer) -> dict[str, Any]:
     if answer.error is not None:
         return {"error": answer.error}
     message: dict[str, Any] = {"role": "assistant", "content": answer.text}
@@ -216,7 +216,7 @@ def read_number(picture: bytes) -> str:
 
 
 @contextmanager
-def serving(brain: Brain, *, can_see: bool = True) -> Iterator[ChatServer]:
+def serving(brain: ChatResponder, *, can_see: bool = True) -> Iterator[ChatServer]:
     """A server that runs for the length of the block."""
     server = ChatServer(brain, can_see=can_see)
     server.start()
@@ -229,7 +229,7 @@ def serving(brain: Brain, *, can_see: bool = True) -> Iterator[ChatServer]:
 if __name__ == "__main__":
     latency_s = float(sys.argv[1])
     turns = int(sys.argv[2]) if len(sys.argv) > 2 else 5
-    benchmark = ChatServer(lambda asked: Answer(REPORT if asked.turn >= turns else LOOK, delay_s=latency_s))
+    benchmark = ChatServer(lambda asked: ChatAnswer(REPORT if asked.turn >= turns else LOOK, delay_s=latency_s))
     benchmark.start()
     print(benchmark.url, flush=True)
     sys.stdin.read()

@@ -17,7 +17,11 @@ _FORKING = multiprocessing.get_context("forkserver")
 _FORKING.set_forkserver_preload(
     [
         *("vigil.runner.workers.worker", "vigil.sim.engines.fake", "vigil.sim.engines.mujoco"),
-        *("vigil.authoring.closure.generation", "vigil.authoring.packing.levels", "vigil.analysis.measures.rows"),
+        *(
+            "vigil.authoring.closure.generation",
+            "vigil.authoring.packing.level_measurement",
+            "vigil.analysis.measures.rows",
+        ),
     ]
 )
 
@@ -36,7 +40,7 @@ class PoolProcess(ForkServerProcess):
 
 
 class PoolContext(ForkServerContext):
-    """What starts the processes of a pool, as `vigil.base.processes.context` returns it."""
+    """What starts the processes of a pool, as `vigil.base.processes.spawn_context` returns it."""
 
     Process = PoolProcess
 

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from quick_runs import quick
-from wire_server import Said
+from wire_server import ModelMessage
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Reply
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
@@ -31,14 +31,14 @@ THOUGHT = f"I could answer {DRAFT}, but the table is near."
 class Form(NamedTuple):
     """Something said in a form, and what is to become of it."""
 
-    said: Said
+    said: ModelMessage
     reason: str | None = None
     """None when the reply is the report."""
     detail: str = ""
 
 
-def text(*parts: str, **more: Any) -> Said:
-    return Said(parts, **more)
+def text(*parts: str, **more: Any) -> ModelMessage:
+    return ModelMessage(parts, **more)
 
 
 REASONING_FORMS: dict[str, Form] = {
@@ -65,7 +65,7 @@ REASONING_FORMS: dict[str, Form] = {
 }
 
 
-def undrawn(assets: AssetDatabase, quality: str) -> PrivilegedSimulator:
+def without_pictures(assets: AssetDatabase, quality: str) -> PrivilegedSimulator:
     """Returns the simulator for tests without its pictures, which take most of its time, as a `SimulatorFactory`."""
     del quality
     simulator = make_simulator("fake", assets=assets)
@@ -77,7 +77,7 @@ def undrawn(assets: AssetDatabase, quality: str) -> PrivilegedSimulator:
 @contextmanager
 def shared_simulator(pack: Pack) -> Iterator[None]:
     """Lets all runs of `pack` within the block play on one simulator."""
-    plan = worker_plan(quick(pack.folder, None, model="vllm/m", simulator_factory=undrawn), pack, Profile())
+    plan = worker_plan(quick(pack.folder, None, model="vllm/m", simulator_factory=without_pictures), pack, Profile())
     with SimulatorPool(plan, 1) as pool, pytest.MonkeyPatch.context() as patch:
         patch.setattr(run, "SimulatorPool", lambda *_, **__: nullcontext(pool))
         # A table that Inspect makes at the end of each run and shows nowhere takes half of a short run's time.
@@ -99,7 +99,7 @@ class FormsInTurn:
         self._times = [0] * len(pack.episodes)
         self._asked: int | None = None
 
-    def __call__(self, wire: str, data: bytes) -> Said:
+    def __call__(self, wire: str, data: bytes) -> ModelMessage:
         messages = json.loads(data)["messages"]
         if any(message["role"] == "assistant" for message in messages):
             return text(REPORT)

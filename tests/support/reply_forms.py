@@ -1,14 +1,14 @@
 """Replies of all the forms that models and servers send, by a seeded generator.
 
 Used by tests and by `sweeps/replies.py`: what a server says must come out of the record as it went in, and be judged as
-`vigil.protocol.replies.parse` judges that very text.
+`vigil.protocol.replies.parse_text` judges that very text.
 """
 
 import json
 from collections.abc import Callable
 from random import Random
 
-from wire_server import Said
+from wire_server import ModelMessage
 
 from vigil.protocol.actions import ParsedReply, Reply
 from vigil.protocol.reasoning import split_reasoning
@@ -88,7 +88,7 @@ def long(rng: Random) -> str:
     return text + " " * max(0, size - len(text.encode("utf-8", "surrogatepass")))
 
 
-def spoilt(rng: Random) -> str:
+def corrupted(rng: Random) -> str:
     text = action(rng)
     match rng.randint(0, 4):
         case 0:
@@ -129,8 +129,8 @@ FORMS: dict[str, Callable[[Random], str]] = {
     "two objects": lambda rng: action(rng) + rng.choice(["", "\n", ","]) + action(rng),
     "list": lambda rng: f"[{action(rng)}]",
     "a value": lambda rng: json.dumps(value(rng)),
-    "spoilt": spoilt,
-    "spoilt, reasoning": lambda rng: block(rng) + spoilt(rng),
+    "spoilt": corrupted,
+    "spoilt, reasoning": lambda rng: block(rng) + corrupted(rng),
     "deep": lambda rng: deep(rng.choice([63, 64, 65, 66, 500, 3000])),
     "deep, reasoning": lambda rng: block(rng) + deep(rng.choice([64, 65])),
     "odd": lambda rng: "".join(rng.choices(ODD, k=rng.randint(0, 9))),
@@ -140,7 +140,7 @@ FORMS: dict[str, Callable[[Random], str]] = {
 RARE = {"long": 0.1}
 
 
-def draw(rng: Random, *, can_refuse: bool = True) -> tuple[str, Said]:
+def draw(rng: Random, *, can_refuse: bool = True) -> tuple[str, ModelMessage]:
     """Returns the name of a form, and something said in that form."""
     name = rng.choices(list(FORMS), [RARE.get(form, 1.0) for form in FORMS])[0]
     text = FORMS[name](rng)
@@ -153,10 +153,10 @@ def draw(rng: Random, *, can_refuse: bool = True) -> tuple[str, Said]:
     if refusal is not None and rng.random() < 0.4:
         parts = ()
     flags = [rng.random() < chance for chance in (0.05, 0.2, 0.5, 0.9)]
-    return name, Said(parts, reasoning, refusal, *flags)
+    return name, ModelMessage(parts, reasoning, refusal, *flags)
 
 
-def mistakes(said: Said, step: StepRecord, finish_reason: str) -> list[str]:
+def mistakes(said: ModelMessage, step: StepRecord, finish_reason: str) -> list[str]:
     """Returns what a record of the reply has wrong; nothing if all is well."""
     text, chars = joined(said.text), reasoning_sent(said)
     sent = Reply.model_validate({"text": text, "finish_reason": finish_reason, "reasoning_chars": chars})
@@ -179,7 +179,7 @@ def mistakes(said: Said, step: StepRecord, finish_reason: str) -> list[str]:
     return [f"{one}; sent {text[:300]!r}" for one in found]
 
 
-def reasoning_sent(said: Said) -> int:
+def reasoning_sent(said: ModelMessage) -> int:
     """Returns how many characters of reasoning a server sends: beside the text, and at the text's head."""
     return len(joined(said.reasoning)) + split_reasoning(joined(said.text))[1]
 

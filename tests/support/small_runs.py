@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from published import SMALL, Write, small_records, thousand, write_pack, write_run
+from published_runs import SMALL, Write, make_episodes, small_records, write_pack, write_run
 
 from vigil.records.record import EpisodeRecord
 
@@ -12,7 +12,7 @@ from vigil.records.record import EpisodeRecord
 @pytest.fixture(scope="session")
 def small_pack(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("pack")
-    write_pack(folder, thousand(SMALL))
+    write_pack(folder, make_episodes(SMALL))
     return folder
 
 

@@ -46,11 +46,11 @@ def kept(sent: dict[str, Any], metadata: dict[str, Any]) -> dict[str, Any]:
         "agent",
         "inventoryObjects",
     )
-    answer = {name: _rounded(metadata[name]) for name in names}
+    response = {name: _rounded(metadata[name]) for name in names}
     objects = [{**each, "visibleBounds2D": None} for each in metadata["objects"]]  # the client adds that field
     return {
         "sent": sent if house is None else {**sent, "house": _hash(house)},
-        "answer": {**answer, "objects": len(objects), "sha256": _hash(_rounded(objects))},
+        "answer": {**response, "objects": len(objects), "sha256": _hash(_rounded(objects))},
     }
 
 
@@ -103,8 +103,8 @@ def played(house: dict[str, Any], command: str) -> list[dict[str, Any]]:
 
 
 if __name__ == "__main__":
-    from vigil.sim.conformance.trial_house import trial_house
+    from vigil.sim.conformance.reference_house import reference_house
     from vigil.thor.launch import thor_engine
 
-    found = played(trial_house().data, thor_engine(backend="fake"))
+    found = played(reference_house().data, thor_engine(backend="fake"))
     GOLDEN.write_text("".join(json.dumps(line, sort_keys=True) + "\n" for line in found), encoding="utf-8")

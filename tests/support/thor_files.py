@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from vigil.assets.catalog import CATALOG
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.housegen import generate, spec_for
 from vigil.housegen.thor_export import export_thor
 from vigil.protocol.house import House

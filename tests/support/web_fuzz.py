@@ -17,8 +17,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import h11
-from waiting import HANGS_AFTER_S
-from web_oddities import (
+from http_edge_cases import (
     COOKIES,
     HOSTS,
     LENGTHS,
@@ -32,6 +31,7 @@ from web_oddities import (
     SEGMENTS,
     TYPES,
 )
+from waiting import HANGS_AFTER_S
 
 PATIENCE_S = HANGS_AFTER_S
 SHORT_S = 0.05
@@ -64,7 +64,7 @@ class RawRequest:
 
 
 @dataclass
-class Told:
+class LoggedErrors:
     """What a server logged as an error."""
 
     lines: list[str] = field(default_factory=list)
@@ -248,9 +248,9 @@ def fire(port: int, shot: RawRequest) -> int | None:
 
 
 @contextmanager
-def errors_logged() -> Iterator[Told]:
+def errors_logged() -> Iterator[LoggedErrors]:
     """Gathers what servers and event loops log as errors within the block."""
-    told = Told()
+    told = LoggedErrors()
 
     class Ear(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:

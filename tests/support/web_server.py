@@ -12,7 +12,7 @@ from waiting import HANGS_AFTER_S, wait_until
 
 
 @dataclass(frozen=True)
-class Answer:
+class WebAnswer:
     """What came back."""
 
     status: int
@@ -34,19 +34,19 @@ class Site:
     def url(self) -> str:
         return f"http://127.0.0.1:{self.port}"
 
-    def get(self, path: str, **headers: str) -> Answer:
+    def get(self, path: str, **headers: str) -> WebAnswer:
         return self.ask("GET", path, None, headers)
 
-    def post(self, path: str, body: str | bytes, **headers: str) -> Answer:
+    def post(self, path: str, body: str | bytes, **headers: str) -> WebAnswer:
         data = body.encode() if isinstance(body, str) else body
         return self.ask("POST", path, data, {"Content-Type": "application/json", **headers})
 
-    def ask(self, method: str, path: str, body: bytes | None, headers: dict[str, str]) -> Answer:
+    def ask(self, method: str, path: str, body: bytes | None, headers: dict[str, str]) -> WebAnswer:
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=HANGS_AFTER_S)
         try:
             connection.request(method, path, body, {name.replace("_", "-"): value for name, value in headers.items()})
             got = connection.getresponse()
-            return Answer(got.status, {name.lower(): value for name, value in got.getheaders()}, got.read())
+            return WebAnswer(got.status, {name.lower(): value for name, value in got.getheaders()}, got.read())
         finally:
             connection.close()
 

@@ -1,6 +1,6 @@
 """A real HTTP server on loopback that answers in four wire formats, whole or as a stream, byte for byte as it is told.
 
-`Said` is what a model says; `body_of` puts it into a format. A brain may also answer with bytes of its own (`Raw`).
+`ModelMessage` is what a model says; `body_of` puts it into a format. A responder may return bytes (`RawAnswer`).
 """
 
 import json
@@ -28,7 +28,7 @@ PIECE = 7
 
 
 @dataclass(frozen=True)
-class Said:
+class ModelMessage:
     """What a model says in one message."""
 
     parts: tuple[str, ...] = ()
@@ -52,7 +52,7 @@ class Said:
 
 
 @dataclass(frozen=True)
-class Raw:
+class RawAnswer:
     """An HTTP answer as it is."""
 
     data: bytes
@@ -71,15 +71,17 @@ def wire_of(path: str) -> str:
     return {"completions": "chat", "messages": "anthropic"}.get(last, last)
 
 
-def body_of(wire: str, said: Said, *, is_streamed: bool) -> Raw:
+def body_of(wire: str, said: ModelMessage, *, is_streamed: bool) -> RawAnswer:
     """Returns the HTTP answer that says `said`."""
     if is_streamed:
         events = {"chat": chat_events, "responses": responses_events, "anthropic": anthropic_events}.get(wire)
         lines = events(said) if events else [(None, document) for document in google_chunks(said)]
         text = "".join((f"event: {name}\n" if name else "") + f"data: {dump(data)}\n\n" for name, data in lines)
-        return Raw((text + ("data: [DONE]\n\n" if wire == "chat" else "")).encode(), content_type="text/event-stream")
+        return RawAnswer(
+            (text + ("data: [DONE]\n\n" if wire == "chat" else "")).encode(), content_type="text/event-stream"
+        )
     document = {"chat": chat, "responses": responses, "anthropic": anthropic, "google": google}[wire](said)
-    return Raw(dump(document).encode())
+    return RawAnswer(dump(document).encode())
 
 
 def dump(document: Any) -> str:
@@ -91,7 +93,7 @@ def dump(document: Any) -> str:
 # --- OpenAI's chat completions ---
 
 
-def chat(said: Said) -> dict[str, Any]:
+def chat(said: ModelMessage) -> dict[str, Any]:
     message: dict[str, Any] = {"role": "assistant", "content": chat_content(said)}
     if said.reasoning:
         message |= reasoning_of(said, said.reasoning)
@@ -102,7 +104,7 @@ def chat(said: Said) -> dict[str, Any]:
     return {**head, "choices": [choice], "usage": chat_usage(said)}
 
 
-def reasoning_of(said: Said, piece: str) -> dict[str, Any]:
+def reasoning_of(said: ModelMessage, piece: str) -> dict[str, Any]:
     """Returns the field of a message, or of a piece of one, that holds reasoning."""
     if said.reasoning_field == "content":
         texts = [{"type": "text", "text": part} for part in said.parts]
@@ -112,7 +114,7 @@ def reasoning_of(said: Said, piece: str) -> dict[str, Any]:
     return {said.reasoning_field: piece}
 
 
-def chat_content(said: Said) -> Any:
+def chat_content(said: ModelMessage) -> Any:
     if said.is_null and not said.parts:
         return None
     if said.is_list or len(said.parts) > 1:
@@ -120,11 +122,11 @@ def chat_content(said: Said) -> Any:
     return "".join(said.parts)
 
 
-def chat_usage(said: Said) -> Any:
+def chat_usage(said: ModelMessage) -> Any:
     return {"prompt_tokens": 100, "completion_tokens": 10, "total_tokens": 110} if said.has_usage else None
 
 
-def chat_events(said: Said) -> list[tuple[None, Any]]:
+def chat_events(said: ModelMessage) -> list[tuple[None, Any]]:
     head = {"id": "chatcmpl-1", "object": "chat.completion.chunk", "created": 1, "model": "loopback"}
     deltas: list[dict[str, Any]] = [{"role": "assistant", "content": ""}]
     alone = replace(said, parts=())
@@ -141,7 +143,7 @@ def chat_events(said: Said) -> list[tuple[None, Any]]:
 # --- OpenAI's responses ---
 
 
-def responses(said: Said) -> dict[str, Any]:
+def responses(said: ModelMessage) -> dict[str, Any]:
     content: list[dict[str, Any]] = [{"type": "output_text", "text": part, "annotations": []} for part in said.parts]
     if said.refusal is not None:
         content.append({"type": "refusal", "refusal": said.refusal})
@@ -158,7 +160,7 @@ def responses(said: Said) -> dict[str, Any]:
     return {**head, **state, "output": output, "usage": usage if said.has_usage else None, **tools}
 
 
-def responses_events(said: Said) -> list[tuple[str, Any]]:
+def responses_events(said: ModelMessage) -> list[tuple[str, Any]]:
     whole = responses(said)
     begun = {**whole, "status": "in_progress", "output": [], "usage": None}
     events: list[dict[str, Any]] = [{"type": "response.created", "response": begun}]
@@ -173,7 +175,7 @@ def responses_events(said: Said) -> list[tuple[str, Any]]:
 # --- Anthropic's messages ---
 
 
-def anthropic(said: Said) -> dict[str, Any]:
+def anthropic(said: ModelMessage) -> dict[str, Any]:
     content: list[dict[str, Any]] = []
     if said.reasoning:
         content.append({"type": "thinking", "thinking": said.reasoning, "signature": "s"})
@@ -187,7 +189,7 @@ def anthropic_usage() -> dict[str, int]:
     return {"input_tokens": 90, "cache_creation_input_tokens": 0, "cache_read_input_tokens": 10, "output_tokens": 10}
 
 
-def anthropic_events(said: Said) -> list[tuple[str, Any]]:
+def anthropic_events(said: ModelMessage) -> list[tuple[str, Any]]:
     whole = anthropic(said)
     begun = {**whole, "content": [], "stop_reason": None}
     events: list[dict[str, Any]] = [{"type": "message_start", "message": begun}, {"type": "ping"}]
@@ -207,13 +209,13 @@ def anthropic_events(said: Said) -> list[tuple[str, Any]]:
 # --- Google's generateContent ---
 
 
-def google(said: Said) -> dict[str, Any]:
+def google(said: ModelMessage) -> dict[str, Any]:
     parts: list[dict[str, Any]] = [{"text": said.reasoning, "thought": True}] if said.reasoning else []
     parts += [{"text": part} for part in said.parts]
     return google_document(parts, (CUT if said.is_cut else STOP)["google"], said)
 
 
-def google_document(parts: list[dict[str, Any]], finish: str | None, said: Said) -> dict[str, Any]:
+def google_document(parts: list[dict[str, Any]], finish: str | None, said: ModelMessage) -> dict[str, Any]:
     candidate: dict[str, Any] = {"content": {"role": "model", "parts": parts}, "index": 0}
     if finish is not None:
         candidate["finishReason"] = finish
@@ -225,7 +227,7 @@ def google_document(parts: list[dict[str, Any]], finish: str | None, said: Said)
     }
 
 
-def google_chunks(said: Said) -> list[dict[str, Any]]:
+def google_chunks(said: ModelMessage) -> list[dict[str, Any]]:
     documents = [google_document([{"text": piece, "thought": True}], None, said) for piece in pieces(said.reasoning)]
     documents += [google_document([{"text": piece}], None, said) for part in said.parts for piece in pieces(part)]
     return [*documents, google_document([], (CUT if said.is_cut else STOP)["google"], said)]
@@ -239,7 +241,7 @@ def pieces(text: str) -> list[str]:
 
 # --- the server ---
 
-Brain = Callable[[str, bytes], Said | Raw]
+WireResponder = Callable[[str, bytes], ModelMessage | RawAnswer]
 """What to answer to a request: (its format, its body)."""
 
 
@@ -260,7 +262,7 @@ class Request:
 class WireServer:
     """Answers by its brain; whether as a stream, the request says."""
 
-    def __init__(self, brain: Brain) -> None:
+    def __init__(self, brain: WireResponder) -> None:
         server = self
         self.asked = 0
         self.requests: list[Request] = []
@@ -271,7 +273,7 @@ class WireServer:
 
             def do_POST(self) -> None:
                 data = self.rfile.read(int(self.headers["Content-Length"]))
-                raw = Raw(b'{"input_tokens": 5}') if self.path.endswith("/count_tokens") else self._answer(data)
+                raw = RawAnswer(b'{"input_tokens": 5}') if self.path.endswith("/count_tokens") else self._answer(data)
                 self.send_response(raw.status)
                 self.send_header("Content-Type", raw.content_type)
                 self.send_header("Content-Length", str(len(raw.data) + raw.left_out))
@@ -279,14 +281,18 @@ class WireServer:
                 self.wfile.write(raw.data)
                 self.close_connection = bool(raw.left_out)
 
-            def _answer(self, data: bytes) -> Raw:
+            def _answer(self, data: bytes) -> RawAnswer:
                 with server._lock:
                     server.asked += 1
                     headers = {name.lower(): value for name, value in self.headers.items()}
                     server.requests.append(Request(self.path, headers, data))
                     found = brain(wire_of(self.path), data)
                 is_streamed = "streamGenerateContent" in self.path or bool(re.search(rb'"stream": ?true', data))
-                return found if isinstance(found, Raw) else body_of(wire_of(self.path), found, is_streamed=is_streamed)
+                return (
+                    found
+                    if isinstance(found, RawAnswer)
+                    else body_of(wire_of(self.path), found, is_streamed=is_streamed)
+                )
 
             def log_message(self, format: str, *args: Any) -> None:
                 """Says nothing."""
@@ -319,13 +325,13 @@ class ScriptedModel:
 
     _NUMBER = re.compile(rb"metres of it \((\d+)\)")
 
-    def __init__(self, say: Callable[[int, int], Said]) -> None:
+    def __init__(self, say: Callable[[int, int], ModelMessage]) -> None:
         """`say` tells what is said to an episode at a step, both by number, the first step being 0."""
         self._say = say
-        self.said: dict[int, list[Said]] = {}
+        self.said: dict[int, list[ModelMessage]] = {}
         self._asked: dict[int, bytes] = {}
 
-    def __call__(self, wire: str, data: bytes) -> Said:
+    def __call__(self, wire: str, data: bytes) -> ModelMessage:
         match = self._NUMBER.search(data)
         assert match is not None
         number = int(match[1])

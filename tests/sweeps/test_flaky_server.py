@@ -6,7 +6,7 @@ import pytest
 from inspect_marks import INSPECT
 from tiny_pack import tiny_pack
 
-from sweeps.flaky_server import Chance, compare, flaky, play
+from sweeps.flaky_server import FailurePlan, compare, flaky, play
 from sweeps.support.flaky_modes import MODES
 
 pytestmark = [*INSPECT, pytest.mark.filterwarnings("ignore:Pydantic serializer warnings:UserWarning")]
@@ -18,8 +18,8 @@ def test_no_failure_of_a_server_changes_a_record(tmp_path: Path) -> None:
     modes = tuple(mode for mode in MODES if mode not in SLOW)
     assert len(modes) >= 30
     pack = tiny_pack(tmp_path / "tiny", 16).folder
-    with flaky(Chance(0.0, ())) as server:
-        calm = play(pack, tmp_path / "calm", server)
-    done = compare(pack, calm, Chance(0.6, modes), tmp_path / "rough")
+    with flaky(FailurePlan(0.0, ())) as server:
+        reference = play(pack, tmp_path / "calm", server)
+    done = compare(pack, reference, FailurePlan(0.6, modes), tmp_path / "rough")
     assert done.faults == ()
-    assert set(done.met) == set(modes)
+    assert set(done.mode_counts) == set(modes)

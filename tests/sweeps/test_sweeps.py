@@ -10,18 +10,18 @@ import pytest
 
 from sweeps import episodes, handling, hostile, replies_fuzz
 from sweeps.support import pieces
-from sweeps.support.confined import confined
-from sweeps.support.hostile_cases import base, write
-from sweeps.support.pieces import Failure, Finding, Sweep
-from sweeps.support.reply_forms import Form
+from sweeps.support.confined import run_confined
+from sweeps.support.hostile_cases import base_pack, write
+from sweeps.support.pieces import Failure, PieceResult, Sweep
+from sweeps.support.reply_forms import ReplyForm
 from vigil.errors import SettingError
 from vigil.packs.pack import Pack
 from vigil.protocol.house import House
 
 
-def odd_fall(piece: int) -> Finding:
-    falls = [Failure("odd", f"number {piece}", f"--piece {piece}")] if piece % 2 else []
-    return Finding(Counter(pieces=1, total=piece), falls)
+def odd_fall(piece: int) -> PieceResult:
+    failures = [Failure("odd", f"number {piece}", f"--piece {piece}")] if piece % 2 else []
+    return PieceResult(Counter(pieces=1, total=piece), failures)
 
 
 def run(work: pieces.Work, log: Path, count: int, *, workers: int = 1, seed: int = 0) -> int:
@@ -53,8 +53,8 @@ def test_fuzzed_replies_hold_apart_from_what_is_planted():
     finding = replies_fuzz.fuzz(0, None, 300, 0)
     assert finding.counts["replies"] == 300
     assert finding.counts["accepted"] > 30
-    assert finding.falls == []
-    planted = Form('{"skill_name": "fly"}', is_action=True, same_as='{"skill_name": "fly"}')
+    assert finding.failures == []
+    planted = ReplyForm('{"skill_name": "fly"}', is_action=True, same_as='{"skill_name": "fly"}')
     assert [kind for kind, _ in replies_fuzz.faults_of(planted, Counter())] == ["refused against the protocol"]
 
 
@@ -66,27 +66,27 @@ def test_a_fuzzed_reply_is_the_same_alone():
 
 def test_fuzzed_episodes_hold_and_are_the_same_played_again():
     finding = episodes.fuzz(0, "fake", None, 2, 1)
-    assert finding.falls == []
+    assert finding.failures == []
     assert finding.counts["episodes"] == finding.counts["replays"] == 2
 
 
 def test_fuzzed_handling_holds():
     finding = handling.fuzz(0, "fake", 6, 0)
-    assert finding.falls == []
+    assert finding.failures == []
     assert finding.counts["interactions"] >= 3
 
 
 def test_hostile_packs_and_houses_are_refused_or_played():
     finding = hostile.fuzz(0, None, None, 3, 0)
-    assert finding.falls == []
+    assert finding.failures == []
     assert finding.counts["cases"] == 3
 
 
 def test_the_good_pack_under_the_hostile_ones_is_good(tmp_path: Path):
-    write(tmp_path, base(0))
+    write(tmp_path, base_pack(0))
     pack = Pack.load(tmp_path)
     assert isinstance(pack.house_of(pack.episodes[0]), House)
-    assert confined(partial(hostile._use_pack, tmp_path, False)).kind == "done"
+    assert run_confined(partial(hostile._use_pack, tmp_path, False)).kind == "done"
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,7 @@ def test_the_good_pack_under_the_hostile_ones_is_good(tmp_path: Path):
     ],
 )
 def test_confined_calls_tell_how_they_ended(call, kind: str):
-    assert confined(call).kind == kind
+    assert run_confined(call).kind == kind
 
 
 def test_a_confined_call_is_refused_cut_off_or_dead():
@@ -113,6 +113,6 @@ def test_a_confined_call_is_refused_cut_off_or_dead():
     def die() -> str:
         raise SystemExit(3)
 
-    assert confined(refuse).text == "SettingError: no"
-    assert confined(hang, wall_s=0.5).kind == "hang"
-    assert confined(die).text == "SystemExit 3"
+    assert run_confined(refuse).text == "SettingError: no"
+    assert run_confined(hang, wall_s=0.5).kind == "hang"
+    assert run_confined(die).text == "SystemExit 3"

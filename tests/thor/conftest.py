@@ -4,26 +4,26 @@ from typing import Any
 
 import pytest
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.sim import make_simulator
-from vigil.sim.conformance.trial_house import trial_house
-from vigil.sim.staging import Stage
+from vigil.sim.conformance.reference_house import reference_house
+from vigil.sim.scene_editor import SceneEditor
 from vigil.sim.thor.units import BODY_HEIGHT_M
-from vigil.thor.base.answer import Answer
+from vigil.thor.base.response import EngineResponse
 from vigil.thor.base.settings import Settings
 from vigil.thor.base.world import World
-from vigil.thor.engine import Engine
+from vigil.thor.engine import ThorEngine
 
 
 class Client:
     """Sends actions as AI2-THOR's client does, and keeps the last answer."""
 
     def __init__(self) -> None:
-        stage = make_simulator("fake", assets=AssetDatabase.default())
-        assert isinstance(stage, Stage)
-        self.world = World(stage, Settings(screen_width=32, screen_height=24))
-        self.engine = Engine(self.world)
-        self.last: Answer = self.engine.first()
+        editor = make_simulator("fake", assets=AssetDatabase.default())
+        assert isinstance(editor, SceneEditor)
+        self.world = World(editor, Settings(screen_width=32, screen_height=24))
+        self.engine = ThorEngine(self.world)
+        self.last: EngineResponse = self.engine.first_response()
         self.sequence = 0
 
     def send(self, action: str, **arguments: Any) -> dict[str, Any]:
@@ -31,7 +31,7 @@ class Client:
         self.sequence += 1
         if isinstance(arguments.get("rotation"), float | int):  # so does the client
             arguments["rotation"] = {"y": arguments["rotation"]}
-        self.last = self.engine.answer({"action": action, **arguments, "sequenceId": self.sequence})
+        self.last = self.engine.respond({"action": action, **arguments, "sequenceId": self.sequence})
         return self.last.metadata if self.last.is_patch else self.last.metadata["agents"][0]
 
     def do(self, action: str, **arguments: Any) -> dict[str, Any]:
@@ -50,7 +50,7 @@ class Client:
         """Opens the trial house, with the agent at its start."""
         self.send("Reset", sceneName="Procedural")
         self.do("Initialize", snapToGrid=False, **settings)
-        self.do("CreateHouse", house=trial_house().data)
+        self.do("CreateHouse", house=reference_house().data)
 
     def stand(self, x: float, z: float, yaw: float = 0.0, horizon: float = 0.0) -> dict[str, Any]:
         """Stands the agent somewhere."""

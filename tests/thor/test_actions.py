@@ -4,14 +4,14 @@ import inspect
 
 import pytest
 
-from vigil.thor.actions import finding, handling, moving, scenes, staging
+from vigil.thor.actions import finding, handling, moving, placing, scenes
 from vigil.thor.actions.action import Action
 from vigil.thor.actions.missing import MISSING
 from vigil.thor.actions.table import ACTIONS
 
 
 def test_no_action_is_named_twice():
-    rows = [action.name for module in (finding, handling, moving, scenes, staging) for action in module.ACTIONS]
+    rows = [action.name for module in (finding, handling, moving, scenes, placing) for action in module.ACTIONS]
     assert len(rows) == len(set(rows)) == len(ACTIONS)
     assert not set(rows) & set(MISSING)
 

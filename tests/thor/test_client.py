@@ -8,7 +8,7 @@ import pytest
 from thor_exchange import golden, played
 from waiting import HANGS_AFTER_S
 
-from vigil.sim.conformance.trial_house import trial_house
+from vigil.sim.conformance.reference_house import reference_house
 from vigil.thor.launch import thor_engine
 
 pytest.importorskip("ai2thor", reason="ai2thor is not installed: pip install vigil-bench[thor]")
@@ -30,7 +30,7 @@ def controller(request, tmp_path_factory):
         command = thor_engine(backend="fake")
         made = Controller(
             local_executable_path=command,
-            scene=trial_house().data,
+            scene=reference_house().data,
             width=320,
             height=304,
             snapToGrid=False,
@@ -47,7 +47,7 @@ def controller(request, tmp_path_factory):
 
 
 def test_the_client_sees_the_house(controller):
-    event = controller.step("TeleportFull", **trial_house().data["metadata"]["agent"])
+    event = controller.step("TeleportFull", **reference_house().data["metadata"]["agent"])
     assert event
     assert event.frame.shape == (304, 320, 3)
     assert event.depth_frame.shape == (304, 320)
@@ -78,7 +78,7 @@ def test_what_the_client_raises_on_is_raised(controller):
 
 
 def test_a_reset_changes_the_size(controller):
-    event = controller.reset(trial_house().data, width=64, height=48, fieldOfView=60)
+    event = controller.reset(reference_house().data, width=64, height=48, fieldOfView=60)
     assert event.frame.shape == (48, 64, 3)
     assert event.metadata["fov"] == 60
     controller.step("AddThirdPartyCamera", position={"x": 3, "y": 2, "z": 2}, rotation={"x": 60, "y": 0, "z": 0})
@@ -88,4 +88,4 @@ def test_a_reset_changes_the_size(controller):
 
 def test_the_exchange_is_the_one_that_is_kept(monkeypatch, tmp_path):
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert played(trial_house().data, thor_engine(backend="fake")) == golden()
+    assert played(reference_house().data, thor_engine(backend="fake")) == golden()

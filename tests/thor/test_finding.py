@@ -65,7 +65,7 @@ def test_interactable_poses_off_the_house_s_grid_can_be_taken(client):
 def test_where_the_agent_touches_something_it_may_stay(client):
     place = {"x": 0.05, "y": BODY_HEIGHT_M, "z": 2.5}
     client.do("Teleport", position=place, forceAction=True)
-    assert not client.world.stage.can_stand(client.world.agent.position)
+    assert not client.world.editor.can_stand(client.world.agent.position)
     assert client.do("Teleport", position=place, rotation=90.0)["agent"]["rotation"]["y"] == 90.0
     assert place in client.do("GetReachablePositions")["actionReturn"]
     assert client.do("GetShortestPathToPoint", target=place)["actionReturn"]["corners"]

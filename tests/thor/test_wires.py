@@ -17,8 +17,8 @@ from waiting import HANGS_AFTER_S
 
 from vigil.cli import app
 from vigil.errors import SettingError
-from vigil.thor.base.answer import Answer
 from vigil.thor.base.images import Image
+from vigil.thor.base.response import EngineResponse
 from vigil.thor.launch import thor_engine
 from vigil.thor.serve import main
 from vigil.thor.wire import fifo, wsgi
@@ -35,10 +35,10 @@ def fields_of(message: bytes) -> list[tuple[int, bytes]]:
 
 
 def test_a_message_is_its_fields_and_an_end():
-    answer = Answer({"sequenceId": 3}, [Image("image", False, b"rgb"), Image("depth", True, b"far")])
-    fields = fields_of(fifo.message(answer, lambda data: json.dumps(data).encode()))
+    response = EngineResponse({"sequenceId": 3}, [Image("image", False, b"rgb"), Image("depth", True, b"far")])
+    fields = fields_of(fifo.message(response, lambda data: json.dumps(data).encode()))
     assert fields == [(1, b'{"sequenceId": 3}'), (4, b"rgb"), (12, b"far"), (255, b"")]
-    patch = fields_of(fifo.message(Answer({}, is_patch=True), lambda data: b"{}"))
+    patch = fields_of(fifo.message(EngineResponse({}, is_patch=True), lambda data: b"{}"))
     assert [kind for kind, _ in patch] == [11, 255]
 
 

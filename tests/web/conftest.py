@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from browser_page import DESKTOP, PHONE, Visitor
 from tiny_pack import tiny_pack
 from web_server import Site, served
-from web_visitor import DESKTOP, PHONE, Visitor
 
 from vigil.agents.scripted import scripted_agent
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.json_lines import dump_line
 from vigil.base.versions import Versions
 from vigil.env import Env
@@ -47,7 +47,7 @@ def make_run(folder: Path, pack: Pack, agent: str, *, frames: bool) -> Path:
         pack=pack.name,
         pack_sha256=pack.sha256,
         episode_ids=tuple(episode.id for episode in pack.episodes),
-        versions=Versions.here(),
+        versions=Versions.current(),
         pack_versions=pack.manifest.versions,
         simulator="fake",
     )
@@ -59,14 +59,14 @@ def make_run(folder: Path, pack: Pack, agent: str, *, frames: bool) -> Path:
     with (folder / "episodes.jsonl").open("wb") as rows:
         for episode in pack.episodes:
             watcher = (
-                EpisodeObserver(answered=lambda observation, _: store.keep(observation.rgb))
+                EpisodeObserver(on_reply=lambda observation, _: store.save(observation.rgb))
                 if frames
                 else EpisodeObserver()
             )
             play(episode, env, scripted_agent(agent, 3), watcher)
             record = env.record()
             assert record.end != "error", record.error
-            rows.write(dump_line(header.own(record)))
+            rows.write(dump_line(header.stamp(record)))
     return folder
 
 

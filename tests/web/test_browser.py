@@ -11,10 +11,10 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
+from browser_page import Visitor
 from quick_runs import claim
 from tiny_pack import loose_pack, tiny_episode, tiny_house
 from web_server import Site, served
-from web_visitor import Visitor
 
 from vigil.authoring.review.reviews import read_reviews
 from vigil.packs.pack import Pack

@@ -18,7 +18,7 @@ from typing import Any
 import pytest
 from waiting import HANGS_AFTER_S, wait_until
 
-from vigil.agents.picture import decode
+from vigil.agents.frame_encoding import decode_frame
 from vigil.errors import HouseError, SimulatorError
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Navigate
@@ -102,7 +102,7 @@ def test_pictures_walks_and_names_are_of_the_moment(
     service: RenderService, moment: EpisodeMoment, tmp_path: Path
 ) -> None:
     first = service.picture(moment)
-    assert decode(first).shape == (480, 640, 3)
+    assert decode_frame(first).shape == (480, 640, 3)
     assert service.walk(moment, None).picture == first
     turned = service.walk(moment, TURN)
     assert (turned.effect.turned_deg, turned.pose.rotation) == (90.0, moment.start.rotation + 90.0)
@@ -130,9 +130,9 @@ def test_a_process_that_dies_or_hangs_is_replaced(
     assert hung not in (None, dead)
     with monkeypatch.context() as impatient:
         is_over = threading.Event()
-        impatient.setattr(service._worker, "_patience_s", 3.0)
+        impatient.setattr(service._worker, "_timeout_s", 3.0)
         impatient.setattr(service._worker._connection, "poll", lambda _: not is_over.wait())
-        impatient.setattr(service, "_patience_s", 0.2)
+        impatient.setattr(service, "_timeout_s", 0.2)
         thread, raised = failures(lambda: service.picture(endless))
         writer = reader_of(endless)
         with pytest.raises(SimulatorError, match="busy with other pictures"):
@@ -153,7 +153,7 @@ def test_closing_ends_a_process_that_is_at_something(
     monkeypatch: pytest.MonkeyPatch,
     is_stopped: bool,
 ) -> None:
-    monkeypatch.setattr(process, "CLOSING_S", 0.5 if is_stopped else HANGS_AFTER_S)
+    monkeypatch.setattr(process, "SHUTDOWN_TIMEOUT_S", 0.5 if is_stopped else HANGS_AFTER_S)
     service.picture(moment)
     pid = service._worker.pid
     assert pid is not None

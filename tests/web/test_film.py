@@ -13,8 +13,8 @@ from PIL import Image
 from tiny_pack import FRIDGE, MUG, SIDE, tiny_house
 from web_server import Site
 
-from vigil.agents.picture import encode
-from vigil.assets.sizes import AssetDatabase
+from vigil.agents.frame_encoding import encode_frame
+from vigil.assets.database import AssetDatabase
 from vigil.errors import SettingError
 from vigil.housegen.checking.plan_image import MARGIN_M
 from vigil.packs.pack import Pack
@@ -52,7 +52,7 @@ def shot(
     colour: tuple[int, int, int], *, action: str = "forward 1", thought: str = "", click: list[int] | None = None
 ) -> FilmFrame:
     frame = np.full((480, 640, 3), colour, np.uint8)
-    return FilmFrame(encode(frame).data, "Open the fridge.", action, click, thought)
+    return FilmFrame(encode_frame(frame).data, "Open the fridge.", action, click, thought)
 
 
 def moment(x: float, z: float, yaw: float = 0.0) -> dict[str, Any]:

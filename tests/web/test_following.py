@@ -6,9 +6,9 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from browser_page import Visitor
 from markupsafe import escape
 from web_server import Site, served
-from web_visitor import Visitor
 
 from vigil.base.json_lines import dump_line
 from vigil.packs.pack import Pack
@@ -19,7 +19,7 @@ from vigil.records.record_file import RecordLog, read_records
 from vigil.runner.run_folder import write_header
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library
-from vigil.web.view import NEWEST, make_view
+from vigil.web.view import NEWEST_EPISODES, make_view
 
 PRICES = Prices(input=1, output=10)
 
@@ -37,7 +37,7 @@ class GoingRun:
         self.waiting = [_told(record, usage) for record in rows]
 
     def play(self, count: int = 1, error: str = "") -> list[EpisodeRecord]:
-        played = [self.header.own(self.waiting.pop(0)) for _ in range(count)]
+        played = [self.header.stamp(self.waiting.pop(0)) for _ in range(count)]
         if error:
             fact = ErrorFact(boundary="model", message=error)
             played = [each.model_copy(update={"end": "error", "error": fact, "steps": ()}) for each in played]
@@ -87,11 +87,11 @@ def newest(text: str) -> list[str]:
 
 
 def test_the_counts_grow_with_the_rows(going: GoingRun, site: Site, pack: Pack) -> None:
-    before = site.get("/runs/going/standing").text
+    before = site.get("/runs/going/status").text
     assert (state(before), tally(before)["played"]) == ("going on", f"0 of {len(pack.episodes)}")
     played = going.play(3)
     (failed,) = going.play(error="no answer")
-    text = site.get("/runs/going/standing").text
+    text = site.get("/runs/going/status").text
     found = tally(text)
     assert (found["played"], found["errors"]) == (f"4 of {len(pack.episodes)}", "1")
     assert sum(int(found[label]) for label in ("B", "FR", "NR", "IL", "Other")) == 3
@@ -102,7 +102,7 @@ def test_the_counts_grow_with_the_rows(going: GoingRun, site: Site, pack: Pack) 
 
 
 def test_nothing_is_sent_when_nothing_has_changed(going: GoingRun, site: Site) -> None:
-    for path in ("/runs/going/standing", "/"):
+    for path in ("/runs/going/status", "/"):
         first = site.get(path)
         assert site.get(path, If_None_Match=first.headers["etag"]).status == 304
         going.play()
@@ -125,7 +125,7 @@ def test_a_run_that_nobody_writes_is_interrupted_until_it_goes_on(going: GoingRu
     going.play(len(going.waiting))
     going.log.close()
     going.note(ended=going.header.started)
-    text = site.get("/runs/going/standing").text
+    text = site.get("/runs/going/status").text
     assert state(text) == "ended"
     assert newest(text) == []
 
@@ -166,7 +166,7 @@ def test_an_episode_that_is_played_again_has_cost_twice(
     runs: Path, pack: Pack, render_service: RenderService, tmp_path: Path
 ) -> None:
     going = GoingRun(runs / "random", tmp_path / "runs" / "going", Usage(input_tokens=7, output_tokens=0))
-    record = going.header.own(going.waiting[0])
+    record = going.header.stamp(going.waiting[0])
     fact = ErrorFact(boundary="model", message="gone")
     cut = record.model_copy(update={"end": "error", "error": fact, "steps": record.steps[:2]})
     with (going.folder / "episodes.jsonl").open("ab") as file:
@@ -178,7 +178,7 @@ def test_an_episode_that_is_played_again_has_cost_twice(
     )
     going.log.close()
     with closing(RecordLog(going.folder / "episodes.jsonl")) as log:
-        assert (log.tokens.total.input, log.tokens.replaced.input) == (7 * (2 + len(record.steps)), 14)
+        assert (log.tokens.total.input, log.tokens.superseded.input) == (7 * (2 + len(record.steps)), 14)
 
 
 def test_no_cost_is_told_of_agents_without_tokens(going: GoingRun, site: Site) -> None:
@@ -224,7 +224,7 @@ def test_a_focused_row_stays_when_newer_ones_push_it_out(going: GoingRun, site: 
     visitor.page.locator(".newest tbody a").first.focus()
     going.play(7)
     wait_for(visitor, ".tally dd", "8 of")
-    assert visitor.page.locator(".newest tbody tr").count() == NEWEST
+    assert visitor.page.locator(".newest tbody tr").count() == NEWEST_EPISODES
     going.play(1)
     wait_for(visitor, ".tally dd", "9 of")
     assert first.episode_id in visitor.page.evaluate("document.activeElement.href")

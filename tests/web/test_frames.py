@@ -11,9 +11,9 @@ import pytest
 from tiny_pack import loose_pack, tiny_episode
 from web_server import Site, served
 
-from vigil.agents.picture import encode
+from vigil.agents.frame_encoding import encode_frame
 from vigil.agents.scripted import scripted_agent
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.files import file_sha256
 from vigil.base.geometry import Pose
 from vigil.base.json_lines import dump_line
@@ -60,7 +60,7 @@ def test_a_saved_frame_is_held_against_its_hash(
     sha256 = read_records(folder / "episodes.jsonl")[0].steps[0].frame_sha256
     assert sha256 is not None
     file = folder / "frames" / sha256[:2] / f"{sha256}.png"
-    file.write_bytes(encode(np.zeros((480, 640, 3), np.uint8)).data)
+    file.write_bytes(encode_frame(np.zeros((480, 640, 3), np.uint8)).data)
     frame = first_frame(folder, pack.folder, render_service)
     assert (frame.origin, frame.is_recorded) == ("saved", False)
     assert "NOT the recorded frame" in frame.note
@@ -119,7 +119,7 @@ def thor_run(thor_files: Path, tmp_path_factory: pytest.TempPathFactory) -> tupl
         pack=pack.name,
         pack_sha256=pack.sha256,
         episode_ids=(episode.id,),
-        versions=Versions.here(),
+        versions=Versions.current(),
         simulator="mujoco",
         asset_database_sha256=file_sha256(database, "it"),
         render_quality="fast",
@@ -132,8 +132,8 @@ def thor_run(thor_files: Path, tmp_path_factory: pytest.TempPathFactory) -> tupl
     simulator = make_simulator("mujoco", assets=AssetDatabase.load(database), quality="fast")
     try:
         env = Env(simulator, pack.house_of, profile)
-        play(episode, env, scripted_agent("sweep", 3), EpisodeObserver(answered=lambda observation, _: observation.rgb))
-        record = header.own(env.record())
+        play(episode, env, scripted_agent("sweep", 3), EpisodeObserver(on_reply=lambda observation, _: observation.rgb))
+        record = header.stamp(env.record())
         assert record.end != "error", record.error
         (run / "episodes.jsonl").write_bytes(dump_line(record))
     finally:

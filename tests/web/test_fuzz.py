@@ -63,7 +63,7 @@ def view_routes(pack: Pack) -> list[Route]:
         Route("GET", "/", takes_query=True),
         Route("GET", "/static/{vigil.css}"),
         Route("GET", "/runs/{sweep}", takes_query=True),
-        Route("GET", "/runs/{sweep}/standing"),
+        Route("GET", "/runs/{sweep}/status"),
         Route("GET", "/compare", takes_query=True),
         Route("GET", episode),
         Route("GET", f"{episode}/frames/{{1}}.png"),

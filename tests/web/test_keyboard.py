@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from browser_page import Visitor
 from web_server import Site, served
-from web_visitor import Visitor
 
 from vigil.authoring.review.reviews import read_reviews
 from vigil.packs.pack import Pack

@@ -3,15 +3,15 @@
 import re
 from pathlib import Path
 
+from browser_page import Visitor
 from tiny_pack import tiny_pack
 from web_server import Site, served
-from web_visitor import Visitor
 
-from vigil.agents.picture import decode
+from vigil.agents.frame_encoding import decode_frame
 from vigil.authoring.packing.dataset_card import CARD
-from vigil.packs.pack import Pack, find, frozen_episodes, manifest_of, manifest_sha256, packaged_names
+from vigil.packs.pack import Pack, find_pack, frozen_episodes, manifest_of, manifest_sha256, packaged_names
 from vigil.runner.workers.messages import RenderSettings
-from vigil.scoring.strata import in_order
+from vigil.scoring.target_strata import sort_by_size
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library
 from vigil.web.packs import SAMPLES, card_of, family_rows, level_strata, other_strata
@@ -46,7 +46,7 @@ def test_a_page_of_a_pack_has_strata_samples_and_a_link_to_houses(view: Site, pa
     drawn = view.get(starts[0])
     assert drawn.headers["content-type"] == "image/png"
     assert "max-age" in drawn.headers["cache-control"]
-    assert decode(drawn.body).shape == (480, 640, 3)
+    assert decode_frame(drawn.body).shape == (480, 640, 3)
     assert view.get("/packs/tiny/starts/nothing.png").status == 404
     assert view.get("/packs/nothing").status == 404
 
@@ -67,7 +67,7 @@ def test_a_page_of_a_pack_draws_nothing_itself(pack: Pack) -> None:
 def test_strata_are_those_of_the_manifest_where_it_has_them() -> None:
     for name in packaged_names():
         manifest = manifest_of(name)
-        rows = family_rows(frozen_episodes(name, manifest_sha256(find(name))), manifest.meta)
+        rows = family_rows(frozen_episodes(name, manifest_sha256(find_pack(name))), manifest.meta)
         assert {row["family"]: row["episodes"] for row in rows} == manifest.families
         assert all(sum(row["kinds"].values()) in (0, row["episodes"]) for row in rows)
         if "strata" in manifest.meta:
@@ -76,10 +76,10 @@ def test_strata_are_those_of_the_manifest_where_it_has_them() -> None:
 
 def test_sizes_stand_in_their_order() -> None:
     named = {"3 to 4 m": 4, "over 4 m": 3, "under 3 m": 2}
-    assert list(in_order(named)) == ["under 3 m", "3 to 4 m", "over 4 m"]
-    assert list(in_order(dict.fromkeys(("large", "medium", "small"), 1))) == ["small", "medium", "large"]
-    assert list(in_order({"turn_on": 1, "pick": 2})) == ["pick", "turn_on"]
-    assert list(in_order({"1": 1, "10": 1, "2": 1})) == ["1", "2", "10"]  # rooms
+    assert list(sort_by_size(named)) == ["under 3 m", "3 to 4 m", "over 4 m"]
+    assert list(sort_by_size(dict.fromkeys(("large", "medium", "small"), 1))) == ["small", "medium", "large"]
+    assert list(sort_by_size({"turn_on": 1, "pick": 2})) == ["pick", "turn_on"]
+    assert list(sort_by_size({"1": 1, "10": 1, "2": 1})) == ["1", "2", "10"]  # rooms
 
 
 def test_levels_stand_among_the_strata_where_a_pack_has_them() -> None:

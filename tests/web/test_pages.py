@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 from markupsafe import Markup
 from web_server import Site
 
-from vigil.agents.picture import decode
+from vigil.agents.frame_encoding import decode_frame
 from vigil.packs.pack import Pack
 from vigil.records.record import read_header
 from vigil.records.record_file import read_records
@@ -96,7 +96,7 @@ def test_frames_are_those_that_were_recorded(view: Site, runs: Path, pack: Pack)
         for step in record.steps:
             answer = view.get(f"/runs/{run}/episodes/{record.episode_id}/1/frames/{step.index}.png")
             assert answer.headers["content-type"] == "image/png"
-            rgb = decode(answer.body)
+            rgb = decode_frame(answer.body)
             assert rgb.shape == (480, 640, 3)
             if step.frame_sha256 is not None:
                 assert frame_sha256(rgb) == step.frame_sha256
@@ -114,7 +114,7 @@ def test_frames_drawn_again_are_those_that_were_seen(view: Site, runs: Path, pac
     try:
         for step in record.steps:
             answer = view.get(f"/runs/sweep/episodes/{record.episode_id}/1/frames/{step.index}.png")
-            assert frame_sha256(decode(answer.body)) == step.frame_sha256
+            assert frame_sha256(decode_frame(answer.body)) == step.frame_sha256
     finally:
         (runs / "sweep" / "away").rename(runs / "sweep" / "frames")
     assert run.frames.file(record.steps[0].frame_sha256) is not None
@@ -156,7 +156,7 @@ def test_a_thousand_episodes_are_settled(runs: Path, pack: Pack, tmp_path: Path)
     spec = header.spec.model_copy(update={"episode_ids": tuple(sorted(by_id))})
     table = RecordTable(tmp_path, header.model_copy(update={"spec": spec}), by_id.values())
     table.refresh()
-    assert len(table.settlement().outcomes) == 1000
+    assert len(table.scores().outcomes) == 1000
 
 
 def test_no_page_and_no_picture_holds_what_markup_cannot() -> None:

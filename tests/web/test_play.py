@@ -15,7 +15,7 @@ from vigil.packs.pack import Pack
 from vigil.records.record import read_header
 from vigil.records.record_file import read_records
 from vigil.runner.verify_run import VerifySettings, verify_run
-from vigil.scoring.outcomes import settle
+from vigil.scoring.outcomes import score
 from vigil.web.play import make_play
 from vigil.web.play_session import JOURNAL, PlaySettings, open_play_session, random_order
 
@@ -66,7 +66,7 @@ def test_a_sitting_is_a_normal_run_and_nothing_hidden_crosses(pack: Pack, tmp_pa
             for path in ("/runs", "/houses", "/houses/tiny/tiny", "/episodes.jsonl", "/compare", f"/{JOURNAL}"):
                 assert site.get(path).status == 404
             first = f"/packs/tiny/starts/{pack.episodes[0].id}.png"
-            for path in ("/packs", "/packs/tiny", first, "/runs/run", "/runs/run/standing"):
+            for path in ("/packs", "/packs/tiny", first, "/runs/run", "/runs/run/status"):
                 assert site.get(path).status == 404
     finally:
         play_session.close()
@@ -79,7 +79,7 @@ def test_a_sitting_is_a_normal_run_and_nothing_hidden_crosses(pack: Pack, tmp_pa
     assert header.ended is not None
     records = read_records(tmp_path / "run" / "episodes.jsonl")
     assert [record.episode_id for record in records] == random_order(header.spec.episode_ids, header.spec.seed)
-    assert {settle(pack.episode(record.episode_id), record).end for record in records} <= {"report", "fail_no_report"}
+    assert {score(pack.episode(record.episode_id), record).end for record in records} <= {"report", "fail_no_report"}
     assert any(step.invalid for record in records for step in record.steps)
     assert all(step.frame_sha256 for record in records for step in record.steps)
     assert verify_run(tmp_path / "run", VerifySettings(workers=1)).is_verified

@@ -40,7 +40,7 @@ def test_a_broken_line_is_named_and_the_rest_is_shown(rows: Path, pack: Pack) ->
     table = table_of(rows, pack)
     assert [row.line for row in table.left_out] == [3, 5]
     assert table.left_out[0].episode_id == "tiny-PG-001"
-    assert len(table.settlement().outcomes) == len(lines) - 2
+    assert len(table.scores().outcomes) == len(lines) - 2
 
 
 def test_a_record_of_no_known_end_or_schema_is_left_out(rows: Path, pack: Pack) -> None:
@@ -60,11 +60,11 @@ def test_a_file_is_read_on_as_it_grows(rows: Path, pack: Pack) -> None:
     table = table_of(rows, pack)
     seen = len(table.rows)
     assert 0 < seen < len(pack.episodes)
-    assert table.torn is not None
+    assert table.partial_line_number is not None
     with rows.open("ab") as file:
         file.write(whole[len(cut) :])
     table.refresh()
-    assert table.torn is None
+    assert table.partial_line_number is None
     assert len(table.rows) == len(pack.episodes)
     for key in table.rows:
         assert table.record(key).key == key
@@ -119,7 +119,7 @@ def test_a_run_that_grows_has_nothing_left_out_and_one_that_was_cut_has(runs: Pa
 def test_a_run_is_opened_without_reading_the_others(runs: Path, pack: Pack) -> None:
     library = Library([runs], [pack.folder])
     assert library.run("sweep").table is not None
-    assert [run.slug for run in library.found() if run.table is None] == ["random"]
+    assert [run.slug for run in library.known_runs() if run.table is None] == ["random"]
 
 
 def test_a_run_of_another_pack_says_which(runs: Path, tmp_path: Path) -> None:
@@ -201,14 +201,14 @@ def test_the_pages_and_the_other_readers_leave_out_the_same(strange: Path, pack:
     log.close()
     assert table.left_out == log.left_out
     assert sorted(table.rows) == list(log.rows)
-    assert table.settlement().attempts == (1, 1, 1, 3)
+    assert table.scores().attempts == (1, 1, 1, 3)
 
 
 def test_rows_after_a_lone_carriage_return_are_read(rows: Path, pack: Pack) -> None:
     lines = rows.read_bytes().splitlines()
     rows.write_bytes(b"\r".join(lines) + b"\n")
     table = table_of(rows, pack)
-    assert (len(table.rows), table.torn) == (len(lines), None)
+    assert (len(table.rows), table.partial_line_number) == (len(lines), None)
 
 
 def test_a_folder_that_now_holds_another_run_is_read_afresh(runs: Path, pack: Pack, tmp_path: Path) -> None:

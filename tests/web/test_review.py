@@ -12,7 +12,7 @@ from vigil.authoring.packing.assemble import PackRequest, assemble
 from vigil.authoring.review.reviews import read_reviews
 from vigil.errors import SettingError
 from vigil.packs.files import HOUSES
-from vigil.packs.pack import Pack, find
+from vigil.packs.pack import Pack, find_pack
 from vigil.protocol.house import House
 from vigil.runner.workers.messages import RenderSettings
 from vigil.web.drawing import RenderService
@@ -53,7 +53,7 @@ def test_who_reviews_gets_no_page_of_runs_or_packs(pack: Pack, render_service: R
     session = ReviewSession(ReviewSet.of_pack(pack), tmp_path / "reviews.jsonl", "ada")
     first = f"/packs/tiny/starts/{pack.episodes[0].id}.png"
     with served(make_review(session, render_service)) as site:
-        for path in ("/packs", "/packs/tiny", first, "/runs/run", "/runs/run/standing", "/houses", "/compare"):
+        for path in ("/packs", "/packs/tiny", first, "/runs/run", "/runs/run/status", "/houses", "/compare"):
             assert site.get(path).status == 404, path
 
 
@@ -101,7 +101,7 @@ def test_the_solution_is_a_strip_of_pictures(pack: Pack, render_service: RenderS
 @pytest.fixture(scope="module")
 def drafts(tmp_path_factory: pytest.TempPathFactory) -> DraftsFile:
     """Drafts of one family, made of the starter pack's episodes."""
-    starter = Pack.load(find("starter"))
+    starter = Pack.load(find_pack("starter"))
     chosen = [episode for episode in starter.episodes if episode.family == "PG"][:4]
     file = DraftsFile(tmp_path_factory.mktemp("drafts") / "drafts.jsonl")
     facts = DraftFacts(category="Mug", rooms=1, area_m2=20.0, distance_m=1.0, is_seen_by_turning=True)

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from browser_page import DESKTOP, PHONE
 from quick_runs import claim
 from tiny_pack import tiny_pack
 from web_server import Site, served
-from web_visitor import DESKTOP, PHONE
 
 from vigil.packs.names import version_words
 from vigil.packs.pack import Pack

@@ -7,7 +7,7 @@ from vigil.protocol.observation import Observation
 
 REPLY_SECONDS = 600
 """How long one reply of a model or a program may take, unless a run says otherwise."""
-BEAT_SECONDS = 1.0
+FRAME_INTERVAL_SECONDS = 1.0
 """A program's next frame comes a whole number of these after its reply, unless a run says otherwise."""
 
 

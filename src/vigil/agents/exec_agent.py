@@ -32,10 +32,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vigil.agents.agent import BEAT_SECONDS, REPLY_SECONDS
-from vigil.agents.beat import Beat
-from vigil.agents.picture import encode
-from vigil.agents.program import Hide, Program, ProgramFault, WorkingFolder, files_of, resolved
+from vigil.agents.agent import FRAME_INTERVAL_SECONDS, REPLY_SECONDS
+from vigil.agents.frame_encoding import encode_frame
+from vigil.agents.frame_pacing import FramePacer
+from vigil.agents.program import Program, ProgramFault, Redact, WorkingFolder, program_files, resolve_paths
 from vigil.errors import ModelAPIError, SettingError
 from vigil.protocol.actions import Reply, ReplyCut
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
@@ -43,10 +43,10 @@ from vigil.protocol.profile import Profile
 from vigil.protocol.prompt import system_prompt
 from vigil.protocol.reasoning import split_reasoning
 
-PREFIX = "exec:"
-MAX_SAID_CHARS = 300
+EXEC_PREFIX = "exec:"
+MAX_STDERR_CHARS = 300
 MAX_HASHED_BYTES = 64 * 1024 * 1024
-PROTOCOL = 1
+PROTOCOL_VERSION = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,9 +55,9 @@ class ProgramSettings:
 
     reply_seconds: float = REPLY_SECONDS
     """How long one reply may take."""
-    beat_seconds: float = BEAT_SECONDS
+    beat_seconds: float = FRAME_INTERVAL_SECONDS
     """0 hands frames over as soon as they are ready."""
-    hide: Hide = lambda text: text
+    redact: Redact = lambda text: text
     """Takes the secrets out of what the program writes to standard error, and of messages."""
 
 
@@ -69,60 +69,60 @@ class ExecAgent:
         command: str,
         profile: Profile,
         settings: ProgramSettings = ProgramSettings(),
-        beat: Beat | None = None,
+        pacer: FramePacer | None = None,
     ) -> None:
         """`command` is split as a shell would, but no shell is used. Raises SettingError when it is not one.
 
-        `beat` is None for one by the machine's clock.
+        `pacer` is None for one by the machine's clock.
         """
-        self.name = f"{PREFIX}{command}"
+        self.name = f"{EXEC_PREFIX}{command}"
         self._arguments = _split(command)
         self._profile = profile
         self._reply_seconds = settings.reply_seconds
-        self._hide = settings.hide
-        self._beat = beat or Beat(settings.beat_seconds)
-        self._workplace = WorkingFolder()
+        self._redact = settings.redact
+        self._pacer = pacer or FramePacer(settings.beat_seconds)
+        self._working_folder = WorkingFolder()
         self._program: Program | None = None
-        self._opening = b""
-        self._was_shown = False
+        self._start_message = b""
+        self._has_seen_frame = False
         """Whether the program has begun to read a frame of the episode."""
 
     def start(self, instruction: str) -> None:
         """Starts the program unless it runs, and tells it that an episode begins."""
-        self._begin(instruction, was_shown=False)
+        self._prepare(instruction, has_seen_frame=False)
         if self._program is not None and not self._program.is_running:
             self._end()
         try:
             self._open(time.monotonic() + self._reply_seconds)
         except ProgramFault as fault:
-            raise self._failed(fault) from None
-        self._beat.begin()
+            raise self._failure(fault) from None
+        self._pacer.begin()
 
     def resume(self, instruction: str) -> None:
         """Takes over an episode of which a program was shown a frame before, in a process that is gone."""
         self._end()
-        self._begin(instruction, was_shown=True)
-        self._beat.begin()
+        self._prepare(instruction, has_seen_frame=True)
+        self._pacer.begin()
 
     def act(self, observation: Observation) -> Reply:
         """Returns the program's answer, or how it failed once it was shown a frame. Raises ModelAPIError before."""
-        picture = encode(observation.rgb, self._profile.image_format)
+        picture = encode_frame(observation.rgb, self._profile.image_format)
         frame = {"media_type": picture.media_type, "width": FRAME_WIDTH, "height": FRAME_HEIGHT, "data": picture.base64}
         message: dict[str, Any] = {"type": "observation", "frame": frame}
         if observation.feedback is not None:
             message["feedback"] = observation.feedback.model_dump()
         line = _line(message)
-        self._beat.wait()
+        self._pacer.wait()
         started = time.monotonic()
         try:
             line, cut = self._answer(line, started + self._reply_seconds)
-            text, how = _whole_characters(line) if cut else _raw_reply(line), ""
+            text, how = _without_cut_character(line) if cut else _raw_reply(line), ""
         except ProgramFault as fault:
             self._program = None
-            if not self._was_shown:
-                raise self._failed(fault) from None
-            text, cut, how = fault.written, None, str(fault)
-        self._beat.begin()
+            if not self._has_seen_frame:
+                raise self._failure(fault) from None
+            text, cut, how = fault.partial_output, None, str(fault)
+        self._pacer.begin()
         seconds = time.monotonic() - started
         reply = Reply.model_validate({"text": text, "cut": cut, "seconds": seconds, "agent_ended": how})
         return reply.model_copy(update={"reasoning_chars": split_reasoning(reply.text)[1]})
@@ -130,12 +130,14 @@ class ExecAgent:
     def close(self) -> None:
         """Closes the program's input, and kills it with all that it started when it does not end by itself."""
         self._end()
-        self._workplace.close()
+        self._working_folder.close()
 
-    def _begin(self, instruction: str, *, was_shown: bool) -> None:
+    def _prepare(self, instruction: str, *, has_seen_frame: bool) -> None:
         prompt = system_prompt(instruction, self._profile)
-        self._opening = _line({"type": "start", "protocol": PROTOCOL, "prompt": prompt, "instruction": instruction})
-        self._was_shown = was_shown
+        self._start_message = _line(
+            {"type": "start", "protocol": PROTOCOL_VERSION, "prompt": prompt, "instruction": instruction}
+        )
+        self._has_seen_frame = has_seen_frame
 
     def _end(self) -> None:
         program, self._program = self._program, None
@@ -146,20 +148,23 @@ class ExecAgent:
         """Returns the program, running and told that the episode begins. Raises ProgramFault."""
         if self._program is None:
             self._program = self._launch()
-        self._program.send(self._opening, deadline)
+        self._program.send(self._start_message, deadline)
         return self._program
 
     def _launch(self) -> Program:
         try:
             return Program(
-                resolved(self._arguments, Path.cwd()), self._workplace.folder, self._reply_seconds, self._hide
+                resolve_paths(self._arguments, Path.cwd()),
+                self._working_folder.folder,
+                self._reply_seconds,
+                self._redact,
             )
         except OSError as error:
             what = f"cannot be started: {error.strerror}"
-            if self._was_shown:
+            if self._has_seen_frame:
                 raise ProgramFault(what) from None
             raise SettingError(
-                f"Agent program {self._hide(self._arguments[0])!r} {what}. Give its path (./agent.sh), or the program "
+                f"Agent program {self._redact(self._arguments[0])!r} {what}. Give its path (./agent.sh), or the program "
                 "that runs it (exec:bash agent.sh)."
             ) from None
 
@@ -170,21 +175,21 @@ class ExecAgent:
         """
         program = self._program or self._open(deadline)
         program.refuse_stray_output()
-        if not self._was_shown:
+        if not self._has_seen_frame:
             program.wait_until_read(deadline)
         try:
             program.send(message, deadline)
             answer = program.read_line(deadline)
         except ProgramFault:
-            self._was_shown |= program.has_begun_to_read
+            self._has_seen_frame |= program.has_begun_to_read
             raise
-        self._was_shown = True
+        self._has_seen_frame = True
         return answer
 
-    def _failed(self, fault: ProgramFault) -> ModelAPIError:
+    def _failure(self, fault: ProgramFault) -> ModelAPIError:
         self._program = None
-        said = f" It said last: {fault.said[:MAX_SAID_CHARS]}" if fault.said else ""
-        return ModelAPIError(self._hide(f"Agent program {self.name!r} {fault}.{said}"))
+        said = f" It said last: {fault.stderr_line[:MAX_STDERR_CHARS]}" if fault.stderr_line else ""
+        return ModelAPIError(self._redact(f"Agent program {self.name!r} {fault}.{said}"))
 
 
 def file_hashes(agent: str, here: Path) -> dict[str, str]:
@@ -193,7 +198,7 @@ def file_hashes(agent: str, here: Path) -> dict[str, str]:
     By file name; files that cannot be read, or are larger than MAX_HASHED_BYTES, are left out.
     """
     found: dict[str, str] = {}
-    for file in sorted(files_of(_split(agent.removeprefix(PREFIX)), here)):
+    for file in sorted(program_files(_split(agent.removeprefix(EXEC_PREFIX)), here)):
         if file.stat().st_size <= MAX_HASHED_BYTES and os.access(file, os.R_OK):
             found[file.name] = hashlib.sha256(file.read_bytes()).hexdigest()
     return found
@@ -209,11 +214,11 @@ def _split(command: str) -> list[str]:
     except ValueError as error:
         raise SettingError(f"Agent command {command!r} cannot be split into words: {error}.") from None
     if not arguments:
-        raise SettingError(f"Agent {PREFIX!r} names no command. Write e.g. `exec:python my_agent.py`.")
+        raise SettingError(f"Agent {EXEC_PREFIX!r} names no command. Write e.g. `exec:python my_agent.py`.")
     return arguments
 
 
-def _whole_characters(line: bytes) -> str | bytes:
+def _without_cut_character(line: bytes) -> str | bytes:
     """Returns a line that was cut without the piece of a character at its end; as it is when it is no UTF-8."""
     try:
         return codecs.getincrementaldecoder("utf-8")().decode(line)

@@ -27,47 +27,54 @@ from typing import Any
 from vigil.errors import SettingError
 from vigil.protocol.actions import ReplyCut
 
-CODE = frozenset(
+CODE_SUFFIXES = frozenset(
     {".py", ".sh", ".js", ".mjs", ".ts", ".jl", ".rb", ".pl", ".lua", ".yaml", ".yml", ".toml", ".ini", ".cfg"}
 )
 """Endings of files that make a program what it is."""
-CLOSING_SECONDS = 2.0
+EXIT_TIMEOUT_S = 2.0
 MAX_LINE_BYTES = 1024 * 1024
 """A longer line is no answer, whatever it says: it counts as too long, and this much of it is looked at."""
 _CHUNK = 1 << 16
-_DRAIN_SECONDS = 0.002
-_OWN_VARIABLES = ("VIGIL_", "INSPECT_")
+_POLL_SECONDS = 0.002
+_OWN_PREFIXES = ("VIGIL_", "INSPECT_")
 """What the names of variables begin with that are VIGIL's, or of the library that it runs models with."""
-_FOLDERS = ("PWD", "HOME", "TMPDIR", "TMP", "TEMP")
+_FOLDER_VARIABLES = ("PWD", "HOME", "TMPDIR", "TMP", "TEMP")
 """Variables that name where a program is, or may write."""
-_PLACES = ("OLDPWD", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME", "XDG_STATE_HOME", "XDG_RUNTIME_DIR")
+_OTHER_FOLDER_VARIABLES = (
+    "OLDPWD",
+    "XDG_CACHE_HOME",
+    "XDG_CONFIG_HOME",
+    "XDG_DATA_HOME",
+    "XDG_STATE_HOME",
+    "XDG_RUNTIME_DIR",
+)
 """And those that name others of the user's; without them a program takes places in its home."""
-_SEARCH_PATHS = ("PATH", "PYTHONPATH")
+_SEARCH_PATH_VARIABLES = ("PATH", "PYTHONPATH")
 
-Hide = Callable[[str], str]
+Redact = Callable[[str], str]
 """Returns a text without secrets."""
 
 
 class ProgramFault(Exception):
     """The program ended, hung, or wrote when nothing was asked; it has been ended."""
 
-    def __init__(self, what: str, written: bytes = b"", said: str = "") -> None:
+    def __init__(self, what: str, partial_output: bytes = b"", stderr_line: str = "") -> None:
         super().__init__(what)
-        self.written = written
+        self.partial_output = partial_output
         """What it had written that is no answer."""
-        self.said = said
+        self.stderr_line = stderr_line
         """The last line that it wrote to standard error, without secrets."""
 
 
 class Program:
     """One running program. Every method but `close` raises ProgramFault when it ends, hangs or talks out of turn."""
 
-    def __init__(self, arguments: Sequence[str], folder: Path, patience_s: float, hide: Hide) -> None:
+    def __init__(self, arguments: Sequence[str], folder: Path, timeout_s: float, redact: Redact) -> None:
         """Starts it with `folder` as its working directory. Raises OSError when it cannot be started.
 
-        `patience_s` is what messages say of the deadlines.
+        `timeout_s` is what messages say of the deadlines.
         """
-        self._for = f"for {patience_s:g} s"
+        self._duration = f"for {timeout_s:g} s"
         self._sent = 0
         self._has_begun_to_read: bool | None = None
         self._process = subprocess.Popen(
@@ -78,13 +85,15 @@ class Program:
             bufsize=0,
             start_new_session=True,
             cwd=folder,
-            env=environment(os.environ, Path.cwd(), folder),
+            env=program_environment(os.environ, Path.cwd(), folder),
         )
         for pipe in (self._process.stdin, self._process.stdout):
             os.set_blocking(_fileno(pipe), False)
         self._pending = bytearray()
-        self._said = ""
-        self._stderr = threading.Thread(target=self._copy, args=(_fileno(self._process.stderr), hide), daemon=True)
+        self._last_stderr_line = ""
+        self._stderr = threading.Thread(
+            target=self._copy_stderr, args=(_fileno(self._process.stderr), redact), daemon=True
+        )
         self._stderr.start()
 
     @property
@@ -95,11 +104,11 @@ class Program:
     def wait_until_read(self, deadline: float) -> None:
         """Waits until the program has read all that was sent; a line's end may be left over."""
         while self.unread() > 1:
-            ready, _, _ = select.select([_fileno(self._process.stdout)], [], [], _DRAIN_SECONDS)
+            ready, _, _ = select.select([_fileno(self._process.stdout)], [], [], _POLL_SECONDS)
             if ready:
                 self.refuse_stray_output()
             if time.monotonic() > deadline:
-                raise self.fault(f"does not read its input {self._for}")
+                raise self.fault(f"does not read its input {self._duration}")
 
     def unread(self) -> int:
         """Returns how many bytes of what was sent the program has not read."""
@@ -120,7 +129,7 @@ class Program:
         while left:
             patience = deadline - time.monotonic()
             if patience <= 0 or not select.select([], [fd], [], patience)[1]:
-                raise self.fault(f"does not read its input {self._for}")
+                raise self.fault(f"does not read its input {self._duration}")
             try:
                 count = os.write(fd, left[:_CHUNK])
             except BlockingIOError:
@@ -145,7 +154,7 @@ class Program:
             is_late = patience <= 0 or not select.select([_fileno(self._process.stdout)], [], [], patience)[0]
             if is_late or not self._read_chunk():
                 self._pending = kept
-                raise self.fault(f"does not answer {self._for}") if is_late else self.ended()
+                raise self.fault(f"does not answer {self._duration}") if is_late else self.ended()
         is_cut = size > len(kept)
         cut = ReplyCut(text_bytes=size, answer_bytes=size, sha256=digest.hexdigest()) if is_cut else None
         return bytes(kept), cut
@@ -162,44 +171,48 @@ class Program:
     def ended(self, if_running: str = "ended without an answer") -> ProgramFault:
         """Returns the fault of a program that has closed a pipe; its exit code follows in a moment, if it ends."""
         with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(timeout=CLOSING_SECONDS)
+            self._process.wait(timeout=EXIT_TIMEOUT_S)
         return self.fault(if_running if self.is_running else "ended without an answer")
 
     def fault(self, what: str) -> ProgramFault:
         """Ends the program and returns the fault."""
         self._has_begun_to_read = self.has_begun_to_read
         code = self._process.poll()
-        written = bytes(self._pending[:MAX_LINE_BYTES])
-        self.close(patience_s=0.0)
-        return ProgramFault(what if code is None else f"{what} (exit code {code})", written, self._said)
+        partial_output = bytes(self._pending[:MAX_LINE_BYTES])
+        self.close(timeout_s=0.0)
+        return ProgramFault(
+            what if code is None else f"{what} (exit code {code})", partial_output, self._last_stderr_line
+        )
 
-    def _copy(self, fd: int, hide: Hide) -> None:
+    def _copy_stderr(self, fd: int, redact: Redact) -> None:
         """Copies what the program says to this process's own standard error, line by line and without secrets."""
         pending = b""
         while chunk := _read(fd):
             *lines, pending = (pending + chunk).split(b"\n")
             if len(pending) > MAX_LINE_BYTES:
                 lines, pending = [*lines, pending], b""
-            self._say(b"".join(line + b"\n" for line in lines), hide)
-        self._say(pending, hide)
+            self._log_stderr(b"".join(line + b"\n" for line in lines), redact)
+        self._log_stderr(pending, redact)
 
-    def _say(self, data: bytes, hide: Hide) -> None:
+    def _log_stderr(self, data: bytes, redact: Redact) -> None:
         if data:
-            text = hide(data.decode(errors="backslashreplace"))
-            self._said = next((line.strip() for line in reversed(text.splitlines()) if line.strip()), self._said)
+            text = redact(data.decode(errors="backslashreplace"))
+            self._last_stderr_line = next(
+                (line.strip() for line in reversed(text.splitlines()) if line.strip()), self._last_stderr_line
+            )
             _write_log(text)
 
-    def close(self, patience_s: float = CLOSING_SECONDS) -> None:
+    def close(self, timeout_s: float = EXIT_TIMEOUT_S) -> None:
         """Closes its input, and kills it with all that it started when it does not end by itself."""
         process = self._process
         with contextlib.suppress(OSError):
             process.stdin.close() if process.stdin else None
         with contextlib.suppress(subprocess.TimeoutExpired):
-            process.wait(timeout=patience_s)
+            process.wait(timeout=timeout_s)
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
         process.wait()
-        self._stderr.join(CLOSING_SECONDS)
+        self._stderr.join(EXIT_TIMEOUT_S)
         if process.stdout:
             process.stdout.close()
         if process.stderr and not self._stderr.is_alive():
@@ -236,41 +249,43 @@ class WorkingFolder:
             self._folder = None
 
 
-def resolved(arguments: Sequence[str], here: Path) -> list[str]:
+def resolve_paths(arguments: Sequence[str], here: Path) -> list[str]:
     """Returns a command's words with relative paths of what exists in `here` made absolute, also behind a `=`."""
-    return [_program(arguments[0], here), *(_word(word, here) for word in arguments[1:])]
+    return [_program(arguments[0], here), *(_resolve_word(word, here) for word in arguments[1:])]
 
 
-def files_of(arguments: Sequence[str], here: Path) -> list[Path]:
+def program_files(arguments: Sequence[str], here: Path) -> list[Path]:
     """Returns the program that a command starts, if named by a path, and the code and settings that it is given.
 
     What else it is given may change while it runs: notes, pictures, databases.
     """
-    program, *words = resolved(arguments, here)
+    program, *words = resolve_paths(arguments, here)
     given = [Path(word.partition("=")[2] if word.startswith("-") else word) for word in words]
     named = [Path(program)] if "/" in program else []
-    return [file for file in (*named, *(each for each in given if each.suffix in CODE)) if _is_file(file)]
+    return [file for file in (*named, *(each for each in given if each.suffix in CODE_SUFFIXES)) if _is_file(file)]
 
 
-def environment(variables: Mapping[str, str], here: Path, folder: Path) -> dict[str, str]:
+def program_environment(variables: Mapping[str, str], here: Path, folder: Path) -> dict[str, str]:
     """Returns the environment of a program in `folder`: the user's own, without what is VIGIL's and places to write to.
 
     Packages of Python that the user has installed at home are still found.
     """
     kept = {
-        name: value for name, value in variables.items() if not name.startswith(_OWN_VARIABLES) and name not in _PLACES
+        name: value
+        for name, value in variables.items()
+        if not name.startswith(_OWN_PREFIXES) and name not in _OTHER_FOLDER_VARIABLES
     }
-    for name in _SEARCH_PATHS:
+    for name in _SEARCH_PATH_VARIABLES:
         if name in kept:
             kept[name] = os.pathsep.join(str(here / part) for part in kept[name].split(os.pathsep) if part)
-    return {"PYTHONUSERBASE": site.getuserbase(), **kept, **dict.fromkeys(_FOLDERS, str(folder))}
+    return {"PYTHONUSERBASE": site.getuserbase(), **kept, **dict.fromkeys(_FOLDER_VARIABLES, str(folder))}
 
 
 def _program(word: str, here: Path) -> str:
     return str(here / word) if "/" in word else word
 
 
-def _word(word: str, here: Path) -> str:
+def _resolve_word(word: str, here: Path) -> str:
     option, sign, value = word.partition("=") if word.startswith("-") else ("", "", word)
     exists = bool(value) and not value.startswith("-") and _exists(here / value)
     return f"{option}{sign}{here / value}" if exists else word

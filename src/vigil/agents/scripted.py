@@ -20,15 +20,15 @@ from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
 REPORT_PROBABILITY = 0.05
 PROSE = "I would turn to the right and have a look around first."
 
-TURNING = tuple(Navigate(mode="turn_right", magnitude=90) for _ in range(4))
-WALKING = tuple(Navigate(mode="forward", magnitude=3) for _ in range(4))
+TURN_ACTIONS = tuple(Navigate(mode="turn_right", magnitude=90) for _ in range(4))
+WALK_ACTIONS = tuple(Navigate(mode="forward", magnitude=3) for _ in range(4))
 _AHEAD, _ASIDE = Navigate(mode="forward", magnitude=40), Navigate(mode="turn_right", magnitude=135)
-EXPLORING = (*TURNING[:3], *(8 * (_AHEAD, _ASIDE)))
+EXPLORE_ACTIONS = (*TURN_ACTIONS[:3], *(8 * (_AHEAD, _ASIDE)))
 """Looks all around, then walks to the next obstacle and turns by 135 degrees, again and again. Of the eight sequences
 of turns and walks tried on 125 searches it found the most: 53 % were in view at some time within the 20 steps."""
 BEST_PIXEL = (368, 272)
 """The one pixel (x, y) of the first frame on which the most of 125 pointing targets lay: 17 %."""
-POINTING = (InteractPixel(intent="ground", x=BEST_PIXEL[0], y=BEST_PIXEL[1]),)
+POINT_ACTIONS = (InteractPixel(intent="ground", x=BEST_PIXEL[0], y=BEST_PIXEL[1]),)
 CLICK_ROW_Y = 272
 CLICK_ROW_X = range(48, FRAME_WIDTH, 64)
 """Ten pixels across the frame. Clicked from 1 m and from 2 m ahead of the start they met 15 % of 125 targets that are
@@ -73,20 +73,20 @@ def _report(status: str = "success", summary: str = "Done.") -> str:
     return _skill("report", status=status, summary=summary)
 
 
-def _text(action: Navigate | InteractPixel) -> str:
-    said = action.model_dump(exclude={"skill_name"}, exclude_none=True)
+def _reply_text(action: Navigate | InteractPixel) -> str:
+    arguments = action.model_dump(exclude={"skill_name"}, exclude_none=True)
     if isinstance(action, Navigate):
-        said["magnitude"] = int(action.magnitude)
-    return _skill(action.skill_name, **said)
+        arguments["magnitude"] = int(action.magnitude)
+    return _skill(action.skill_name, **arguments)
 
 
 def _then_success(actions: tuple[Navigate | InteractPixel, ...]) -> Iterator[str]:
-    yield from map(_text, actions)
+    yield from map(_reply_text, actions)
     while True:
         yield _report()
 
 
-def clicking(instruction: str) -> tuple[Navigate | InteractPixel, ...]:
+def click_actions(instruction: str) -> tuple[Navigate | InteractPixel, ...]:
     """Returns clicks along one row of the frame from two places ahead, with the intent that the words ask for."""
     intent = _intent_of(instruction.lower())
     clicks = tuple(InteractPixel(intent=intent, x=x, y=CLICK_ROW_Y) for x in CLICK_ROW_X)
@@ -168,11 +168,11 @@ def _malformed(_: np.random.Generator, _instruction: str) -> Iterator[str]:
 SCRIPTS: dict[str, Script] = {
     "noop": _noop,
     "random": _random,
-    "sweep": lambda _, instruction: _then_success(TURNING),
-    "forward": lambda _, instruction: _then_success(WALKING),
-    "explore": lambda _, instruction: _then_success(EXPLORING),
-    "click_around": lambda _, instruction: _then_success(clicking(instruction)),
-    "point": lambda _, instruction: _then_success(POINTING),
+    "sweep": lambda _, instruction: _then_success(TURN_ACTIONS),
+    "forward": lambda _, instruction: _then_success(WALK_ACTIONS),
+    "explore": lambda _, instruction: _then_success(EXPLORE_ACTIONS),
+    "click_around": lambda _, instruction: _then_success(click_actions(instruction)),
+    "point": lambda _, instruction: _then_success(POINT_ACTIONS),
     "centre": _centre,
     "always_success": _always_success,
     "always_fail": _always_fail,

@@ -15,23 +15,23 @@ from matplotlib.figure import Figure
 from vigil.analysis.measures.closure import ClosureRun
 from vigil.analysis.measures.diagnosis import causes_of_closure, causes_of_rows
 from vigil.analysis.measures.paper import NOTE
-from vigil.analysis.measures.rows import frame_of
-from vigil.analysis.measures.study import Study, by_b
+from vigil.analysis.measures.rows import combined_rows
+from vigil.analysis.measures.study import Study, sorted_by_b
 from vigil.analysis.plots.figures import CAPTIONS, FIGURES
-from vigil.analysis.plots.style import saved
-from vigil.analysis.tables.closure import HEADING as CLOSURE
-from vigil.analysis.tables.closure import closure_tables
+from vigil.analysis.plots.style import figure_bytes
+from vigil.analysis.tables.closure_tables import HEADING as CLOSURE
+from vigil.analysis.tables.closure_tables import closure_tables
 from vigil.analysis.tables.page import Page, PageFigure, PageNotes, Section, html_page
 from vigil.analysis.tables.registry import SECTIONS, TABLES, TableBuilder, tables
 from vigil.analysis.tables.table import Table
 from vigil.analysis.tables.text import LEGEND, csv_text, latex, latex_text, markdown
 from vigil.errors import SettingError
 
-Drawn = tuple[Figure, str]
+CaptionedFigure = tuple[Figure, str]
 """A figure with its caption."""
-NO_FIGURES: Mapping[str, Drawn] = {}
+NO_FIGURES: Mapping[str, CaptionedFigure] = {}
 NO_TABLES: Mapping[str, TableBuilder] = {}
-OWN = "Own tables"
+CUSTOM_TABLES = "Own tables"
 """The heading over tables that a caller adds."""
 Format = Literal["md", "html", "latex", "json", "csv"]
 FORMATS: tuple[Format, ...] = get_args(Format)
@@ -81,7 +81,7 @@ class AnalysisReport:
     @property
     def causes(self) -> dict[str, tuple[str, ...]]:
         """What kept each run from verified successes, with what to do about it; runs without any are left out."""
-        found = {entry.name: causes_of_rows(entry.run.rows) for entry in by_b(self.study.entries)}
+        found = {entry.name: causes_of_rows(entry.run.rows) for entry in sorted_by_b(self.study.entries)}
         found |= {f"{run.name} (closure stress)": causes_of_closure(run.outcomes) for run in self.closure}
         return {name: sentences for name, causes in found.items() if (sentences := causes.sentences)}
 
@@ -89,7 +89,7 @@ class AnalysisReport:
 def make_report(
     study: Study,
     kinds: tuple[str, ...] = ("svg",),
-    further: Mapping[str, Drawn] = NO_FIGURES,
+    further: Mapping[str, CaptionedFigure] = NO_FIGURES,
     own: Mapping[str, TableBuilder] = NO_TABLES,
     closure: Sequence[ClosureRun] = (),
 ) -> AnalysisReport:
@@ -107,11 +107,11 @@ def make_report(
     drawings = FIGURES if kinds and is_wanted else {}
     drawn = {name: (figure, CAPTIONS[name]) for name, draw in drawings.items() if (figure := draw(study))}
     drawn |= further
-    figures = {name: {kind: saved(figure, kind) for kind in kinds} for name, (figure, _) in drawn.items()}
+    figures = {name: {kind: figure_bytes(figure, kind) for kind in kinds} for name, (figure, _) in drawn.items()}
     captions = {name: caption for name, (_, caption) in drawn.items()}
     built = {**(tables(study) if is_wanted else {}), **suite, **{name: build(study) for name, build in own.items()}}
     sections = {heading: tuple(names) for heading, names in SECTIONS.items()} if is_wanted else {}
-    sections |= {heading: tuple(names) for heading, names in ((CLOSURE, suite), (OWN, own)) if names}
+    sections |= {heading: tuple(names) for heading, names in ((CLOSURE, suite), (CUSTOM_TABLES, own)) if names}
     return AnalysisReport(study, tuple(closure), built, figures, captions, sections)
 
 
@@ -119,7 +119,7 @@ def write_report(
     study: Study,
     folder: Path,
     formats: tuple[Format, ...] = ("md", "html"),
-    further: Mapping[str, Drawn] = NO_FIGURES,
+    further: Mapping[str, CaptionedFigure] = NO_FIGURES,
     own: Mapping[str, TableBuilder] = NO_TABLES,
     closure: Sequence[ClosureRun] = (),
     *,
@@ -195,7 +195,7 @@ def json_report(report: AnalysisReport) -> str:
             for name, table in report.tables.items()
         },
     }
-    return json.dumps(document, ensure_ascii=False, indent=1, allow_nan=False, default=_plain) + "\n"
+    return json.dumps(document, ensure_ascii=False, indent=1, allow_nan=False, default=_json_default) + "\n"
 
 
 def csv_table(table: Table) -> str:
@@ -204,20 +204,20 @@ def csv_table(table: Table) -> str:
     return csv_text(pd.DataFrame(table.flat_rows(), columns=names))
 
 
-Put = Callable[[str, str | bytes], None]
+WriteFile = Callable[[str, str | bytes], None]
 
 
-def _write_md(report: AnalysisReport, put: Put) -> None:
+def _write_md(report: AnalysisReport, put: WriteFile) -> None:
     put("report.md", markdown_report(report))
     for name, drawn in report.figures.items():
         put(f"figures/{name}.svg", drawn["svg"])
 
 
-def _write_html(report: AnalysisReport, put: Put) -> None:
+def _write_html(report: AnalysisReport, put: WriteFile) -> None:
     put("report.html", html_report(report))
 
 
-def _write_latex(report: AnalysisReport, put: Put) -> None:
+def _write_latex(report: AnalysisReport, put: WriteFile) -> None:
     for name, table in report.tables.items():
         put(f"tables/{name}.tex", latex(table))
     for name, drawn in report.figures.items():
@@ -225,22 +225,22 @@ def _write_latex(report: AnalysisReport, put: Put) -> None:
     put("report.tex", _latex_document(report))
 
 
-def _write_json(report: AnalysisReport, put: Put) -> None:
+def _write_json(report: AnalysisReport, put: WriteFile) -> None:
     put("report.json", json_report(report))
 
 
-def _write_csv(report: AnalysisReport, put: Put) -> None:
+def _write_csv(report: AnalysisReport, put: WriteFile) -> None:
     for name, table in report.tables.items():
         put(f"tables/{name}.csv", csv_table(table))
-    told = [run for run in report.study.runs if report.reveals or not run.is_private]
-    if not told:
+    disclosed = [run for run in report.study.runs if report.reveals or not run.is_private]
+    if not disclosed:
         return
-    rows = frame_of(told)
+    rows = combined_rows(disclosed)
     put("rows.csv", csv_text(rows))
     put("rows.parquet", rows.to_parquet(index=False))
 
 
-_WRITERS: dict[Format, Callable[[AnalysisReport, Put], None]] = {
+_WRITERS: dict[Format, Callable[[AnalysisReport, WriteFile], None]] = {
     "md": _write_md,
     "html": _write_html,
     "latex": _write_latex,
@@ -303,5 +303,5 @@ def _latex_list(heading: str, lines: tuple[str, ...]) -> list[str]:
     return [rf"\subsection*{{{latex_text(heading)}}}", r"\begin{itemize}", *items, r"\end{itemize}"]
 
 
-def _plain(value: Any) -> Any:
+def _json_default(value: Any) -> Any:
     return value.item() if hasattr(value, "item") else str(value)

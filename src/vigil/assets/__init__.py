@@ -74,7 +74,7 @@ MAKERS: dict[str, Maker] = {name: maker for module in _MODULES for name, maker i
 _SMALLEST_M = 0.002
 
 
-_NEAR_M = 0.025
+_LEVEL_TOLERANCE_M = 0.025
 """A surface so near to a level serves it."""
 
 
@@ -84,8 +84,8 @@ def make(category: str, size: Vec3, variant: int, levels: tuple[float, ...] = ()
     `levels` are heights (m) above the bottom at which things rest in or on it: they change the shape only where the
     usual one has no surface at such a height. Same arguments, same bytes; asked again, the same object.
     """
-    usual = _made(category, size, variant, ())
-    return usual if _serves(usual, levels) else _made(category, size, variant, tuple(sorted(levels)))
+    standard = _make_cached(category, size, variant, ())
+    return standard if _has_levels(standard, levels) else _make_cached(category, size, variant, tuple(sorted(levels)))
 
 
 def register(category: Category, maker: Maker) -> None:
@@ -103,16 +103,16 @@ def register(category: Category, maker: Maker) -> None:
                 f"Asset category {category.name!r} rests on {name!r}, which does not exist.{did_you_mean(name, known)}"
             )
     CATALOG[category.name], MAKERS[category.name] = category, maker
-    _made.cache_clear()
+    _make_cached.cache_clear()
 
 
-def _serves(asset: Asset, levels: tuple[float, ...]) -> bool:
+def _has_levels(asset: Asset, levels: tuple[float, ...]) -> bool:
     tops = [surface.center.y + asset.size.y / 2 for surface in asset.surfaces]
-    return all(any(abs(level - top) < _NEAR_M for top in tops) for level in levels)
+    return all(any(abs(level - top) < _LEVEL_TOLERANCE_M for top in tops) for level in levels)
 
 
 @lru_cache(maxsize=4096)
-def _made(category: str, size: Vec3, variant: int, levels: tuple[float, ...]) -> Asset:
+def _make_cached(category: str, size: Vec3, variant: int, levels: tuple[float, ...]) -> Asset:
     room = Vec3(*(max(float(length), _SMALLEST_M) for length in size))
     maker = MAKERS.get(category)
     stream = np.random.default_rng([zlib.crc32(category.encode()), variant])

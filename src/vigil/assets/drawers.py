@@ -15,7 +15,7 @@ from vigil.base.geometry import Vec3
 
 DRAWER = "Drawer"
 """The category of a drawer."""
-_NAMED = re.compile(r"(.+)_(drawer\d+)")
+_DRAWER_ID = re.compile(r"(.+)_(drawer\d+)")
 
 
 def drawer_asset_id(chest_asset_id: str, name: str) -> str:
@@ -23,9 +23,9 @@ def drawer_asset_id(chest_asset_id: str, name: str) -> str:
     return f"{chest_asset_id}_{name}"
 
 
-def named_drawer(asset_id: str) -> tuple[str, str] | None:
+def split_drawer_id(asset_id: str) -> tuple[str, str] | None:
     """Returns the asset id of the furniture and the drawer's name that an asset id speaks of; None for any other."""
-    found = _NAMED.fullmatch(asset_id)
+    found = _DRAWER_ID.fullmatch(asset_id)
     return (found[1], found[2]) if found else None
 
 
@@ -88,12 +88,12 @@ def _moved_solid(solid: Solid, middle: np.ndarray) -> Solid:
 
 
 def _moved_joint(joint: Joint, middle: np.ndarray, reach: float) -> Joint:
-    return replace(joint, origin=_less(joint.origin, middle), travel=float(np.copysign(reach, joint.travel)))
+    return replace(joint, origin=_subtract(joint.origin, middle), travel=float(np.copysign(reach, joint.travel)))
 
 
 def _moved_surface(surface: Surface, middle: np.ndarray) -> Surface:
-    return replace(surface, center=_less(surface.center, middle))
+    return replace(surface, center=_subtract(surface.center, middle))
 
 
-def _less(point: Vec3, middle: np.ndarray) -> Vec3:
+def _subtract(point: Vec3, middle: np.ndarray) -> Vec3:
     return Vec3(*(np.array(point) - middle).tolist())

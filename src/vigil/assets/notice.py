@@ -49,7 +49,7 @@ _SLACK_M = 0.001
 
 
 @lru_cache(maxsize=2048)
-def notice_of(asset: Asset) -> tuple[Part, ...]:
+def notice_parts(asset: Asset) -> tuple[Part, ...]:
     """Returns the sheet's parts where they hang on an asset; none for what is no machine with a front."""
     if asset.category not in MACHINES or not CATALOG[asset.category].is_toggleable:
         return ()
@@ -62,9 +62,9 @@ def notice_of(asset: Asset) -> tuple[Part, ...]:
     )
 
 
-def notice_spot(asset: Asset) -> Vec3 | None:
+def notice_centre(asset: Asset) -> Vec3 | None:
     """Returns the middle of the sheet in the asset's frame; None where it bears none."""
-    if not notice_of(asset):
+    if not notice_parts(asset):
         return None
     height, depth, _ = _place(asset)
     return Vec3(0.0, float(height), float(depth + THICK_M))

@@ -43,15 +43,15 @@ def open_file(path: Path, what: str, error: type[InputError]) -> BinaryIO:
     return open(number, "rb")
 
 
-def read_file(path: Path, what: str, error: type[InputError], most: int = MAX_JSON_BYTES) -> bytes:
-    """Returns the bytes of a file, of which there are at most `most`. Raises `error` as `open_file` does."""
+def read_file(path: Path, what: str, error: type[InputError], max_bytes: int = MAX_JSON_BYTES) -> bytes:
+    """Returns the bytes of a file, of which there are at most `max_bytes`. Raises `error` as `open_file` does."""
     with open_file(path, what, error) as file:
         try:
-            data = file.read(most + 1)
+            data = file.read(max_bytes + 1)
         except OSError as fault:
             raise error(f"{what} cannot be read: {fault.strerror}.") from None
-    if len(data) > most:
-        raise error(f"{what} is over {most / MIB:g} MiB, the limit for such a file.")
+    if len(data) > max_bytes:
+        raise error(f"{what} is over {max_bytes / MIB:g} MiB, the limit for such a file.")
     return data
 
 
@@ -69,7 +69,7 @@ def is_inside(path: Path, folder: Path) -> bool:
     return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
 
 
-def inside(folder: Path, name: str, error: type[InputError]) -> Path:
+def resolve_inside(folder: Path, name: str, error: type[InputError]) -> Path:
     """Returns the path of a file of a folder. Raises `error` when it is a link to outside of the folder."""
     path = folder / name
     if not is_inside(path, folder):
@@ -77,7 +77,7 @@ def inside(folder: Path, name: str, error: type[InputError]) -> Path:
     return path
 
 
-def links_out(folder: Path) -> Iterator[Path]:
+def outward_links(folder: Path) -> Iterator[Path]:
     """Yields the links at or under a folder that lead out of it."""
     for parent, folders, names in os.walk(folder):
         for entry in (Path(parent, name) for name in sorted([*folders, *names])):
@@ -85,9 +85,9 @@ def links_out(folder: Path) -> Iterator[Path]:
                 yield entry
 
 
-def check_links(folder: Path, error: type[InputError]) -> None:
+def refuse_outward_links(folder: Path, error: type[InputError]) -> None:
     """Raises `error` when a link in a folder leads out of it: what is copied or written there would be elsewhere."""
-    for link in links_out(folder):
+    for link in outward_links(folder):
         raise error(
             f"{str(link)!r} is a link to outside of {str(folder)!r}; it is not followed. Put there what it leads to, "
             "or remove it."

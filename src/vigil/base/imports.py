@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 from vigil.errors import SettingError
 
-VARIABLE = "VIGIL_IMPORT"
+ENVIRONMENT_VARIABLE = "VIGIL_IMPORT"
 """Names of modules, with commas between."""
 
 
@@ -21,31 +21,31 @@ def import_modules(names: Iterable[str]) -> None:
     """
     if (here := os.getcwd()) not in sys.path and "" not in sys.path:
         sys.path.append(here)
-    wanted = [*_named(), *names]
+    wanted = [*_modules_in_environment(), *names]
     for name in wanted:
         try:
             importlib.import_module(name)
         except ModuleNotFoundError as error:
-            raise SettingError(_not_found(name, error)) from None
+            raise SettingError(_not_found_message(name, error)) from None
     if wanted:
-        os.environ[VARIABLE] = ",".join(dict.fromkeys(wanted))
+        os.environ[ENVIRONMENT_VARIABLE] = ",".join(dict.fromkeys(wanted))
 
 
-def import_named_modules() -> None:
+def import_modules_from_environment() -> None:
     """Imports the modules that the environment names. Raises SettingError."""
-    if _named():
+    if _modules_in_environment():
         import_modules(())
 
 
-def _named() -> list[str]:
-    return [name.strip() for name in os.environ.get(VARIABLE, "").split(",") if name.strip()]
+def _modules_in_environment() -> list[str]:
+    return [name.strip() for name in os.environ.get(ENVIRONMENT_VARIABLE, "").split(",") if name.strip()]
 
 
-def _not_found(name: str, error: ModuleNotFoundError) -> str:
+def _not_found_message(name: str, error: ModuleNotFoundError) -> str:
     if error.name is not None and (name == error.name or name.startswith(f"{error.name}.")):
         hint = f" Give the module's name, without .py: {name.removesuffix('.py')}." if name.endswith(".py") else ""
         return (
             f"There is no module {name!r} to import: neither installed nor in {os.getcwd()!r}.{hint} It was named by "
-            f"--import or {VARIABLE}."
+            f"--import or {ENVIRONMENT_VARIABLE}."
         )
-    return f"Module {name!r}, which --import or {VARIABLE} names, needs {error.name!r}, which is not installed here."
+    return f"Module {name!r}, which --import or {ENVIRONMENT_VARIABLE} names, needs {error.name!r}, which is not installed here."

@@ -18,7 +18,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from vigil.base.files import MIB, open_file
 from vigil.base.json_files import read_json
-from vigil.errors import InputError, RecordError, first_fault
+from vigil.errors import InputError, RecordError, first_error
 
 MAX_LINE_BYTES = 64 * MIB
 """A row of forty replies of the longest kind has some 10 MiB."""
@@ -50,19 +50,19 @@ class Line:
 class Lines:
     """What a file holds."""
 
-    whole: tuple[Line, ...]
-    torn: bytes
+    complete: tuple[Line, ...]
+    partial_line: bytes
     """What follows the last whole line."""
 
     @property
     def end(self) -> int:
         """Bytes of the file up to the end of the last whole line; 0 when there is none."""
-        return self.whole[-1].end if self.whole else 0
+        return self.complete[-1].end if self.complete else 0
 
     @property
-    def is_open(self) -> bool:
+    def lacks_newline(self) -> bool:
         """Whether the last whole line lacks its newline."""
-        return bool(self.whole) and not self.whole[-1].data.endswith((b"\n", b"\r"))
+        return bool(self.complete) and not self.complete[-1].data.endswith((b"\n", b"\r"))
 
 
 class LineReader:
@@ -74,9 +74,9 @@ class LineReader:
         self._place = place
         self._number, self.end = number, start
         """Bytes of the file up to the end of the last whole line that was read."""
-        self.torn = b""
+        self.partial_line = b""
         """What follows the last whole line."""
-        self.is_open = False
+        self.lacks_newline = False
         """Whether the last whole line lacks its newline."""
 
     def __iter__(self) -> Iterator[Line]:
@@ -84,11 +84,11 @@ class LineReader:
         while read := self._file.readline(MAX_LINE_BYTES + 1):
             for raw in read.splitlines(keepends=True):
                 self._check(raw)
-                is_open = not raw.endswith((b"\n", b"\r"))
-                if is_open and not _is_json(raw):
-                    self.torn = raw
+                lacks_newline = not raw.endswith((b"\n", b"\r"))
+                if lacks_newline and not _is_json(raw):
+                    self.partial_line = raw
                     return
-                self.is_open = is_open
+                self.lacks_newline = lacks_newline
                 self._number += 1
                 yield Line(self._number, self.end, raw)
                 self.end += len(raw)
@@ -106,18 +106,18 @@ class LineReader:
 
 def _read_all(file: BinaryIO, place: str) -> Lines:
     reader = LineReader(file, place)
-    return Lines(tuple(reader), reader.torn)
+    return Lines(tuple(reader), reader.partial_line)
 
 
-def read_lines(path: Path, most: int | None = None) -> tuple[Line, ...]:
-    """Returns the whole lines of a file, or the first `most`; none when there is no file. Raises RecordError."""
+def read_lines(path: Path, max_lines: int | None = None) -> tuple[Line, ...]:
+    """Returns the whole lines of a file, or the first `max_lines`; none when there is no file. Raises RecordError."""
     if not os.path.lexists(path):
         return ()
     with open_file(path, repr(str(path)), RecordError) as file:
-        return tuple(islice(LineReader(file, repr(str(path))), most))
+        return tuple(islice(LineReader(file, repr(str(path))), max_lines))
 
 
-def parse(
+def parse_line(
     line: Line, kind: type[_Row] | TypeAdapter[_Row], file: str, advice: str, error: type[InputError] = RecordError
 ) -> _Row:
     """Returns the row in a line. Raises `error`, which names file, line and field and ends with the `advice`."""
@@ -125,7 +125,7 @@ def parse(
     try:
         return validate(line.data)
     except ValidationError as fault:
-        raise error(f"{file} line {line.number}: {first_fault(fault, 'the line')}. {advice}") from None
+        raise error(f"{file} line {line.number}: {first_error(fault, 'the line')}. {advice}") from None
 
 
 def dump_line(row: BaseModel, **options: Any) -> bytes:
@@ -155,12 +155,12 @@ def is_being_written(path: Path) -> bool | None:
 
 
 class AppendFile:
-    """A file of JSON lines, locked: one process at a time writes to it. `mend`, `append` and `cut` alone change it."""
+    """A file of JSON lines, locked: one process at a time writes to it. `repair_tail`, `append` and `truncate` alone change it."""
 
     def __init__(self, path: Path, *, waits: bool = False, makes_folder: bool = False) -> None:
         """Opens or creates the file. `waits` for another writer rather than to refuse. Raises RecordError."""
         self.path = path
-        self._file, self.made_folder = _locked(path, waits, makes_folder)
+        self._file, self.made_folder = _open_locked(path, waits, makes_folder)
         try:
             with open(self._file.fileno(), "rb", closefd=False) as file:
                 self.lines = _read_all(file, repr(str(path)))
@@ -168,45 +168,45 @@ class AppendFile:
             self._file.close()
             raise
         """What the file held when it was opened; forgotten when it is mended."""
-        self.torn: Path | None = None
+        self.partial_line_file: Path | None = None
         """Where the torn last line was put aside."""
-        self._is_mended = False
+        self._is_repaired = False
 
-    def mend(self) -> None:
+    def repair_tail(self) -> None:
         """Makes the file end with a newline; a torn last line goes to a side file. Raises RecordError."""
-        if self._is_mended:
+        if self._is_repaired:
             return
         try:
-            if self.lines.torn:
-                side = free_name(self.path)
-                side.write_bytes(self.lines.torn)
+            if self.lines.partial_line:
+                side = unused_side_path(self.path)
+                side.write_bytes(self.lines.partial_line)
                 self._file.truncate(self.lines.end)
-                self.torn = side
-            elif self.lines.is_open:
+                self.partial_line_file = side
+            elif self.lines.lacks_newline:
                 self._write(b"\n")
         except OSError as error:
             raise RecordError(
                 f"The torn last line of {str(self.path)!r} cannot be put aside: {error.strerror}. It is still there; "
                 "mend this and give the same command again."
             ) from None
-        self._is_mended, self.lines = True, Lines((), b"")
+        self._is_repaired, self.lines = True, Lines((), b"")
 
     def append(self, *lines: bytes) -> None:
         """Writes lines, each with its newline, on disk when this returns, or none of them. Raises RecordError."""
-        self.mend()
+        self.repair_tail()
         before = os.fstat(self._file.fileno()).st_size
         try:
             self._write(b"".join(lines))
         except OSError as error:
             with suppress(OSError):
                 self._file.truncate(before)
-            raise unwritten(self.path, error) from error
+            raise write_error(self.path, error) from error
 
-    def cut(self, end: int) -> None:
+    def truncate(self, end: int) -> None:
         """Drops whatever follows the first `end` bytes of the file, which end a line, and does not put it aside."""
         self._file.truncate(end)
-        whole = tuple(line for line in self.lines.whole if line.end <= end)
-        self.lines = Lines(whole, b"")
+        complete = tuple(line for line in self.lines.complete if line.end <= end)
+        self.lines = Lines(complete, b"")
 
     def close(self) -> None:
         """Releases the file to other writers."""
@@ -229,7 +229,7 @@ class AppendFile:
         os.fsync(self._file.fileno())
 
 
-def unwritten(path: Path, error: OSError) -> RecordError:
+def write_error(path: Path, error: OSError) -> RecordError:
     """Returns what is said when a file of a run cannot be written."""
     return RecordError(
         f"Cannot write to {str(path)!r}: {error.strerror}. What was written before is kept; mend this and give the "
@@ -237,10 +237,10 @@ def unwritten(path: Path, error: OSError) -> RecordError:
     )
 
 
-def free_name(path: Path) -> Path:
+def unused_side_path(path: Path) -> Path:
     """Returns a name beside a file for its torn last line, where nothing lies yet. Raises RecordError."""
     for number in range(1, MAX_SIDE_FILES):
-        side = path.with_name(f"{path.name}.torn-{number}")
+        side = path.with_name(f"{path.name}.partial-{number}")
         if not side.exists():
             return side
     raise RecordError(f"{str(path)!r}: ten thousand torn lines lie beside it; clear them away.")
@@ -254,7 +254,7 @@ def _is_json(data: bytes) -> bool:
     return True
 
 
-def _locked(path: Path, waits: bool, makes_folder: bool) -> tuple[BinaryIO, bool]:
+def _open_locked(path: Path, waits: bool, makes_folder: bool) -> tuple[BinaryIO, bool]:
     """Returns the file, locked, and whether its folder was made for it.
 
     A process that ends without a record removes the folder it made. Should that happen while this one waits for the
@@ -268,10 +268,10 @@ def _locked(path: Path, waits: bool, makes_folder: bool) -> tuple[BinaryIO, bool
             file = cast(BinaryIO, path.open("ab+", buffering=0))
         except FileNotFoundError as error:
             if not makes_folder:
-                raise _unopened(path, error) from None
+                raise _open_error(path, error) from None
             continue  # taken away since it was made
         except OSError as error:
-            raise _unopened(path, error) from None
+            raise _open_error(path, error) from None
         try:
             fcntl.flock(file, fcntl.LOCK_EX | (0 if waits else fcntl.LOCK_NB))
         except (BlockingIOError, PermissionError):  # how a file system over the network may say the same
@@ -283,13 +283,13 @@ def _locked(path: Path, waits: bool, makes_folder: bool) -> tuple[BinaryIO, bool
                 f"{str(path)!r} cannot be locked: {error.strerror}. This file system has no locks, which keep two "
                 "processes from writing to one file. Choose a folder on another one, such as a local disk."
             ) from None
-        if _is_at(path, file):
+        if _is_same_file(path, file):
             file.seek(0)
             return file, made_folder
         file.close()
 
 
-def _unopened(path: Path, error: OSError) -> RecordError:
+def _open_error(path: Path, error: OSError) -> RecordError:
     return RecordError(f"{str(path)!r} cannot be written: {error.strerror}. Choose another place.")
 
 
@@ -308,7 +308,7 @@ def _make_folder(folder: Path) -> bool:
     return True
 
 
-def _is_at(path: Path, file: BinaryIO) -> bool:
+def _is_same_file(path: Path, file: BinaryIO) -> bool:
     """Whether an open file is the one that the path leads to."""
     try:
         return os.path.samestat(path.stat(), os.fstat(file.fileno()))

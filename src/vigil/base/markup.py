@@ -3,18 +3,18 @@
 import re
 from typing import Any
 
-_UNHOLDABLE = re.compile("[^\t\n\r\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+_INVALID = re.compile("[^\t\n\r\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """What is no character of XML 1.0, or a control character all the same: halves of characters, U+FFFE, U+FFFF too."""
-INSTEAD = "\ufffd"
+REPLACEMENT = "\ufffd"
 
 
-def holdable(text: str) -> str:
+def replace_invalid(text: str) -> str:
     """Returns a text in which a mark stands for each character that no document of markup can hold."""
-    return _UNHOLDABLE.sub(INSTEAD, text)
+    return _INVALID.sub(REPLACEMENT, text)
 
 
-def finalized(value: Any) -> Any:
+def finalize(value: Any) -> Any:
     """Returns a value as a template may put it out, a text of markup as such: Jinja's `finalize`."""
-    if not isinstance(value, str) or (text := holdable(value)) == value:
+    if not isinstance(value, str) or (text := replace_invalid(value)) == value:
         return value
     return type(value)(text)

@@ -8,10 +8,10 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing.context import BaseContext
 from typing import Any
 
-from vigil.base.imports import import_named_modules
+from vigil.base.imports import import_modules_from_environment
 
 
-def context() -> BaseContext:
+def spawn_context() -> BaseContext:
     """Returns how processes are started: fresh, with nothing of the state of the one that starts them."""
     return multiprocessing.get_context("spawn")
 
@@ -21,17 +21,17 @@ def worker_pool(workers: int, begin: Callable[..., None] | None = None, *argumen
 
     The standard library's own goes on with all that was submitted when its process is killed.
     """
-    return ProcessPoolExecutor(workers, context(), initializer=_begin, initargs=(begin, arguments))
+    return ProcessPoolExecutor(workers, spawn_context(), initializer=_initialize_worker, initargs=(begin, arguments))
 
 
-def _begin(begin: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
-    threading.Thread(target=_end_with_parent, name="end with parent", daemon=True).start()
-    import_named_modules()
+def _initialize_worker(begin: Callable[..., None] | None, arguments: tuple[Any, ...]) -> None:
+    threading.Thread(target=_exit_with_parent, name="end with parent", daemon=True).start()
+    import_modules_from_environment()
     if begin is not None:
         begin(*arguments)
 
 
-def _end_with_parent() -> None:
+def _exit_with_parent() -> None:
     parent = multiprocessing.parent_process()
     assert parent is not None, "This runs in a worker."
     parent.join()

@@ -1,7 +1,7 @@
 """Setting: what a person must know of a value that can be set. It stands in `Annotated`, beside the value's type.
 
 Each setting is declared once: as a field of a dataclass (`runner.settings.RunSettings`) or as an alias that several
-dataclasses and verbs share. The command line makes its options from the declaration, and `check_declared` holds the
+dataclasses and verbs share. The command line makes its options from the declaration, and `check_settings` holds the
 values that come from Python against the same bounds.
 """
 
@@ -22,8 +22,8 @@ class Setting:
     """One line of help. For a switch that is on by default, what turning it off does."""
     name: str = ""
     """Of its option, without the dashes; empty for the name of the field."""
-    least: float | None = None
-    most: float | None = None
+    minimum: float | None = None
+    maximum: float | None = None
     metavar: str | None = None
     """What stands for its value in the help; None for the name of its type."""
     unset: str | None = None
@@ -39,7 +39,7 @@ class Setting:
 
 
 @dataclass(frozen=True, slots=True)
-class Declared:
+class DeclaredSetting:
     """A setting with its name in Python, its type without `Annotated`, and its default (MISSING without one)."""
 
     name: str
@@ -66,19 +66,19 @@ class Declared:
         return tuple(given) if get_origin(self.kind) is tuple else given
 
 
-def declared(name: str, annotation: Any, default: Any = MISSING) -> Declared | None:
+def declared_setting(name: str, annotation: Any, default: Any = MISSING) -> DeclaredSetting | None:
     """Returns the setting that an annotation declares, or None."""
     if get_origin(annotation) is not Annotated:
         return None
     kind, *notes = get_args(annotation)
     setting = next((note for note in notes if isinstance(note, Setting)), None)
-    return None if setting is None else Declared(name, kind, setting, default)
+    return None if setting is None else DeclaredSetting(name, kind, setting, default)
 
 
-def declared_in(settings: type) -> Iterator[Declared]:
+def declared_settings(settings: type) -> Iterator[DeclaredSetting]:
     """Yields the settings that a dataclass declares, in its order. Its module evaluates annotations at once."""
     for field in fields(settings):
-        found = declared(field.name, field.type, _default(field))
+        found = declared_setting(field.name, field.type, _default(field))
         if found is not None:
             yield found
 
@@ -87,9 +87,9 @@ def _default(field: Field) -> Any:
     return field.default if field.default_factory is MISSING else field.default_factory()
 
 
-def check_declared(settings: Any) -> None:
+def check_settings(settings: Any) -> None:
     """Raises SettingError when a value of a dataclass of settings is outside what its declaration allows."""
-    for one in declared_in(type(settings)):
+    for one in declared_settings(type(settings)):
         value = getattr(settings, one.name)
         if value is None:
             continue
@@ -101,14 +101,14 @@ def check_declared(settings: Any) -> None:
             _check_number(one, value)
 
 
-def _check_number(one: Declared, value: float) -> None:
-    least, most = one.setting.least, one.setting.most
+def _check_number(one: DeclaredSetting, value: float) -> None:
+    minimum, maximum = one.setting.minimum, one.setting.maximum
     if not math.isfinite(value):
         raise SettingError(f"{one.spoken} is {value}; it must be a finite number.")
-    if least is not None and value < least:
-        raise SettingError(f"{one.spoken} is {value}; it must be {least} or more.")
-    if most is not None and value > most:
-        raise SettingError(f"{one.spoken} is {value}; it must be {most} or less.")
+    if minimum is not None and value < minimum:
+        raise SettingError(f"{one.spoken} is {value}; it must be {minimum} or more.")
+    if maximum is not None and value > maximum:
+        raise SettingError(f"{one.spoken} is {value}; it must be {maximum} or less.")
 
 
 def choices(kind: Any) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from typing import Self
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from vigil import __version__
-from vigil.errors import cut
+from vigil.errors import shorten
 
 RULES_VERSION = 3
 """Of the protocol as the package carries it out: contract, budgets, goals, and how the simulator behaves.
@@ -28,7 +28,7 @@ GRAMMAR_VERSION = 2
 
 Raised when any text is judged otherwise than before (`tests/golden/replies.json` pins some). A raise needs no new
 packs, but replies that were judged by another grammar are not to be compared with those judged by this one."""
-UNNAMED = 1
+UNVERSIONED = 1
 """The version of what does not name one."""
 MAX_SCHEMA_CHARS = 40
 
@@ -38,39 +38,39 @@ class PackVersions(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    rules: int = Field(default=UNNAMED, ge=1)
-    shapes: int = Field(default=UNNAMED, ge=1)
+    rules: int = Field(default=UNVERSIONED, ge=1)
+    shapes: int = Field(default=UNVERSIONED, ge=1)
 
     @classmethod
-    def here(cls) -> Self:
+    def current(cls) -> Self:
         """Returns the versions of this package."""
-        return cls.model_validate({name: number for name, number in _HERE.items() if name in cls.model_fields})
+        return cls.model_validate({name: number for name, number in _CURRENT.items() if name in cls.model_fields})
 
     def differences(self) -> list[str]:
-        """Returns in what these differ from this package's, e.g. `rules 1 (here 2)`."""
+        """Returns in what these differ from this package's, e.g. `rules 1 (current 2)`."""
         numbers = self.model_dump()
-        return [f"{name} {numbers[name]} (here {_HERE[name]})" for name in numbers if self._differs(name)]
+        return [f"{name} {numbers[name]} (here {_CURRENT[name]})" for name in numbers if self._differs(name)]
 
     def note(self, what: str) -> str | None:
         """Returns one line on how `what`, made under these, differs from this package; None when it does not."""
         found = self.differences()
         if not found:
             return None
-        unnamed = "; 1 is from before versions were named" if UNNAMED in self.model_dump().values() else ""
+        unnamed = "; 1 is from before versions were named" if UNVERSIONED in self.model_dump().values() else ""
         means = "; ".join(_DESCRIPTIONS[name] for name in type(self).model_fields if self._differs(name))
         return f"{what} was made under other versions: {', '.join(found)}{unnamed}. {means[:1].upper()}{means[1:]}."
 
     def _differs(self, name: str) -> bool:
-        return getattr(self, name) != _HERE[name]
+        return getattr(self, name) != _CURRENT[name]
 
 
 class Versions(PackVersions):
     """What a run and its records depend on."""
 
-    grammar: int = Field(default=UNNAMED, ge=1)
+    grammar: int = Field(default=UNVERSIONED, ge=1)
 
 
-def other_schema(found: object, known: int) -> str | None:
+def schema_mismatch(found: object, known: int) -> str | None:
     """Returns why a file of schema `found` is not read where schema `known` is, and what to do; None when it is."""
     if found == known:
         return None
@@ -80,14 +80,14 @@ def other_schema(found: object, known: int) -> str | None:
         if is_newer
         else "Read it with the vigil that wrote it"
     )
-    return f"has schema {cut(repr(found), MAX_SCHEMA_CHARS)}, vigil {__version__} reads {known}. {advice}"
+    return f"has schema {shorten(repr(found), MAX_SCHEMA_CHARS)}, vigil {__version__} reads {known}. {advice}"
 
 
-def reads_schema(known: int) -> AfterValidator:
+def schema_validator(known: int) -> AfterValidator:
     """Returns what holds the field `schema_version` of a file against the one schema that is read."""
 
     def checked(found: int) -> int:
-        fault = other_schema(found, known)
+        fault = schema_mismatch(found, known)
         if fault is not None:
             raise ValueError(f"it {fault}")
         return found
@@ -95,7 +95,7 @@ def reads_schema(known: int) -> AfterValidator:
     return AfterValidator(checked)
 
 
-_HERE = {"rules": RULES_VERSION, "shapes": SHAPES_VERSION, "grammar": GRAMMAR_VERSION}
+_CURRENT = {"rules": RULES_VERSION, "shapes": SHAPES_VERSION, "grammar": GRAMMAR_VERSION}
 _DESCRIPTIONS = {
     "rules": "the same actions may end otherwise here and get other verdicts",
     "shapes": "things may have other shapes here, so that the same actions may do something else",

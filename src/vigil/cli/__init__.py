@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from vigil import __version__
-from vigil.base.imports import import_named_modules
+from vigil.base.imports import import_modules_from_environment
 from vigil.cli.verbs import Verbs
 from vigil.errors import InfrastructureError, VigilError
 
@@ -40,7 +40,7 @@ def _before_a_verb(
     ] = False,
 ) -> None:
     """Takes the options before a verb, and imports what the environment names."""
-    import_named_modules()
+    import_modules_from_environment()
 
 
 def main() -> None:

@@ -6,12 +6,12 @@ from typing import Annotated
 import typer
 
 from vigil.authoring.drafting.procthor import DATASET
-from vigil.base.imports import VARIABLE, import_modules
+from vigil.base.imports import ENVIRONMENT_VARIABLE, import_modules
 from vigil.packs.private import REVEAL, REVEAL_HELP
-from vigil.scoring.saved_run import runs_in
+from vigil.scoring.saved_run import find_runs
 
 
-def _imported(names: list[str] | None) -> list[str] | None:
+def _import_modules(names: list[str] | None) -> list[str] | None:
     """Imports at once: options that come after it may name what the modules register."""
     import_modules(names or ())
     return names
@@ -20,9 +20,9 @@ def _imported(names: list[str] | None) -> list[str] | None:
 PackArgument = Annotated[str, typer.Argument(help="A pack's folder, or the name of a packaged one, e.g. starter.")]
 RunArgument = Annotated[Path, typer.Argument(help="Folder of a run.")]
 RunArguments = Annotated[
-    list[Path], typer.Argument(help="Folders of runs, or folders with runs in them.", callback=runs_in)
+    list[Path], typer.Argument(help="Folders of runs, or folders with runs in them.", callback=find_runs)
 ]
-OneHouse = Annotated[str, typer.Argument(metavar="HOUSE", help=f"A house file, or {DATASET}:SPLIT:INDEX.")]
+HouseArgument = Annotated[str, typer.Argument(metavar="HOUSE", help=f"A house file, or {DATASET}:SPLIT:INDEX.")]
 Robust = Annotated[bool, typer.Option("--robust", help="Also ask that a body that errs succeeds: seconds an episode.")]
 Imports = Annotated[
     list[str] | None,
@@ -30,9 +30,9 @@ Imports = Annotated[
         "--import",
         metavar="MODULE",
         help="Import this first, for families and things that it registers; may be repeated. For other commands: "
-        f"{VARIABLE}.",
+        f"{ENVIRONMENT_VARIABLE}.",
         is_eager=True,
-        callback=_imported,
+        callback=_import_modules,
         show_default=False,
     ),
 ]

@@ -12,18 +12,18 @@ from typing import Annotated, Literal
 import typer
 from PIL import Image
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.cli.arguments import AsJson
 from vigil.errors import SettingError, VigilError
 from vigil.packs.pack import Pack
 from vigil.runner.shared_settings import AssetFile, RenderQuality
 from vigil.sim import make_simulator
 from vigil.sim.conformance.checks import CHECKS, ConformanceCheck
-from vigil.sim.conformance.trial import Trial
-from vigil.sim.conformance.trial_house import trial_house
-from vigil.sim.showcase.graphics_check import doctor as examine_renderer
-from vigil.sim.thor.connection import Connection
-from vigil.sim.thor.differences import CANNOT_HOLD
+from vigil.sim.conformance.harness import Harness
+from vigil.sim.conformance.reference_house import reference_house
+from vigil.sim.showcase.graphics_check import check_graphics as examine_renderer
+from vigil.sim.thor.differences import EXPECTED_FAILURES
+from vigil.sim.thor.guarded_client import GuardedClient
 from vigil.sim.thor.requirements import examine
 from vigil.sim.thor.start import chosen_engine, engine_options
 from vigil.thor.launch import thor_engine as command_of_engine
@@ -47,7 +47,7 @@ def doctor(
     """Example: vigil doctor"""
     if backend == "thor":
         facts = _thor_checks() if full else _thor_facts()
-        _say(facts, as_json)
+        _print_facts(facts, as_json)
         if any(str(fact).startswith(FAILED) for fact in facts.values()):
             raise typer.Exit(1)
         return
@@ -56,20 +56,20 @@ def doctor(
     if frame is not None and out is not None:
         Image.fromarray(frame).save(out)
     facts = {"python": platform.python_version(), "system": platform.platform(), **_versions(), **found, **_pack()}
-    _say(facts, as_json)
+    _print_facts(facts, as_json)
     if not found["ok"] or facts["starter_pack_fault"]:
         raise typer.Exit(1)
 
 
-def _say(facts: Mapping[str, object], as_json: bool) -> None:
+def _print_facts(facts: Mapping[str, object], as_json: bool) -> None:
     if as_json:
         print(json.dumps(facts))
     else:
         for name, value in facts.items():
-            print(f"{name:20} {_said(value)}")
+            print(f"{name:20} {_as_text(value)}")
 
 
-def _said(value: object) -> str:
+def _as_text(value: object) -> str:
     match value:
         case None:
             return "none"
@@ -121,14 +121,14 @@ def _thor_facts() -> dict[str, str]:
         "chosen engine": chosen.name,
         "AI2-THOR's engine": found.build,
         "missing for it": "; ".join(found.missing) or "nothing; it was not started",
-        f"client, {other}": _tried(chosen.command or command_of_engine(backend="fake")),
+        f"client, {other}": _try_client(chosen.command or command_of_engine(backend="fake")),
     }
 
 
-def _tried(command: str) -> str:
+def _try_client(command: str) -> str:
     began = time.monotonic()
     try:
-        connection = Connection(trial_house().data, command)
+        connection = GuardedClient(reference_house().data, command)
         try:
             connection.step("MoveAhead")
         finally:
@@ -143,14 +143,17 @@ def _tried(command: str) -> str:
 def _thor_checks() -> dict[str, str]:
     """Returns which conformance checks hold with the chosen engine."""
     with closing(make_simulator("thor", assets=AssetDatabase.default())) as simulator:
-        trial = Trial(simulator)
-        return {"simulator": simulator.name, **{check.__name__: _held(check, trial) for check in CHECKS}}
+        harness = Harness(simulator)
+        return {
+            "simulator": simulator.name,
+            **{check.__name__: _conformance_result(check, harness) for check in CHECKS},
+        }
 
 
-def _held(check: ConformanceCheck, trial: Trial) -> str:
+def _conformance_result(check: ConformanceCheck, harness: Harness) -> str:
     try:
-        check(trial)
+        check(harness)
     except (AssertionError, VigilError) as error:
-        reason = CANNOT_HOLD.get(check.__name__)
+        reason = EXPECTED_FAILURES.get(check.__name__)
         return f"{FAILED}: {error}" if reason is None else f"does not hold, as it is known: {reason}"
     return "holds"

@@ -9,18 +9,18 @@ from typing import Annotated
 
 import typer
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.authoring.drafting.procthor import FORM, is_dataset
-from vigil.authoring.drafting.sources import filed, house_at, read_all
-from vigil.cli.arguments import OneHouse, SeedFile
+from vigil.authoring.drafting.sources import house_at, houses_from, read_all
+from vigil.cli.arguments import HouseArgument, SeedFile
 from vigil.cli.progress import progress
-from vigil.cli.text import tell
+from vigil.cli.text import print_note
 from vigil.errors import HouseError, SettingError
 from vigil.housegen import Fault, check_house, generate, spec_for
-from vigil.housegen.checking.check import SHAPELESS
-from vigil.housegen.checking.plan_image import beside, draw_plan
-from vigil.housegen.document import without_seed
-from vigil.housegen.sweep import sweep
+from vigil.housegen.checking.check import UNLOADABLE_RULES
+from vigil.housegen.checking.plan_image import draw_plan, side_by_side
+from vigil.housegen.document import with_seed_removed
+from vigil.housegen.survey import survey
 from vigil.housegen.thor_export import export_thor, load_materials
 from vigil.packs.private import chosen_seed, is_secret
 from vigil.protocol.house import House
@@ -50,7 +50,7 @@ def generate_house(
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     house = generate(made_from, spec_for(spec))
     if is_secret(made_from):
-        house = without_seed(house, out.stem)
+        house = with_seed_removed(house, out.stem)
     house.save(out)
     print(f"{out}: {len(house.document.rooms)} rooms, {len(house.objects())} objects, sha256 {house.sha256}")
 
@@ -71,7 +71,7 @@ def check(
 
     Example: vigil houses check house_*.json one_room.jsonl.gz --assets asset-database.json
     """
-    sizes = AssetDatabase.of(assets)
+    sizes = AssetDatabase.from_file(assets)
     checked = refused = faulty = 0
     for name, house in _houses(places):
         checked += 1
@@ -94,7 +94,7 @@ def check(
 
 
 def show(
-    file: OneHouse,
+    file: HouseArgument,
     out: Annotated[Path, typer.Option(help="Picture to write (PNG).")],
     assets: AssetFile = None,
 ) -> None:
@@ -106,9 +106,9 @@ def show(
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     if out.suffix.lower() != ".png":
         raise SettingError(f"--out {str(out)!r}: the picture is a PNG; give a name that ends in .png.")
-    house, sizes = house_at(file, tell), AssetDatabase.of(assets)
+    house, sizes = house_at(file, print_note), AssetDatabase.from_file(assets)
     scene = build_scene(house, sizes)
-    beside(draw_plan(house, scene), render_birdseye(scene)).save(out)
+    side_by_side(draw_plan(house, scene), render_birdseye(scene)).save(out)
     print(out)
 
 
@@ -116,7 +116,7 @@ def sweep_houses(
     seeds: Annotated[str, typer.Option(help="FIRST:END, e.g. 0:1000; END is not among them.")] = "0:20",
     rooms: Annotated[str, typer.Option(help="Numbers of rooms, e.g. 1,2,3,4,6,10.")] = "1,2,3,4,6,10",
     load: Annotated[bool, typer.Option(help="Also build each scene and compile it in MuJoCo.")] = True,
-    least: Annotated[int, typer.Option(min=0, help="Name categories with fewer things than this.")] = 0,
+    min_count: Annotated[int, typer.Option(min=0, help="Name categories with fewer things than this.")] = 0,
     workers: Workers = None,
 ) -> None:
     """Example: vigil houses sweep --seeds 0:100 --rooms 1,4,10"""
@@ -134,11 +134,11 @@ def sweep_houses(
             for problem in problems:
                 print(problem)
 
-        result = sweep(range(first, end), counts, _own_loaded if load else _unloaded, told, worker_count(workers))
+        result = survey(range(first, end), counts, _own_loaded if load else _unloaded, told, worker_count(workers))
     print(*result.lines(), sep="\n")
-    rare = [f"{name} {result.found[name]}" for name in result.rare(least)]
+    rare = [f"{name} {result.category_counts[name]}" for name in result.rare_categories(min_count)]
     if rare:
-        print(f"fewer than {least} of: {', '.join(rare)}")
+        print(f"fewer than {min_count} of: {', '.join(rare)}")
     print(f"{sum(result.houses.values())} houses, {len(result.problems)} problems")
     if result.problems or rare:
         raise typer.Exit(2)
@@ -160,7 +160,7 @@ def _whole_numbers(text: str, between: str, option: str, form: str, count: int |
 
 
 def export(
-    file: OneHouse,
+    file: HouseArgument,
     out: Annotated[Path, typer.Argument(help="House file to write.")],
     asset_database: Annotated[Path, typer.Option(help="AI2-THOR's asset-database.json.")],
     material_database: Annotated[Path | None, typer.Option(help="AI2-THOR's material-database.json.")] = None,
@@ -175,7 +175,7 @@ def export(
         raise SettingError("houses export: for what? Give --thor; AI2-THOR's is the only form there is.")
     if not out.parent.is_dir():
         raise SettingError(f"House file {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
-    house, assets = house_at(file, tell), AssetDatabase.load(asset_database)
+    house, assets = house_at(file, print_note), AssetDatabase.load(asset_database)
     materials = load_materials(material_database) if material_database else {}
     result = export_thor(house, assets, materials)
     exported = House(out.stem, result.data)
@@ -186,8 +186,8 @@ def export(
         print(
             f"  left out with what is on them, nothing of their type is in the database: {', '.join(result.left_out)}"
         )
-    if result.crowded_out:
-        print(f"  taken away, no room for them among the new sizes: {', '.join(result.crowded_out)}")
+    if result.removed_collisions:
+        print(f"  taken away, no room for them among the new sizes: {', '.join(result.removed_collisions)}")
     if faults:
         found = ", ".join(f"{number} {rule}" for rule, number in sorted(faults.items()))
         print(f"  vigil houses check finds in it: {found}")
@@ -203,7 +203,7 @@ def _houses(places: list[str]) -> Iterator[tuple[str, House | HouseError]]:
                 yield place, error
             continue
         try:
-            sources = filed([place], report=tell)
+            sources = houses_from([place], report=print_note)
         except HouseError as error:
             yield place, error
             continue
@@ -214,7 +214,7 @@ def _houses(places: list[str]) -> Iterator[tuple[str, House | HouseError]]:
 def _examine(house: House, database: AssetDatabase, load: bool, shapes: bool) -> list[Fault | Mismatch]:
     """Returns the house's faults. Raises HouseError when it cannot be loaded whole and without a warning."""
     faults, flaws = check_house(house, database), []
-    shapeless = next((fault for fault in faults if fault.rule in SHAPELESS), None)
+    shapeless = next((fault for fault in faults if fault.rule in UNLOADABLE_RULES), None)
     if shapeless is not None:
         raise HouseError(f"House {house.name!r}: {shapeless}.")
     if load or shapes:

@@ -7,11 +7,11 @@ from typing import Annotated
 
 import typer
 
-from vigil.agents.model import Conversation, Message
-from vigil.agents.picture import Picture
+from vigil.agents.conversation import Conversation, Message
+from vigil.agents.frame_encoding import EncodedFrame
 from vigil.base.settings import Setting
 from vigil.cli.arguments import AsJson
-from vigil.cli.text import say
+from vigil.cli.text import print_notes
 from vigil.errors import SettingError
 from vigil.packs.pack import Pack
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
@@ -19,21 +19,21 @@ from vigil.protocol.profile import COORDINATES_BY_MODEL, coordinates_for, known_
 from vigil.protocol.prompt import policy_sha256, policy_version, rendered_sha256
 from vigil.protocol.prompt_file import INSTRUCTION_SLOT
 from vigil.runner.calibrate import calibrate_model
-from vigil.runner.models.calibration import SPOTS, Calibration
-from vigil.runner.models.providers import PROVIDERS, Provider, named
-from vigil.runner.models.serving import serving
-from vigil.runner.models.thinking import how_set, leaves_of
+from vigil.runner.models.access import model_access
+from vigil.runner.models.pointing import SPOTS, PointingCalibration
+from vigil.runner.models.providers import PROVIDERS, Provider, parse_model_name
+from vigil.runner.models.thinking import describe_switch, flatten_fields
 from vigil.runner.settings import RunSettings, profile_of
 from vigil.runner.shared_settings import (
     ApiKeyEnv,
-    AskedCoordinates,
-    AskedProfile,
-    AskedSystemRole,
-    AskedTemplate,
-    AskedThinking,
-    AskedVariant,
     BaseUrl,
+    CoordinatesOption,
     PackName,
+    ProfileOption,
+    PromptFileOption,
+    PromptVariantOption,
+    SystemRoleOption,
+    ThinkingOption,
 )
 
 OneEpisode = Annotated[str | None, Setting("Fill in this episode's instruction.", metavar="ID")]
@@ -55,22 +55,24 @@ def models(
     vigil models --model qwen/qwen3-vl-plus
     """
     if model is not None:
-        _print_facts(facts_of(model, base_url, api_key_env), as_json)
+        _print_facts(model_facts(model, base_url, api_key_env), as_json)
     elif base_url is not None or api_key_env is not None:
         raise SettingError("--base-url and --api-key-env are for one model: add --model.")
     elif as_json:
         print(json.dumps({name: _facts(name) for name in LISTED}))
     else:
         print("\n".join([*_lines([_facts(name) for name in LISTED]), "", *_lines(_COORDINATES)]))
-        say(("A model whose name has none of these is asked for pixels; `vigil calibrate --model NAME` finds out.",))
+        print_notes(
+            ("A model whose name has none of these is asked for pixels; `vigil calibrate --model NAME` finds out.",)
+        )
 
 
 def calibrate(
     model: Annotated[str, Setting("provider/model.", metavar="MODEL")],
     base_url: BaseUrl = None,
     api_key_env: ApiKeyEnv = None,
-    thinking: AskedThinking = "default",
-    system_role: AskedSystemRole = "system",
+    thinking: ThinkingOption = "default",
+    system_role: SystemRoleOption = "system",
 ) -> None:
     """Example: vigil calibrate --model vllm/moonshotai/Kimi-VL-A3B-Instruct"""
     asked = {"base_url": base_url, "api_key_env": api_key_env, "thinking": thinking, "system_role": system_role}
@@ -85,7 +87,7 @@ def calibrate(
         raise typer.Exit(1)
 
 
-def _verdict(model: str, found: Calibration) -> str:
+def _verdict(model: str, found: PointingCalibration) -> str:
     if found.coordinates is None:
         return (
             f"{found.answered} of {len(SPOTS)} answers had a point, and they fit neither pixel nor normalized_1000: "
@@ -100,15 +102,15 @@ def _verdict(model: str, found: Calibration) -> str:
     )
 
 
-def facts_of(model: str, base_url: str | None = None, api_key_env: str | None = None) -> dict[str, str]:
+def model_facts(model: str, base_url: str | None = None, api_key_env: str | None = None) -> dict[str, str]:
     """Returns how a model would be asked. Raises SettingError when its name makes no sense."""
-    found = serving(model, base_url, {}, api_key_env)
+    found = model_access(model, base_url, {}, api_key_env)
     return {
         "model": model,
-        "asked": found.described,
+        "asked": found.description,
         "coordinates": f"{coordinates_for(model)} ({source_of_coordinates(model)})",
-        "thinking on": how_set("on", named(model)) or "no way known",
-        "thinking off": how_set("off", named(model)) or "no way known",
+        "thinking on": describe_switch("on", parse_model_name(model)) or "no way known",
+        "thinking off": describe_switch("off", parse_model_name(model)) or "no way known",
         "missing": found.missing or "nothing",
     }
 
@@ -122,7 +124,7 @@ def source_of_coordinates(model: str) -> str:
 
 def keys_of(name: str) -> tuple[str, ...]:
     """Returns the variables that may hold a provider's key."""
-    provider = named(f"{name}/m").provider
+    provider = parse_model_name(f"{name}/m").provider
     return provider.keys if provider.hosts else ()
 
 
@@ -130,7 +132,7 @@ def switch_of(provider: Provider) -> str:
     """Returns the field that turns thinking on and off, with both values; empty where none is known."""
     if provider.thinking is None:
         return ""
-    on, off = (leaves_of(fields)[0] for fields in (provider.thinking.on, provider.thinking.off))
+    on, off = (flatten_fields(fields)[0] for fields in (provider.thinking.on, provider.thinking.off))
     return f"{on.removeprefix('extra_body.').replace('=', ' ')} / {off.partition('=')[2]}"
 
 
@@ -143,7 +145,7 @@ def _print_facts(facts: dict[str, str], as_json: bool) -> None:
 
 
 def _facts(name: str) -> dict[str, str]:
-    provider = named(f"{name}/m").provider
+    provider = parse_model_name(f"{name}/m").provider
     key = "the machine's account" if provider.signs_in else ""
     if provider.hosts and provider.key_variable and (not key or os.environ.get(provider.key_variable)):
         key = f"{provider.key_variable} ({'set' if os.environ.get(provider.key_variable) else 'not set'})"
@@ -152,7 +154,7 @@ def _facts(name: str) -> dict[str, str]:
         "name": f"{name}/...",
         "key": key,
         "extra": f"{provider.extra} ({installed})" if provider.extra else "",
-        "address": provider.home,
+        "address": provider.default_address,
         "thinking on / off": switch_of(provider),
     }
 
@@ -167,12 +169,12 @@ def _lines(facts: Sequence[Mapping[str, str]]) -> list[str]:
 def prompt(
     pack: PackName = "starter",
     episode: OneEpisode = None,
-    profile: AskedProfile = "baseline",
-    prompt_variant: AskedVariant = "default",
-    prompt_template: AskedTemplate = None,
-    coordinates: AskedCoordinates = None,
+    profile: ProfileOption = "baseline",
+    prompt_variant: PromptVariantOption = "default",
+    prompt_template: PromptFileOption = None,
+    coordinates: CoordinatesOption = None,
     model: LikeModel = None,
-    system_role: AskedSystemRole = "system",
+    system_role: SystemRoleOption = "system",
 ) -> None:
     """Examples:
     vigil prompt
@@ -189,13 +191,13 @@ def prompt(
     condition = profile_of(asked)
     instruction = INSTRUCTION_SLOT if episode is None else Pack.load(pack).episode(episode).instruction
     sha256 = policy_sha256(condition) if episode is None else rendered_sha256(instruction, condition)
-    picture = Picture(b"", condition.image_format)
+    picture = EncodedFrame(b"", condition.image_format)
     for message in Conversation(condition, instruction).messages(picture, None):
         print(f"--- {message.role} ---")
         print(_text(message))
     feedback = " with the feedback on the action before" if condition.has_feedback else ""
     guessed = model is not None and coordinates is None and known_coordinates(model) is None
-    say(
+    print_notes(
         (
             *([f"Coordinates: pixel ({source_of_coordinates(model or '')})."] if guessed else ()),
             f"{policy_version(condition)}; SHA-256 of the system message {sha256}",

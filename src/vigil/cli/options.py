@@ -9,7 +9,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 
 import typer
 
-from vigil.base.settings import Declared, declared, declared_in
+from vigil.base.settings import DeclaredSetting, declared_setting, declared_settings
 
 Function = Callable[..., None]
 
@@ -23,7 +23,7 @@ def with_options(verb: Function) -> Function:
     """
     parameters = inspect.signature(verb, eval_str=True).parameters
     groups = {
-        name: [one for one in declared_in(each.annotation) if one.setting.is_option]
+        name: [one for one in declared_settings(each.annotation) if one.setting.is_option]
         for name, each in parameters.items()
         if isinstance(each.annotation, type) and is_dataclass(each.annotation)
     }
@@ -46,12 +46,12 @@ def with_options(verb: Function) -> Function:
     return call
 
 
-def _own(parameter: inspect.Parameter) -> Declared | None:
+def _own(parameter: inspect.Parameter) -> DeclaredSetting | None:
     default = MISSING if parameter.default is parameter.empty else parameter.default
-    return declared(parameter.name, parameter.annotation, default)
+    return declared_setting(parameter.name, parameter.annotation, default)
 
 
-def _parameters(parameter: inspect.Parameter, group: list[Declared] | None) -> Iterator[inspect.Parameter]:
+def _parameters(parameter: inspect.Parameter, group: list[DeclaredSetting] | None) -> Iterator[inspect.Parameter]:
     """Yields what Typer is to see of a parameter."""
     one = _own(parameter)
     if group is None and one is None:
@@ -62,20 +62,20 @@ def _parameters(parameter: inspect.Parameter, group: list[Declared] | None) -> I
         yield inspect.Parameter(each.name, parameter.KEYWORD_ONLY, annotation=annotation, default=default)
 
 
-def _option(one: Declared) -> Any:
+def _option(one: DeclaredSetting) -> Any:
     setting = one.setting
     return typer.Option(
         f"--no-{one.option}" if one.default is True else f"--{one.option}",
         help=setting.help,
-        min=setting.least,
-        max=setting.most,
+        min=setting.minimum,
+        max=setting.maximum,
         metavar=setting.metavar,
         envvar=setting.env,
         show_default=setting.unset or True,
     )
 
 
-def _text_type(one: Declared) -> Any:
+def _text_type(one: DeclaredSetting) -> Any:
     """Returns the type that Typer is to make of an option's texts."""
     if one.setting.read is not None:
         return list[str] | None if one.setting.repeats else str | None
@@ -86,7 +86,7 @@ def _text_type(one: Declared) -> Any:
     return kind | None if type(None) in kinds else kind
 
 
-def _shown(one: Declared) -> Any:
+def _shown(one: DeclaredSetting) -> Any:
     """Returns the default that the help shows and Typer fills in."""
     if one.default is True:
         return False
@@ -94,6 +94,6 @@ def _shown(one: Declared) -> Any:
     return None if is_collection else one.default
 
 
-def _value(one: Declared, given: Any) -> Any:
+def _value(one: DeclaredSetting, given: Any) -> Any:
     """Returns the setting that Typer's value is."""
     return not given if one.default is True and given is not None else one.value(given)

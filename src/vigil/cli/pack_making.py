@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.closure.generation import closure_bench
+from vigil.assets.database import AssetDatabase
+from vigil.authoring.closure.generation import closure_worker
 from vigil.authoring.drafting.drafts import DraftsFile, HouseOrigin
 from vigil.authoring.drafting.generation import (
     PER_HOUSE,
@@ -18,10 +18,10 @@ from vigil.authoring.drafting.generation import (
 )
 from vigil.authoring.drafting.model_proposals import model_proposer
 from vigil.authoring.drafting.procthor import FORM
-from vigil.authoring.drafting.sources import Filed, Source, drawn_of, filed
+from vigil.authoring.drafting.sources import HouseInFile, HouseSource, draw_sample, houses_from
 from vigil.authoring.packing.assemble import HOUSE_USES, PER_FAMILY, PackRequest, assemble, candidates
-from vigil.authoring.packing.candidate_checks import checker, house_finder
-from vigil.authoring.packing.levels import measured_levels
+from vigil.authoring.packing.candidate_checks import candidate_checker, house_finder
+from vigil.authoring.packing.level_measurement import measured_levels
 from vigil.authoring.packing.recipes import (
     Recipe,
     check_assets,
@@ -31,7 +31,7 @@ from vigil.authoring.packing.recipes import (
     recipe_of,
     sources_of,
 )
-from vigil.authoring.packing.verify import VerificationSettings, bundles
+from vigil.authoring.packing.verify import VerificationSettings, house_batches
 from vigil.authoring.review.reviews import Review, read_reviews
 from vigil.cli.arguments import Robust, SeedFile
 from vigil.cli.making.closure import (
@@ -39,32 +39,32 @@ from vigil.cli.making.closure import (
     Suite,
     build_suite,
     draft_suite,
+    parse_tasks,
     refuse_with_suite,
     refuse_without_suite,
     suite_request,
     suite_settings,
-    tasks_named,
 )
 from vigil.cli.making.drafting import (
     FormsOption,
-    drafting_of,
+    drafting_for_pack,
     drafts_summary,
     forms_named,
-    shown_on,
+    progress_callback,
 )
-from vigil.cli.making.houses import SECRET_RECIPE, asked_sources, generated, specs_of
+from vigil.cli.making.houses import SECRET_RECIPE, generated_sources, parse_specs, requested_sources
 from vigil.cli.progress import progress
-from vigil.cli.text import say, tell
+from vigil.cli.text import print_note, print_notes
 from vigil.errors import SettingError
-from vigil.packs.freeze import check_free
+from vigil.packs.freeze import check_can_freeze
 from vigil.packs.pack import Pack
 from vigil.packs.private import chosen_seed, is_secret
 from vigil.protocol.episode import FAMILIES
-from vigil.runner.models.completion import completing
+from vigil.runner.models.completion import open_completion
 from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families, Workers
 from vigil.runner.workers.pool import worker_count
 from vigil.scoring.closure import Kind
-from vigil.scoring.levels import LEVELS, EpisodeLevel, levels_named
+from vigil.scoring.levels import LEVELS, EpisodeLevel, parse_levels
 
 Rooms = Annotated[str, typer.Option(help="Numbers of rooms or specs, in turn, of generated houses.")]
 HousePlaces = Annotated[
@@ -72,7 +72,7 @@ HousePlaces = Annotated[
 ]
 Name = Annotated[str, typer.Option(help="The pack's name.")]
 PerFamily = Annotated[int, typer.Option(min=1, help="Episodes of each family.")]
-HouseUses = Annotated[int, typer.Option(min=1, help="Episodes of a family in a house, at most.")]
+MaxPerHouse = Annotated[int, typer.Option(min=1, help="Episodes of a family in a house, at most.")]
 LevelNames = Annotated[
     list[str] | None,
     typer.Option(
@@ -99,7 +99,7 @@ def propose(
     seed: Annotated[int | None, typer.Option(help="For everything drawn; 0 unless given.")] = None,
     seed_file: SeedFile = None,
     per_house: Annotated[int, typer.Option(min=1, help="Drafts kept of a family in a house.")] = PER_HOUSE,
-    tried: Annotated[int, typer.Option(min=1, help="Drafts tried of a family in a house.")] = TRIED,
+    tries: Annotated[int, typer.Option(min=1, help="Drafts tried of a family in a house.")] = TRIED,
     hardest_of: Starts = 1,
     forms: FormsOption = None,
     limit: Annotated[int | None, typer.Option(min=1, help="Only the first N houses of each --houses.")] = None,
@@ -122,9 +122,9 @@ def propose(
         families or tuple(FAMILIES),
         drawn_by,
         per_house,
-        tried,
+        tries,
         backend,
-        AssetDatabase.of(assets),
+        AssetDatabase.from_file(assets),
         forms=forms_named(forms or "public"),
         starts=hardest_of,
         is_seed_secret=is_secret(drawn_by),
@@ -132,17 +132,17 @@ def propose(
     if suite is not None:
         refuse_with_suite(family=families, model=model, grammar=grammar, hardest_of=hardest_of > 1)
         settings = suite_settings(settings)
-    sources = asked_sources(houses or [], seeds, specs_of(rooms, suite), limit, settings.secret, tell)
+    sources = requested_sources(houses or [], seeds, parse_specs(rooms, suite), limit, settings.secret, print_note)
     file = DraftsFile(out)
     with progress("houses") as show:
-        on_progress = shown_on(show)
+        on_progress = progress_callback(show)
         if model is None:
-            bench = closure_bench if suite else None
+            make_worker = closure_worker if suite else None
             generate_drafts(
-                file, sources, settings, workers=worker_count(workers), bench=bench, on_progress=on_progress
+                file, sources, settings, workers=worker_count(workers), make_worker=make_worker, on_progress=on_progress
             )
         else:
-            with completing(model, base_url, api_key_env=api_key_env) as complete:
+            with open_completion(model, base_url, api_key_env=api_key_env) as complete:
                 proposer = model, model_proposer(complete, per_house, model)
                 generate_drafts(file, sources, settings, proposer=proposer, on_progress=on_progress)
     drafts_summary(file)
@@ -153,7 +153,7 @@ def build(
     out: Annotated[Path, typer.Option(help="New or empty folder.")],
     drafts: Annotated[list[Path] | None, typer.Option(help="Drafts file; may be repeated.")] = None,
     kept: Annotated[
-        Path | None, typer.Option(help="Drafts file of an earlier version's episodes, which enter first.")
+        Path | None, typer.Option("--earlier-drafts", help="Drafts file of an earlier version's episodes, which enter first.")
     ] = None,
     version: Annotated[str, typer.Option(help="The pack's version.")] = "1",
     reviews: Reviews = None,
@@ -165,7 +165,7 @@ def build(
     description: Annotated[str, typer.Option(help="One sentence for the manifest and the card.")] = "",
     seed: Annotated[int | None, typer.Option(help="Breaks ties; 0 unless given.")] = None,
     seed_file: SeedFile = None,
-    house_uses: HouseUses = HOUSE_USES,
+    max_per_house: MaxPerHouse = HOUSE_USES,
     level: LevelNames = None,
     robust: Robust = False,
     workers: Workers = None,
@@ -176,31 +176,31 @@ def build(
     old = DraftsFile(kept) if kept else None
     files = [*([old] if old else []), *(DraftsFile(path) for path in drafts or [])]
     if not files:
-        raise SettingError("Give --drafts, --kept or both: files with episodes to choose from.")
+        raise SettingError("Give --drafts, --earlier-drafts or both: files with episodes to choose from.")
     if suite is not None:
-        refuse_with_suite(family=families, kept=kept, level=level, robust=robust)
+        refuse_with_suite(family=families, earlier_drafts=kept, level=level, robust=robust)
     else:
         refuse_without_suite(kind)
     given = [review for path in reviews or [] for review in _reviews(path)]
     breaks_ties = chosen_seed(seed, seed_file) or 0
-    database = AssetDatabase.of(assets)
+    database = AssetDatabase.from_file(assets)
     pack_request = PackRequest(
         name,
         per_family,
         breaks_ties,
-        house_uses,
+        max_per_house,
         version=version,
         description=description,
         aliases=tuple(alias or []),
         families=families or tuple(FAMILIES),
         is_seed_secret=any(map(is_secret, (breaks_ties, *(file.read().header.seed for file in files)))),
         asset_database_sha256=database.sha256,
-        levels=levels_named(level or []),
+        levels=parse_levels(level or []),
         is_robust=robust,
     )
     verification = VerificationSettings(backend, database, worker_count(workers), robust)
     if suite is not None:
-        asked = suite_request(pack_request, tasks_named(kind or [], per_family))
+        asked = suite_request(pack_request, parse_tasks(kind or [], per_family))
         with progress("checks"):
             build_suite(out, files, asked, given, verification)
         return
@@ -218,8 +218,8 @@ def _freeze(
 ) -> Pack:
     levels = _levels(files, given, pack_request, verification, kept)
     with progress("checks") as show:
-        check = checker(files, verification, lambda now: show(now.done, now.of, f"{now.faulty} left out"))
-        pack, bad = assemble(out, files, given, pack_request, check, kept=kept, levels=levels)
+        check = candidate_checker(files, verification, lambda now: show(now.done, now.of, f"{now.faulty} left out"))
+        pack, bad = assemble(out, files, given, pack_request, check, previous=kept, levels=levels)
     for findings in bad.values():
         print(f"left out: {findings[0]}")
     print(f"{out}: {len(pack.episodes)} episodes in {pack.manifest.houses} houses, sha256 {pack.sha256}")
@@ -239,7 +239,7 @@ def _levels(
         return None
     pool = [each for each in candidates(files, given, kept) if each.episode.family in pack_request.families]
     solved = {candidate.episode.id: candidate.draft.actions for candidate in pool}
-    work = bundles([candidate.episode for candidate in pool], solved, house_finder(files))
+    work = house_batches([candidate.episode for candidate in pool], solved, house_finder(files))
     with progress("levels") as show:
         return {found.episode_id: found for found in measured_levels(work, verification, show)}
 
@@ -251,15 +251,15 @@ def make(
     seed_file: SeedFile = None,
     houses: HousePlaces = None,
     count: Annotated[int | None, typer.Option(min=1, help="Houses to draw; of --houses all, unless given.")] = None,
-    spread: Annotated[
-        bool, typer.Option("--spread", help="Ask each house for one family alone, in turn: more houses in the time.")
+    one_family_per_house: Annotated[
+        bool, typer.Option("--one-family-per-house", help="Ask each house for one family alone, in turn: more houses in the time.")
     ] = False,
     rooms: Rooms = "mixed",
     per_family: PerFamily = PER_FAMILY,
     families: Families = (),
     suite: Suite = None,
     kind: Kinds = None,
-    house_uses: HouseUses = HOUSE_USES,
+    max_per_house: MaxPerHouse = HOUSE_USES,
     level: LevelNames = None,
     forms: FormsOption = None,
     robust: Robust = False,
@@ -279,27 +279,33 @@ def make(
     """
     drawn_by = _seed_of(houses, seed, seed_file)
     if suite is not None:
-        refuse_with_suite(family=families, spread=spread, level=level, robust=robust, hardest_of=hardest_of > 1)
+        refuse_with_suite(
+            family=families,
+            one_family_per_house=one_family_per_house,
+            level=level,
+            robust=robust,
+            hardest_of=hardest_of > 1,
+        )
     else:
         refuse_without_suite(kind)
-    tasks = tasks_named(kind or [], per_family) if suite is not None else None
-    check_free(out, name)
-    offered = filed(houses or [], report=tell)
+    tasks = parse_tasks(kind or [], per_family) if suite is not None else None
+    check_can_freeze(out, name)
+    offered = houses_from(houses or [], report=print_note)
     origins = [] if reviews else _origins(offered)
     if houses:
-        sources = drawn_of(offered, drawn_by or 0, count)
+        sources = draw_sample(offered, drawn_by or 0, count)
     else:
-        sources = generated(drawn_by or 0, count, per_family, specs_of(rooms, suite), tell)
-    database = AssetDatabase.of(assets)
+        sources = generated_sources(drawn_by or 0, count, per_family, parse_specs(rooms, suite), print_note)
+    database = AssetDatabase.from_file(assets)
     pack_request = PackRequest(
         name,
         per_family,
         drawn_by or 0,
-        house_uses,
+        max_per_house,
         families=families or tuple(FAMILIES),
         is_seed_secret=not houses,
         asset_database_sha256=database.sha256,
-        levels=levels_named(level or []),
+        levels=parse_levels(level or []),
         is_robust=robust,
         forms=forms_named(forms or ("public" if houses else "all")),
     )
@@ -308,11 +314,11 @@ def make(
     if tasks is not None:
         pack = _make_suite(out, sources, pack_request, tasks, verification, given)
     else:
-        pack = _make(out, sources, pack_request, given, verification, is_spread=spread, starts=hardest_of)
+        pack = _make(out, sources, pack_request, given, verification, is_spread=one_family_per_house, starts=hardest_of)
     if origins:
         recipe = recipe_of(
             pack_request, origins, pack.sha256,
-            backend=backend, drafted_in=count, is_spread=spread, starts=hardest_of, tasks=tasks,
+            backend=backend, drafted_in=count, is_spread=one_family_per_house, starts=hardest_of, tasks=tasks,
         )  # fmt: skip
         _save_recipe(out, recipe)
 
@@ -346,36 +352,36 @@ def remake(
 ) -> None:
     """Example: vigil pack remake procthor_one_room_v3 --houses one_room_train.jsonl.gz --out packs/one_room"""
     wanted = Recipe.load(recipe)
-    check_free(out, wanted.name)
+    check_can_freeze(out, wanted.name)
     check_drafts(wanted)
-    database = AssetDatabase.of(assets)
+    database = AssetDatabase.from_file(assets)
     check_assets(wanted, database)
-    say(wanted.notes())
-    sources = sources_of(wanted, houses or [], tell)
+    print_notes(wanted.notes())
+    sources = sources_of(wanted, houses or [], print_note)
     with progress("houses read") as show:
         check_houses(wanted, sources, lambda number: show(number, len(sources)))
     print(f"{len(sources)} houses are those of recipe {wanted.name!r}")
     verification = VerificationSettings(wanted.backend, database, worker_count(workers), wanted.is_robust)
-    chosen = drawn_of(sources, wanted.seed, wanted.drafted_in)
+    chosen = draw_sample(sources, wanted.seed, wanted.drafted_in)
     if wanted.suite is not None:
         pack = _make_suite(out, chosen, wanted.request, wanted.tasks, verification, [])
     else:
-        spread, starts = wanted.is_spread, wanted.starts
-        pack = _make(out, chosen, wanted.request, [], verification, is_spread=spread, starts=starts)
+        one_family_per_house, starts = wanted.is_spread, wanted.starts
+        pack = _make(out, chosen, wanted.request, [], verification, is_spread=one_family_per_house, starts=starts)
     if pack.sha256 != wanted.pack_sha256:
         print(f"not the recipe's bytes: its pack has sha256 {wanted.pack_sha256}")
         raise typer.Exit(2)
     print("the same bytes as the recipe's")
 
 
-def _origins(offered: Sequence[Filed]) -> list[HouseOrigin]:
+def _origins(offered: Sequence[HouseInFile]) -> list[HouseOrigin]:
     with progress("houses read") as show:
         return origins_of(offered, lambda number: show(number, len(offered)))
 
 
 def _make(
     out: Path,
-    sources: Sequence[Source],
+    sources: Sequence[HouseSource],
     pack_request: PackRequest,
     given: list[Review],
     verification: VerificationSettings,
@@ -384,17 +390,17 @@ def _make(
     starts: int,
 ) -> Pack:
     """Proposes in all houses, or goes on, and freezes the pack."""
-    file, settings = drafting_of(out, pack_request, verification)
+    file, settings = drafting_for_pack(out, pack_request, verification)
     settings = replace(settings, is_spread=is_spread, starts=starts)
     with progress("houses") as show:
-        generate_drafts(file, sources, settings, workers=verification.workers, on_progress=shown_on(show))
+        generate_drafts(file, sources, settings, workers=verification.workers, on_progress=progress_callback(show))
     drafts_summary(file)
     return _freeze(out, [file], given, pack_request, verification)
 
 
 def _make_suite(
     out: Path,
-    sources: Sequence[Source],
+    sources: Sequence[HouseSource],
     pack_request: PackRequest,
     tasks: Mapping[Kind, int],
     verification: VerificationSettings,
@@ -402,7 +408,7 @@ def _make_suite(
 ) -> Pack:
     """Proposes tasks of the suite in all houses, or goes on, and freezes the pack."""
     with progress("houses") as show:
-        file = draft_suite(out, sources, pack_request, verification, shown_on(show))
+        file = draft_suite(out, sources, pack_request, verification, progress_callback(show))
     drafts_summary(file)
     with progress("checks"):
         return build_suite(out, [file], suite_request(pack_request, tasks), given, verification)

@@ -12,28 +12,35 @@ import typer
 from rich.table import Table
 
 import vigil
-from vigil.analysis.measures.calibration import Calibration, Correlation, Success, calibrate
+from vigil.analysis.measures.calibration import Correlation, DifficultyCalibration, Success, calibrate
 from vigil.analysis.measures.rows import read_runs
-from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.packing.baselines import AGENTS, BASELINES, baselines_table, broken_promises, guess_lines, measured
+from vigil.assets.database import AssetDatabase
+from vigil.authoring.packing.baselines import (
+    AGENTS,
+    BASELINES,
+    baselines_table,
+    broken_promises,
+    guess_lines,
+    measured_baselines,
+)
 from vigil.authoring.packing.dataset_card import write_card
-from vigil.authoring.packing.levels import pack_levels
+from vigil.authoring.packing.level_measurement import pack_levels
 from vigil.authoring.packing.verify import VerificationSettings
 from vigil.authoring.review.contact_sheets import pick_sample, write_sheets
-from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
+from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
 from vigil.cli.arguments import AsJson, LevelsFile, PackArgument, Reveal, RunArguments
 from vigil.cli.progress import progress, run_progress
-from vigil.cli.text import console, say
+from vigil.cli.text import console, print_notes
 from vigil.errors import SettingError, SimulatorError
 from vigil.packs.pack import Pack
 from vigil.packs.private import check_revealed, is_private
 from vigil.protocol.episode import FAMILIES
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
-from vigil.runner.shared_settings import AssetFile, PackPlace, Workers
+from vigil.runner.shared_settings import AssetFile, PackLocation, Workers
 from vigil.runner.workers.pool import worker_count
-from vigil.scoring.levels import COSTS, LEVELS, EpisodeLevel, levels_bytes, read_levels
-from vigil.scoring.summary import settle_run, summarise
+from vigil.scoring.levels import COSTS, LEVELS, EpisodeLevel, dump_levels, read_levels
+from vigil.scoring.summary import score_run, summarise
 from vigil.sim import make_simulator
 
 
@@ -48,9 +55,9 @@ def baselines(
 ) -> None:
     """Example: vigil pack baselines vigil_mini --log-dir runs/baselines"""
     loaded = Pack.load(pack)
-    say(loaded.manifest.version_notes)
+    print_notes(loaded.manifest.version_notes)
     summaries = {name: _summary(loaded, name, log_dir / name, workers, assets) for name in AGENTS}
-    found = measured(loaded, summaries, vigil.__version__)
+    found = measured_baselines(loaded, summaries, vigil.__version__)
     print(*baselines_table(found), *guess_lines(found), sep="\n")
     if card:
         (loaded.folder / BASELINES).write_text(found.model_dump_json(indent=1) + "\n", encoding="utf-8")
@@ -77,7 +84,7 @@ def _summary(pack: Pack, agent: str, folder: Path, workers: int | None, assets: 
         raise SimulatorError(
             f"{result.errors} episodes of {agent!r} ended as errors; the same command plays them again."
         )
-    return summarise(settle_run(result.episodes, result.records))
+    return summarise(score_run(result.episodes, result.records))
 
 
 def levels(
@@ -90,15 +97,15 @@ def levels(
 
     A file `levels.jsonl` in a pack's folder is found by `vigil report`; any other is given to it with --levels.
     """
-    loaded, database = Pack.load(pack), AssetDatabase.of(assets)
-    say(loaded.manifest.version_notes)
+    loaded, database = Pack.load(pack), AssetDatabase.from_file(assets)
+    print_notes(loaded.manifest.version_notes)
     loaded.check_assets(database)
     settings = VerificationSettings(assets=database, workers=worker_count(workers))
     with progress("levels") as show:
         found = pack_levels(loaded, settings, show)
     _print_levels(loaded, found)
     if out is not None:
-        out.write_bytes(levels_bytes(found))
+        out.write_bytes(dump_levels(found))
         print(out)
 
 
@@ -118,9 +125,9 @@ def _print_levels(pack: Pack, found: list[EpisodeLevel]) -> None:
 
 def difficulty(
     runs: RunArguments,
-    pack: PackPlace = None,
+    pack: PackLocation = None,
     levels: LevelsFile = None,
-    of: Annotated[Success, typer.Option(help="What counts as success.")] = "B",
+    of: Annotated[Success, typer.Option("--success", help="What counts as success.")] = "B",
     as_json: AsJson = False,
 ) -> None:
     """Example: vigil pack difficulty runs/* --levels mini.levels.jsonl
@@ -135,7 +142,7 @@ def difficulty(
         _print_calibration(found, of)
 
 
-def _calibration_json(found: Calibration) -> dict[str, object]:
+def _calibration_json(found: DifficultyCalibration) -> dict[str, object]:
     fitted = found.fit
     abilities = zip(fitted.plays.agents, fitted.ability.tolist(), fitted.ability_se.tolist(), strict=True)
     of_episodes = [fitted.difficulty, fitted.difficulty_se, found.indices, found.discriminations]
@@ -165,7 +172,7 @@ def _number(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def _print_calibration(found: Calibration, of: Success) -> None:
+def _print_calibration(found: DifficultyCalibration, of: Success) -> None:
     fitted = found.fit
     hits, plays = fitted.plays.hits.sum(axis=1), fitted.plays.plays.sum(axis=1)
     abilities = Table("agent", "plays", f"{of} %", "ability (logits)", "standard error")
@@ -197,19 +204,19 @@ def _correlation_words(found: Correlation) -> str:
 def sheet(
     pack: PackArgument,
     out: Annotated[Path, typer.Option(help="Folder to write a sheet for each family into.")],
-    n: Annotated[int, typer.Option("--n", min=1, help="Episodes, evenly over the families.")] = 80,
+    count: Annotated[int, typer.Option("--count", min=1, help="Episodes, evenly over the families.")] = 80,
     seed: Annotated[int, typer.Option(min=0, help="Which ones.")] = 0,
     assets: AssetFile = None,
     reveal: Reveal = False,
 ) -> None:
-    """Example: vigil pack sheet vigil_mini --n 80 --out sheets"""
+    """Example: vigil pack sheet vigil_mini --count 80 --out sheets"""
     if out.exists() and not out.is_dir():
         raise SettingError(f"--out {str(out)!r} is a file; give a folder.")
-    loaded, database = Pack.load(pack), AssetDatabase.of(assets)
-    say(loaded.manifest.version_notes)
+    loaded, database = Pack.load(pack), AssetDatabase.from_file(assets)
+    print_notes(loaded.manifest.version_notes)
     what = "A sheet of its frames and instructions"
     check_revealed(loaded.name, is_private(loaded.manifest.meta), what, reveals=reveal)
     loaded.check_assets(database)
     with closing(make_simulator("mujoco", assets=database)) as simulator:
-        shown = pick_sample(loaded.episodes, n, seed)
+        shown = pick_sample(loaded.episodes, count, seed)
         print(*write_sheets(shown, loaded.house_of, simulator, out), sep="\n")

@@ -12,27 +12,27 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.authoring.closure.verify import verify_closure
 from vigil.authoring.packing.compare import compare
-from vigil.authoring.packing.compare_backends import KINDS, BackendComparison, compare_backends
 from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
 from vigil.authoring.packing.starter import build_starter
 from vigil.authoring.packing.verify import VerificationSettings, verify_pack
+from vigil.authoring.review.compare_backends import KINDS, BackendComparison, compare_backends
 from vigil.authoring.review.validate import Finding
 from vigil.cli.arguments import AsJson, PackArgument, Robust
-from vigil.cli.progress import Show, progress
-from vigil.cli.text import console, say
+from vigil.cli.progress import ShowProgress, progress
+from vigil.cli.text import console, print_notes
 from vigil.errors import SettingError
 from vigil.packs.names import other_names, version_words
-from vigil.packs.pack import Pack, Selection, find, manifest_of, manifest_sha256, packaged_names
+from vigil.packs.pack import Pack, Selection, find_pack, manifest_of, manifest_sha256, packaged_names
 from vigil.packs.private import is_private
 from vigil.protocol.episode import FAMILIES, Family
 from vigil.runner.shared_settings import AssetFile, Backend, EpisodeIds, Families, Workers
 from vigil.runner.workers.pool import worker_count
 from vigil.scoring.closure import SUITE
-from vigil.scoring.levels import LEVELS, levels_of
-from vigil.scoring.strata import in_order
+from vigil.scoring.levels import LEVELS, read_pack_levels
+from vigil.scoring.target_strata import sort_by_size
 from vigil.sim import make_simulator
 from vigil.sim.thor.differences import EXPLAINED
 from vigil.sim.thor.start import ENGINE_VARIABLE, OWN
@@ -49,7 +49,7 @@ def list_packs(as_json: AsJson = False) -> None:
             "episodes": manifest.episodes,
             "families": len(manifest.families),
             "houses": manifest.houses,
-            "sha256": manifest_sha256(find(name)),
+            "sha256": manifest_sha256(find_pack(name)),
         }
         for name, manifest in manifests.items()
     ]
@@ -67,10 +67,10 @@ def list_packs(as_json: AsJson = False) -> None:
 def info(pack: PackArgument, as_json: AsJson = False) -> None:
     """Example: vigil pack info starter"""
     loaded = Pack.load(pack)
-    say(loaded.manifest.version_notes)
+    print_notes(loaded.manifest.version_notes)
     if as_json:
         solutions = {"steps": steps_of(loaded), "skills": skill_shares(loaded)}
-        levels = Counter(each.level for each in levels_of(loaded.folder).values())
+        levels = Counter(each.level for each in read_pack_levels(loaded.folder).values())
         facts = {"sha256": loaded.sha256, "solutions": solutions, "levels": levels}
         print(json.dumps({**loaded.manifest.model_dump(mode="json"), **facts}))
         return
@@ -114,7 +114,7 @@ def _print_families(pack: Pack) -> None:
 
 def _print_levels(pack: Pack) -> None:
     """Prints how many episodes of each family are of each level, where the pack holds levels."""
-    levels = levels_of(pack.folder)
+    levels = read_pack_levels(pack.folder)
     if not levels:
         return
     counts = Counter((episode.family, levels[episode.id].level) for episode in pack.episodes if episode.id in levels)
@@ -130,7 +130,7 @@ def _print_strata(strata: dict) -> None:
     named |= {name: strata[name] for name in ("rooms", "house_sizes", "categories")}
     named["not found by turning"] = strata["not_found_by_turning"]
     for name, counts in named.items():
-        table.add_row(name, ", ".join(f"{key} {count}" for key, count in in_order(counts).items()))
+        table.add_row(name, ", ".join(f"{key} {count}" for key, count in sort_by_size(counts).items()))
     console().print(table)
 
 
@@ -162,8 +162,8 @@ def verify(
 
 def _with_assets(pack: str, assets: Path | None) -> tuple[Pack, AssetDatabase]:
     """Returns a pack and the asset database that it was made with. Raises PackMismatch when another one is given."""
-    loaded, database = Pack.load(pack), AssetDatabase.of(assets)
-    say(loaded.manifest.version_notes)
+    loaded, database = Pack.load(pack), AssetDatabase.from_file(assets)
+    print_notes(loaded.manifest.version_notes)
     loaded.check_assets(database)
     return loaded, database
 
@@ -175,7 +175,9 @@ def _faulty_of(pack: Pack, findings: Iterable[Finding]) -> Counter[tuple[Family,
     return Counter((family_of[name], rule) for name, rule in broken)
 
 
-def _verify_closure(pack: Pack, log: Path | None, backend: str, assets: AssetDatabase, show: Show) -> list[Finding]:
+def _verify_closure(
+    pack: Pack, log: Path | None, backend: str, assets: AssetDatabase, show: ShowProgress
+) -> list[Finding]:
     if log is not None:
         raise SettingError("--log keeps single episodes, and twins are verified together. Leave it out for this pack.")
     with closing(make_simulator(backend, assets=assets)) as simulator:

@@ -12,23 +12,22 @@ from typing import Protocol
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from vigil.cli.text import console, duration, percent
-from vigil.runner.progress import OnProgress
-from vigil.runner.progress import Progress as RunProgress
+from vigil.runner.progress import OnProgress, RunProgress
 
 PLAIN_SECONDS = 10.0
 """Between two plain lines at least, but for the last."""
 QUIET_SECONDS = 25.0
 """Work that tells nothing is said to go on about so often."""
-TROUBLE_CHARS = 70
+RETRY_REASON_CHARS = 70
 
 
-class Show(Protocol):
+class ShowProgress(Protocol):
     """Takes in how much is done."""
 
     def __call__(self, done: int, total: int, facts: str = "") -> None: ...  # noqa: D102
 
 
-class _Told:
+class _PlainProgress:
     """What was told last, and since when; shown as plain lines."""
 
     def __init__(self, label: str) -> None:
@@ -39,7 +38,7 @@ class _Told:
         """When something was told for the first time, and how much was done already: by an earlier session."""
         self._text = ""
 
-    def take(self, done: int, total: int, facts: str) -> str:
+    def update(self, done: int, total: int, facts: str) -> str:
         """Takes in how much is done, and returns the time left, estimated from what was done since the first time."""
         now_s = time.monotonic()
         if self._first is None:
@@ -57,14 +56,14 @@ class _Told:
             self._line_s = now_s
             print(self._text + more, file=sys.stderr, flush=True)
 
-    def print_sign_of_life(self) -> None:
+    def print_heartbeat(self) -> None:
         """Prints that the work goes on, unless something was printed lately."""
         since = duration(time.monotonic() - self._began_s)
         self.print_line(QUIET_SECONDS, f"  (at it for {since})" if self._text else f"{self._label}: begun {since} ago")
 
 
 @contextmanager
-def progress(label: str, *, may_fork: bool = False) -> Iterator[Show]:
+def progress(label: str, *, may_fork: bool = False) -> Iterator[ShowProgress]:
     """Yields what is told how many of how many are done; nothing is shown before that, or before it takes long.
 
     Where the process `may_fork` no thread runs beside it: a bar changes only when something is told.
@@ -77,15 +76,15 @@ def progress(label: str, *, may_fork: bool = False) -> Iterator[Show]:
         console=output, redirect_stdout=sys.stdout.isatty(), disable=not is_live, auto_refresh=not may_fork,
     )  # fmt: skip
     task = bar.add_task(label, total=None, facts="", left="-")
-    told = _Told(label)
+    plain = _PlainProgress(label)
     is_over, order = threading.Event(), threading.Lock()
 
     def show(done: int, total: int, facts: str = "") -> None:
-        left = told.take(done, total, facts)
+        left = plain.update(done, total, facts)
         bar.start()
         bar.update(task, completed=done, total=total, facts=facts, left=left, refresh=may_fork)
         if not is_live:
-            told.print_line(0.0 if done >= total else PLAIN_SECONDS)
+            plain.print_line(0.0 if done >= total else PLAIN_SECONDS)
 
     def keep_alive() -> None:
         while not is_over.wait(QUIET_SECONDS):
@@ -93,7 +92,7 @@ def progress(label: str, *, may_fork: bool = False) -> Iterator[Show]:
                 if is_live and not is_over.is_set():
                     bar.start()
                 elif not is_over.is_set():
-                    told.print_sign_of_life()
+                    plain.print_heartbeat()
 
     if not may_fork:
         threading.Thread(target=keep_alive, name=f"progress of {label}", daemon=True).start()
@@ -110,10 +109,10 @@ def progress(label: str, *, may_fork: bool = False) -> Iterator[Show]:
 def run_progress(label: str) -> Iterator[OnProgress]:
     """Yields what takes in where a run stands."""
     with progress(label) as show:
-        yield lambda run: show(run.done + run.errors, run.total, facts_of(run))
+        yield lambda run: show(run.done + run.errors, run.total, progress_facts(run))
 
 
-def facts_of(run: RunProgress) -> str:
+def progress_facts(run: RunProgress) -> str:
     """Returns what a run's progress says besides the number of its episodes."""
     return "  ".join(
         (
@@ -121,6 +120,6 @@ def facts_of(run: RunProgress) -> str:
             f"B {percent(run.B)}",
             *([f"cost {run.cost:,.2f}"] if run.cost is not None else []),
             *([f"errors {run.errors}"] if run.errors else []),
-            *([textwrap.shorten(run.trouble, TROUBLE_CHARS, placeholder=" ...")] if run.trouble else []),
+            *([textwrap.shorten(run.retry_reason, RETRY_REASON_CHARS, placeholder=" ...")] if run.retry_reason else []),
         )
     )

@@ -10,11 +10,11 @@ from PIL import Image
 
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.authoring.drafting.procthor import DATASET
 from vigil.authoring.drafting.sources import house_at
 from vigil.base.geometry import Pose, Vec3
-from vigil.cli.text import tell
+from vigil.cli.text import print_note
 from vigil.errors import SettingError, did_you_mean
 from vigil.packs.pack import Pack
 from vigil.protocol.house import House
@@ -22,9 +22,9 @@ from vigil.protocol.observation import Quality
 from vigil.protocol.world import Setup
 from vigil.runner.shared_settings import AssetFile, PackName, RenderQuality
 from vigil.sim import make_simulator
-from vigil.sim.showcase.exhibit import State
-from vigil.sim.showcase.portrait import draw_lots, write_blind, write_catalog
+from vigil.sim.showcase.object_renders import draw_subjects, write_blind, write_catalog
 from vigil.sim.showcase.renders import render_asset
+from vigil.sim.showcase.staged_scenes import State
 
 
 def render(
@@ -62,11 +62,11 @@ def render(
     if catalog or blind is not None:
         _series(out, blind, variants, seed, distance)
         return
-    database = AssetDatabase.of(assets)
+    database = AssetDatabase.from_file(assets)
     if asset is not None:
         frame = _asset(asset, variant, state)
     elif house is not None:
-        loaded = house_at(house, tell)
+        loaded = house_at(house, print_note)
         frame = _view(loaded, _pose(pose, loaded), Setup(), database, render_quality)
     else:
         frozen = Pack.load(pack)
@@ -91,7 +91,7 @@ def _series(folder: Path, blind: int | None, variants: int, seed: int, distance:
     if blind is None:
         print(*write_catalog(folder, variants, seed, distance), sep="\n")
         return
-    key = write_blind(folder, draw_lots(blind, seed), seed, distance)
+    key = write_blind(folder, draw_subjects(blind, seed), seed, distance)
     print(f"{folder}: {blind} pictures; what they show: {key}")
 
 

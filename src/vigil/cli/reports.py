@@ -6,25 +6,31 @@ from typing import Annotated
 import typer
 from matplotlib.figure import Figure
 
-from vigil.analysis.measures.closure import is_of_suite, read_closure_runs
-from vigil.analysis.measures.metrics import run_faults
+from vigil.analysis.measures.closure import is_closure_run, read_closure_runs
+from vigil.analysis.measures.metrics import broken_run_identities
 from vigil.analysis.measures.rows import Run, read_runs
 from vigil.analysis.measures.study import Study, study
 from vigil.analysis.plots.diagrams import pipeline_figure, protocol_figure
 from vigil.analysis.plots.figures import FIGURES
-from vigil.analysis.plots.style import saved
-from vigil.analysis.plots.trajectory import AgentTrajectory, find_record, track, trajectory_animation, trajectory_figure
+from vigil.analysis.plots.style import figure_bytes
+from vigil.analysis.plots.trajectory import (
+    AgentTrajectory,
+    find_record,
+    make_trajectory,
+    trajectory_animation,
+    trajectory_figure,
+)
 from vigil.analysis.report import FORMATS, Format, make_report, markdown_report, write_report
 from vigil.cli.arguments import Epoch, LevelsFile, Reveal, RunArguments, WithPaper
-from vigil.cli.text import say
+from vigil.cli.text import print_notes
 from vigil.errors import RecordError, SettingError, did_you_mean
 from vigil.packs.pack import Pack
 from vigil.packs.private import REVEAL, check_revealed, is_private
 from vigil.protocol.episode import FAMILIES, Episode, Family
-from vigil.runner.shared_settings import AssetFile, PackPlace
-from vigil.runner.workers.frames import first_frames, frames_of
+from vigil.runner.shared_settings import AssetFile, PackLocation
+from vigil.runner.workers.frames import first_frames, frames_of_record
 from vigil.scoring.levels import read_levels
-from vigil.scoring.saved_run import load_pack, pack_folder, runs_in
+from vigil.scoring.saved_run import find_runs, load_run_pack, pack_folder
 
 STILLS, MOVING = (".png", ".pdf", ".svg"), (".gif", ".webp")
 WITH_FRAMES = ("protocol", "pipeline", "trajectory")
@@ -36,7 +42,7 @@ def report(
     runs: RunArguments,
     format_: Annotated[list[str] | None, typer.Option("--format", help="md, html, latex, json, csv, all.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder to write into.", show_default="print Markdown")] = None,
-    pack: PackPlace = None,
+    pack: PackLocation = None,
     with_paper: WithPaper = True,
     episode: Annotated[list[str] | None, typer.Option(help="Show its trajectories too; may be repeated.")] = None,
     diagram: Annotated[bool, typer.Option("--diagram", help="Show the diagram of the protocol too.")] = False,
@@ -54,13 +60,13 @@ def report(
         _check(runs, pack)
         return
     formats = _formats(format_ or [])
-    stress = [run for run in runs if is_of_suite(run, pack)]
-    settled = read_runs(
+    stress = [run for run in runs if is_closure_run(run, pack)]
+    scored_runs = read_runs(
         [run for run in runs if run not in stress],
         pack,
         levels=None if levels is None else read_levels(levels),
     )
-    found = study(settled, with_paper=with_paper)
+    found = study(scored_runs, with_paper=with_paper)
     closure = read_closure_runs(stress, pack)
     if out is None and format_:
         raise SettingError(f"--format {' '.join(format_)} writes files: say where with --out FOLDER.")
@@ -71,9 +77,9 @@ def report(
     written = write_report(found, out, formats, further, closure=closure, reveals=reveal)
     _warn(found)
     if "csv" in formats and not reveal:
-        say(
+        print_notes(
             f"{run.name}: its pack is private, so that rows.csv and rows.parquet have none of its episodes ({REVEAL})."
-            for run in settled
+            for run in scored_runs
             if run.is_private
         )
     pages = [path for path in written if path.stem == "report"]
@@ -84,12 +90,12 @@ def report(
 
 
 def _check(runs: list[Path], pack: str | Path | None) -> None:
-    settled = read_runs(runs, pack)
-    faults = [fault for run in settled for fault in run_faults(run)]
+    scored_runs = read_runs(runs, pack)
+    faults = [fault for run in scored_runs for fault in broken_run_identities(run)]
     for fault in faults:
         print(fault)
-    episodes = sum(run.n for run in settled)
-    print(f"{len(settled)} runs, {episodes} scored episodes: {len(faults)} identities broken")
+    episodes = sum(run.n for run in scored_runs)
+    print(f"{len(scored_runs)} runs, {episodes} scored episodes: {len(faults)} identities broken")
     if faults:
         raise typer.Exit(1)
 
@@ -141,7 +147,7 @@ def figure(
     episode: Annotated[str | None, typer.Option(help="Episode of a trajectory or pipeline.")] = None,
     epoch: Epoch = 1,
     columns: Annotated[int, typer.Option(min=2, max=40, help="Frames a row at most.")] = 6,
-    pack: PackPlace = None,
+    pack: PackLocation = None,
     with_paper: WithPaper = True,
     assets: AssetFile = None,
     reveal: Reveal = False,
@@ -155,14 +161,14 @@ def figure(
     del are_runs
     kind = _kind_of(out, name)
     if name == "protocol":
-        content = saved(_protocol(pack or "starter", (assets, reveal)), kind)
+        content = figure_bytes(_protocol(pack or "starter", (assets, reveal)), kind)
     elif name in WITH_FRAMES:
-        content = _trajectory(name, _settled_runs(runs, name), pack, (episode, epoch, columns), (assets, reveal), kind)
+        content = _trajectory(name, _scored_runs(runs, name), pack, (episode, epoch, columns), (assets, reveal), kind)
     elif name in FIGURES:
-        drawn = FIGURES[name](study(_settled_runs(runs, name, pack), with_paper=with_paper))
+        drawn = FIGURES[name](study(_scored_runs(runs, name, pack), with_paper=with_paper))
         if drawn is None:
             raise SettingError(f"These runs have nothing to show in the figure {name!r}.")
-        content = saved(drawn, kind)
+        content = figure_bytes(drawn, kind)
     else:
         known = (*FIGURES, *WITH_FRAMES)
         raise SettingError(f"There is no figure {name!r}.{did_you_mean(name, known)} Known: {', '.join(known)}.")
@@ -180,10 +186,10 @@ def _kind_of(out: Path, name: str) -> str:
     return suffix[1:]
 
 
-def _settled_runs(folders: list[Path] | None, name: str, pack: str | Path | None = None) -> list[Run]:
+def _scored_runs(folders: list[Path] | None, name: str, pack: str | Path | None = None) -> list[Run]:
     if not folders:
         raise SettingError(f"The figure {name!r} is drawn from runs: give their folders.")
-    given = runs_in(folders)
+    given = find_runs(folders)
     order = [folder.resolve() for folder in given]
     return sorted(read_runs(given, pack), key=lambda run: order.index(run.folder))
 
@@ -202,17 +208,17 @@ def _trajectory(
         raise SettingError(f"Say which episode to draw: --episode ID, e.g. {example}.")
     episode, tracks = _tracks(runs, pack, episode_id, epoch, frames)
     if name == "pipeline":
-        return saved(pipeline_figure(episode, tracks[0], min(columns, 6)), kind)
+        return figure_bytes(pipeline_figure(episode, tracks[0], min(columns, 6)), kind)
     if f".{kind}" in MOVING:
         return trajectory_animation(episode, tracks, kind)
-    return saved(trajectory_figure(episode, tracks, columns), kind)
+    return figure_bytes(trajectory_figure(episode, tracks, columns), kind)
 
 
 def _tracks(
     runs: list[Run], pack: str | Path | None, episode_id: str, epoch: int, frames: _Frames
 ) -> tuple[Episode, list[AgentTrajectory]]:
     assets, reveals = frames
-    loaded = [(run, load_pack(run.header, pack)) for run in runs]
+    loaded = [(run, load_run_pack(run.header, pack)) for run in runs]
     for _, found in loaded:
         check_revealed(found.name, is_private(found.manifest.meta), "A picture of its episodes", reveals=reveals)
     episode = loaded[0][1].episode(episode_id)
@@ -223,7 +229,9 @@ def _tracks(
 
 def _track(run: Run, pack: Pack, episode: Episode, epoch: int, assets: Path | None) -> AgentTrajectory:
     record = find_record(run, pack.episodes, (episode.id, epoch))
-    return track(run.name, episode, record, frames_of(run.folder, run.header.spec, pack, record, assets))
+    return make_trajectory(
+        run.name, episode, record, frames_of_record(run.folder, run.header.spec, pack, record, assets)
+    )
 
 
 def _protocol(pack: str | Path, frames: _Frames) -> Figure:

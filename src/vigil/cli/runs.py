@@ -7,23 +7,23 @@ from typing import Annotated
 
 import typer
 
-from vigil.agents.choose import is_known
+from vigil.agents.registry import is_known
 from vigil.agents.scripted import SCRIPTS
-from vigil.authoring.ways.solvers import PRIVILEGED, privileged_agent
+from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
 from vigil.cli.arguments import Imports, RunArgument
 from vigil.cli.models import source_of_coordinates
 from vigil.cli.progress import progress, run_progress
 from vigil.cli.scores import print_run
-from vigil.cli.text import say
+from vigil.cli.text import print_notes
 from vigil.errors import SettingError, did_you_mean
 from vigil.packs.pack import manifest_of
-from vigil.records.costs import cost_words
+from vigil.records.costs import describe_costs
 from vigil.runner.dry_run import estimate
 from vigil.runner.merge import MergeSettings, merge_runs
-from vigil.runner.progress import OnProgress, Progress
+from vigil.runner.progress import OnProgress, RunProgress
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.run_folder import LOGS_FOLDER
-from vigil.runner.settings import RunSettings, profile_of, serving_of
+from vigil.runner.settings import RunSettings, access_of, profile_of
 from vigil.runner.verify_run import Verification, VerifySettings, verify_run
 from vigil.scoring.saved_run import read_run
 
@@ -42,7 +42,7 @@ def run(
     """
     del imports  # done when it was read
     settings = _with_agent(settings)
-    say(manifest_of(settings.pack).version_notes)
+    print_notes(manifest_of(settings.pack).version_notes)
     if dry_run:
         _print_estimate(settings)
     else:
@@ -51,7 +51,7 @@ def run(
 
 def print_asked(settings: RunSettings) -> None:
     """Says which model is asked, where, with which key, and how it points."""
-    print(f"Model: {serving_of(settings).described}.")
+    print(f"Model: {access_of(settings).description}.")
     mode = profile_of(settings).coordinates
     told = settings.coordinates is not None
     why = "as --coordinates says" if told else source_of_coordinates(settings.model or "")
@@ -62,7 +62,7 @@ def verify(run: RunArgument, settings: VerifySettings) -> None:
     """Example: vigil verify runs/solver"""
     with progress("verify") as show:
         found = verify_run(run, settings, on_progress=show)
-    say((*found.header.version_notes, *found.notes))
+    print_notes((*found.header.version_notes, *found.notes))
     for difference in found.differences:
         print(difference)
     _print_what_was_verified(found, settings)
@@ -105,7 +105,7 @@ def _play(settings: RunSettings) -> None:
 def _with_warnings(show: OnProgress) -> OnProgress:
     """Returns `show`, with warnings beside it on standard error."""
 
-    def tell(where: Progress) -> None:
+    def tell(where: RunProgress) -> None:
         show(where)
         if where.warning is not None:
             print(f"WARNING: {where.warning}", file=sys.stderr, flush=True)
@@ -117,7 +117,7 @@ def merge(out: NewRun, shards: Shards, settings: MergeSettings) -> None:
     """Example: vigil merge runs/gpt-4o shards/gpt-4o/*"""
     merge_runs(out, shards, settings)
     run = read_run(out, settings.pack)
-    say(run.notes)
+    print_notes(run.notes)
     print_run(out, settings.pack)
     print(f"Records: {out}")
 
@@ -140,8 +140,8 @@ def _print_estimate(settings: RunSettings) -> None:
         print(f"{expected.episodes} episodes; {settings.player} calls no model.")
         return
     print_asked(settings)
-    missing = serving_of(settings).missing
-    say([missing] if missing else [])
+    missing = access_of(settings).missing
+    print_notes([missing] if missing else [])
     print(f"{expected.episodes} episodes; nothing was sent. Bounds, from a report at once to every step used:")
     for name in ("calls", "input_tokens", "output_tokens"):
         low, high = getattr(expected, name)
@@ -152,14 +152,14 @@ def _print_estimate(settings: RunSettings) -> None:
 
 
 def _print_result(result: RunResult, pack: str | Path) -> None:
-    say((*result.header.spec.program_notes, *result.notes))
+    print_notes((*result.header.spec.program_notes, *result.notes))
     print_run(result.folder, pack)
-    if result.torn is not None:
-        print(f"The last run was cut off while it wrote a row; what there was of it is in {result.torn}.")
+    if result.partial_line_file is not None:
+        print(f"The last run was cut off while it wrote a row; what there was of it is in {result.partial_line_file}.")
     if result.resumed:
         print(f"Played before, and not again: {result.resumed} of {len(result.records)} episodes.")
     if result.header.prices is not None:
-        print(f"Cost so far: {cost_words(result.header.prices, result.tokens)}.")
+        print(f"Cost so far: {describe_costs(result.header.prices, result.tokens)}.")
     print(f"Records: {result.folder}")
     if not result.is_complete:
         print(f"{result.errors} episodes ended as errors and are not scored; the same command plays them again.")

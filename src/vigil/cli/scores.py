@@ -12,14 +12,14 @@ from rich.table import Table
 from rich.text import Text
 
 from vigil.cli.arguments import AsJson, RunArguments
-from vigil.cli.text import COLUMNS, percent, print_fitting, say, with_interval
+from vigil.cli.text import COLUMNS, percent, print_fitting, print_notes, with_interval
 from vigil.packs.pack import manifest_of
 from vigil.protocol.episode import FAMILIES
 from vigil.records.record import RunHeader, RunSpec
-from vigil.runner.shared_settings import PackPlace
+from vigil.runner.shared_settings import PackLocation
 from vigil.scoring.closure import SUITE
 from vigil.scoring.saved_run import read_run
-from vigil.scoring.summary import LIBRARY_REPLIES, Settlement, summarise
+from vigil.scoring.summary import LIBRARY_REPLIES, RunScores, summarise
 
 if TYPE_CHECKING:
     from vigil.analysis.measures.closure import ClosureRun
@@ -37,32 +37,32 @@ MAX_REASON_CHARS = 300
 def score(
     runs: RunArguments,
     as_json: AsJson = False,
-    pack: PackPlace = None,
+    pack: PackLocation = None,
 ) -> None:
     """Example: vigil score runs/solver runs/premature"""
     different = {path.resolve(): path for path in reversed(runs)}
-    settled = _told_apart([_settled(path, pack) for path in reversed(different.values())])
-    say(note for run in settled for note in run.notes)
+    scored_runs = _with_unique_names([_scored_run(path, pack) for path in reversed(different.values())])
+    print_notes(note for run in scored_runs for note in run.notes)
     if as_json:
-        rows = [_as_json(run) for run in settled]
+        rows = [_as_json(run) for run in scored_runs]
         print(json.dumps(rows[0] if len(rows) == 1 else rows))
         return
-    plain = [run for run in settled if run.closure is None]
+    plain = [run for run in scored_runs if run.closure is None]
     if len(plain) == 1:
-        print_families(plain[0].name, plain[0].settlement)
+        print_families(plain[0].name, plain[0].scores)
     elif plain:
-        _print_comparison([(run.name, run.settlement) for run in plain])
-    _print_closure([run for run in settled if run.closure is not None])
+        _print_comparison([(run.name, run.scores) for run in plain])
+    _print_closure([run for run in scored_runs if run.closure is not None])
 
 
 @dataclass(frozen=True, slots=True)
-class _Settled:
+class _ScoredRun:
     """A run with its verdicts."""
 
     path: Path
     name: str
     spec: RunSpec
-    settlement: Settlement
+    scores: RunScores
     notes: tuple[str, ...]
     """What a reader must know before any number."""
     closure: "ClosureRun | None" = None
@@ -71,29 +71,29 @@ class _Settled:
 
 def print_run(path: Path, pack: str | Path | None = None) -> None:
     """Prints the table of a run that has just been played or joined: of the suite by kind, else by family."""
-    run = _settled(path, pack)
+    run = _scored_run(path, pack)
     if run.closure is None:
-        print_families(run.name, run.settlement)
+        print_families(run.name, run.scores)
     else:
         _print_closure([run])
 
 
-def _print_closure(runs: list[_Settled]) -> None:
+def _print_closure(runs: list[_ScoredRun]) -> None:
     if not runs:
         return
     for run in runs:
-        _warn(run.name, run.settlement)
+        _warn(run.name, run.scores)
     _print_closure_tables([replace(run.closure, name=run.name) for run in runs if run.closure is not None])
 
 
-def _as_json(run: _Settled) -> dict[str, Any]:
-    found = {"run": str(run.path), "agent": run.name, "notes": run.notes, **summarise(run.settlement)}
+def _as_json(run: _ScoredRun) -> dict[str, Any]:
+    found = {"run": str(run.path), "agent": run.name, "notes": run.notes, **summarise(run.scores)}
     return found if run.closure is None else {**found, "closure": run.closure.rates()}
 
 
-def _settled(path: Path, pack: str | Path | None) -> _Settled:
+def _scored_run(path: Path, pack: str | Path | None) -> _ScoredRun:
     run = read_run(path, pack)
-    found = _Settled(path, label_of(run.header), run.header.spec, run.table.settlement(), run.notes)
+    found = _ScoredRun(path, run_label(run.header), run.header.spec, run.table.scores(), run.notes)
     if manifest_of(run.pack_folder).suite != SUITE:
         return found
     # It takes most of a second to load, and no other run needs it.
@@ -102,35 +102,35 @@ def _settled(path: Path, pack: str | Path | None) -> _Settled:
     return replace(found, closure=read_closure_runs([path], pack)[0])
 
 
-def _told_apart(runs: list[_Settled]) -> list[_Settled]:
+def _with_unique_names(runs: list[_ScoredRun]) -> list[_ScoredRun]:
     """Returns the runs under different names: those of one agent with their folders, and a note in what they differ."""
-    found: list[_Settled] = []
+    found: list[_ScoredRun] = []
     for run in runs:
-        alike = [each for each in runs if each.name == run.name]
-        if len(alike) > 1:
-            values = [each.spec.settings for each in alike]
+        namesakes = [each for each in runs if each.name == run.name]
+        if len(namesakes) > 1:
+            values = [each.spec.settings for each in namesakes]
             differ = [
                 name
                 for name in sorted({*chain(*values)})
                 if any(each.get(name) != values[0].get(name) for each in values)
             ]
-            note = f"{run.name} stands for {len(alike)} runs; they differ in {', '.join(differ) or 'nothing but time'}."
-            notes = (note, *run.notes) if run is alike[0] else run.notes
+            note = f"{run.name} stands for {len(namesakes)} runs; they differ in {', '.join(differ) or 'nothing but time'}."
+            notes = (note, *run.notes) if run is namesakes[0] else run.notes
             run = replace(run, name=f"{run.name} · {run.path}", notes=notes)
         found.append(run)
     return found
 
 
-def label_of(header: RunHeader) -> str:
+def run_label(header: RunHeader) -> str:
     """Returns the name under which a run stands in tables: hidden sight, memory and a prompt of one's own are said."""
-    own_prompt = f" [{header.spec.profile.prompt_variant}]" if header.spec.profile.has_own_prompt else ""
-    return header.spec.agent + own_prompt + header.spec.mark
+    own_prompt = f" [{header.spec.profile.prompt_variant}]" if header.spec.profile.has_custom_prompt else ""
+    return header.spec.agent + own_prompt + header.spec.name_suffix
 
 
-def print_families(name: str, settlement: Settlement) -> None:
+def print_families(name: str, scores: RunScores) -> None:
     """Prints one run's table, a row a family."""
-    _warn(name, settlement)
-    summary = summarise(settlement)
+    _warn(name, scores)
+    summary = summarise(scores)
 
     def build(is_full: bool) -> Table:
         table = _rates_table(f"{name}: %", "family", is_full)
@@ -146,14 +146,14 @@ def print_families(name: str, settlement: Settlement) -> None:
 
     print_fitting(build)
     print(INTERVALS)
-    if settlement.subtypes:
-        print(f"Of FR and Other: {', '.join(f'{number} {name}' for name, number in settlement.subtypes.items())}.")
+    if scores.subtypes:
+        print(f"Of FR and Other: {', '.join(f'{number} {name}' for name, number in scores.subtypes.items())}.")
 
 
-def _print_comparison(settled: list[tuple[str, Settlement]]) -> None:
-    for name, settlement in settled:
-        _warn(name, settlement)
-    rows = [(name, summarise(settlement)) for name, settlement in settled]
+def _print_comparison(scored_runs: list[tuple[str, RunScores]]) -> None:
+    for name, scores in scored_runs:
+        _warn(name, scores)
+    rows = [(name, summarise(scores)) for name, scores in scored_runs]
 
     def overall(is_full: bool) -> Table:
         table = _rates_table("All episodes, %", "agent", is_full)
@@ -244,19 +244,19 @@ def _closure_table(title: Text, first: str, is_full: bool) -> Table:
     return table
 
 
-def _warn(name: str, settlement: Settlement) -> None:
-    if settlement.has_many_errors:
-        print(f"{name}: {len(settlement.errors)} episodes ended as errors (more than 1 %); rates leave them out.")
-    if not settlement.is_complete:
-        print(f"{name}: INCOMPLETE, {len(settlement.outcomes)} of {sum(settlement.planned.values())} episodes scored.")
-    if settlement.repeats:
-        print(f"{name}: {settlement.repeats}.")
-    if settlement.library_replies:
-        print(f"{name}: {settlement.library_replies} {LIBRARY_REPLIES}.")
-    if settlement.invalid_replies:
-        is_loose = any(outcome.would_parse_leniently for outcome in settlement.outcomes)
-        print(f"{name}: {settlement.invalid_replies}. {LENIENT_HINT if is_loose else INVALID_HINT}")
-    reasons = Counter((error.boundary, _last_line(error.message)) for error in settlement.errors)
+def _warn(name: str, scores: RunScores) -> None:
+    if scores.has_many_errors:
+        print(f"{name}: {len(scores.errors)} episodes ended as errors (more than 1 %); rates leave them out.")
+    if not scores.is_complete:
+        print(f"{name}: INCOMPLETE, {len(scores.outcomes)} of {sum(scores.planned.values())} episodes scored.")
+    if scores.repeats:
+        print(f"{name}: {scores.repeats}.")
+    if scores.library_replies:
+        print(f"{name}: {scores.library_replies} {LIBRARY_REPLIES}.")
+    if scores.invalid_replies:
+        is_loose = any(outcome.would_parse_leniently for outcome in scores.outcomes)
+        print(f"{name}: {scores.invalid_replies}. {LENIENT_HINT if is_loose else INVALID_HINT}")
+    reasons = Counter((error.boundary, _last_line(error.message)) for error in scores.errors)
     for (boundary, message), count in reasons.most_common(MAX_REASONS):
         print(f"{name}: {count} x error at the {boundary}: {message}")
 

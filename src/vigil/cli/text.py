@@ -19,15 +19,15 @@ def console(stderr: bool = False) -> Console:
     return Console(stderr=stderr, width=width, highlight=False, markup=False, emoji=False)
 
 
-def say(notes: Iterable[str]) -> None:
+def print_notes(notes: Iterable[str]) -> None:
     """Tells what a reader must know before any result, once each, beside the results: on standard error."""
     for note in dict.fromkeys(notes):
         print(f"note: {note}", file=sys.stderr, flush=True)
 
 
-def tell(note: str) -> None:
+def print_note(note: str) -> None:
     """Tells one note, beside the results."""
-    say([note])
+    print_notes([note])
 
 
 def print_fitting(build: Callable[[bool], Table]) -> None:

@@ -16,12 +16,12 @@ import typer
 import uvicorn
 from fastapi import FastAPI
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.cli.arguments import OpenBrowser
-from vigil.cli.text import say
+from vigil.cli.text import print_notes
 from vigil.errors import SettingError
 from vigil.packs.pack import Pack, manifest_of
-from vigil.runner.shared_settings import AskedPrices, AssetFile, PackName
+from vigil.runner.shared_settings import AssetFile, PackName, PricesOption
 from vigil.runner.workers.messages import RenderSettings
 from vigil.web.drawing import RenderService
 from vigil.web.library import Library
@@ -44,7 +44,7 @@ def view(
     runs: Annotated[list[Path] | None, typer.Argument(help="Runs, or folders with runs.", show_default="runs")] = None,
     pack: Annotated[list[str] | None, typer.Option(help="A pack's folder or name; may be repeated.")] = None,
     assets: AssetFile = None,
-    prices: AskedPrices = None,
+    prices: PricesOption = None,
     port: Port = 8377,
     host: Host = "127.0.0.1",
     token: Token = "",
@@ -74,7 +74,7 @@ def play(
 ) -> None:
     """Example: vigil play --pack starter --player ada --limit 10"""
     address = Address(host, port, token)
-    say(manifest_of(settings.pack).version_notes)
+    print_notes(manifest_of(settings.pack).version_notes)
     with closing(listen(address)) as listener, closing(open_play_session(settings)) as play_session:
         print(f"Records: {play_session.place} (the same command continues)")
         serve(make_play(play_session, address), address, listener, open_browser)
@@ -98,7 +98,7 @@ def review(
     """
     address = Address(host, port, token)
     if drafts is None:
-        say(manifest_of(pack).version_notes)
+        print_notes(manifest_of(pack).version_notes)
     review_set = _of_pack(pack, assets) if drafts is None else ReviewSet.of_drafts(drafts)
     session = ReviewSession(review_set, file, reviewer, seed, RenderSettings(asset_database=assets))
     with closing(listen(address)) as listener, closing(RenderService()) as render_service:
@@ -108,7 +108,7 @@ def review(
 
 def _of_pack(pack: str | Path, assets: Path | None) -> ReviewSet:
     loaded = Pack.load(pack)
-    loaded.check_assets(AssetDatabase.of(assets))
+    loaded.check_assets(AssetDatabase.from_file(assets))
     return ReviewSet.of_pack(loaded)
 
 

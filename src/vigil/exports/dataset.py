@@ -4,16 +4,16 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 
 from vigil.analysis.measures.columns import COLUMNS, without_answer_key
-from vigil.analysis.measures.rows import Run, frame_of
+from vigil.analysis.measures.rows import Run, combined_rows
 from vigil.errors import SettingError
-from vigil.exports.disclosure import NOTHING_MORE, Disclosure
+from vigil.exports.disclosure import NO_DISCLOSURE, Disclosure
 from vigil.exports.steps import columns_with, has_frames, write_steps
 from vigil.packs.private import check_revealed
 from vigil.scoring.saved_run import read_run
 
 CARD = "README.md"
 EPISODES, STEPS = "episodes.parquet", "steps"
-_HEAD = f"""---
+_CARD_HEAD = f"""---
 pretty_name: VIGIL, replies and verdicts
 # license: who publishes this folder says here under which terms
 tags:
@@ -40,7 +40,7 @@ episodes = load_dataset("FOLDER", "episodes", split="train")
 steps = load_dataset("FOLDER", "steps", split="train")
 ```
 """
-_TAIL = """
+_CARD_TAIL = """
 ## What is not here
 Hidden state (where things were, what each action did to them, the goals) is left out: it is the answer key of the pack,
 and what is published ends up in training data. The runs' own folders hold it. Nor is any server's address or key here.
@@ -54,12 +54,12 @@ the packs.
 """
 
 
-_KEY_OUT = (
+_WITHOUT_ANSWER_KEY = (
     "So are the columns `target`, `distance_m`, `expected`, `first_goal_step`, and what they follow from (`lag`,\n"
     "`lag_from_reset`, `actions_after_goal.KIND`). A report on a queried state that is right (SV, `B`) tells the label "
     "by itself."
 )
-_KEY_IN = (
+_WITH_ANSWER_KEY = (
     "**The answer key is here in part**: the columns `target`, `distance_m`, `expected`, `first_goal_step`, `lag`,\n"
     "`lag_from_reset` and `actions_after_goal.KIND` were asked for by `--answer-key`."
 )
@@ -69,7 +69,7 @@ def write_dataset(
     runs: Sequence[Run],
     pack: str | Path | None,
     out: Path,
-    disclosure: Disclosure = NOTHING_MORE,
+    disclosure: Disclosure = NO_DISCLOSURE,
     *,
     with_reasoning: bool = False,
 ) -> Path:
@@ -87,7 +87,7 @@ def write_dataset(
     if with_reasoning:
         extra.add("reasoning")
     (out / STEPS).mkdir(parents=True, exist_ok=True)
-    rows = frame_of(runs)
+    rows = combined_rows(runs)
     shown = list(rows.columns) if disclosure.answer_key else without_answer_key(rows.columns)
     rows.reindex(columns=shown).to_parquet(out / EPISODES, index=False)
     for number, (run, records) in enumerate(zip(runs, saved, strict=True)):
@@ -105,17 +105,17 @@ def check_rows(runs: Iterable[Run], disclosure: Disclosure) -> None:
 
 def _card(runs: Sequence[Run], extra: Collection[str], *, has_key: bool) -> str:
     steps = {name: says for name, (_, says) in columns_with(extra).items()}
-    parts = [_HEAD, "## Runs", *map(_told, runs), ""]
+    parts = [_CARD_HEAD, "## Runs", *map(_run_description, runs), ""]
     if faults := [f"- {fault}" for run in runs for fault in run.faults]:
         parts += ["## What is missing or odd", *faults, ""]
     columns = {name: COLUMNS[name] for name in (COLUMNS if has_key else without_answer_key(COLUMNS))}
-    parts += ["## `episodes`: a row an episode", *_listed(columns), ""]
-    tail = _TAIL.format(answer_key=_KEY_IN if has_key else _KEY_OUT)
-    parts += ["## `steps`: a row a reply", *_listed(steps), tail]
+    parts += ["## `episodes`: a row an episode", *_column_list(columns), ""]
+    tail = _CARD_TAIL.format(answer_key=_WITH_ANSWER_KEY if has_key else _WITHOUT_ANSWER_KEY)
+    parts += ["## `steps`: a row a reply", *_column_list(steps), tail]
     return "\n".join(parts)
 
 
-def _told(run: Run) -> str:
+def _run_description(run: Run) -> str:
     spec = run.header.spec
     rates = ", ".join(f"{name} {100 * run.rows[name].mean():.1f} %" for name in ("W", "B")) if run.n else "no rates"
     agent = " ".join(spec.agent.split())
@@ -125,5 +125,5 @@ def _told(run: Run) -> str:
     )
 
 
-def _listed(columns: Mapping[str, str]) -> list[str]:
+def _column_list(columns: Mapping[str, str]) -> list[str]:
     return [f"- `{name}`: {says}" for name, says in columns.items()]

@@ -19,4 +19,4 @@ class Disclosure:
     reveal_private_pack: Annotated[bool, Setting(REVEAL_HELP)] = False
 
 
-NOTHING_MORE = Disclosure()
+NO_DISCLOSURE = Disclosure()

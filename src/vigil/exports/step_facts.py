@@ -8,7 +8,7 @@ from vigil.protocol.profile import Profile
 from vigil.records.record import EpisodeRecord, StepRecord
 
 
-def shown_steps(record: EpisodeRecord, profile: Profile) -> Iterator[tuple[Feedback | None, StepRecord]]:
+def steps_with_feedback(record: EpisodeRecord, profile: Profile) -> Iterator[tuple[Feedback | None, StepRecord]]:
     """Yields each step with the feedback that its frame was shown with; None where there was none."""
     before: StepRecord | None = None
     for step in record.steps:

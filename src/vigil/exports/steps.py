@@ -9,8 +9,8 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from vigil.exports.step_facts import arguments_of, shown_steps
-from vigil.records.kept_reasoning import reasoning_of
+from vigil.exports.step_facts import arguments_of, steps_with_feedback
+from vigil.records.reasoning_file import reasoning_by_step
 from vigil.records.record import FRAMES_FOLDER, Key, StepRecord
 from vigil.runner.workers.frames import FrameStore
 from vigil.scoring.saved_run import SavedRun
@@ -42,8 +42,8 @@ STEP_COLUMNS: Mapping[str, tuple[pa.DataType, str]] = {
 """The columns of `steps`: type, and what each says. None holds hidden state, but for the verdict."""
 EXTRA_COLUMNS = frozenset({"reasoning", "image"})
 """Those that a dataset has only where a run kept what they hold."""
-ROWS_AT_ONCE = 10_000
-PICTURES_AT_ONCE = 100
+ROWS_PER_BATCH = 10_000
+FRAMES_PER_BATCH = 100
 _Row = dict[str, Any]
 
 
@@ -60,7 +60,7 @@ def write_steps(run: SavedRun, name: str, out: Path, extra: Collection[str]) -> 
     schema = _schema(extra)
     rows = (row for key in sorted(run.table.rows) for row in _rows_of(run, name, key, extra))
     with pq.ParquetWriter(out, schema) as writer:
-        for some in _batches(rows, PICTURES_AT_ONCE if "image" in extra else ROWS_AT_ONCE):
+        for some in _batches(rows, FRAMES_PER_BATCH if "image" in extra else ROWS_PER_BATCH):
             writer.write_table(pa.Table.from_pylist(some, schema=schema))
 
 
@@ -96,9 +96,9 @@ def _rows_of(run: SavedRun, name: str, key: Key, extra: Collection[str]) -> Iter
         "instruction": episode.instruction,
     }
     store = FrameStore(run.folder / FRAMES_FOLDER)
-    reasoning = reasoning_of(run.folder, record) if "reasoning" in extra else {}
-    for shown, step in shown_steps(record, spec.profile):
-        row: _Row = {**whole, **_said(step), **_invalid(step)}
+    reasoning = reasoning_by_step(run.folder, record) if "reasoning" in extra else {}
+    for shown, step in steps_with_feedback(record, spec.profile):
+        row: _Row = {**whole, **_reply_cells(step), **_invalid_cells(step)}
         row["shown_too_far"] = shown and shown.too_far
         row["shown_path_blocked"] = shown and shown.path_blocked
         if "reasoning" in extra:
@@ -108,7 +108,7 @@ def _rows_of(run: SavedRun, name: str, key: Key, extra: Collection[str]) -> Iter
         yield row
 
 
-def _said(step: StepRecord) -> _Row:
+def _reply_cells(step: StepRecord) -> _Row:
     reply, usage = step.reply, step.reply.usage
     return {
         "step": step.index,
@@ -123,7 +123,7 @@ def _said(step: StepRecord) -> _Row:
     }
 
 
-def _invalid(step: StepRecord) -> _Row:
+def _invalid_cells(step: StepRecord) -> _Row:
     fault = step.invalid
     return {} if fault is None else {"invalid_kind": fault.kind, "invalid_reason": fault.reason}
 

@@ -7,12 +7,12 @@ from typing import Any, Literal
 from vigil.assets.catalog import CATALOG
 from vigil.assets.drawers import drawer_asset_id, drawer_names, drawer_of
 from vigil.base.geometry import Pose
-from vigil.housegen.base.models import PlacedThing
+from vigil.housegen.base.models import PlacedObject
 from vigil.housegen.base.randomness import GENERATOR_VERSION
 from vigil.housegen.layout.floorplan import RoomLayout, RoomPlan
 from vigil.housegen.layout.lights import layer_of
 from vigil.housegen.layout.openings import PlannedOpening
-from vigil.housegen.layout.palette import RoomFinish, material
+from vigil.housegen.layout.surface_materials import RoomFinish, material
 from vigil.housegen.layout.walls import wall_pieces
 from vigil.protocol.house import SCHEMA, House, drawer_id
 
@@ -21,12 +21,12 @@ AGENT_Y = 0.95
 
 
 @dataclass(slots=True)
-class Parts:
+class HouseParts:
     """All that a document is written from."""
 
     plan: RoomLayout
     openings: list[PlannedOpening]
-    pieces: list[PlacedThing]
+    pieces: list[PlacedObject]
     finishes: dict[int, RoomFinish]
     lights: list[dict[str, Any]]
     facade: str
@@ -37,7 +37,7 @@ class Parts:
     seed: int
 
 
-def write(parts: Parts) -> dict[str, Any]:
+def write_document(parts: HouseParts) -> dict[str, Any]:
     """Returns the document."""
     return {
         "rooms": [_room(room, parts) for room in parts.plan.rooms],
@@ -82,14 +82,14 @@ def seed_of(house: House) -> int | None:
     return seed if isinstance(seed, int) else None
 
 
-def without_seed(house: House, name: str) -> House:
+def with_seed_removed(house: House, name: str) -> House:
     """Returns a house under another name, in a document that no longer tells which seed it was generated from."""
     generator = house.document.metadata.get("generator")
     told = {key: value for key, value in generator.items() if key != "seed"} if isinstance(generator, dict) else {}
     return House(name, {**house.data, "metadata": {**house.data["metadata"], "generator": told}})
 
 
-def maker_of(house: House) -> Literal["vigil", "procthor", "house"]:
+def generator_name(house: House) -> Literal["vigil", "procthor", "house"]:
     """Returns which generator a house is from, as ids of episodes say it; "house" for any other.
 
     ProcTHOR's documents name no generator, but always the specification of their rooms.
@@ -105,7 +105,7 @@ def _point(x: float, y: float, z: float) -> dict[str, float]:
     return {"x": round(x, 4) + 0.0, "y": round(y, 4) + 0.0, "z": round(z, 4) + 0.0}
 
 
-def _room(room: RoomPlan, parts: Parts) -> dict[str, Any]:
+def _room(room: RoomPlan, parts: HouseParts) -> dict[str, Any]:
     return {
         "id": room.id,
         "roomType": room.kind,
@@ -117,7 +117,7 @@ def _room(room: RoomPlan, parts: Parts) -> dict[str, Any]:
     }
 
 
-def _walls(parts: Parts) -> list[dict[str, Any]]:
+def _walls(parts: HouseParts) -> list[dict[str, Any]]:
     height = parts.plan.height_m
     inner: list[dict[str, Any]] = []
     outer: list[dict[str, Any]] = []
@@ -164,25 +164,25 @@ def _opening(opening: PlannedOpening) -> dict[str, Any]:
     return node
 
 
-def _number(pieces: list[PlacedThing]) -> None:
+def _number(pieces: list[PlacedObject]) -> None:
     """Gives every piece its object id: category, room, number within the room."""
     counts: dict[int, int] = {}
     for top in pieces:
-        for piece in top.all():
+        for piece in top.with_contents():
             number = counts.get(piece.room, 0)
             counts[piece.room] = number + 1
             piece.id = f"{piece.category}|{piece.room}|{number}"
 
 
-def _drawer_of(piece: PlacedThing) -> str | None:
+def _drawer_of(piece: PlacedObject) -> str | None:
     """Returns the name of the drawer that a piece lies in; None when it lies in none."""
     return None if piece.surface is None else piece.surface.joint
 
 
-def _objects(parts: Parts) -> list[dict[str, Any]]:
+def _objects(parts: HouseParts) -> list[dict[str, Any]]:
     _number(parts.pieces)
 
-    def node_of(piece: PlacedThing) -> dict[str, Any]:
+    def node_of(piece: PlacedObject) -> dict[str, Any]:
         drawers = drawer_names(piece.model.asset)
         node: dict[str, Any] = {
             "id": piece.id,
@@ -201,9 +201,9 @@ def _objects(parts: Parts) -> list[dict[str, Any]]:
             node["children"] = children
         return node
 
-    def drawer_node(chest: PlacedThing, name: str) -> dict[str, Any]:
+    def drawer_node(chest: PlacedObject, name: str) -> dict[str, Any]:
         _, middle = drawer_of(chest.model.asset, name)
-        x, z = chest.out_of(middle.x, middle.z)
+        x, z = chest.to_floor_point(middle.x, middle.z)
         node: dict[str, Any] = {
             "id": drawer_id(chest.id, name),
             "assetId": drawer_asset_id(chest.model.asset_id, name),

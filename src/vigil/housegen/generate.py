@@ -3,12 +3,12 @@
 import numpy as np
 from scipy import ndimage
 
+from vigil.assets.database import AssetDatabase
 from vigil.assets.drawers import drawer_names
-from vigil.assets.sizes import AssetDatabase
 from vigil.base.geometry import Pose, Vec3, heading
 from vigil.errors import SettingError
 from vigil.housegen import document
-from vigil.housegen.base.models import PlacedThing
+from vigil.housegen.base.models import PlacedObject
 from vigil.housegen.base.randomness import GENERATOR_VERSION, generator, pick, shuffled
 from vigil.housegen.base.spec import HouseSpec
 from vigil.housegen.checking.check import Fault, check_house
@@ -17,8 +17,8 @@ from vigil.housegen.furnishing.floor import Floor
 from vigil.housegen.furnishing.furnish import ESSENTIAL, Furnisher
 from vigil.housegen.furnishing.inventory import Inventory
 from vigil.housegen.furnishing.small_objects import SmallObjectPlacer
-from vigil.housegen.furnishing.wall_things import WallThingPlacer
-from vigil.housegen.layout import palette
+from vigil.housegen.furnishing.wall_objects import WallObjectPlacer
+from vigil.housegen.layout import surface_materials
 from vigil.housegen.layout.floorplan import RoomLayout, plan_rooms
 from vigil.housegen.layout.lights import lights_of
 from vigil.housegen.layout.openings import PlannedOpening, cut_openings
@@ -26,71 +26,75 @@ from vigil.protocol.house import House, drawer_id
 
 __all__ = ["GENERATOR_VERSION", "generate"]
 
-ATTEMPTS = 40
-ROOM_ATTEMPTS = 3
-KEPT = frozenset({category for needed in ESSENTIAL.values() for category in needed} | {"Faucet"})
+MAX_ATTEMPTS = 40
+MAX_ROOM_ATTEMPTS = 3
+NEVER_REMOVED = frozenset({category for needed in ESSENTIAL.values() for category in needed} | {"Faucet"})
 START_HORIZON = 30.0
 
 
-MENDINGS = 4
+MAX_REPAIRS = 4
 
 
 def generate(seed: int, spec: HouseSpec) -> House:
     """Returns the house of a seed: the same bytes in every process. Raises SettingError when none comes out."""
     name = f"{spec.name}_{seed}"
     faults: list[Fault] = []
-    for attempt in range(ATTEMPTS):
-        parts = _parts(seed, spec, attempt)
+    for attempt in range(MAX_ATTEMPTS):
+        parts = _house_parts(seed, spec, attempt)
         if parts is None:
             continue
-        house, faults = _mended(name, parts)
+        house, faults = _repaired(name, parts)
         if not faults:
             return house
     found = f" The last attempt's first fault: {faults[0]}" if faults else ""
-    raise SettingError(f"House {name!r}: no valid house in {ATTEMPTS} attempts; try another seed or more area.{found}")
+    raise SettingError(
+        f"House {name!r}: no valid house in {MAX_ATTEMPTS} attempts; try another seed or more area.{found}"
+    )
 
 
-def _mended(name: str, parts: document.Parts) -> tuple[House, list[Fault]]:
+def _repaired(name: str, parts: document.HouseParts) -> tuple[House, list[Fault]]:
     """Returns the house without the small things and extras that are in the way, and the faults that stay."""
     assets = AssetDatabase.default()
-    house = House(name, document.write(parts))
+    house = House(name, document.write_document(parts))
     faults = check_house(house, assets)
-    for _ in range(MENDINGS):
+    for _ in range(MAX_REPAIRS):
         pieces = _pieces_by_id(parts)
-        guilty = [_guilty(fault, pieces) for fault in faults]
-        if not faults or any(piece is None for piece in guilty):
+        culprits = [_culprit(fault, pieces) for fault in faults]
+        if not faults or any(piece is None for piece in culprits):
             break
-        _remove(parts.pieces, {id(piece) for piece in guilty})
-        house = House(name, document.write(parts))
+        _remove(parts.pieces, {id(piece) for piece in culprits})
+        house = House(name, document.write_document(parts))
         faults = check_house(house, assets)
     return house, faults
 
 
-def _pieces_by_id(parts: document.Parts) -> dict[str, PlacedThing]:
+def _pieces_by_id(parts: document.HouseParts) -> dict[str, PlacedObject]:
     """Returns the piece that each object of the document is, or is a drawer of."""
-    pieces = {piece.id: piece for top in parts.pieces for piece in top.all()}
+    pieces = {piece.id: piece for top in parts.pieces for piece in top.with_contents()}
     drawers = {drawer_id(key, name): piece for key, piece in pieces.items() for name in drawer_names(piece.model.asset)}
     return {**drawers, **pieces}
 
 
-def _guilty(fault: Fault, pieces: dict[str, PlacedThing]) -> PlacedThing | None:
+def _culprit(fault: Fault, pieces: dict[str, PlacedObject]) -> PlacedObject | None:
     """Returns the piece whose removal ends the fault at the least loss; None when nothing may go."""
     concerned = [pieces[name] for name in (fault.subject, fault.other) if name in pieces]
     if fault.other is not None and fault.other not in pieces and fault.subject not in pieces:
         return None
     free = [
-        piece for piece in concerned if piece.category not in KEPT and not any(c.category in KEPT for c in piece.all())
+        piece
+        for piece in concerned
+        if piece.category not in NEVER_REMOVED and not any(c.category in NEVER_REMOVED for c in piece.with_contents())
     ]
     return min(free, key=lambda piece: piece.model.size.x * piece.model.size.y * piece.model.size.z, default=None)
 
 
-def _remove(pieces: list[PlacedThing], unwanted: set[int]) -> None:
+def _remove(pieces: list[PlacedObject], unwanted: set[int]) -> None:
     pieces[:] = [piece for piece in pieces if id(piece) not in unwanted]
     for piece in pieces:
         _remove(piece.children, unwanted)
 
 
-def _parts(seed: int, spec: HouseSpec, attempt: int) -> document.Parts | None:
+def _house_parts(seed: int, spec: HouseSpec, attempt: int) -> document.HouseParts | None:
     """Returns one attempt at the house; None when a room lacks what makes it that room."""
     key = (spec.model_dump_json(), seed, attempt)
     plan = plan_rooms(spec, generator(*key, "plan"))
@@ -98,40 +102,40 @@ def _parts(seed: int, spec: HouseSpec, attempt: int) -> document.Parts | None:
     if openings is None:
         return None
     floors: dict[int, Floor] = {}
-    pieces = _furnished(plan, openings, floors, spec, key)
+    pieces = _furnish(plan, openings, floors, spec, key)
     if pieces is None:
         return None
-    start = _start(plan, floors, pieces, generator(*key, "start"))
+    start = _free_start(plan, floors, pieces, generator(*key, "start"))
     if start is None:
         return None
     look = generator(*key, "look")
-    return document.Parts(
+    return document.HouseParts(
         plan=plan,
         openings=openings,
         pieces=pieces,
-        finishes=palette.finishes({room.number: room.kind for room in plan.rooms}, look),
+        finishes=surface_materials.finishes({room.number: room.kind for room in plan.rooms}, look),
         lights=lights_of(plan, look),
-        facade=pick(look, palette.FACADES),
-        ceiling=pick(look, palette.PAINTS[:4]),
-        sky=pick(look, palette.SKIES),
+        facade=pick(look, surface_materials.FACADES),
+        ceiling=pick(look, surface_materials.PAINTS[:4]),
+        sky=pick(look, surface_materials.SKIES),
         start=start,
         spec_name=spec.name,
         seed=seed,
     )
 
 
-def _furnished(
+def _furnish(
     plan: RoomLayout,
     openings: list[PlannedOpening],
     floors: dict[int, Floor],
     spec: HouseSpec,
     key: tuple[str, int, int],
-) -> list[PlacedThing] | None:
+) -> list[PlacedObject] | None:
     """Returns all that is in the rooms, whose `floors` it fills in; None when a room cannot be furnished."""
     inventory = Inventory()
-    standing: dict[int, list[PlacedThing]] = {}
+    standing: dict[int, list[PlacedObject]] = {}
     for room in plan.rooms:
-        for again in range(ROOM_ATTEMPTS):
+        for again in range(MAX_ROOM_ATTEMPTS):
             trial = inventory.copy()
             furnisher = Furnisher(Floor(room, openings), trial, generator(*key, "furnish", room.number, again))
             pieces = furnisher.furnish()
@@ -141,7 +145,7 @@ def _furnished(
         else:
             return None
     hanging = {
-        room.number: WallThingPlacer(
+        room.number: WallObjectPlacer(
             floors[room.number], standing[room.number], plan.height_m, inventory, generator(*key, "hang", room.number)
         ).hang()
         for room in plan.rooms
@@ -156,8 +160,8 @@ def _furnished(
     return everything
 
 
-def _start(
-    plan: RoomLayout, floors: dict[int, Floor], pieces: list[PlacedThing], rng: np.random.Generator
+def _free_start(
+    plan: RoomLayout, floors: dict[int, Floor], pieces: list[PlacedObject], rng: np.random.Generator
 ) -> Pose | None:
     """Returns a free place that the whole house can be reached from, looking where most things are."""
     floor = floors[pick(rng, plan.rooms).number]
@@ -180,7 +184,7 @@ def _start(
     return Pose(position=Vec3(round(x, 3), 0.0, round(z, 3)), rotation=yaw, horizon=START_HORIZON)
 
 
-def _in_view(pieces: list[PlacedThing], x: float, z: float, yaw: float) -> int:
+def _in_view(pieces: list[PlacedObject], x: float, z: float, yaw: float) -> int:
     """Returns how many pieces of furniture are before one, neither too near nor too far to make out."""
     dx, dz = heading(yaw)
     seen = 0

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 import shapely
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.files import read_file
 from vigil.base.geometry import Box, Vec3, heading, rotate_floor
 from vigil.base.json_files import read_json
 from vigil.errors import SettingError
-from vigil.housegen.base.whole_furniture import with_whole_furniture
+from vigil.housegen.base.merged_drawers import with_merged_drawers
 from vigil.housegen.checking.check import check_house
 from vigil.protocol.house import Door, House, HouseObject, Window
 from vigil.scene.outlines import floor_of, footprint
@@ -39,24 +39,24 @@ _COUNTER_SHAPE = re.compile(r"[Cc]ountertop_(?:\d+_)?([A-Z][a-z]*)_\d+x\d+")
 
 
 @dataclass(slots=True)
-class Export:
+class ThorExport:
     """The document for THOR, and the ids of what is not in it."""
 
     data: dict[str, Any]
     left_out: list[str] = field(default_factory=list)
     """Without an asset of their type, or carried by such a thing; windows and front doors that no asset fits."""
-    crowded_out: list[str] = field(default_factory=list)
+    removed_collisions: list[str] = field(default_factory=list)
     """Small things without room among the other sizes."""
 
 
-def export_thor(house: House, thor: AssetDatabase, materials: dict[str, list[str]]) -> Export:
+def export_thor(house: House, thor: AssetDatabase, materials: dict[str, list[str]]) -> ThorExport:
     """Returns the house with `thor`'s assets.
 
     `materials` are THOR's names by kind; none: the names stay as they are. Raises SettingError when `thor` has none of
     the house's types, or nothing that fits a door between two rooms.
     """
-    house = with_whole_furniture(house)
-    export = Export(copy.deepcopy(house.data))
+    house = with_merged_drawers(house)
+    export = ThorExport(copy.deepcopy(house.data))
     exporter = _Exporter(house, thor, export)
     nodes = zip(house.document.objects, export.data["objects"], strict=True)
     export.data["objects"] = [data for node, data in nodes if exporter.replace(node, data, None)]
@@ -70,24 +70,24 @@ def export_thor(house: House, thor: AssetDatabase, materials: dict[str, list[str
         export.data[key] = [data for opening, data in pairs if exporter.replace_opening(opening, data)]
     if materials:
         _rename_materials(export.data, materials)
-    _thin_out(export, House(house.name, export.data), thor, exporter.changed)
+    _drop_colliding(export, House(house.name, export.data), thor, exporter.changed)
     return export
 
 
-def _thin_out(export: Export, exported: House, thor: AssetDatabase, changed: set[str]) -> None:
+def _drop_colliding(export: ThorExport, exported: House, thor: AssetDatabase, changed: set[str]) -> None:
     """Takes away carried things that run into others, the smaller of two, or hang over out of the room.
 
     Faults among things that are as they were are the house's own, and stay.
     """
     inner = (node for node, up in exported.objects() if up is not None)
-    carried = {node.id: thor.look_up(node.asset_id, node.called).size for node in inner}
+    carried = {node.id: thor.look_up(node.asset_id, node.name_in_house).size for node in inner}
     for fault in check_house(exported, thor):
         if fault.rule not in ("overlap", "outside-room") or not {fault.subject, fault.other} & changed:
             continue
         concerned = [name for name in (fault.subject, fault.other) if name in carried]
-        if concerned and not {fault.subject, fault.other} & set(export.crowded_out):
-            export.crowded_out.append(min(concerned, key=lambda name: math.prod(carried[name])))
-    _remove(export.data["objects"], set(export.crowded_out))
+        if concerned and not {fault.subject, fault.other} & set(export.removed_collisions):
+            export.removed_collisions.append(min(concerned, key=lambda name: math.prod(carried[name])))
+    _remove(export.data["objects"], set(export.removed_collisions))
 
 
 def _remove(nodes: list[dict[str, Any]], unwanted: set[str]) -> None:
@@ -114,7 +114,7 @@ def load_materials(path: Path) -> dict[str, list[str]]:
 class _Exporter:
     """Replaces the assets of one house."""
 
-    def __init__(self, house: House, thor: AssetDatabase, export: Export) -> None:
+    def __init__(self, house: House, thor: AssetDatabase, export: ThorExport) -> None:
         self.house = house
         self.thor = thor
         self.export = export
@@ -129,14 +129,18 @@ class _Exporter:
 
         `above` is the box of what carries it, before and after.
         """
-        entry = self.thor.look_up(node.asset_id, node.called)
+        entry = self.thor.look_up(node.asset_id, node.name_in_house)
         before = after = Box(center=node.position.vec, size=entry.size, yaw=node.rotation.y)
         if node.asset_id not in self.thor or (above is not None and above[0] != above[1]):
             asset = self._nearest(entry.category, entry.size, node.asset_id)
             if asset is None:
                 self._leave_out(node)
                 return False
-            after = self._placed(before, asset[1]) if above is None else _carried(before, asset[1], *above)
+            after = (
+                self._resized_in_place(before, asset[1])
+                if above is None
+                else _moved_with_support(before, asset[1], *above)
+            )
             data["assetId"] = asset[0]
             data["position"] = {axis: round(value, 4) + 0.0 for axis, value in zip("xyz", after.center, strict=True)}
             self.changed.add(node.id)
@@ -157,11 +161,11 @@ class _Exporter:
             return asset_id, size
         choices = self.thor.of_category(category)
         if category == "CounterTop":
-            alike = [choice for choice in choices if _counter_shape(choice[0]) == _counter_shape(asset_id)]
-            choices = alike or choices
-        return min(choices, key=lambda choice: (_unlike(size, choice[1]), choice[0]), default=None)
+            same_shape = [choice for choice in choices if _counter_shape(choice[0]) == _counter_shape(asset_id)]
+            choices = same_shape or choices
+        return min(choices, key=lambda choice: (_size_difference(size, choice[1]), choice[0]), default=None)
 
-    def _placed(self, before: Box, size: Vec3) -> Box:
+    def _resized_in_place(self, before: Box, size: Vec3) -> Box:
         """Returns the box of another size in the place of a thing on the floor or a wall, inside the room."""
         (dx, dz), (x, y, z) = heading(before.yaw), before.center
         back = shapely.Point(x - dx * before.size.z / 2, z - dz * before.size.z / 2)
@@ -203,7 +207,7 @@ class _Exporter:
         if not fitting:
             self.export.left_out.append(opening.id)
             return False
-        asset_id, new = min(fitting, key=lambda choice: (_unlike(size, choice[1]), choice[0]))
+        asset_id, new = min(fitting, key=lambda choice: (_size_difference(size, choice[1]), choice[0]))
         left = float(np.clip((min(xs) + max(xs) - new.x) / 2, 0.0, length - new.x))
         low = 0.0 if min(ys) <= GAP_M else float(np.clip(max(ys) - new.y, 0.0, height - new.y))
         data["assetId"] = asset_id
@@ -222,13 +226,13 @@ def _counter_shape(asset_id: str) -> str:
     return found[1] if found else "I"
 
 
-def _unlike(size: Vec3, other: Vec3) -> float:
+def _size_difference(size: Vec3, other: Vec3) -> float:
     """Returns how different two sizes are: 0 where equal."""
     logs = [math.log(b / a) for a, b in zip(size, other, strict=True)]
     return sum(log * OVERSIZE if log > 0 else -log for log in logs)
 
 
-def _carried(before: Box, size: Vec3, below: Box, holder: Box) -> Box:
+def _moved_with_support(before: Box, size: Vec3, below: Box, holder: Box) -> Box:
     """Returns the box of another size on or in `holder`, which took the place of `below`."""
     x, z = rotate_floor(before.center.x - below.center.x, before.center.z - below.center.z, -below.yaw)
     dx, dz = rotate_floor(x * holder.size.x / below.size.x, z * holder.size.z / below.size.z, holder.yaw)
@@ -258,10 +262,10 @@ def _rename_materials(data: dict[str, Any], materials: dict[str, list[str]]) -> 
 def _rename(reference: dict[str, Any], names: list[str], usual: str) -> None:
     if reference["name"] not in names:
         words = _words(reference["name"]) or _words(usual)
-        reference["name"] = max(names, key=lambda name: (_alikeness(words, name, usual), name))
+        reference["name"] = max(names, key=lambda name: (_name_similarity(words, name, usual), name))
 
 
-def _alikeness(words: set[str], name: str, usual: str) -> tuple[int, int, int]:
+def _name_similarity(words: set[str], name: str, usual: str) -> tuple[int, int, int]:
     found = _words(name)
     return len(words & found), len(_words(usual) & found), -len(found)
 

@@ -11,10 +11,10 @@ from typing import Any
 
 from openai import APIConnectionError, APIStatusError, AsyncOpenAI
 
-from vigil.agents.model import Message
+from vigil.agents.conversation import Message
 from vigil.protocol.actions import Reply
-from vigil.runner.models.ask import PASSING_STATUS, AttemptFailed, Send, answer_in, is_rejection, reply_of
-from vigil.runner.models.refusals import sentence_of
+from vigil.runner.models.ask import TRANSIENT_STATUS, AttemptFailed, Send, is_rejection, parse_answer, reply_from_answer
+from vigil.runner.models.provider_errors import error_message_of
 
 
 def chat_message(message: Message) -> dict[str, Any]:
@@ -34,11 +34,11 @@ def chat_sender(client: AsyncOpenAI, model: str) -> Send:
         try:
             answered = await client.chat.completions.with_raw_response.create(model=model, messages=chat)
         except APIStatusError as error:
-            raise _refused(error.status_code, sentence_of(error.response.content) or error.message) from error
+            raise _refused(error.status_code, error_message_of(error.response.content) or error.message) from error
         except APIConnectionError as error:
             raise AttemptFailed(f"{error} {error.__cause__ or ''}".strip(), can_retry=True) from error
-        answer = answer_in("chat", answered.http_response.content)
-        return reply_of(answer, time.monotonic() - started)
+        answer = parse_answer("chat", answered.http_response.content)
+        return reply_from_answer(answer, time.monotonic() - started)
 
     return send
 
@@ -46,4 +46,4 @@ def chat_sender(client: AsyncOpenAI, model: str) -> Send:
 def _refused(status: int, message: str) -> AttemptFailed:
     if is_rejection(status, message):
         return AttemptFailed(message, is_rejection=True)
-    return AttemptFailed(f"HTTP {status}: {message}"[:1000], can_retry=status in PASSING_STATUS or status >= 500)
+    return AttemptFailed(f"HTTP {status}: {message}"[:1000], can_retry=status in TRANSIENT_STATUS or status >= 500)

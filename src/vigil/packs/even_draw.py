@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict
 from vigil.protocol.episode import FAMILIES, Episode
 
 
-class SuitePlace(BaseModel):
+class SuiteEntry(BaseModel):
     """Where an episode stands in its suite: all that drawing and ordering need of its answer."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
@@ -20,12 +20,12 @@ class SuitePlace(BaseModel):
     """The same for both twins; None for an episode on its own."""
 
 
-def evenly(episodes: Iterable[Episode]) -> list[Episode]:
-    """Returns episodes so that any first part of them holds every family as often as can be: see `units_in_turn`."""
-    return [episode for unit in units_in_turn(episodes, {}) for episode in unit]
+def draw_evenly(episodes: Iterable[Episode]) -> list[Episode]:
+    """Returns episodes so that any first part of them holds every family as often as can be: see `balanced_units`."""
+    return [episode for unit in balanced_units(episodes, {}) for episode in unit]
 
 
-def units_in_turn(episodes: Iterable[Episode], places: Mapping[str, SuitePlace]) -> Iterator[list[Episode]]:
+def balanced_units(episodes: Iterable[Episode], entries: Mapping[str, SuiteEntry]) -> Iterator[list[Episode]]:
     """Yields episodes, twins together as one unit, each time of the family or kind that has given the fewest so far.
 
     Families come in the order of the table; within each the order is that of the SHA-256 of the ids, as good as a
@@ -34,7 +34,7 @@ def units_in_turn(episodes: Iterable[Episode], places: Mapping[str, SuitePlace])
     units: dict[str, list[Episode]] = {}
     waiting: dict[str, deque[list[Episode]]] = {}
     for episode in sorted(episodes, key=lambda episode: hashlib.sha256(episode.id.encode()).digest()):
-        place = places.get(episode.id)
+        place = entries.get(episode.id)
         part, name = (episode.family, episode.id) if place is None else (place.kind, place.pair or episode.id)
         unit = units.setdefault(name, [])
         if not unit:

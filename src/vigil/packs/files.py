@@ -13,8 +13,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from vigil.base.files import MIB, read_file
 from vigil.base.json_files import read_json
-from vigil.base.versions import PackVersions, other_schema
-from vigil.errors import EpisodeError, PackMismatch, first_fault
+from vigil.base.versions import PackVersions, schema_mismatch
+from vigil.errors import EpisodeError, PackMismatch, first_error
 from vigil.protocol.episode import Family
 from vigil.protocol.house import MAX_HOUSE_BYTES
 
@@ -103,7 +103,7 @@ class PackFiles:
                 rows.append(model.model_validate_json(line))
             except ValidationError as error:
                 place = f"Pack {str(self.folder)!r}: {name} line {number}"
-                raise EpisodeError(f"{place}: {first_fault(error)}.") from None
+                raise EpisodeError(f"{place}: {first_error(error)}.") from None
         return rows
 
 
@@ -117,12 +117,12 @@ def _manifest(folder: Path, raw: bytes) -> Manifest:
     try:
         found = read_json(raw)
         named = found if isinstance(found, dict) else {}
-        other = other_schema(named.get("schema_version", PACK_SCHEMA), PACK_SCHEMA)
+        other = schema_mismatch(named.get("schema_version", PACK_SCHEMA), PACK_SCHEMA)
         if other is not None:
             raise PackMismatch(f"Pack {str(folder)!r} {other}.")
         manifest = Manifest.model_validate(found)
     except ValidationError as error:
-        raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST}: {first_fault(error)}.") from None
+        raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST}: {first_error(error)}.") from None
     except ValueError as error:
         raise PackMismatch(f"Pack {str(folder)!r}: {MANIFEST} is not JSON: {error}. Restore it from a copy.") from None
     for name in (EPISODES, SOLUTIONS):

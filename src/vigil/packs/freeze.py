@@ -35,12 +35,12 @@ def freeze(
     `extra` are further files, hashed like all others. Raises EpisodeError when an episode contradicts its family, its
     house or the other episodes, SettingError when the folder is not empty or the name unfit.
     """
-    check_free(folder, name)
+    check_can_freeze(folder, name)
     ordered = sorted(episodes, key=lambda episode: episode.id)
     solved = sorted(solutions, key=lambda solution: solution.episode_id)
     by_name = {house.name: house for house in houses}
     check_ids(ordered, folder)
-    _check_to_freeze(ordered, by_name, (meta or {}).get("suite"))
+    _check_input(ordered, by_name, (meta or {}).get("suite"))
     if [solution.episode_id for solution in solved] != [episode.id for episode in ordered]:
         raise EpisodeError(f"Pack {name!r}: solutions and episodes differ; every episode needs exactly one solution.")
     used = sorted({episode.house.name for episode in ordered})
@@ -48,7 +48,7 @@ def freeze(
     manifest = Manifest(
         name=name,
         version=version,
-        versions=PackVersions.here(),
+        versions=PackVersions.current(),
         description=description,
         episodes=len(ordered),
         houses=len(used),
@@ -69,7 +69,7 @@ def _contents(episodes: list[Episode], solutions: list[Solution], houses: list[H
     }
 
 
-def _check_to_freeze(episodes: list[Episode], houses: Mapping[str, House], suite: str | None) -> None:
+def _check_input(episodes: list[Episode], houses: Mapping[str, House], suite: str | None) -> None:
     for episode in episodes:
         faults, name = protocol_faults(episode, suite), episode.house.name
         if faults:
@@ -83,7 +83,7 @@ def _line(model: BaseModel) -> bytes:
     return canonical_json(model.model_dump(mode="json")) + b"\n"
 
 
-def check_free(folder: Path, name: str) -> None:
+def check_can_freeze(folder: Path, name: str) -> None:
     """Raises SettingError when no pack of that name can be frozen into a folder."""
     if not re.match(NAME_PATTERN, name):
         raise SettingError(f"Pack name {name!r}: expected up to 100 letters, digits, '_', '.', '-', e.g. held_out_v1.")

@@ -8,16 +8,16 @@ STREAM = "stream:"
 _VERSIONED = re.compile(r"(?P<stem>.+?)_v(?P<version>\d+(?:_\d+)*)")
 
 
-def newest(name: str, known: Iterable[str]) -> str | None:
+def newest_version(name: str, known: Iterable[str]) -> str | None:
     """Returns the known name of the highest version of `name`, which itself names no version; None when none is."""
     versions = {version_of(each): each for each in known if stem_of(each) == name}
     return versions[max(versions)] if name and versions else None
 
 
-def successor(name: str, known: Iterable[str]) -> str | None:
+def newer_version(name: str, known: Iterable[str]) -> str | None:
     """Returns the newest known version of the pack that `name` names another version of; None when there is none."""
     stem = stem_of(name)
-    return newest(stem, known) if stem is not None else None
+    return newest_version(stem, known) if stem is not None else None
 
 
 def stem_of(name: str) -> str | None:

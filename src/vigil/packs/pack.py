@@ -20,17 +20,17 @@ from pydantic import BaseModel
 
 from vigil.base.json_files import read_json
 from vigil.errors import EpisodeError, PackMismatch, SettingError, did_you_mean
-from vigil.packs.even_draw import SuitePlace, units_in_turn
+from vigil.packs.even_draw import SuiteEntry, balanced_units
 from vigil.packs.files import EPISODES, HOUSES, MANIFEST, SOLUTIONS, Manifest, PackFiles
-from vigil.packs.names import STREAM, newest, successor
-from vigil.protocol.episode import FAMILIES, Episode, Family, Solution, own_goal_kinds
+from vigil.packs.names import STREAM, newer_version, newest_version
+from vigil.protocol.episode import FAMILIES, Episode, Family, Solution, allowed_goal_kinds
 from vigil.protocol.house import House
 
 PACKAGED = Path(str(files("vigil") / "data" / "packs"))
 """Where the packs lie that come with the package."""
 ANSWERS = "closure.jsonl"
 """Of a pack of the closure-stress suite: see `vigil.scoring.closure`."""
-HOUSES_KEPT = 16
+MAX_CACHED_HOUSES = 16
 """Houses that a pack holds in memory; others are read again from disk."""
 _Line = TypeVar("_Line", bound=BaseModel)
 
@@ -75,7 +75,7 @@ class Pack:
         With `sha256` it is the very pack of that hash. Raises PackMismatch, EpisodeError or HouseError with what is
         wrong, where, and what to do.
         """
-        own_files = PackFiles.of(find(path), sha256)
+        own_files = PackFiles.of(find_pack(path), sha256)
         for name in sorted(own_files.manifest.files):
             own_files.read(name)
         pack = cls(own_files)
@@ -93,16 +93,16 @@ class Pack:
         return {solution.episode_id: solution for solution in self._files.rows(SOLUTIONS, Solution)}
 
     @cached_property
-    def places(self) -> dict[str, SuitePlace]:
+    def suite_entries(self) -> dict[str, SuiteEntry]:
         """Where each episode stands in the pack's suite, by id; nothing for a pack of the families alone."""
         if ANSWERS not in self.manifest.files:
             return {}
-        return {place.episode_id: place for place in self._files.rows(ANSWERS, SuitePlace)}
+        return {place.episode_id: place for place in self._files.rows(ANSWERS, SuiteEntry)}
 
     @property
     def pairs(self) -> dict[str, str]:
         """The pair of each episode that has a twin, by id."""
-        return {name: place.pair for name, place in self.places.items() if place.pair is not None}
+        return {name: place.pair for name, place in self.suite_entries.items() if place.pair is not None}
 
     def house_of(self, episode: Episode) -> House:
         """Returns an episode's house as it was frozen; several threads may ask at once.
@@ -112,19 +112,19 @@ class Pack:
         name = episode.house.name
         house = self._houses.pop(name, None) or self._house(name)
         self._houses[name] = house
-        for oldest in list(self._houses)[:-HOUSES_KEPT]:
+        for oldest in list(self._houses)[:-MAX_CACHED_HOUSES]:
             self._houses.pop(oldest, None)
         return house
 
     def _house(self, name: str) -> House:
         file = f"{HOUSES}/{name}.json"
-        return House.of_json(name, self._files.read(file), f"House file {str(self.folder / file)!r}")
+        return House.from_json(name, self._files.read(file), f"House file {str(self.folder / file)!r}")
 
     def check_assets(self, given: AssetSizes) -> None:
         """Raises PackMismatch when things would have other sizes than those that the pack was made with."""
         if self.asset_database_sha256 is None and given.sha256 is not None and not self._names_asset_of(given):
             return  # a database changes nothing where no house has an asset of it
-        fault = other_assets(f"Pack {self.name!r}", self.asset_database_sha256, given.sha256)
+        fault = asset_mismatch(f"Pack {self.name!r}", self.asset_database_sha256, given.sha256)
         if fault is not None:
             raise PackMismatch(fault)
 
@@ -168,7 +168,7 @@ class Pack:
     def _first(self, episodes: Sequence[Episode], limit: int) -> list[Episode]:
         """Returns so many episodes, evenly drawn; one fewer where only one of two twins would fit."""
         found: list[Episode] = []
-        for unit in units_in_turn(episodes, self.places):
+        for unit in balanced_units(episodes, self.suite_entries):
             if len(found) + len(unit) > limit:
                 break
             found += unit
@@ -207,7 +207,7 @@ class Pack:
                 )
 
 
-def other_assets(what: str, wanted: str | None, given: str | None) -> str | None:
+def asset_mismatch(what: str, wanted: str | None, given: str | None) -> str | None:
     """Returns what is wrong when `what` was made with the asset database `wanted`, and another or none is `given`."""
     if wanted == given:
         return None
@@ -219,7 +219,7 @@ def other_assets(what: str, wanted: str | None, given: str | None) -> str | None
     return f"{what} was made with {made}, and here is {here}: things would have other sizes. {do}"
 
 
-def find(path: str | Path) -> Path:
+def find_pack(path: str | Path) -> Path:
     """Returns the folder of a pack: `path` itself, or the packaged pack of that name, without a version the newest.
 
     Raises PackMismatch.
@@ -236,10 +236,10 @@ def find(path: str | Path) -> Path:
     if name in names:
         return PACKAGED / name
     known = {alias: PACKAGED / each for each in names for alias in (*_aliases(PACKAGED / each), each)}
-    found = name if name in known else newest(name, known)
+    found = name if name in known else newest_version(name, known)
     if found is not None:
         return known[found]
-    later = successor(name, known)
+    later = newer_version(name, known)
     if later is not None:
         raise PackMismatch(
             f"Pack {name!r} does not come with this package; {later!r} is its newest version here. What was played on "
@@ -258,7 +258,7 @@ def packaged_names() -> list[str]:
 
 def manifest_of(path: str | Path) -> Manifest:
     """Returns what a pack says about itself; no other file of it is read. Raises PackMismatch."""
-    return PackFiles.of(find(path)).manifest
+    return PackFiles.of(find_pack(path)).manifest
 
 
 def manifest_sha256(folder: Path) -> str:
@@ -276,12 +276,12 @@ def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:
 
     Raises PackMismatch when the pack at `path` is another one, or its episodes differ from its manifest.
     """
-    return PackFiles.of(find(path), sha256).rows(EPISODES, Episode)
+    return PackFiles.of(find_pack(path), sha256).rows(EPISODES, Episode)
 
 
 def frozen_table(path: str | Path, name: str, model: type[_Line]) -> list[_Line]:
     """Returns the rows of a further file of a pack, one JSON object a line, verified by hash. Raises PackMismatch."""
-    return PackFiles.of(find(path)).rows(name, model)
+    return PackFiles.of(find_pack(path)).rows(name, model)
 
 
 def count_rooms(folder: Path) -> dict[str, int]:
@@ -318,7 +318,7 @@ def check_house(episode: Episode, house: House) -> None:
         "setup": set(episode.setup.objects) | {parent for parent in parents if parent is not None},
     }
     for place, ids in named.items():
-        for object_id in sorted(each for each in ids if not house.may_have(each)):
+        for object_id in sorted(each for each in ids if not house.may_contain(each)):
             raise EpisodeError(
                 f"Episode {episode.id!r}: {place} names {object_id!r}, absent from house {house.name!r}."
                 f"{did_you_mean(object_id, house.ids)}"
@@ -332,7 +332,7 @@ def protocol_faults(episode: Episode, suite: str | None = None) -> list[str]:
     """
     spec = FAMILIES[episode.family]
     faults: list[str] = []
-    if suite is None and episode.goal.kind not in own_goal_kinds(episode.family):
+    if suite is None and episode.goal.kind not in allowed_goal_kinds(episode.family):
         faults.append(f"a goal of kind {episode.goal.kind} is asked for in the packs of a suite alone")
     if (episode.max_steps, episode.max_invalid) != (spec.max_steps, spec.max_invalid):
         faults.append(

@@ -13,7 +13,7 @@ from typing import Any
 
 from vigil.errors import SettingError
 
-SECRET_FROM = 2**64
+MIN_SECRET_SEED = 2**64
 """Smaller seeds can be found by trying all of them."""
 SEED_SHA256 = "seed_sha256"
 """Under this name the `meta` of a manifest holds the hash of a secret seed; no other pack has it."""
@@ -41,7 +41,7 @@ def check_revealed(pack: str, private: bool, what: str, *, reveals: bool, by: st
         )
 
 
-def without_ids(remarks: Iterable[str], ids: Iterable[str]) -> list[str]:
+def redact_ids(remarks: Iterable[str], ids: Iterable[str]) -> list[str]:
     """Returns remarks about a run in which none of some episodes is named."""
     any_id = re.compile("|".join(map(re.escape, sorted(ids, key=len, reverse=True))) or r"(?!)")
     return [any_id.sub("(an episode)", remark) for remark in remarks]
@@ -49,7 +49,7 @@ def without_ids(remarks: Iterable[str], ids: Iterable[str]) -> list[str]:
 
 def is_secret(seed: int) -> bool:
     """Whether a seed is long enough to be kept secret."""
-    return seed >= SECRET_FROM
+    return seed >= MIN_SECRET_SEED
 
 
 def seed_sha256(name: str, *seeds: int) -> str:
@@ -62,9 +62,9 @@ def secret_name(seed: int, kind: str, what: bytes) -> str:
     return f"{kind}_{_keyed(seed, kind, what).hex()[:NAME_DIGITS]}"
 
 
-def secret_part(seed: int, kind: str, what: bytes) -> int:
+def secret_subseed(seed: int, kind: str, what: bytes) -> int:
     """Returns a seed of 128 bits for a part of what a secret seed makes; it tells nothing of the others."""
-    return SECRET_FROM + int.from_bytes(_keyed(seed, f"seed of {kind}", what)[:16], "big")
+    return MIN_SECRET_SEED + int.from_bytes(_keyed(seed, f"seed of {kind}", what)[:16], "big")
 
 
 def read_seed(path: Path) -> int:

@@ -218,7 +218,7 @@ class Reply(_Action):
     """In the provider's own word: `stop`, `end_turn`, `length`, `MAX_TOKENS` ..."""
     reasoning_chars: int = 0
     reasoning: str = Field(default="", exclude=True, repr=False)
-    """That came apart from the text, where it is kept: beside the record (`vigil.records.kept_reasoning`), never in
+    """That came apart from the text, where it is kept: beside the record (`vigil.records.reasoning_file`), never in
     it."""
     tool_call: str | None = Field(default=None, exclude_if=lambda name: name is None)
     """Name of the tool that the server says the model called in the place of an answer; rows without one leave it
@@ -230,7 +230,7 @@ class Reply(_Action):
     agent_ended: str = ""
     """What a program did instead of answering a frame: it ended, hung or wrote out of turn. A protocol failure."""
     cut: ReplyCut | None = None
-    """Set when `text` is only a part of what was said, and was judged as: see `vigil.protocol.kept_reply`."""
+    """Set when `text` is only a part of what was said, and was judged as: see `vigil.protocol.reply_truncation`."""
 
     @model_validator(mode="before")
     @classmethod

@@ -18,7 +18,7 @@ from vigil.protocol.goals import Goal
 from vigil.protocol.world import Setup
 
 
-def _known_family(name: str) -> str:
+def _check_family(name: str) -> str:
     if name not in FAMILIES:
         raise ValueError(
             f"there is no family {name!r}; the families are {', '.join(FAMILIES)}. One of one's own is known where its "
@@ -27,13 +27,13 @@ def _known_family(name: str) -> str:
     return name
 
 
-Family = Annotated[str, AfterValidator(_known_family)]
+Family = Annotated[str, AfterValidator(_check_family)]
 """A name in `FAMILIES`."""
 Tier = Literal["diagnostic", "compositional"]
-Size = Literal["large", "medium", "small"]
+TargetSize = Literal["large", "medium", "small"]
 Skill = Literal["navigate", "look", "interact_pixel", "interact_pixel(ground)", "report"]
 
-LOOKING_DOWN_DEG = 30.0
+DEFAULT_HORIZON_DEG = 30.0
 MAX_INSTRUCTION_CHARS = 2000
 MAX_FLOOR_M = 0.01
 """Floors of houses are at height 0; an agent that starts further up or down stands on nothing."""
@@ -59,7 +59,7 @@ class FamilySpec:
     @property
     def start_horizon(self) -> float | None:
         """The camera pitch to start with; None when the author is free to choose (`look` is expected)."""
-        return None if "look" in self.skills else LOOKING_DOWN_DEG
+        return None if "look" in self.skills else DEFAULT_HORIZON_DEG
 
 
 _ACT = ("navigate", "interact_pixel", "report")
@@ -86,15 +86,15 @@ FAMILIES: dict[Family, FamilySpec] = {
     "CR": FamilySpec("Constraint Resolving", "compositional", True, 40, 12, _ACT, ("object_state", "object_held")),
 }
 
-LONGER_GOAL_KINDS: dict[Family, tuple[str, ...]] = {"SM": ("all_of",)}
+EXTRA_GOAL_KINDS: dict[Family, tuple[str, ...]] = {"SM": ("all_of",)}
 """Goals that a family may ask for besides the paper's: several things at their places, or in their states, at once."""
 SUITE_GOAL_KINDS: dict[Family, tuple[str, ...]] = {"SI": ("all_of", "object_at_receptacle")}
 """Goals that a family may ask for in the packs of a suite, and in no others (`vigil.packs.pack.protocol_faults`)."""
 
 
-def own_goal_kinds(family: Family) -> tuple[str, ...]:
+def allowed_goal_kinds(family: Family) -> tuple[str, ...]:
     """Returns the kinds of goals that a family may ask for in any pack."""
-    return (*FAMILIES[family].goal_kinds, *LONGER_GOAL_KINDS.get(family, ()))
+    return (*FAMILIES[family].goal_kinds, *EXTRA_GOAL_KINDS.get(family, ()))
 
 
 def register_family(name: str, spec: FamilySpec) -> None:
@@ -114,7 +114,7 @@ def register_family(name: str, spec: FamilySpec) -> None:
     FAMILIES[name] = spec
 
 
-def families_named(names: Iterable[str]) -> tuple[Family, ...]:
+def parse_families(names: Iterable[str]) -> tuple[Family, ...]:
     """Returns the families of these names in the table's order; a name may hold several, as in "PG,sm".
 
     Raises SettingError on a name that is none.
@@ -164,12 +164,12 @@ class Episode(_Model):
     """Role (target, receptacle, obstacle ...) -> object id."""
     max_steps: int = Field(ge=1, le=1000)
     max_invalid: int = Field(ge=0, le=1000)
-    difficulty: Size | None = None
+    difficulty: TargetSize | None = None
     provenance: Provenance = Field(default_factory=Provenance)
 
     @model_validator(mode="after")
     def _fits_family(self) -> "Episode":
-        kinds = (*own_goal_kinds(self.family), *SUITE_GOAL_KINDS.get(self.family, ()))
+        kinds = (*allowed_goal_kinds(self.family), *SUITE_GOAL_KINDS.get(self.family, ()))
         if self.goal.kind not in kinds:
             raise ValueError(f"family {self.family} asks for a goal of kind {' or '.join(kinds)}, not {self.goal.kind}")
         if (self.family == "CR") != (self.goal.constraint is not None):
@@ -179,7 +179,7 @@ class Episode(_Model):
         return self
 
     @model_validator(mode="after")
-    def _is_somewhere(self) -> "Episode":
+    def _is_within_bounds(self) -> "Episode":
         x, y, z = self.start.position
         if abs(y) > MAX_FLOOR_M:
             raise ValueError(f"start.position.y is {y:g} m; the agent starts on the floor, at height 0")
@@ -196,10 +196,12 @@ class Episode(_Model):
                 turns[f"setup.objects.{object_id}.placement.rotation"] = change.placement.rotation
         for place, numbers in places.items():
             if max(map(abs, numbers)) > MAX_COORDINATE_M:
-                raise ValueError(f"{place} is {_shown(numbers)}; no house reaches further than {MAX_COORDINATE_M:g} m")
+                raise ValueError(
+                    f"{place} is {_format_numbers(numbers)}; no house reaches further than {MAX_COORDINATE_M:g} m"
+                )
         for place, numbers in turns.items():
             if max(map(abs, numbers)) > MAX_TURN_DEG:
-                raise ValueError(f"{place} is {_shown(numbers)} degrees; no turn is beyond {MAX_TURN_DEG:g}")
+                raise ValueError(f"{place} is {_format_numbers(numbers)} degrees; no turn is beyond {MAX_TURN_DEG:g}")
         return self
 
     def bound_ids(self) -> list[str]:
@@ -208,7 +210,7 @@ class Episode(_Model):
         return sorted({*self.bindings.values(), *self.goal.ids(), *held})
 
 
-def _shown(numbers: Sequence[float]) -> str:
+def _format_numbers(numbers: Sequence[float]) -> str:
     return ", ".join(f"{number:g}" for number in numbers)
 
 

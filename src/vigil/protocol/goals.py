@@ -21,7 +21,7 @@ STRICTLY_CLOSED = 0.01
 TOLERANCE = 1e-6
 NEAR_M = 1.5
 """Distance threshold of `agent_near_target`, and the reach that progress is measured to."""
-MOST_PARTS = 24
+MAX_PARTS = 24
 """Parts of an `all_of` goal, at most: as many things as a home may have that stand open."""
 _STATES = {("is_open", True): "is open", ("is_open", False): "is closed"}
 _STATES |= {("is_toggled", True): "is on", ("is_toggled", False): "is off"}
@@ -48,7 +48,7 @@ class Constraint(BaseModel):
     distance_m: float | None = Field(default=None, gt=0, allow_inf_nan=False)
 
     @model_validator(mode="after")
-    def _moved_has_distance(self) -> "Constraint":
+    def _distance_fits_kind(self) -> "Constraint":
         if (self.kind == "object_moved") != (self.distance_m is not None):
             raise ValueError("`distance_m` belongs to `object_moved`, and `object_moved` needs it")
         return self
@@ -61,7 +61,7 @@ class _Goal(BaseModel):
     """The target."""
     constraint: Constraint | None = None
     """CR only: must be resolved too."""
-    chain: tuple["Link", ...] = ()
+    chain: tuple["ChainLink", ...] = ()
     """SM only: the ordered sub-conditions before the final one; they count for progress alone."""
 
     def ids(self) -> set[str]:
@@ -91,7 +91,7 @@ class ObjectInState(_Goal):
     value: bool = True
 
     @model_validator(mode="after")
-    def _seen_is_true(self) -> "ObjectInState":
+    def _visible_is_true(self) -> "ObjectInState":
         if self.state == "is_visible" and not self.value:
             raise ValueError("a goal can ask that something is seen, not that it is not")
         return self
@@ -125,7 +125,7 @@ class ReportStatus(_Goal):
     state: StateQuery
 
 
-Link = Annotated[ObjectInState | ObjectHeld | ObjectAtReceptacle, Field(discriminator="kind")]
+ChainLink = Annotated[ObjectInState | ObjectHeld | ObjectAtReceptacle, Field(discriminator="kind")]
 
 
 GoalPart = Annotated[ObjectInState | ObjectAtReceptacle, Field(discriminator="kind")]
@@ -135,10 +135,10 @@ class AllOf(_Goal):
     """Several things are each in the state, or in the place, that is asked for; `object_id` is the first of them."""
 
     kind: Literal["all_of"] = "all_of"
-    parts: tuple[GoalPart, ...] = Field(min_length=2, max_length=MOST_PARTS)
+    parts: tuple[GoalPart, ...] = Field(min_length=2, max_length=MAX_PARTS)
 
     @model_validator(mode="after")
-    def _are_different_things(self) -> "AllOf":
+    def _parts_are_distinct(self) -> "AllOf":
         ids = [part.object_id for part in self.parts]
         if len(set(ids)) < len(ids) or ids[0] != self.object_id:
             raise ValueError("the parts of `all_of` are about different things, the first of them `object_id`")
@@ -178,15 +178,15 @@ def state_label(query: StateQuery, *, is_toggled: bool | None, openness: float |
 
 def is_observable(state: ObjectState) -> bool:
     """Whether the object can be told in the frame."""
-    return _can_be_told(state, state.visible_px)
+    return _is_recognizable(state, state.visible_px)
 
 
 def is_state_observable(state: ObjectState, query: StateQuery) -> bool:
     """Whether the parts that show the queried state can be told in the frame."""
-    return _can_be_told(state, state.state_px(query))
+    return _is_recognizable(state, state.state_px(query))
 
 
-def _can_be_told(state: ObjectState, pixels: int) -> bool:
+def _is_recognizable(state: ObjectState, pixels: int) -> bool:
     nearest_m = state.nearest_visible_m
     return pixels >= OBSERVABLE_PX and nearest_m is not None and nearest_m <= OBSERVABLE_M
 
@@ -202,7 +202,7 @@ class Moment:
     last_ground: Effect | None
 
 
-def truth(goal: Goal, moments: Sequence[Moment]) -> tuple[list[bool], list[bool]]:
+def goal_truth(goal: Goal, moments: Sequence[Moment]) -> tuple[list[bool], list[bool]]:
     """Returns semantic and strict truth per row, without constraint and tampering."""
     pairs = [_holds(goal, moment) for moment in moments]
     semantic, strict = [pair[0] for pair in pairs], [pair[0] and pair[1] for pair in pairs]
@@ -216,7 +216,7 @@ def _holds(goal: Goal, moment: Moment) -> tuple[bool, bool]:
     state = moment.world.objects[goal.object_id]
     match goal:
         case TargetGrounded():
-            return grounded(goal.object_id, state.category, moment.last_ground)
+            return grounding_truth(goal.object_id, state.category, moment.last_ground)
         case AgentNearTarget():
             return state.box_distance_m < goal.threshold_m, state.center_distance_m < goal.threshold_m
         case ObjectInState():
@@ -235,7 +235,7 @@ def _holds(goal: Goal, moment: Moment) -> tuple[bool, bool]:
             assert_never(goal)
 
 
-def grounded(object_id: str, category: str, ground: Effect | None) -> tuple[bool, bool]:
+def grounding_truth(object_id: str, category: str, ground: Effect | None) -> tuple[bool, bool]:
     """Returns whether a click is on a thing or within 3 px of it and on no other of its category, and strictly."""
     if ground is None:
         return False, False
@@ -276,13 +276,13 @@ def tampered_since_reset(goal: Goal, moments: Sequence[Moment]) -> list[bool]:
     return latched([abs((state.openness or 0.0) - first) > TOLERANCE for state in states])
 
 
-def resolved(constraint: Constraint, moments: Sequence[Moment]) -> list[bool]:
+def constraint_truth(constraint: Constraint, moments: Sequence[Moment]) -> list[bool]:
     """Returns whether the constraint is resolved, row by row."""
-    met = [is_met(constraint, moment) for moment in moments]
+    met = [is_constraint_met(constraint, moment) for moment in moments]
     return latched(met) if constraint.latched else met
 
 
-def is_met(constraint: Constraint, moment: Moment) -> bool:
+def is_constraint_met(constraint: Constraint, moment: Moment) -> bool:
     """Whether the constraint is met at one moment, whatever was before."""
     state = moment.world.objects[constraint.object_id]
     match constraint.kind:
@@ -313,17 +313,17 @@ def latched(values: Sequence[bool]) -> list[bool]:
     return list(accumulate(values, lambda before, now: before or now))
 
 
-def goal_words(goal: Goal) -> str:
+def describe_goal(goal: Goal) -> str:
     """Returns what must be true at the end, with the ids of the objects."""
-    text = _final_words(goal)
+    text = _describe_final(goal)
     if goal.chain:
-        text += "; for progress alone: " + ", ".join(_final_words(link) for link in goal.chain)
+        text += "; for progress alone: " + ", ".join(_describe_final(link) for link in goal.chain)
     if goal.constraint is not None:
-        text += f"; and {_constraint_words(goal.constraint)}"
+        text += f"; and {_describe_constraint(goal.constraint)}"
     return text
 
 
-def _final_words(goal: Goal) -> str:
+def _describe_final(goal: Goal) -> str:
     target = goal.object_id
     match goal:
         case TargetGrounded():
@@ -342,12 +342,12 @@ def _final_words(goal: Goal) -> str:
             pair = "open or closed" if goal.state == "is_open" else "on or off"
             return f"the report says whether {target} is {pair}, with its state in view and untouched"
         case AllOf():
-            return " and ".join(_final_words(part) for part in goal.parts)
+            return " and ".join(_describe_final(part) for part in goal.parts)
         case _:
             assert_never(goal)
 
 
-def _constraint_words(constraint: Constraint) -> str:
+def _describe_constraint(constraint: Constraint) -> str:
     when = "at some moment" if constraint.latched else "at the end"
     if constraint.kind == "object_moved":
         return f"{constraint.object_id} has been moved by {constraint.distance_m:g} m or more ({when})"

@@ -18,18 +18,18 @@ from pydantic.alias_generators import to_camel
 from vigil.base.files import MIB, read_file
 from vigil.base.geometry import Pose, Vec3
 from vigil.base.json_files import read_json
-from vigil.errors import HouseError, first_fault
-from vigil.protocol.house_forms import euler_about, older_form
+from vigil.errors import HouseError, first_error
+from vigil.protocol.house_conversion import euler_from_axis_angle, find_outdated_part
 
 MAX_HOUSE_BYTES = 32 * MIB
 MAX_OBJECTS = 5000
 MAX_OPENINGS = 300
 """Doors and windows, which are compared with each other and hit by rays; far more than a house of ten rooms has."""
-FARTHEST = 10_000.0
+MAX_MAGNITUDE = 10_000.0
 """No coordinate (m) or angle (degrees) of a house is beyond this: a larger one is a typo or hostile input."""
 MAX_NESTING = 16
 """How deep things may lie in things; in ProcTHOR's houses it is three."""
-LEVEL_M = 1e-4
+LEVEL_TOLERANCE_M = 1e-4
 """Corners of a wall that differ in height by less are as low."""
 EXTERIOR = "exterior"
 """Stands for the outside where a room is named; null and "" do, too."""
@@ -53,9 +53,9 @@ class _Node(_Values):
 class Point(_Values):
     """x, y, z in metres (THOR's frame); a point of a floor need not say its height."""
 
-    x: float = Field(allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
-    y: float = Field(default=0.0, allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
-    z: float = Field(allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
+    x: float = Field(allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)
+    y: float = Field(default=0.0, allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)
+    z: float = Field(allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)
 
     @property
     def vec(self) -> Vec3:
@@ -66,26 +66,26 @@ class Point(_Values):
 class HolePoint(Point):
     """x along a wall and y up, in metres; z means nothing."""
 
-    z: float = Field(default=0.0, allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
+    z: float = Field(default=0.0, allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)
 
 
 class Rotation(HolePoint):
     """Euler angles in degrees, or `degrees` about an `axis`, which are made into angles."""
 
-    x: float = Field(default=0.0, allow_inf_nan=False, ge=-FARTHEST, le=FARTHEST)
+    x: float = Field(default=0.0, allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)
 
     @model_validator(mode="before")
     @classmethod
     def _as_angles(cls, data: Any) -> Any:
         if not isinstance(data, dict) or data.get("axis") is None or any(data.get(side) is not None for side in "xyz"):
             return data
-        about = _Turn.model_validate(data)
-        return dict(zip("xyz", euler_about(about.axis.vec, about.degrees), strict=True))
+        about = _AxisAngle.model_validate(data)
+        return dict(zip("xyz", euler_from_axis_angle(about.axis.vec, about.degrees), strict=True))
 
 
-class _Turn(_Values):
+class _AxisAngle(_Values):
     axis: Point
-    degrees: float = Field(ge=-FARTHEST, le=FARTHEST)
+    degrees: float = Field(ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)
 
 
 class Color(_Values):
@@ -137,7 +137,7 @@ class Wall(_Node):
     def ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Its first two bottom corners (x, z); the same twice where it stands on one point."""
         bottom = min(corner.y for corner in self.polygon)
-        low = [(corner.x, corner.z) for corner in self.polygon if corner.y <= bottom + LEVEL_M]
+        low = [(corner.x, corner.z) for corner in self.polygon if corner.y <= bottom + LEVEL_TOLERANCE_M]
         return low[0], low[min(1, len(low) - 1)]
 
     @property
@@ -188,7 +188,7 @@ class HouseObject(_Node):
     is_dirty: bool | None = None
 
     @property
-    def called(self) -> str:
+    def name_in_house(self) -> str:
         """What the house calls it: Holodeck's houses name their objects apart."""
         return self.object_name or self.id
 
@@ -229,7 +229,7 @@ class House:
         """`data` is the JSON document. Raises HouseError."""
         self.name = name
         self.data = data
-        older = older_form(data)
+        older = find_outdated_part(data)
         if older is not None:
             raise HouseError(
                 f"House {name!r} is of an older schema than {SCHEMA}: {older}. Bring it to {SCHEMA}, as ProcTHOR's own "
@@ -268,7 +268,7 @@ class House:
                 f"House {self.name!r}: metadata.agent is no start pose; it needs position (x, z) and rotation (y)."
             ) from None
 
-    def may_have(self, object_id: str) -> bool:
+    def may_contain(self, object_id: str) -> bool:
         """Whether the document names an object or opening, or some furniture of it may have a drawer with that id.
 
         Which drawers a piece has is known only where its shape is.
@@ -325,7 +325,7 @@ class House:
         what = f"House file {str(path)!r}"
         if not path.exists():
             raise HouseError(f"{what} does not exist. Give the path of a ProcTHOR house JSON file.")
-        house = cls.of_json(path.stem, read_file(path, what, HouseError, MAX_HOUSE_BYTES), what)
+        house = cls.from_json(path.stem, read_file(path, what, HouseError, MAX_HOUSE_BYTES), what)
         if sha256 not in (None, house.sha256):
             raise HouseError(
                 f"{what} has SHA-256 {house.sha256[:12]}..., expected {str(sha256)[:12]}.... It was changed since: "
@@ -334,7 +334,7 @@ class House:
         return house
 
     @classmethod
-    def of_json(cls, name: str, data: bytes, what: str) -> "House":
+    def from_json(cls, name: str, data: bytes, what: str) -> "House":
         """Returns the house that a file holds; `what` names the file in messages. Raises HouseError."""
         try:
             found = read_json(data)
@@ -364,7 +364,7 @@ def is_outside(room: str) -> bool:
 
 def _first_fault(name: str, error: ValidationError) -> str:
     more = f" ({error.error_count() - 1} more)" if error.error_count() > 1 else ""
-    return f"House {name!r}: {first_fault(error)}{more}. A house is a ProcTHOR document of schema 1.0.0."
+    return f"House {name!r}: {first_error(error)}{more}. A house is a ProcTHOR document of schema 1.0.0."
 
 
 def _check_references(name: str, document: HouseDocument) -> None:

@@ -51,7 +51,7 @@ class Profile(BaseModel):
     history_reply_chars: int = Field(default=HISTORY_REPLY_CHARS, ge=1)
 
     @model_validator(mode="after")
-    def _variant_is_of_the_template(self) -> "Profile":
+    def _variant_matches_template(self) -> "Profile":
         if self.prompt_template is None:
             if self.prompt_variant not in get_args(PromptVariant):
                 raise ValueError(f"prompt_variant {self.prompt_variant!r} is not one of {get_args(PromptVariant)}")
@@ -67,7 +67,7 @@ class Profile(BaseModel):
         return self.name == ACTION_FEEDBACK
 
     @property
-    def has_own_prompt(self) -> bool:
+    def has_custom_prompt(self) -> bool:
         """Whether the prompt is of a file, not one of the paper's."""
         return self.prompt_template is not None
 

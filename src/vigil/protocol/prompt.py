@@ -117,12 +117,12 @@ def past_turn(feedback: Feedback | None, reply_text: str, profile: Profile) -> T
     return Turn(frame_stub("past", feedback), answer[: profile.history_reply_chars])
 
 
-def is_cut_in_history(reply_text: str, profile: Profile) -> bool:
+def is_truncated_in_history(reply_text: str, profile: Profile) -> bool:
     """Whether a reply is longer than what the history keeps of it."""
     return len(split_reasoning(reply_text)[0]) > profile.history_reply_chars
 
 
-def recent(turns: Sequence[Turn], profile: Profile) -> list[Turn]:
+def recent_turns(turns: Sequence[Turn], profile: Profile) -> list[Turn]:
     """Returns the last turns, as many as the profile's history holds."""
     return list(turns[max(0, len(turns) - profile.history_turns) :])
 

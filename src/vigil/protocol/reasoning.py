@@ -13,7 +13,7 @@ from vigil.protocol.json_text import is_one_value, object_end
 Thinking = Literal["on", "off", "default"]
 """What a run asks of a model: to reason before it answers, not to, or as the provider has it."""
 CLOSING_MARKERS = ("</think>", "◁/think▷")
-MAX_CUTS = 64
+MAX_MARKERS = 64
 """Closing markers that are looked at, the last ones: more of them are no reasoning."""
 
 _MARKER = re.compile(r"<(?:think(?:\s[^<>]*+)?|/think)>|◁/?think▷")
@@ -31,7 +31,7 @@ def split_reasoning(text: str) -> tuple[str, int]:
     closings = [marker.end() for marker in _MARKER.finditer(text) if _is_closing(marker)]
     if not closings or is_one_value(text):
         return text, 0
-    cut = _cut(text, closings[-MAX_CUTS:])
+    cut = _cut(text, closings[-MAX_MARKERS:])
     return text[cut:], len(_MARKER.sub("", text[:cut]).strip())
 
 
@@ -48,7 +48,7 @@ def _is_closing(marker: re.Match[str]) -> bool:
 def _cut(text: str, closings: list[int]) -> int:
     objects = list(_objects(text, (0, *closings)))
     for start, end in objects:
-        if not _is_inside(text, end):
+        if not _is_in_reasoning(text, end):
             return start
     behind = next((closing for closing in reversed(closings) if "{" in text[closing:]), None)
     if behind is not None:
@@ -65,7 +65,7 @@ def _objects(text: str, starts: tuple[int, ...]) -> Iterator[tuple[int, int]]:
             yield start, end
 
 
-def _is_inside(text: str, position: int) -> bool:
+def _is_in_reasoning(text: str, position: int) -> bool:
     """Whether a reasoning that was opened before `position` is closed behind it."""
     depth = 0
     for marker in _MARKER.finditer(text, position):

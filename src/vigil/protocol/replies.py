@@ -28,7 +28,7 @@ from vigil.protocol.actions import (
     SkillName,
     Status,
 )
-from vigil.protocol.endings import is_cut
+from vigil.protocol.finish_reasons import hit_token_limit
 from vigil.protocol.json_text import JsonFault, decode
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.reasoning import is_unclosed, split_reasoning
@@ -62,24 +62,24 @@ def parse_reply(reply: Reply, coordinates: Coordinates, policy: ReplyPolicy) -> 
         return InvalidAction(kind="protocol_failure", reason="not_utf8")
     if reply.cut is not None and reply.cut.answer_bytes > MAX_REPLY_BYTES:
         return _invalid(_too_long(reply.cut.answer_bytes))
-    parsed = parse(reply.text, coordinates, policy)
+    parsed = parse_text(reply.text, coordinates, policy)
     if isinstance(parsed, InvalidAction) and parsed.reason == "empty":
-        parsed = parsed.model_copy(update={"detail": _why_empty(reply)})
-    if is_cut(reply.finish_reason) and isinstance(parsed, InvalidAction) and parsed.kind == "protocol_failure":
+        parsed = parsed.model_copy(update={"detail": _describe_empty(reply)})
+    if hit_token_limit(reply.finish_reason) and isinstance(parsed, InvalidAction) and parsed.kind == "protocol_failure":
         return parsed.model_copy(update={"reason": "truncated", "detail": f"{parsed.reason} {parsed.detail}".strip()})
     return parsed
 
 
-def _why_empty(reply: Reply) -> str:
+def _describe_empty(reply: Reply) -> str:
     """Returns what came in the place of an answer; empty where nothing did."""
     if reply.tool_call is not None:
-        return f"the server sent a tool call ({_shown(reply.tool_call)}) in the place of text"
+        return f"the server sent a tool call ({_quoted(reply.tool_call)}) in the place of text"
     if reply.reasoning_chars:
         return f"all {reply.reasoning_chars} characters came as reasoning, and no answer followed"
     return ""
 
 
-def parse(
+def parse_text(
     text: str | bytes, coordinates: Coordinates = "pixel", policy: ReplyPolicy = "strict"
 ) -> ParsedReply | InvalidAction:
     """Returns the action in a raw reply, or why there is none; never raises."""
@@ -90,7 +90,7 @@ def parse(
     try:
         return _action_of(_only_object(answer), coordinates)
     except _Fault as fault:
-        loose = _parse_loosely(answer, coordinates) if fault.kind == "protocol_failure" else None
+        loose = _parse_leniently(answer, coordinates) if fault.kind == "protocol_failure" else None
         if loose is not None and policy == "lenient":
             return loose
         return _invalid(fault, would_parse_leniently=isinstance(loose, ParsedReply))
@@ -130,7 +130,7 @@ def _decode(text: str, start: int = 0) -> tuple[Any, int]:
     try:
         return decode(text, start)
     except JsonFault as fault:
-        reason = _why_not_json(text) if fault.reason == "not_json" else fault.reason
+        reason = _not_json_reason(text) if fault.reason == "not_json" else fault.reason
         raise _Fault("protocol_failure", reason, fault.detail) from None
 
 
@@ -147,7 +147,7 @@ def _only_object(answer: str) -> dict[str, Any]:
     return value
 
 
-def _why_not_json(text: str) -> str:
+def _not_json_reason(text: str) -> str:
     if not text:
         return "empty"
     if text.startswith("{"):
@@ -159,7 +159,7 @@ def _why_not_json(text: str) -> str:
     return "text_around_object" if "{" in text else "no_object"
 
 
-def _parse_loosely(answer: str, coordinates: Coordinates) -> ParsedReply | InvalidAction | None:
+def _parse_leniently(answer: str, coordinates: Coordinates) -> ParsedReply | InvalidAction | None:
     """Returns what one object in a code fence or in prose asks for; None when there is not exactly one."""
     fences = _FENCE.findall(answer)
     found = _objects_in(fences[0] if len(fences) == 1 else answer)
@@ -220,7 +220,7 @@ def _action_of(fields: dict[str, Any], coordinates: Coordinates) -> ParsedReply:
     name, given = fields["skill_name"], fields["arguments"]
     skill = _fold(name) if isinstance(name, str) else None
     if skill not in SKILLS:
-        raise _Fault("malformed_action", "unknown_skill", _shown(name))
+        raise _Fault("malformed_action", "unknown_skill", _quoted(name))
     if not isinstance(given, dict):
         raise _Fault("malformed_action", "arguments_not_an_object", type(given).__name__)
     known = cast(SkillName, skill)
@@ -253,7 +253,7 @@ def _interact(given: dict[str, Any], coordinates: Coordinates) -> InteractPixel:
     word = _fold(_string(intent_argument, given))
     intent = cast(Intent, INTENT_ALIASES.get(word, word))
     if intent not in INTENTS:
-        raise _Fault("malformed_action", "not_in_vocabulary", f"intent: {_shown(word)}")
+        raise _Fault("malformed_action", "not_in_vocabulary", f"intent: {_quoted(word)}")
     if not INTENTS[intent].needs_pixel:
         return InteractPixel(intent=intent)
     return InteractPixel(
@@ -292,7 +292,7 @@ def _string(argument: Argument, given: dict[str, Any]) -> str:
 def _enum(argument: Argument, given: dict[str, Any]) -> str:
     word = _fold(_string(argument, given))
     if word not in argument.values:
-        raise _Fault("malformed_action", "not_in_vocabulary", f"{argument.name}: {_shown(word)}")
+        raise _Fault("malformed_action", "not_in_vocabulary", f"{argument.name}: {_quoted(word)}")
     return word
 
 
@@ -301,7 +301,7 @@ def _number(argument: Argument, given: dict[str, Any]) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise _ill_typed(argument, value)
     if not math.isfinite(value) or value <= 0:
-        raise _Fault("malformed_action", "out_of_range", f"{argument.name}: {_shown(value)}")
+        raise _Fault("malformed_action", "out_of_range", f"{argument.name}: {_quoted(value)}")
     return float(value)
 
 
@@ -311,7 +311,7 @@ def _pixel(argument: Argument, given: dict[str, Any], size: int, coordinates: Co
         raise _ill_typed(argument, value)
     highest = size - 1 if coordinates == "pixel" else 1000
     if not 0 <= value <= highest:
-        raise _Fault("malformed_action", "pixel_outside_frame", f"{argument.name}: {_shown(value)}")
+        raise _Fault("malformed_action", "pixel_outside_frame", f"{argument.name}: {_quoted(value)}")
     whole = int(value)
     return whole if coordinates == "pixel" else min(size - 1, whole * size // 1000)
 
@@ -320,7 +320,7 @@ def _ill_typed(argument: Argument, value: Any) -> _Fault:
     return _Fault("malformed_action", "ill_typed", f"{argument.name}: {type(value).__name__}")
 
 
-def points_otherwise(invalid: InvalidAction) -> bool:
+def looks_like_other_coordinates(invalid: InvalidAction) -> bool:
     """Whether an invalid action points, but in fractions or outside of the frame: in other coordinates, it seems."""
     is_fraction = invalid.reason == "ill_typed" and invalid.detail in ("x: float", "y: float")
     return is_fraction or invalid.reason == "pixel_outside_frame"
@@ -330,5 +330,5 @@ def _fold(word: str) -> str:
     return word.strip().casefold()
 
 
-def _shown(value: Any) -> str:
+def _quoted(value: Any) -> str:
     return ascii(value)[:80] if isinstance(value, str | int | float) else type(value).__name__

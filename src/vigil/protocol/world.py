@@ -152,7 +152,7 @@ class Setup(_Fact):
     """Id of the pickupable object that is in the hand at the start."""
 
     @model_validator(mode="after")
-    def _can_be_so(self) -> "Setup":
+    def _is_consistent(self) -> "Setup":
         held = self.objects.get(self.held) if self.held is not None else None
         if held is not None and (held.is_absent or held.placement is not None):
             raise ValueError(f"{self.held!r} is to be in the hand, and also absent or placed elsewhere; say one")

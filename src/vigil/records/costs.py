@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from vigil.errors import SettingError
 from vigil.protocol.actions import Usage
 
-PER = 1_000_000
+TOKENS_PER_PRICE = 1_000_000
 """Tokens for which a price is given."""
 
 
@@ -23,26 +23,29 @@ class Tokens:
 
     input: int = 0
     output: int = 0
-    told: int = 0
+    reported: int = 0
     """Replies whose tokens are known."""
-    untold: int = 0
+    unreported: int = 0
     """Replies whose tokens are not known: of scripted agents and programs, and of servers that do not count."""
 
     @classmethod
     def of(cls, usages: Iterable[Usage | None]) -> "Tokens":
         """Returns the tokens of replies, given what was told of each."""
         found = list(usages)
-        told = [usage for usage in found if usage is not None]
+        reported = [usage for usage in found if usage is not None]
         return cls(
-            sum(usage.input_tokens for usage in told),
-            sum(usage.output_tokens for usage in told),
-            len(told),
-            len(found) - len(told),
+            sum(usage.input_tokens for usage in reported),
+            sum(usage.output_tokens for usage in reported),
+            len(reported),
+            len(found) - len(reported),
         )
 
     def __add__(self, other: "Tokens") -> "Tokens":
         return Tokens(
-            self.input + other.input, self.output + other.output, self.told + other.told, self.untold + other.untold
+            self.input + other.input,
+            self.output + other.output,
+            self.reported + other.reported,
+            self.unreported + other.unreported,
         )
 
     def __str__(self) -> str:
@@ -54,15 +57,15 @@ class RunTokens:
 
     def __init__(self) -> None:
         self.total = Tokens()
-        self.replaced = Tokens()
+        self.superseded = Tokens()
         """Of rows whose place another has taken: an episode that ended as an error and was played again costs twice."""
-        self._standing: dict[Hashable, Tokens] = {}
+        self._effective: dict[Hashable, Tokens] = {}
 
     def add(self, key: Hashable, tokens: Tokens) -> None:
         """Takes in what a row took that stands from now on, in the place of any row of its key before it."""
         self.total += tokens
-        self.replaced += self._standing.get(key, Tokens())
-        self._standing[key] = tokens
+        self.superseded += self._effective.get(key, Tokens())
+        self._effective[key] = tokens
 
 
 class Prices(BaseModel):
@@ -75,17 +78,17 @@ class Prices(BaseModel):
 
     def cost(self, tokens: Tokens) -> float | None:
         """Returns what the tokens that are known cost; None when those of no reply are."""
-        return self.of(tokens.input, tokens.output) if tokens.told else None
+        return self.cost_of(tokens.input, tokens.output) if tokens.reported else None
 
-    def of(self, input_tokens: int, output_tokens: int) -> float:
+    def cost_of(self, input_tokens: int, output_tokens: int) -> float:
         """Returns what so many tokens cost."""
-        return (input_tokens * self.input + output_tokens * self.output) / PER
+        return (input_tokens * self.input + output_tokens * self.output) / TOKENS_PER_PRICE
 
     def __str__(self) -> str:
         return f"{self.input:g} (input) and {self.output:g} (output) per million tokens"
 
 
-def read_prices(text: str) -> Prices:
+def parse_prices(text: str) -> Prices:
     """Returns the prices that a text such as 2.5,10 gives. Raises SettingError."""
     try:
         low, high = (float(part) for part in text.split(","))
@@ -96,21 +99,27 @@ def read_prices(text: str) -> Prices:
     return Prices(input=low, output=high)
 
 
-def cost_words(prices: Prices | None, tokens: RunTokens) -> str:
+def describe_costs(prices: Prices | None, tokens: RunTokens) -> str:
     """Says what a run's replies took and cost, and how far that is known; without prices, the tokens alone."""
     total = tokens.total
-    if not total.told:
+    if not total.reported:
         return "not known: no reply in the records tells its tokens"
-    least = "at least " if total.untold else ""
-    untold = f"; {total.untold} of {total.told + total.untold} replies tell none" if total.untold else ""
-    told = f"{total}{untold}{_replaced_words(prices, tokens.replaced)}"
+    least = "at least " if total.unreported else ""
+    unreported = (
+        f"; {total.unreported} of {total.reported + total.unreported} replies tell none" if total.unreported else ""
+    )
+    reported = f"{total}{unreported}{_describe_superseded(prices, tokens.superseded)}"
     if prices is None:
-        return f"{least}{told}; --prices says what they cost"
-    return f"{least}{prices.of(total.input, total.output):,.2f} at {prices}: {told}"
+        return f"{least}{reported}; --prices says what they cost"
+    return f"{least}{prices.cost_of(total.input, total.output):,.2f} at {prices}: {reported}"
 
 
-def _replaced_words(prices: Prices | None, replaced: Tokens) -> str:
-    if not replaced.told:
+def _describe_superseded(prices: Prices | None, superseded: Tokens) -> str:
+    if not superseded.reported:
         return ""
-    part = f"{replaced} of them" if prices is None else f"{prices.of(replaced.input, replaced.output):,.2f} of it"
+    part = (
+        f"{superseded} of them"
+        if prices is None
+        else f"{prices.cost_of(superseded.input, superseded.output):,.2f} of it"
+    )
     return f"; {part} for attempts that ended as errors and were played again"

@@ -12,10 +12,10 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from vigil import __version__
-from vigil.base.files import inside, read_file
+from vigil.base.files import read_file, resolve_inside
 from vigil.base.json_files import read_json
-from vigil.base.versions import PackVersions, Versions, other_schema
-from vigil.errors import MAX_PART_CHARS, RecordError, cut, first_fault
+from vigil.base.versions import PackVersions, Versions, schema_mismatch
+from vigil.errors import MAX_PART_CHARS, RecordError, first_error, shorten
 from vigil.protocol.actions import Action, InvalidAction, Reply
 from vigil.protocol.house import canonical_json
 from vigil.protocol.observation import Quality
@@ -99,7 +99,7 @@ class EpisodeRecord(_Record):
     error: ErrorFact | None = None
 
     @model_validator(mode="after")
-    def _is_whole(self) -> "EpisodeRecord":
+    def _is_consistent(self) -> "EpisodeRecord":
         if (self.end == "error") != (self.error is not None):
             raise ValueError("`error` belongs to an end by error, and such an end needs it")
         if self.initial is None and self.end != "error":
@@ -135,7 +135,7 @@ class Shard(_Record):
     """How many there are."""
 
     @model_validator(mode="after")
-    def _is_one_of_them(self) -> "Shard":
+    def _is_within_count(self) -> "Shard":
         if self.index > self.of:
             raise ValueError("a shard's index is at most the number of shards")
         return self
@@ -186,7 +186,7 @@ class RunSpec(_Record):
     render_quality: Quality = "default"
 
     @property
-    def mark(self) -> str:
+    def name_suffix(self) -> str:
         """What stands behind the agent's name in every table: that it could know more than its frames tell."""
         if self.agent_kind == "privileged":
             return " (privileged)"
@@ -220,10 +220,10 @@ class RunSpec(_Record):
     @property
     def settings(self) -> dict[str, Any]:
         """All settings by their place, e.g. `profile.coordinates`; a list is a tuple."""
-        return dict(_flat("", self.model_dump(mode="json")))
+        return dict(_flatten("", self.model_dump(mode="json")))
 
 
-class Answered(_Record):
+class ProviderFacts(_Record):
     """What a model's provider said about itself in its answers, those to the check before the run among them."""
 
     replies: int = 0
@@ -256,7 +256,7 @@ class Resumption(_Record):
     is_dirty: bool | None = None
     renderer: str = ""
     host: dict[str, str] = Field(default_factory=dict)
-    answered: Answered | None = None
+    answered: ProviderFacts | None = None
     """Of a model's run."""
     agent_files: dict[str, str] = Field(default_factory=dict)
     """As in the spec; they may have changed since."""
@@ -284,7 +284,7 @@ class RunHeader(_Record):
     """The machine and where things lay on it: platform, python ..., `pack_folder`, `asset_database`."""
     prices: Prices | None = None
     """At which its costs are told, as given last; no part of what the run is."""
-    answered: Answered | None = None
+    answered: ProviderFacts | None = None
     """Of a model's run."""
     resumed: tuple[Resumption, ...] = ()
     """Later sessions in order; what is said above holds for the first."""
@@ -294,7 +294,7 @@ class RunHeader(_Record):
         """The hash of the very run, which its rows hold: of its id, its nonce and its spec."""
         return hashlib.sha256(f"{self.run_id}\n{self.nonce}\n{self.spec.sha256}".encode()).hexdigest()
 
-    def own(self, record: EpisodeRecord) -> EpisodeRecord:
+    def stamp(self, record: EpisodeRecord) -> EpisodeRecord:
         """Returns a record as a row of this run."""
         return record.model_copy(update={"run_id": self.run_id, "run_sha256": self.sha256})
 
@@ -314,7 +314,7 @@ class RunHeader(_Record):
         return sum(one.replies_with_reasoning for one in self._answered), sum(one.replies for one in self._answered)
 
     @property
-    def _answered(self) -> tuple[Answered, ...]:
+    def _answered(self) -> tuple[ProviderFacts, ...]:
         sessions = (self.answered, *(session.answered for session in self.resumed))
         return tuple(answered for answered in sessions if answered is not None)
 
@@ -348,21 +348,21 @@ class RunHeader(_Record):
         return self.spec.agent_kind == "privileged"
 
 
-def _flat(place: str, fields: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+def _flatten(place: str, fields: dict[str, Any]) -> Iterator[tuple[str, Any]]:
     for name, value in sorted(fields.items()):
         if isinstance(value, dict):
-            yield from _flat(f"{place}{name}.", value)
+            yield from _flatten(f"{place}{name}.", value)
         else:
             yield f"{place}{name}", tuple(value) if isinstance(value, list) else value
 
 
-class Standing:
+class RowResolver:
     """Which row stands for each key, told as rows come in: the first without error, else the last."""
 
     def __init__(self) -> None:
         self._done: set[Key] = set()
 
-    def takes(self, record: EpisodeRecord) -> bool:
+    def accept(self, record: EpisodeRecord) -> bool:
         """Takes in a row. Returns whether it stands from now on, in the place of any row of its key before it."""
         if self.is_done(record.key):
             return False
@@ -375,10 +375,10 @@ class Standing:
         return key in self._done
 
 
-def standing(records: Iterable[EpisodeRecord]) -> dict[Key, EpisodeRecord]:
+def effective_records(records: Iterable[EpisodeRecord]) -> dict[Key, EpisodeRecord]:
     """Returns the row that stands for each key, sorted by key."""
-    rows = Standing()
-    return dict(sorted({record.key: record for record in records if rows.takes(record)}.items()))
+    rows = RowResolver()
+    return dict(sorted({record.key: record for record in records if rows.accept(record)}.items()))
 
 
 def _advice(header: dict[str, Any]) -> str:
@@ -386,12 +386,12 @@ def _advice(header: dict[str, Any]) -> str:
     wrote = header.get("package_version")
     if not isinstance(wrote, str) or wrote == __version__:
         return "Restore it from a copy."
-    return f"vigil {cut(wrote, MAX_PART_CHARS)} wrote it, this is {__version__}: read it with that version."
+    return f"vigil {shorten(wrote, MAX_PART_CHARS)} wrote it, this is {__version__}: read it with that version."
 
 
 def read_header(path: Path) -> RunHeader:
     """Returns the header in a run's folder. Raises RecordError."""
-    file = inside(path, HEADER_FILE, RecordError)
+    file = resolve_inside(path, HEADER_FILE, RecordError)
     if not file.exists():
         raise RecordError(f"Folder {str(path)!r} has no {HEADER_FILE}; give the folder of a run (its --log-dir).")
     try:
@@ -399,10 +399,10 @@ def read_header(path: Path) -> RunHeader:
     except ValueError as error:
         raise RecordError(f"{str(file)!r} is not JSON: {error}. Restore it from a copy.") from None
     named = found if isinstance(found, dict) else {}
-    other = other_schema(named.get("schema_version"), SCHEMA_VERSION)
+    other = schema_mismatch(named.get("schema_version"), SCHEMA_VERSION)
     if other is not None:
         raise RecordError(f"{str(file)!r} {other}.")
     try:
         return RunHeader.model_validate(found)
     except ValidationError as error:
-        raise RecordError(f"{str(file)!r}: {first_fault(error)}. {_advice(named)}") from None
+        raise RecordError(f"{str(file)!r}: {first_error(error)}. {_advice(named)}") from None

@@ -9,25 +9,25 @@ from pydantic import ValidationError
 from vigil.base.files import open_file
 from vigil.base.json_files import read_json
 from vigil.base.json_lines import AppendFile, Line, LineReader, dump_line
-from vigil.base.versions import other_schema
-from vigil.errors import RecordError, first_fault
+from vigil.base.versions import schema_mismatch
+from vigil.errors import RecordError, first_error
 from vigil.records.costs import RunTokens
-from vigil.records.record import SCHEMA_VERSION, EpisodeRecord, Key, Standing, standing
-from vigil.records.row_check import REPEATED, UNREADABLE, LeftOut, RowCheck
+from vigil.records.record import SCHEMA_VERSION, EpisodeRecord, Key, RowResolver, effective_records
+from vigil.records.row_check import REPEATED, UNREADABLE, LeftOutRow, RowCheck
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class FileRow:
     """One whole line of a file: a record, or why there is none."""
 
     line: Line
-    found: EpisodeRecord | LeftOut
+    found: EpisodeRecord | LeftOutRow
 
 
-def rows_of(lines: Iterable[Line]) -> Iterator[Row]:
+def parse_rows(lines: Iterable[Line]) -> Iterator[FileRow]:
     """Yields what stands in each line, one at a time."""
     for line in lines:
-        yield Row(line, _read(line))
+        yield FileRow(line, _read(line))
 
 
 class RowFilter:
@@ -36,25 +36,25 @@ class RowFilter:
     def __init__(self, check: RowCheck | None) -> None:
         """`check` tells the run's rows from others; without one all are."""
         self._check = check
-        self._standing = Standing()
+        self._resolver = RowResolver()
         self.tokens = RunTokens()
-        self.left_out: list[LeftOut] = []
+        self.left_out: list[LeftOutRow] = []
 
-    def takes(self, row: Row) -> EpisodeRecord | None:
+    def accept(self, row: FileRow) -> EpisodeRecord | None:
         """Takes in a row. Returns its record if it stands from now on, in the place of any of its key before it."""
         found = row.found
         if isinstance(found, EpisodeRecord):
             found = self._fault(row.line.number, found) or found
-        if isinstance(found, LeftOut):
+        if isinstance(found, LeftOutRow):
             self.left_out.append(found)
             return None
         self.tokens.add(found.key, found.tokens)
         return found
 
-    def _fault(self, number: int, record: EpisodeRecord) -> LeftOut | None:
-        fault = None if self._check is None else self._check.of(number, record)
-        if fault is None and not self._standing.takes(record):
-            return LeftOut(number, REPEATED, f"epoch {record.epoch} of {record.episode_id!r}", record.episode_id)
+    def _fault(self, number: int, record: EpisodeRecord) -> LeftOutRow | None:
+        fault = None if self._check is None else self._check.rejection(number, record)
+        if fault is None and not self._resolver.accept(record):
+            return LeftOutRow(number, REPEATED, f"epoch {record.epoch} of {record.episode_id!r}", record.episode_id)
         return fault
 
 
@@ -65,16 +65,16 @@ def read_records(path: Path) -> list[EpisodeRecord]:
     """
     records: list[EpisodeRecord] = []
     if not path.exists():
-        raise missing(path)
+        raise missing_file_error(path)
     with open_file(path, repr(str(path)), RecordError) as file:
-        for row in rows_of(LineReader(file, repr(str(path)))):
-            if isinstance(row.found, LeftOut):
+        for row in parse_rows(LineReader(file, repr(str(path)))):
+            if isinstance(row.found, LeftOutRow):
                 raise RecordError(f"{str(path)!r} line {row.line.number} {row.found}.")
             records.append(row.found)
     return records
 
 
-def missing(path: Path) -> RecordError:
+def missing_file_error(path: Path) -> RecordError:
     """Returns what is said when there is no record file."""
     return RecordError(f"Record file {str(path)!r} does not exist. Give the folder of a run.")
 
@@ -91,24 +91,24 @@ class RecordLog:
         """Opens or creates the file and its folder, cutting a torn last line to a side file. Raises RecordError."""
         self._file = AppendFile(path, makes_folder=True)
         self.made_folder = self._file.made_folder
-        self._read = tuple(rows_of(self._file.lines.whole))
+        self._read = tuple(parse_rows(self._file.lines.complete))
         self.count = len(self._read)
-        self._take(None)
+        self._read_rows(None)
         try:
-            self._file.mend()
+            self._file.repair_tail()
         except RecordError:
             self._file.close()
             raise
 
     def check(self, check: RowCheck) -> None:
         """Leaves out the rows that are not the run's. Once, before anything is appended."""
-        self._take(check)
+        self._read_rows(check)
         self._read = ()
 
     @property
-    def torn(self) -> Path | None:
+    def partial_line_file(self) -> Path | None:
         """Where a torn last line was put aside."""
-        return self._file.torn
+        return self._file.partial_line_file
 
     def append(self, record: EpisodeRecord) -> None:
         """Writes one row. Raises RecordError when a row without error already stands for its key."""
@@ -128,15 +128,15 @@ class RecordLog:
         """Releases the file."""
         self._file.close()
 
-    def _take(self, check: RowCheck | None) -> None:
+    def _read_rows(self, check: RowCheck | None) -> None:
         rows = RowFilter(check)
-        records = (record for row in self._read if (record := rows.takes(row)) is not None)
-        self.rows = standing(records)
+        records = (record for row in self._read if (record := rows.accept(row)) is not None)
+        self.rows = effective_records(records)
         self.tokens = rows.tokens
         self.left_out = tuple(rows.left_out)
 
 
-def _read(line: Line) -> EpisodeRecord | LeftOut:
+def _read(line: Line) -> EpisodeRecord | LeftOutRow:
     """Returns the record in a line, or why there is none."""
     try:
         record = EpisodeRecord.model_validate_json(line.data)
@@ -145,19 +145,19 @@ def _read(line: Line) -> EpisodeRecord | LeftOut:
     return _other_schema(line.number, record.schema_version, record.episode_id) or record
 
 
-def _unreadable(line: Line, error: ValidationError) -> LeftOut:
+def _unreadable(line: Line, error: ValidationError) -> LeftOutRow:
     try:
         fields = read_json(line.data)
     except ValueError as fault:
-        return LeftOut(line.number, UNREADABLE, f"not JSON: {fault}")
+        return LeftOutRow(line.number, UNREADABLE, f"not JSON: {fault}")
     known = fields if isinstance(fields, dict) else {}
     episode_id = str(known.get("episode_id", ""))[:200]
     is_unknown = error.errors()[0]["type"] == "extra_forbidden"
     newer = "; a newer vigil may have written it" if is_unknown else ""
-    wrong = LeftOut(line.number, UNREADABLE, f"{first_fault(error, 'the line')}{newer}", episode_id)
+    wrong = LeftOutRow(line.number, UNREADABLE, f"{first_error(error, 'the line')}{newer}", episode_id)
     return _other_schema(line.number, known.get("schema_version", SCHEMA_VERSION), episode_id) or wrong
 
 
-def _other_schema(number: int, found: object, episode_id: str) -> LeftOut | None:
-    fault = other_schema(found, SCHEMA_VERSION)
-    return None if fault is None else LeftOut(number, UNREADABLE, f"it {fault}", episode_id)
+def _other_schema(number: int, found: object, episode_id: str) -> LeftOutRow | None:
+    fault = schema_mismatch(found, SCHEMA_VERSION)
+    return None if fault is None else LeftOutRow(number, UNREADABLE, f"it {fault}", episode_id)

@@ -11,16 +11,16 @@ from vigil.protocol.actions import Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.prompt import policy_sha256, rendered_sha256
 from vigil.records.record import EpisodeRecord, RunHeader
-from vigil.records.shards import part_of
+from vigil.records.shards import shard_episodes
 
-TOLD = 3
+MAX_LISTED = 3
 """How many rows of a kind are named one by one."""
 UNREADABLE = "cannot be read"
 REPEATED = "repeats one that stands"
 
 
 @dataclass(frozen=True, slots=True)
-class LeftOut:
+class LeftOutRow:
     """A row that is not scored."""
 
     line: int
@@ -45,7 +45,7 @@ class RowCheck:
         wanted = set(header.spec.episode_ids)
         self.episodes = {episode.id: episode for episode in episodes if episode.id in wanted}
         """The run's own, by id; of a shard's run, those of all shards."""
-        self.part = {episode.id for episode in part_of(self.episodes.values(), header.spec.shard)}
+        self.played_ids = {episode.id for episode in shard_episodes(self.episodes.values(), header.spec.shard)}
         """The ids of those that are played here."""
         self._prompts: dict[str, str] = {}
         self._knows_prompt = policy_sha256(header.spec.profile) == header.spec.prompt_policy_sha256
@@ -56,16 +56,16 @@ class RowCheck:
         run, spec = f"run {self._header.run_id!r}", self._header.spec
         unchecked = f"The prompts of {run} were not checked: this vigil has another text of {spec.prompt_policy!r}."
         partial = (
-            f"This {run} is shard {spec.shard} of a run: it plays {len(self.part)} of the {len(self.episodes)} "
+            f"This {run} is shard {spec.shard} of a run: it plays {len(self.played_ids)} of the {len(self.episodes)} "
             "episodes. `vigil merge` joins the shards."
         )
         said = {unchecked: not self._knows_prompt, partial: spec.shard is not None}
         return tuple(note for note, is_so in said.items() if is_so)
 
-    def of(self, line: int, record: EpisodeRecord) -> LeftOut | None:
+    def rejection(self, line: int, record: EpisodeRecord) -> LeftOutRow | None:
         """Returns why a row is left out; None for a row of the run."""
         for reason, detail in self._faults(record):
-            return LeftOut(line, reason, detail, record.episode_id)
+            return LeftOutRow(line, reason, detail, record.episode_id)
         return None
 
     def _faults(self, record: EpisodeRecord) -> Iterator[tuple[str, str]]:
@@ -79,13 +79,13 @@ class RowCheck:
         if episode is None:
             yield "is of no episode of this run", f"{record.episode_id!r}"
             return
-        if episode.id not in self.part:
+        if episode.id not in self.played_ids:
             yield "is of an episode of another shard", f"{record.episode_id!r}"
         if record.epoch > spec.epochs:
             yield "is of an epoch that this run does not have", f"epoch {record.epoch} of {spec.epochs}"
         if not self._is_prompt(record, episode):
             yield "was played with another prompt", f"prompt {record.prompt_sha256[:12] or 'of no hash'}"
-        for fault in contradictions(episode, record):
+        for fault in protocol_violations(episode, record):
             yield "contradicts the protocol", fault
 
     def _is_prompt(self, record: EpisodeRecord, episode: Episode) -> bool:
@@ -96,7 +96,7 @@ class RowCheck:
         return record.prompt_sha256 == self._prompts[episode.id]
 
 
-def contradictions(episode: Episode, record: EpisodeRecord) -> list[str]:
+def protocol_violations(episode: Episode, record: EpisodeRecord) -> list[str]:
     """Returns in what a record contradicts the budgets, the ends or the bound objects of its episode."""
     reports = [step.index for step in record.steps if isinstance(step.action, Report)]
     invalid = [step.index for step in record.steps if step.invalid is not None]
@@ -131,13 +131,13 @@ def contradictions(episode: Episode, record: EpisodeRecord) -> list[str]:
     return found
 
 
-def told(left_out: Sequence[LeftOut]) -> list[str]:
+def summarize_left_out(left_out: Sequence[LeftOutRow]) -> list[str]:
     """Returns one line a reason: how many rows are left out for it, and the first of them."""
     lines: list[str] = []
     for reason in dict.fromkeys(row.reason for row in left_out):
         rows = [row for row in left_out if row.reason == reason]
-        first = "; ".join(f"line {row.line}: {row.detail}" for row in rows[:TOLD])
-        more = f"; and {len(rows) - TOLD} more" if len(rows) > TOLD else ""
+        first = "; ".join(f"line {row.line}: {row.detail}" for row in rows[:MAX_LISTED])
+        more = f"; and {len(rows) - MAX_LISTED} more" if len(rows) > MAX_LISTED else ""
         how_many = "1 row is left out, which" if len(rows) == 1 else f"{len(rows)} rows are left out, each of which"
         lines.append(f"{how_many} {reason} ({first}{more}).")
     return lines

@@ -17,7 +17,7 @@ from vigil.records.record import Shard
 _TEXT = re.compile(r"([1-9]\d{0,5})/([1-9]\d{0,5})", re.ASCII)
 
 
-def read_shard(text: str) -> Shard:
+def parse_shard(text: str) -> Shard:
     """Returns the shard that a text such as 2/8 names. Raises SettingError."""
     match = _TEXT.fullmatch(text)
     index, count = (int(part) for part in match.groups()) if match else (0, 0)
@@ -26,7 +26,7 @@ def read_shard(text: str) -> Shard:
     return Shard(index=index, of=count)
 
 
-def order_of_play(episodes: Iterable[Episode], pairs: Mapping[str, str] | None = None) -> list[Episode]:
+def play_order(episodes: Iterable[Episode], pairs: Mapping[str, str] | None = None) -> list[Episode]:
     """Returns episodes house by house, so that a house is loaded once; of twins the second when all else is played.
 
     `pairs` names the pair of each twin. Which of them comes first is as good as random: it does not tell the side.
@@ -40,7 +40,7 @@ def order_of_play(episodes: Iterable[Episode], pairs: Mapping[str, str] | None =
     return [each for part in rounds for each in sorted(part, key=lambda each: (each.house.name, each.id))]
 
 
-def part_of(episodes: Iterable[Episode], shard: Shard | None) -> list[Episode]:
+def shard_episodes(episodes: Iterable[Episode], shard: Shard | None) -> list[Episode]:
     """Returns the episodes of a shard, sorted by id; all of them without one. Raises SettingError when it has none."""
     everything = sorted(episodes, key=lambda episode: episode.id)
     if shard is None:
@@ -53,14 +53,14 @@ def part_of(episodes: Iterable[Episode], shard: Shard | None) -> list[Episode]:
     part: list[Episode] = []
     dealt = 0
     for family in FAMILIES:
-        mine = order_of_play(episode for episode in everything if episode.family == family)
-        sizes = [_dealt_to(index, shard.of, dealt, dealt + len(mine)) for index in range(shard.of)]
+        mine = play_order(episode for episode in everything if episode.family == family)
+        sizes = [_count_dealt_to(index, shard.of, dealt, dealt + len(mine)) for index in range(shard.of)]
         before = sum(sizes[: shard.index - 1])
         part += mine[before : before + sizes[shard.index - 1]]
         dealt += len(mine)
     return sorted(part, key=lambda episode: episode.id)
 
 
-def _dealt_to(index: int, count: int, start: int, end: int) -> int:
+def _count_dealt_to(index: int, count: int, start: int, end: int) -> int:
     """Returns how many of the numbers from `start` to before `end` leave the remainder `index` when divided."""
     return (end - index + count - 1) // count - (start - index + count - 1) // count

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, Field
 
-from vigil.base.json_lines import append_line, parse, read_lines
+from vigil.base.json_lines import append_line, parse_line, read_lines
 from vigil.records.record import Key, RunSpec
 
 ATTEMPTS_FILE = "attempts.jsonl"
@@ -40,7 +40,7 @@ def read_attempts(path: Path, spec: RunSpec) -> list[Attempt]:
     Raises RecordError when it cannot be read.
     """
     advice = "Restore the file from a copy, or choose another folder."
-    attempts = [parse(line, Attempt, repr(str(path)), advice) for line in read_lines(path)]
+    attempts = [parse_line(line, Attempt, repr(str(path)), advice) for line in read_lines(path)]
     return [attempt for attempt in attempts if attempt.spec_sha256 == spec.sha256]
 
 

@@ -2,29 +2,29 @@
 
 import asyncio
 
+from vigil.runner.models.access import hiding_other_keys
 from vigil.runner.models.ask import RetryPolicy, with_retries
-from vigil.runner.models.calibration import Calibration, calibrate
-from vigil.runner.models.redaction import hiding
-from vigil.runner.models.serving import only_its_key
-from vigil.runner.settings import RunSettings, sampling_of, secrets_of, serving_of
+from vigil.runner.models.pointing import PointingCalibration, calibrate
+from vigil.runner.models.redaction import redacted_errors
+from vigil.runner.settings import RunSettings, access_of, sampling_of, secrets_of
 
 
-def calibrate_model(settings: RunSettings) -> Calibration:
+def calibrate_model(settings: RunSettings) -> PointingCalibration:
     """Returns how the model of `settings` points. Raises SettingError and ModelAPIError."""
     # Inspect takes a second or two to import, and nothing but a model needs it.
     from vigil.runner.models.inspect_model import Endpoint, sender  # noqa: PLC0415
 
-    found = serving_of(settings)
+    found = access_of(settings)
     found.check()
     retry_policy = RetryPolicy(settings.retries, settings.first_wait_s, settings.longest_wait_s)
     endpoint = Endpoint(found, sampling_of(settings), reply_seconds=settings.reply_seconds, retry_policy=retry_policy)
 
-    async def main() -> Calibration:
+    async def main() -> PointingCalibration:
         model = endpoint.model()
         try:
             return await calibrate(with_retries(sender(model), retry_policy), settings.system_role)
         finally:
             await model.api.aclose()
 
-    with hiding(secrets_of(settings)), only_its_key(found):
+    with redacted_errors(secrets_of(settings)), hiding_other_keys(found):
         return asyncio.run(main())

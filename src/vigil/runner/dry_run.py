@@ -6,13 +6,13 @@ Tokens are estimates (`vigil.runner.models.context`).
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from vigil.agents.model import Conversation
-from vigil.agents.picture import Picture
+from vigil.agents.conversation import Conversation
+from vigil.agents.frame_encoding import EncodedFrame
 from vigil.protocol.episode import Episode
 from vigil.protocol.profile import Profile
 from vigil.records.costs import Prices
 from vigil.records.record import RunSpec
-from vigil.records.shards import part_of
+from vigil.records.shards import shard_episodes
 from vigil.runner.models.context import CHARS_PER_TOKEN, PICTURE_TOKENS, REASONING_TOKENS, REPLY_TOKENS
 from vigil.runner.models.thinking import may_think
 from vigil.runner.settings import RunSettings, plan_run
@@ -32,7 +32,7 @@ class CostEstimate:
     def cost(self, prices: Prices) -> tuple[float, float]:
         """Returns lowest and highest cost."""
         low, high = (
-            prices.of(taken, given) for taken, given in zip(self.input_tokens, self.output_tokens, strict=True)
+            prices.cost_of(taken, given) for taken, given in zip(self.input_tokens, self.output_tokens, strict=True)
         )
         return low, high
 
@@ -40,7 +40,7 @@ class CostEstimate:
 def estimate(settings: RunSettings) -> CostEstimate:
     """Returns the bounds for a run of these settings. Raises InputError."""
     _, episodes, spec = plan_run(settings)
-    return _estimate(part_of(episodes, spec.shard), spec, output_tokens(settings))
+    return _estimate(shard_episodes(episodes, spec.shard), spec, output_tokens(settings))
 
 
 def output_tokens(settings: RunSettings) -> tuple[int, int]:
@@ -78,7 +78,7 @@ def _input_tokens(episode: Episode, profile: Profile, calls: int, sizes: tuple[i
     reply = "x" * int(sizes[0] * CHARS_PER_TOKEN)
     total = 0.0
     for _ in range(calls):
-        messages = conversation.messages(Picture(b"", profile.image_format), None)
+        messages = conversation.messages(EncodedFrame(b"", profile.image_format), None)
         total += sum(len(message.text) for message in messages) / CHARS_PER_TOKEN + sizes[1]
         conversation.add(None, reply)
     return round(total)

@@ -32,7 +32,7 @@ from inspect_ai.scorer import Score, Scorer, Target, grouped, mean, scorer
 from inspect_ai.solver import Generate, Solver, TaskState, solver
 from rich.markup import escape
 
-from vigil.base.settings import declared_in
+from vigil.base.settings import declared_settings
 from vigil.errors import InputError, ModelAPIError, SettingError, VigilError, did_you_mean
 from vigil.packs.pack import Pack
 from vigil.packs.private import check_revealed, is_private
@@ -40,31 +40,33 @@ from vigil.protocol.episode import Episode
 from vigil.protocol.profile import Profile
 from vigil.protocol.prompt import frame_stub
 from vigil.records.record import EpisodeRecord
+from vigil.runner.models.access import hiding_other_keys, model_access
 from vigil.runner.models.ask import Ask, RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import PREFLIGHT_RETRIES, Endpoint, sender
-from vigil.runner.models.network import stay
+from vigil.runner.models.network import disable_redirects
 from vigil.runner.models.preflight import check_model
-from vigil.runner.models.providers import named
+from vigil.runner.models.providers import parse_model_name
 from vigil.runner.models.redaction import without_login
-from vigil.runner.models.serving import only_its_key, serving
 from vigil.runner.settings import RunSettings, plan_run, profile_of, worker_plan
 from vigil.runner.workers.live import play_live
 from vigil.runner.workers.messages import Assignment
 from vigil.runner.workers.pool import SimulatorPool, worker_count
-from vigil.scoring.outcomes import settle
+from vigil.scoring.outcomes import score
 
 _PREFIX = "" if {"site-packages", "dist-packages"} & set(Path(__file__).parts) else "vigil/"
 """Inspect finds the package of what is registered by itself, except in an editable install whose distribution has
 another name than the package."""
-_SHARED = {
+_SHARED_SETTINGS = {
     *("pack", "families", "profile", "prompt_variant", "prompt_template", "coordinates", "reply_policy"),
-    *("image_format", "system_role", "backend", "workers", "preflight", "anyway", "api_key_env"),
+    *("image_format", "system_role", "backend", "workers", "preflight", "force", "api_key_env"),
     "reveal_private_pack",
 }
-TASK_SETTINGS = {one.option.replace("-", "_"): one for one in declared_in(RunSettings) if one.name in _SHARED}
+TASK_SETTINGS = {
+    one.option.replace("-", "_"): one for one in declared_settings(RunSettings) if one.name in _SHARED_SETTINGS
+}
 """Those of a run's settings that Inspect has none of its own for, by the names of their options."""
-_BY_NAME = inspect.Parameter.KEYWORD_ONLY
-STAND_IN = "mockllm/model"
+_KEYWORD_ONLY = inspect.Parameter.KEYWORD_ONLY
+PLACEHOLDER_MODEL = "mockllm/model"
 """Named in settings that are made before Inspect tells its model."""
 PlayOne = Callable[[Assignment, Ask], Awaitable[EpisodeRecord]]
 """Plays one episode with a model and keeps the record. Raises VigilError to stop the run."""
@@ -76,28 +78,28 @@ def evaluate(
     play_one: PlayOne,
     log_dir: Path,
     *,
-    keeps_samples: bool = True,
+    keep_samples: bool = True,
 ) -> None:
     """Plays all `assignments`. Raises what `play_one` raises, or KeyboardInterrupt when it was interrupted.
 
     Without samples, as of a private pack, the log holds rates alone, and numbers in place of ids.
     """
     model = endpoint.model()
-    send = sender(model, observed=endpoint.observed, keeps_reasoning=endpoint.keeps_reasoning)
+    send = sender(model, identity_log=endpoint.identity_log, keep_reasoning=endpoint.keep_reasoning)
     ask = with_retries(send, endpoint.retry_policy)
     stop: list[VigilError] = []
-    tidy = _ConnectionCloser(model, play_one, len(assignments))
-    with _rare_collections(), _no_warnings():
+    closer = _ConnectionCloser(model, play_one, len(assignments))
+    with _rare_garbage_collection(), _no_warnings():
         logs = inspect_eval(
-            _task(assignments, tidy.play_one, lambda: ask, stop, is_numbered=not keeps_samples),
-            model=endpoint.shown(model),
+            _task(assignments, closer.play_one, lambda: ask, stop, is_numbered=not keep_samples),
+            model=endpoint.loggable(model),
             log_dir=str(log_dir),
             display="none",
             score_display=False,
             max_samples=endpoint.max_connections,
             fail_on_error=False,
             log_images=False,
-            log_samples=keeps_samples,
+            log_samples=keep_samples,
             log_realtime=False,
             log_model_api=False,
             ctl_server=False,
@@ -105,7 +107,7 @@ def evaluate(
         )
     if stop:
         raise stop[0]
-    _check(logs, 0 if keeps_samples else len(assignments) - tidy.played)
+    _check(logs, 0 if keep_samples else len(assignments) - closer.played)
 
 
 @contextmanager
@@ -117,7 +119,7 @@ def _no_warnings() -> Iterator[None]:
 
 
 @contextmanager
-def _rare_collections() -> Iterator[None]:
+def _rare_garbage_collection() -> Iterator[None]:
     """Lets the collector of cycles run rarely: it took a quarter of this process, mostly over what was imported."""
     gc.collect()
     gc.freeze()
@@ -163,8 +165,8 @@ def _check(logs: list[EvalLog], missing: int) -> None:
     for log in logs:
         faults = [sample.error.message for sample in log.samples or [] if sample.error is not None]
         if log.status != "success" or faults or missing:
-            told = "; ".join(faults[:3]) or f"{missing} episodes broke off"
-            what = told if log.error is None else log.error.message
+            reasons = "; ".join(faults[:3]) or f"{missing} episodes broke off"
+            what = reasons if log.error is None else log.error.message
             raise ModelAPIError(f"Inspect's evaluation ended as {log.status!r}: {what}. See {log.location}.")
 
 
@@ -178,8 +180,8 @@ def _task(
     **more: Any,
 ) -> Task:
     """Returns Inspect's task; its samples are numbered where ids must not be told."""
-    named = enumerate(assignments, start=1) if is_numbered else ((_sample_id(each), each) for each in assignments)
-    by_id = {str(name): assignment for name, assignment in named}
+    pairs = enumerate(assignments, start=1) if is_numbered else ((_sample_id(each), each) for each in assignments)
+    by_id = {str(name): assignment for name, assignment in pairs}
     samples = [
         Sample(
             id=name,
@@ -242,23 +244,23 @@ def _dialogue(record: EpisodeRecord) -> list[ChatMessage]:
 def vigil_score() -> Scorer:
     """Scores a sample from its record alone, so that `inspect score` can do so again."""
 
-    async def score(state: TaskState, target: Target) -> Score | None:
+    async def score_sample(state: TaskState, target: Target) -> Score | None:
         if "record" not in state.metadata:
             return None
         record = EpisodeRecord.model_validate(state.metadata["record"])
         if record.end == "error":
             return None
-        outcome = settle(Episode.model_validate(state.metadata["episode"]), record)
+        outcome = score(Episode.model_validate(state.metadata["episode"]), record)
         value = {"W": float(outcome.W), "W_strict": float(outcome.W_strict), "B": float(outcome.B)}
         value |= {label: float(outcome.label == label) for label in ("FR", "NR", "IL", "Other")}
         return Score(value=dict(value), answer=outcome.reported, explanation=outcome.subtype)
 
-    return score
+    return score_sample
 
 
 def _with_parameters(make: Callable[..., Task]) -> Callable[..., Task]:
     """Returns `make` with the parameters that Inspect is to know: TASK_SETTINGS, by the names of their options."""
-    parameters = [inspect.Parameter(name, _BY_NAME, default=one.default) for name, one in TASK_SETTINGS.items()]
+    parameters = [inspect.Parameter(name, _KEYWORD_ONLY, default=one.default) for name, one in TASK_SETTINGS.items()]
     make.__signature__ = inspect.Signature(parameters)  # pyright: ignore[reportFunctionMemberAccess]
     return make
 
@@ -272,7 +274,7 @@ def vigil(**given: Any) -> Task:
     A key goes to its provider's own hosts alone; `api_key_env` names the variable with the key for any other address.
     """
     try:
-        settings = RunSettings(model=STAND_IN, **task_settings(given))
+        settings = RunSettings(model=PLACEHOLDER_MODEL, **task_settings(given))
         pack, episodes, spec = plan_run(settings)
         check_revealed(
             pack.name,
@@ -285,8 +287,8 @@ def vigil(**given: Any) -> Task:
         raise PrerequisiteError(f"ERROR: {escape(str(error))}") from None  # which Inspect prints without a traceback
     assignments = [Assignment(episode) for episode in episodes]
     metadata = {"pack_sha256": spec.pack_sha256, "prompt_policy_sha256": spec.prompt_policy_sha256}
-    guest = _InspectSession(settings)
-    return _task(assignments, guest.play_one, guest.ask, metadata=metadata)
+    session = _InspectSession(settings)
+    return _task(assignments, session.play_one, session.ask, metadata=metadata)
 
 
 def task_settings(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -345,7 +347,7 @@ class _InspectSession:
         active = get_model()
         name = str(active)
         if name not in self._models:
-            self._models[name] = _keyed(active, self._settings.api_key_env)
+            self._models[name] = _with_key(active, self._settings.api_key_env)
             if self._models[name] is not active:
                 self._made.add(name)
         return self._models[name]
@@ -367,18 +369,18 @@ class _InspectSession:
                 send = sender(model, GenerateConfig(max_retries=0))  # Inspect's own number has no end
                 ask = with_retries(send, RetryPolicy(retries=PREFLIGHT_RETRIES))
                 address = without_login(model.api.base_url or "")
-                await check_model(ask, str(model), profile, address, goes_on=self._settings.anyway)
+                await check_model(ask, str(model), profile, address, force=self._settings.force)
                 self._checked.add(str(model))
 
 
-def _keyed(active: Model, api_key_env: str | None) -> Model:
+def _with_key(active: Model, api_key_env: str | None) -> Model:
     """Returns `active`, or the same with another key where Inspect would send a provider's key to a foreign host."""
-    if not named(str(active)).is_known:
+    if not parse_model_name(str(active)).is_known:
         return active
-    found = serving(str(active), active.api.base_url, active.model_args, api_key_env)
+    found = model_access(str(active), active.api.base_url, active.model_args, api_key_env)
     model = active
     if found.is_foreign or api_key_env is not None:
-        with only_its_key(found):
+        with hiding_other_keys(found):
             model = get_model(
                 found.name,
                 config=active.config,
@@ -387,5 +389,5 @@ def _keyed(active: Model, api_key_env: str | None) -> Model:
                 memoize=False,
                 **dict(found.arguments),
             )
-    stay(model.api)
+    disable_redirects(model.api)
     return model

@@ -13,11 +13,11 @@ from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
 
-from vigil.base.files import check_links
+from vigil.base.files import refuse_outward_links
 from vigil.base.json_lines import AppendFile, Line, dump_line
 from vigil.base.settings import Setting
-from vigil.errors import MAX_PART_CHARS, RecordError, cut
-from vigil.records.kept_reasoning import REASONING_FILE, read_reasoning
+from vigil.errors import MAX_PART_CHARS, RecordError, shorten
+from vigil.records.reasoning_file import REASONING_FILE, read_reasoning
 from vigil.records.record import (
     EPISODES_FILE,
     FRAMES_FOLDER,
@@ -29,19 +29,19 @@ from vigil.records.record import (
     Shard,
     read_header,
 )
-from vigil.records.shards import part_of
+from vigil.records.shards import shard_episodes
 from vigil.runner.attempts import ATTEMPTS_FILE, read_attempts
 from vigil.runner.run_folder import INSPECT_FOLDER, LOGS_FOLDER, new_nonce
-from vigil.runner.shared_settings import PackPlace
+from vigil.runner.shared_settings import PackLocation
 from vigil.scoring.saved_run import SavedRun, open_run
 
-TOLD = 5
+MAX_LISTED = 5
 """How many differences, shards and episodes a message names."""
-_ONLY_A_PLACE = {"shard.index", "base_url"}
+_SHARD_SPECIFIC = {"shard.index", "base_url"}
 """Settings in which the shards of one run may differ."""
-_UNTIL_PLAYED = {"simulator_version", "answering models"}
+_UNKNOWN_UNTIL_PLAYED = {"simulator_version", "answering models"}
 """Facts that a shard lacks until it was played."""
-_ANSWERERS = ("agent_files", "answering models")
+_PLAYER_FACTS = ("agent_files", "answering models")
 """What says who answered; another one may be joined when that is asked for."""
 
 
@@ -50,12 +50,12 @@ class MergeSettings:
     """How shards are joined."""
 
     partial: Annotated[bool, Setting("Join what there is; `vigil run --log-dir OUT` plays the rest.")] = False
-    anyway: Annotated[bool, Setting("Join shards that different models or programs answered.")] = False
-    pack: PackPlace = None
+    force: Annotated[bool, Setting("Join shards that different models or programs answered.")] = False
+    pack: PackLocation = None
 
 
 @dataclass(frozen=True, slots=True)
-class _Part:
+class _ShardRun:
     """One shard, read whole."""
 
     run: SavedRun
@@ -110,7 +110,7 @@ def _check_headers(headers: dict[Path, RunHeader], given: int, settings: MergeSe
     absent = [f"{index}/{count}" for index in range(1, count + 1) if index not in seen]
     if absent and not settings.partial:
         raise RecordError(
-            f"Of {count} shards, {len(absent)} are missing: {_some(absent)}. Give all, or join what there is with "
+            f"Of {count} shards, {len(absent)} are missing: {_listed(absent)}. Give all, or join what there is with "
             "--partial."
         )
 
@@ -121,39 +121,41 @@ def _check_same(headers: dict[Path, RunHeader], settings: MergeSettings) -> None
     differ: list[str] = []
     for name in sorted(set().union(*facts.values())):
         values = {folder: found.get(name) for folder, found in facts.items()}
-        if name in _UNTIL_PLAYED:
+        if name in _UNKNOWN_UNTIL_PLAYED:
             values = {folder: value for folder, value in values.items() if value}
         (first, expected), *others = values.items() or [(None, None)]
         other = next(((folder, value) for folder, value in others if value != expected), None)
         if other is not None:
-            differ.append(f"{name}: {_shown(expected)} in {str(first)!r}, {_shown(other[1])} in {str(other[0])!r}")
+            differ.append(
+                f"{name}: {_abbreviated(expected)} in {str(first)!r}, {_abbreviated(other[1])} in {str(other[0])!r}"
+            )
     if differ:
-        only_answers = all(each.startswith(_ANSWERERS) for each in differ)
-        hint = "Join them all the same with --anyway." if only_answers else "Only shards of one run can be joined."
-        raise RecordError(f"These are shards of different runs: {_some(differ)}. {hint}")
+        only_answers = all(each.startswith(_PLAYER_FACTS) for each in differ)
+        hint = "Join them all the same with --force." if only_answers else "Only shards of one run can be joined."
+        raise RecordError(f"These are shards of different runs: {_listed(differ)}. {hint}")
 
 
 def _identity(header: RunHeader, settings: MergeSettings) -> dict[str, Any]:
     """Returns all in which the shards of one run must be equal."""
-    found = {name: value for name, value in header.spec.settings.items() if name not in _ONLY_A_PLACE}
+    found = {name: value for name, value in header.spec.settings.items() if name not in _SHARD_SPECIFIC}
     found["package_version"] = header.package_version
     found["simulator_version"] = header.simulator_version
     found["answering models"] = header.answering_models
-    return {name: value for name, value in found.items() if not (settings.anyway and name.startswith(_ANSWERERS))}
+    return {name: value for name, value in found.items() if not (settings.force and name.startswith(_PLAYER_FACTS))}
 
 
-def _read(folder: Path, settings: MergeSettings, stack: ExitStack) -> _Part:
+def _read(folder: Path, settings: MergeSettings, stack: ExitStack) -> _ShardRun:
     """Returns a shard; nobody writes to it until `stack` is closed. Raises RecordError when a row of it is no good."""
-    check_links(folder, RecordError)
+    refuse_outward_links(folder, RecordError)
     run = open_run(folder, settings.pack)
     path = run.table.path
     if not path.is_file():
         raise RecordError(f"{str(folder)!r} has no {EPISODES_FILE}. Play the shard first.")
     lines = stack.enter_context(AppendFile(path)).lines
     run.table.refresh()
-    if run.table.torn is not None:
+    if run.table.partial_line_number is not None:
         raise RecordError(
-            f"{str(path)!r}: line {run.table.torn} is torn, as its run was cut off. Give the shard's own command "
+            f"{str(path)!r}: line {run.table.partial_line_number} is torn, as its run was cut off. Give the shard's own command "
             "again, which mends it."
         )
     if run.table.left_out:
@@ -164,21 +166,21 @@ def _read(folder: Path, settings: MergeSettings, stack: ExitStack) -> _Part:
     spec = run.header.spec
     assert spec.shard is not None
     done = sum(row.outcome is not None for row in run.table.rows.values())
-    planned = len(part_of(run.table.episodes.values(), spec.shard)) * spec.epochs
-    return _Part(run, spec.shard, lines.whole, planned - done)
+    planned = len(shard_episodes(run.table.episodes.values(), spec.shard)) * spec.epochs
+    return _ShardRun(run, spec.shard, lines.complete, planned - done)
 
 
-def _check_finished(parts: Sequence[_Part]) -> None:
+def _check_finished(parts: Sequence[_ShardRun]) -> None:
     """Raises RecordError when a shard has episodes left to play."""
     unfinished = [f"{part.shard} ({part.missing}, in {str(part.run.folder)!r})" for part in parts if part.missing]
     if unfinished:
         raise RecordError(
-            f"Shards with episodes that were not played or ended as errors: {_some(unfinished)}. Give each shard's own "
+            f"Shards with episodes that were not played or ended as errors: {_listed(unfinished)}. Give each shard's own "
             "command again, or join what there is with --partial."
         )
 
 
-def _joined_header(run_id: str, parts: Sequence[_Part]) -> RunHeader:
+def _joined_header(run_id: str, parts: Sequence[_ShardRun]) -> RunHeader:
     """Returns the header of the joined run: that of its first shard, with the sessions of all."""
     first = parts[0].header
     sessions = tuple(chain.from_iterable(_sessions(part, before) for part, before in _with_rows_before(parts)))
@@ -202,14 +204,14 @@ def _joined_spec(spec: RunSpec) -> RunSpec:
     return spec.model_copy(update={"shard": None})
 
 
-def _with_rows_before(parts: Sequence[_Part]) -> Iterator[tuple[_Part, int]]:
+def _with_rows_before(parts: Sequence[_ShardRun]) -> Iterator[tuple[_ShardRun, int]]:
     before = 0
     for part in parts:
         yield part, before
         before += len(part.lines)
 
 
-def _sessions(part: _Part, before: int) -> Iterator[Resumption]:
+def _sessions(part: _ShardRun, before: int) -> Iterator[Resumption]:
     """Yields the sessions of a shard, which follow `before` rows of the shards before it."""
     header = part.header
     yield Resumption(
@@ -227,7 +229,7 @@ def _sessions(part: _Part, before: int) -> Iterator[Resumption]:
         yield session.model_copy(update={"rows_before": before + session.rows_before})
 
 
-def _write(out: Path, header: RunHeader, parts: Sequence[_Part]) -> None:
+def _write(out: Path, header: RunHeader, parts: Sequence[_ShardRun]) -> None:
     """Writes the joined run whole or not at all. Raises RecordError."""
     try:
         out.absolute().parent.mkdir(parents=True, exist_ok=True)
@@ -237,8 +239,8 @@ def _write(out: Path, header: RunHeader, parts: Sequence[_Part]) -> None:
             (folder / HEADER_FILE).write_bytes(header.model_dump_json(indent=1).encode() + b"\n")
             with (folder / EPISODES_FILE).open("wb") as file:
                 for line in chain.from_iterable(part.lines for part in parts):
-                    file.write(dump_line(header.own(EpisodeRecord.model_validate_json(line.data))))
-            (folder / ATTEMPTS_FILE).write_bytes(b"".join(_attempts(parts, header.spec.sha256)))
+                    file.write(dump_line(header.stamp(EpisodeRecord.model_validate_json(line.data))))
+            (folder / ATTEMPTS_FILE).write_bytes(b"".join(_attempt_lines(parts, header.spec.sha256)))
             for part in parts:
                 _copy_files(part, folder)
             folder.rename(out)
@@ -249,7 +251,7 @@ def _write(out: Path, header: RunHeader, parts: Sequence[_Part]) -> None:
         ) from error
 
 
-def _attempts(parts: Sequence[_Part], spec_hash: str) -> list[bytes]:
+def _attempt_lines(parts: Sequence[_ShardRun], spec_hash: str) -> list[bytes]:
     """Returns the lines of the attempts of all shards in the order of time, as attempts of the joined run."""
     found = [
         attempt.model_copy(update={"spec_sha256": spec_hash})
@@ -259,7 +261,7 @@ def _attempts(parts: Sequence[_Part], spec_hash: str) -> list[bytes]:
     return [dump_line(attempt) for attempt in sorted(found, key=lambda attempt: attempt.started)]
 
 
-def _copy_files(part: _Part, folder: Path) -> None:
+def _copy_files(part: _ShardRun, folder: Path) -> None:
     """Copies kept frames, named by what they show, kept reasoning, and logs into a folder of the shard's own."""
     found = read_reasoning(part.run.folder)
     if found:
@@ -272,10 +274,12 @@ def _copy_files(part: _Part, folder: Path) -> None:
             shutil.copytree(part.run.folder / name, folder / place, dirs_exist_ok=True)
 
 
-def _shown(value: Any) -> str:
-    return f"{len(value)} of them" if isinstance(value, tuple) and len(value) > 3 else cut(repr(value), MAX_PART_CHARS)
+def _abbreviated(value: Any) -> str:
+    return (
+        f"{len(value)} of them" if isinstance(value, tuple) and len(value) > 3 else shorten(repr(value), MAX_PART_CHARS)
+    )
 
 
-def _some(texts: Sequence[str]) -> str:
-    more = f" and {len(texts) - TOLD} more" if len(texts) > TOLD else ""
-    return f"{', '.join(texts[:TOLD])}{more}"
+def _listed(texts: Sequence[str]) -> str:
+    more = f" and {len(texts) - MAX_LISTED} more" if len(texts) > MAX_LISTED else ""
+    return f"{', '.join(texts[:MAX_LISTED])}{more}"

@@ -21,13 +21,13 @@ class PlayQueue:
         """
         if not self._waiting:
             return None
-        at = next((at for at, each in enumerate(self._waiting) if not self._are_alike(each, last)), 0)
+        at = next((at for at, each in enumerate(self._waiting) if not self._is_same_pair(each, last)), 0)
         found = self._waiting[at]
         del self._waiting[at]
         return found
 
-    def _are_alike(self, one: Assignment, last: Assignment | None) -> bool:
-        return last is not None and self._place(one) == self._place(last)
+    def _is_same_pair(self, one: Assignment, last: Assignment | None) -> bool:
+        return last is not None and self._pair_of(one) == self._pair_of(last)
 
-    def _place(self, assignment: Assignment) -> str:
+    def _pair_of(self, assignment: Assignment) -> str:
         return self._pairs.get(assignment.episode.id, assignment.episode.id)

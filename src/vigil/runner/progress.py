@@ -7,15 +7,15 @@ from dataclasses import dataclass
 
 from vigil.protocol.actions import InteractPixel
 from vigil.protocol.episode import Episode
-from vigil.protocol.replies import points_otherwise
+from vigil.protocol.replies import looks_like_other_coordinates
 from vigil.records.record import EpisodeRecord
-from vigil.runner.models.context import CONTEXT_OPTIONS, shrunk
-from vigil.runner.models.refusals import FIND_COORDINATES
-from vigil.scoring.outcomes import Outcome, settle
+from vigil.runner.models.context import CONTEXT_OPTIONS, find_shrunk_request
+from vigil.runner.models.provider_errors import FIND_COORDINATES
+from vigil.scoring.outcomes import Outcome, score
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
+class RunProgress:
     """Where a run stands."""
 
     total: int
@@ -36,19 +36,19 @@ class Progress:
     """Of all replies in the run's records, earlier sessions included; None where it is not known."""
     latest: Outcome | None
     """The episode that has just ended; None for one that ended as an error, and when none has."""
-    trouble: str | None = None
+    retry_reason: str | None = None
     """What is tried again since an episode ended last; None when nothing is."""
     warning: str | None = None
     """What must be said aloud, told once each: the first error, that most replies are invalid, that the server seems to
     cut the dialogue, that the model seems to point in other coordinates."""
 
 
-OnProgress = Callable[[Progress], None]
+OnProgress = Callable[[RunProgress], None]
 EPISODES_BEFORE_WARNING = 10
 WARNING_SHARE = 0.5
-SAID_REASONS = 3
+MAX_LISTED_REASONS = 3
 CLICKS_BEFORE_WARNING = 5
-OTHERWISE_SHARE = 0.2
+WARNING_OUT_OF_FRAME_SHARE = 0.2
 
 
 class ProgressCounter:
@@ -68,60 +68,66 @@ class ProgressCounter:
         self._on_progress = on_progress
         self._cost = cost
         self._done = self._W = self._B = 0
-        self._errors = self._fresh = self._steps = 0
+        self._errors = self._played_now = self._steps = 0
         self.errors_in_a_row = 0
-        self._trouble: str | None = None
+        self._retry_reason: str | None = None
         self._seen_episodes = self._seen_replies = 0
         self._reasons: Counter[str] = Counter()
         """Of the invalid replies; like the two above over all sessions, since a warning is about the run."""
-        self._clicks = self._clicks_otherwise = 0
+        self._clicks = self._clicks_out_of_frame = 0
         """Those that point outside of the frame or in fractions, and all of them."""
-        self._has_warned = self._has_told_of_cuts = self._has_told_of_coordinates = False
+        self._has_warned_of_invalid_replies = self._has_warned_of_cut = self._has_warned_of_coordinates = False
         self._started = time.monotonic()
         for record in records:
             if record.end != "error":
-                self._add(settle(self._by_id[record.episode_id], record))
-                self._see(record)
+                self._add(score(self._by_id[record.episode_id], record))
+                self._count_replies(record)
 
     def start(self) -> None:
         """Starts the clock and tells where the run stands."""
         self._started = time.monotonic()
-        self._tell(None)
+        self._report(None)
 
     def count(self, episode: Episode, record: EpisodeRecord) -> None:
         """Takes in an episode that has just ended, and tells where the run stands."""
-        self._trouble = None
-        self._fresh += 1
+        self._retry_reason = None
+        self._played_now += 1
         self._steps += len(record.steps)
-        self._see(record)
+        self._count_replies(record)
         outcome = None
         if record.end == "error":
             self._errors += 1
             self.errors_in_a_row += 1
         else:
             self.errors_in_a_row = 0
-            outcome = settle(episode, record)
+            outcome = score(episode, record)
             self._add(outcome)
-        self._tell(outcome, self._first_error(record) or self._warning() or self._cut(record) or self._other_points())
+        self._report(
+            outcome,
+            self._first_error_warning(record)
+            or self._invalid_replies_warning()
+            or self._cut_dialogue_warning(record)
+            or self._coordinates_warning(),
+        )
 
-    def note(self, trouble: str) -> None:
+    def note_retry(self, retry_reason: str) -> None:
         """Tells that something has failed and is tried again."""
-        self._trouble = trouble
-        self._tell(None)
+        self._retry_reason = retry_reason
+        self._report(None)
 
-    def _first_error(self, record: EpisodeRecord) -> str | None:
+    def _first_error_warning(self, record: EpisodeRecord) -> str | None:
         if record.error is None or self._errors > 1:
             return None
         return f"Episode {record.episode_id!r} ended as an error at the {record.error.boundary}: {record.error.message}"
 
-    def _warning(self) -> str | None:
+    def _invalid_replies_warning(self) -> str | None:
         """Returns the sentence on invalid replies, once, when they are more than half after the first episodes."""
         invalid = self._reasons.total()
         is_due = self._seen_episodes >= EPISODES_BEFORE_WARNING and invalid > WARNING_SHARE * self._seen_replies
-        if self._has_warned or not is_due:
+        if self._has_warned_of_invalid_replies or not is_due:
             return None
-        self._has_warned = True
-        reasons = ", ".join(f"{count} {reason}" for reason, count in self._reasons.most_common(SAID_REASONS))
+        self._has_warned_of_invalid_replies = True
+        reasons = ", ".join(f"{count} {reason}" for reason, count in self._reasons.most_common(MAX_LISTED_REASONS))
         share = f"{100 * invalid / self._seen_replies:.0f} %"
         return (
             f"{invalid} of {self._seen_replies} replies ({share}) are invalid after {self._seen_episodes} episodes; "
@@ -129,35 +135,37 @@ class ProgressCounter:
             "asked for, docs/models.md what may help."
         )
 
-    def _cut(self, record: EpisodeRecord) -> str | None:
+    def _cut_dialogue_warning(self, record: EpisodeRecord) -> str | None:
         """Returns the sentence on a server that cuts dialogues, once."""
-        found = None if self._has_told_of_cuts else shrunk(record)
+        found = None if self._has_warned_of_cut else find_shrunk_request(record)
         if found is None:
             return None
-        self._has_told_of_cuts = True
+        self._has_warned_of_cut = True
         return (
             f"In episode {record.episode_id!r} the server counted {found[0]:,} input tokens, and {found[1]:,} for the "
             "request after that, although a dialogue only grows. It seems to cut what does not fit into its context "
             f"(or leaves out what it had cached). Start it with a larger one: {CONTEXT_OPTIONS}."
         )
 
-    def _other_points(self) -> str | None:
+    def _coordinates_warning(self) -> str | None:
         """Returns the sentence on a model that points in other coordinates than it was asked for, once."""
-        is_due = self._clicks_otherwise >= CLICKS_BEFORE_WARNING
-        is_due &= self._clicks_otherwise > OTHERWISE_SHARE * self._clicks
-        if self._has_told_of_coordinates or not is_due:
+        is_due = self._clicks_out_of_frame >= CLICKS_BEFORE_WARNING
+        is_due &= self._clicks_out_of_frame > WARNING_OUT_OF_FRAME_SHARE * self._clicks
+        if self._has_warned_of_coordinates or not is_due:
             return None
-        self._has_told_of_coordinates = True
+        self._has_warned_of_coordinates = True
         return (
-            f"{self._clicks_otherwise} of {self._clicks} clicks are in fractions or outside of the frame: the model "
+            f"{self._clicks_out_of_frame} of {self._clicks} clicks are in fractions or outside of the frame: the model "
             f"seems to point in other coordinates than it was asked for. {FIND_COORDINATES}"
         )
 
-    def _see(self, record: EpisodeRecord) -> None:
+    def _count_replies(self, record: EpisodeRecord) -> None:
         """Counts replies, for the warnings about them."""
-        otherwise = sum(step.invalid is not None and points_otherwise(step.invalid) for step in record.steps)
-        self._clicks_otherwise += otherwise
-        self._clicks += otherwise + sum(isinstance(step.action, InteractPixel) for step in record.steps)
+        out_of_frame = sum(
+            step.invalid is not None and looks_like_other_coordinates(step.invalid) for step in record.steps
+        )
+        self._clicks_out_of_frame += out_of_frame
+        self._clicks += out_of_frame + sum(isinstance(step.action, InteractPixel) for step in record.steps)
         self._seen_episodes += 1
         self._seen_replies += len(record.steps)
         self._reasons.update(step.invalid.reason for step in record.steps if step.invalid is not None)
@@ -167,11 +175,11 @@ class ProgressCounter:
         self._W += outcome.W
         self._B += outcome.B
 
-    def _tell(self, latest: Outcome | None, warning: str | None = None) -> None:
+    def _report(self, latest: Outcome | None, warning: str | None = None) -> None:
         elapsed = time.monotonic() - self._started
         left = self._total - self._done - self._errors
         self._on_progress(
-            Progress(
+            RunProgress(
                 total=self._total,
                 done=self._done,
                 errors=self._errors,
@@ -179,10 +187,10 @@ class ProgressCounter:
                 B=self._B / self._done if self._done else None,
                 steps=self._steps,
                 elapsed_s=elapsed,
-                eta_s=elapsed / self._fresh * left if self._fresh else None,
+                eta_s=elapsed / self._played_now * left if self._played_now else None,
                 cost=self._cost(),
                 latest=latest,
-                trouble=self._trouble,
+                retry_reason=self._retry_reason,
                 warning=warning,
             )
         )

@@ -17,31 +17,31 @@ from ray.exceptions import RayError
 from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
 import vigil
-from vigil.agents.choose import is_exec
 from vigil.agents.exec_agent import file_hashes
+from vigil.agents.registry import is_exec
 from vigil.base.files import file_sha256
-from vigil.errors import MAX_FAULT_CHARS, PackMismatch, RecordError, SettingError, cut
-from vigil.packs.pack import PACKAGED, find, manifest_sha256
+from vigil.errors import MAX_FAULT_CHARS, PackMismatch, RecordError, SettingError, shorten
+from vigil.packs.pack import PACKAGED, find_pack, manifest_sha256
 from vigil.records.record import read_header
 from vigil.runner.run_folder import package_version
 from vigil.runner.workers.messages import WorkerPlan
 from vigil.runner.workers.process import StartProcess
 from vigil.runner.workers.ray_worker import CPUS, RayProcess
 
-ANSWER_S = 10.0
+CONNECT_TIMEOUT_S = 10.0
 """How long an address may take to answer."""
-NODE_S = 120.0
+NODE_TIMEOUT_S = 120.0
 """How long a node may take to say what it has."""
-HTTP_2 = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
+HTTP2_PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
 """With which a client of Ray's begins. Ray answers it in bytes that are no text, servers of another kind in text."""
-MOST_NAMED = 5
+MAX_LISTED = 5
 """Of the nodes that cannot play."""
 MISSING = "missing"
-_DIGITS = 12
+_HASH_DIGITS = 12
 
 
 @dataclass(frozen=True, slots=True)
-class Cluster:
+class RayCluster:
     """A cluster whose nodes can play the run."""
 
     plan: WorkerPlan
@@ -51,7 +51,7 @@ class Cluster:
 
 
 @contextmanager
-def connected(address: str | None, plan: WorkerPlan) -> Iterator[Cluster]:
+def connect_cluster(address: str | None, plan: WorkerPlan) -> Iterator[RayCluster]:
     """Connects to a cluster for a while: that at `address`, else RAY_ADDRESS, else this machine's, else a new one.
 
     Raises SettingError when there is none, or when one of its nodes cannot play the run.
@@ -60,19 +60,19 @@ def connected(address: str | None, plan: WorkerPlan) -> Iterator[Cluster]:
     if not was_connected:
         _connect(address or os.environ.get("RAY_ADDRESS"))
     try:
-        plan = _for_nodes(plan)
-        objection = partial(objection_here, plan, Path.cwd(), facts_here(plan, Path.cwd()))
-        _ask(_nodes(), objection)
+        plan = _with_absolute_paths(plan)
+        check = partial(node_objection, plan, Path.cwd(), node_facts(plan, Path.cwd()))
+        _check_nodes(_nodes(), check)
         cpus = sum(int(node["Resources"]["CPU"]) // CPUS for node in _nodes())
-        yield Cluster(plan, cpus, partial(RayProcess, objection))
+        yield RayCluster(plan, cpus, partial(RayProcess, check))
     finally:
         if not was_connected:
             ray.shutdown()
 
 
-def facts_here(plan: WorkerPlan, folder: Path) -> dict[str, str]:
+def node_facts(plan: WorkerPlan, folder: Path) -> dict[str, str]:
     """Returns what must be the same on each node, as it is here; `folder` is where the run was started."""
-    facts = {"vigil": package_version(), "vigil's code": _code_sha256()[:_DIGITS]}
+    facts = {"vigil": package_version(), "vigil's code": _code_sha256()[:_HASH_DIGITS]}
     facts |= {name: version(name) for name in ("numpy", "mujoco")}
     if plan.pack is not None:
         facts[f"pack {str(plan.pack)!r}"] = _pack_sha256(plan.pack)
@@ -80,16 +80,16 @@ def facts_here(plan: WorkerPlan, folder: Path) -> dict[str, str]:
         facts[f"asset database {str(plan.asset_database)!r}"] = _file_sha256(plan.asset_database)
     if is_exec(plan.agent):
         facts |= {
-            f"program file {name!r}": sha256[:_DIGITS] for name, sha256 in file_hashes(plan.agent, folder).items()
+            f"program file {name!r}": sha256[:_HASH_DIGITS] for name, sha256 in file_hashes(plan.agent, folder).items()
         }
     if plan.frames is not None:
-        facts[f"folder {str(plan.frames.parent)!r}, for --save-frames"] = _run_begun(plan.frames.parent)
+        facts[f"folder {str(plan.frames.parent)!r}, for --save-frames"] = _run_identity(plan.frames.parent)
     return facts
 
 
-def objection_here(plan: WorkerPlan, folder: Path, wanted: Mapping[str, str]) -> str:
+def node_objection(plan: WorkerPlan, folder: Path, wanted: Mapping[str, str]) -> str:
     """Returns in what this node differs from what is wanted, in a sentence; an empty string when in nothing."""
-    found = facts_here(plan, folder)
+    found = node_facts(plan, folder)
     wrong = [
         f"{name} is {found.get(name, MISSING)} there, {value} here"
         for name, value in wanted.items()
@@ -111,7 +111,7 @@ def _connect(address: str | None) -> None:
     except SystemExit:
         raise SettingError(f"{where} does not answer as a Ray cluster does. `ray start` says the right port.") from None
     except (OSError, ValueError, RuntimeError, RayError) as error:
-        raise SettingError(f"{where} cannot be used: {cut(str(error), MAX_FAULT_CHARS)}") from None
+        raise SettingError(f"{where} cannot be used: {shorten(str(error), MAX_FAULT_CHARS)}") from None
 
 
 def _check_answers(address: str) -> None:
@@ -123,8 +123,8 @@ def _check_answers(address: str) -> None:
             "Client (ray://) is not served: give the command on a node of the cluster."
         )
     try:
-        with socket.create_connection((host, int(port)), timeout=ANSWER_S) as line:
-            line.sendall(HTTP_2)
+        with socket.create_connection((host, int(port)), timeout=CONNECT_TIMEOUT_S) as line:
+            line.sendall(HTTP2_PREFACE)
             answer = line.recv(1)
     except (OSError, OverflowError) as error:
         raise SettingError(f"Nothing answers at Ray address {address!r} ({error}). Is `ray start` running?") from None
@@ -140,40 +140,40 @@ def _nodes() -> list[dict[str, Any]]:
     return found
 
 
-def _ask(nodes: list[dict[str, Any]], objection: partial[str]) -> None:
+def _check_nodes(nodes: list[dict[str, Any]], check: partial[str]) -> None:
     """Raises SettingError when a node cannot play the run; asks all at once. One that is lost meanwhile is left out."""
-    asked = ray.remote(num_cpus=0, max_retries=0)(objection_here)
+    asked = ray.remote(num_cpus=0, max_retries=0)(node_objection)
     coming = []
     for node in nodes:
         on_it = NodeAffinitySchedulingStrategy(node["NodeID"], soft=False)
-        coming.append((node, asked.options(scheduling_strategy=on_it).remote(*objection.args)))
+        coming.append((node, asked.options(scheduling_strategy=on_it).remote(*check.args)))
     wrong = []
     for node, answer in coming:
         try:
-            wrong.append(ray.get(answer, timeout=NODE_S))
+            wrong.append(ray.get(answer, timeout=NODE_TIMEOUT_S))
         except RayError as error:
             if all(other["NodeID"] != node["NodeID"] for other in ray.nodes() if other["Alive"]):
                 continue
-            why = cut(str(error).strip().splitlines()[-1], MAX_FAULT_CHARS)
+            why = shorten(str(error).strip().splitlines()[-1], MAX_FAULT_CHARS)
             name = f"{node['NodeManagerAddress']} ({node['NodeID'][:8]})"
             wrong.append(f"Node {name} of the Ray cluster cannot run vigil {package_version()}: {why}")
     wrong = list(filter(None, wrong))
     if wrong:
-        more = [f"And {len(wrong) - MOST_NAMED} nodes more."] if len(wrong) > MOST_NAMED else []
-        raise SettingError("\n".join((*wrong[:MOST_NAMED], *more)))
+        more = [f"And {len(wrong) - MAX_LISTED} nodes more."] if len(wrong) > MAX_LISTED else []
+        raise SettingError("\n".join((*wrong[:MAX_LISTED], *more)))
 
 
-def _for_nodes(plan: WorkerPlan) -> WorkerPlan:
+def _with_absolute_paths(plan: WorkerPlan) -> WorkerPlan:
     """Returns the plan with paths that hold in any folder."""
     return replace(
         plan,
-        pack=plan.pack and _for_any_folder(plan.pack),
+        pack=plan.pack and _portable_path(plan.pack),
         asset_database=plan.asset_database and plan.asset_database.absolute(),
         frames=plan.frames and plan.frames.absolute(),
     )
 
 
-def _for_any_folder(pack: Path) -> Path:
+def _portable_path(pack: Path) -> Path:
     """Returns where a pack is; one that comes with the package goes by its name."""
     return Path(pack.name) if pack.parent == PACKAGED else pack.absolute()
 
@@ -189,19 +189,19 @@ def _code_sha256() -> str:
 
 def _pack_sha256(pack: Path) -> str:
     try:
-        return manifest_sha256(find(pack))[:_DIGITS]
+        return manifest_sha256(find_pack(pack))[:_HASH_DIGITS]
     except PackMismatch:
         return MISSING
 
 
 def _file_sha256(path: Path) -> str:
     try:
-        return file_sha256(path, repr(str(path)))[:_DIGITS]
+        return file_sha256(path, repr(str(path)))[:_HASH_DIGITS]
     except SettingError:
         return MISSING
 
 
-def _run_begun(folder: Path) -> str:
+def _run_identity(folder: Path) -> str:
     """Returns by what a run's folder is known on all machines that share it."""
     try:
         return f"of the run begun {read_header(folder).started.isoformat()}"

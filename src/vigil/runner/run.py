@@ -20,26 +20,26 @@ from vigil.packs.private import is_private
 from vigil.protocol.episode import Episode
 from vigil.records.costs import RunTokens
 from vigil.records.record import EpisodeRecord, RunHeader, RunSpec
-from vigil.records.shards import order_of_play, part_of
+from vigil.records.shards import play_order, shard_episodes
+from vigil.runner.models.access import hiding_other_keys
 from vigil.runner.models.ask import Ask, RetryPolicy
-from vigil.runner.models.observed import Observed
-from vigil.runner.models.redaction import Secrets, hiding
-from vigil.runner.models.serving import only_its_key
-from vigil.runner.models.thinking import how_set
+from vigil.runner.models.identity_log import ModelIdentityLog
+from vigil.runner.models.redaction import Secrets, redacted_errors
+from vigil.runner.models.thinking import describe_switch
 from vigil.runner.play_queue import PlayQueue
 from vigil.runner.progress import OnProgress, ProgressCounter
 from vigil.runner.run_folder import RunFolder
 from vigil.runner.settings import (
     RunSettings,
+    access_of,
+    input_paths,
     log_dir,
-    places_of,
     plan_run,
     sampling_of,
     secrets_of,
-    serving_of,
     worker_plan,
 )
-from vigil.runner.workers.live import boundary_of, lost_record, play_live
+from vigil.runner.workers.live import boundary_of, error_record, play_live
 from vigil.runner.workers.messages import Assignment, WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.runner.workers.process import Worker
@@ -64,7 +64,7 @@ class RunResult:
     """How many of them were there before."""
     tokens: RunTokens
     """What the replies in its rows took, as far as it was told."""
-    torn: Path | None = None
+    partial_line_file: Path | None = None
     """Where the torn last line of a killed run was put aside; None when there was none."""
     notes: tuple[str, ...] = ()
     """What is to be known of the rows that were there before: which of them do not count, and why."""
@@ -81,7 +81,7 @@ class RunResult:
 
 
 @dataclass(frozen=True, slots=True)
-class _Run:
+class _RunSession:
     """One session of a run: what the parts below share."""
 
     settings: RunSettings
@@ -89,7 +89,7 @@ class _Run:
     episodes: Sequence[Episode]
     spec: RunSpec
     folder: RunFolder
-    tally: ProgressCounter
+    progress: ProgressCounter
     secrets: Secrets
 
     def pending(self) -> list[Assignment]:
@@ -97,15 +97,15 @@ class _Run:
         return [
             Assignment(episode, epoch)
             for epoch in range(1, self.spec.epochs + 1)
-            for episode in order_of_play(self.episodes, self.pack.pairs)
+            for episode in play_order(self.episodes, self.pack.pairs)
             if not self.folder.is_done(episode.id, epoch)
         ]
 
-    def keep(self, assignment: Assignment, record: EpisodeRecord) -> None:
+    def save(self, assignment: Assignment, record: EpisodeRecord) -> None:
         """Writes a row and tells about it. Raises InfrastructureError when nothing works any more."""
         self.folder.append(record)
-        self.tally.count(assignment.episode, record)
-        if self.tally.errors_in_a_row >= MAX_ERRORS_IN_A_ROW and record.error is not None:
+        self.progress.count(assignment.episode, record)
+        if self.progress.errors_in_a_row >= MAX_ERRORS_IN_A_ROW and record.error is not None:
             raise InfrastructureError(
                 f"{MAX_ERRORS_IN_A_ROW} episodes in a row ended as an error, the last one at the "
                 f"{record.error.boundary}: {record.error.message} What agents and simulators wrote to standard error "
@@ -120,22 +120,22 @@ def run_pack(settings: RunSettings, *, on_progress: OnProgress = lambda _: None)
     SimulatorError when no simulator starts, KeyboardInterrupt; what was played until then is kept.
     """
     secrets = secrets_of(settings)
-    with hiding(secrets):
+    with redacted_errors(secrets):
         return _run_pack(settings, secrets, on_progress)
 
 
 def _run_pack(settings: RunSettings, secrets: Secrets, on_progress: OnProgress) -> RunResult:
     pack, episodes, spec = plan_run(settings)
     if settings.model is not None:
-        serving_of(settings).check()
-    path, places = log_dir(settings, spec), places_of(pack, settings.asset_database)
-    folder = RunFolder.create_or_resume(path, spec, episodes, places, anyway=settings.anyway)
+        access_of(settings).check()
+    path, inputs = log_dir(settings, spec), input_paths(pack, settings.asset_database)
+    folder = RunFolder.create_or_resume(path, spec, episodes, inputs, force=settings.force)
     try:
-        episodes = part_of(episodes, spec.shard)
+        episodes = shard_episodes(episodes, spec.shard)
         if settings.prices is not None:
             folder.note_prices(settings.prices)
-        tally = ProgressCounter(episodes, spec.epochs, folder.records(), on_progress, folder.cost)
-        run = _Run(settings, pack, episodes, spec, folder, tally, secrets)
+        progress = ProgressCounter(episodes, spec.epochs, folder.records(), on_progress, folder.cost)
+        run = _RunSession(settings, pack, episodes, spec, folder, progress, secrets)
         resumed = sum(record.end != "error" for record in folder.records())
         assignments = run.pending()
         if assignments:
@@ -149,14 +149,14 @@ def _run_pack(settings: RunSettings, secrets: Secrets, on_progress: OnProgress) 
             rows,
             resumed,
             tokens=folder.tokens,
-            torn=folder.torn,
+            partial_line_file=folder.partial_line_file,
             notes=folder.notes,
         )
     finally:
         folder.close()
 
 
-def _play_all(run: _Run, assignments: list[Assignment]) -> None:
+def _play_all(run: _RunSession, assignments: list[Assignment]) -> None:
     settings = run.settings
     is_model = settings.model is not None
     frames = run.folder.frames if settings.save_frames else None
@@ -165,120 +165,126 @@ def _play_all(run: _Run, assignments: list[Assignment]) -> None:
         is_shown_frames = run.spec.agent_kind in ("model", "exec")
         run.folder.note_facts(pool.facts(assignments[0] if is_shown_frames else None))
         if is_model:
-            _play_outside(run, pool, assignments)
+            _play_with_model(run, pool, assignments)
         else:
-            run.tally.start()
-            asyncio.run(_play_inside(run, pool, assignments))
+            run.progress.start()
+            asyncio.run(_play_in_workers(run, pool, assignments))
 
 
 @contextmanager
-def _pool(run: _Run, plan: WorkerPlan, most: int) -> Iterator[SimulatorPool]:
+def _pool(run: _RunSession, plan: WorkerPlan, most: int) -> Iterator[SimulatorPool]:
     """Starts at most so many workers, where the settings say. Raises SettingError when Ray cannot be had."""
     settings = run.settings
-    patience_s = settings.patience_s + (settings.reply_seconds if run.spec.agent_kind == "exec" else 0.0)
+    timeout_s = settings.timeout_s + (settings.reply_seconds if run.spec.agent_kind == "exec" else 0.0)
     if settings.executor == "local":
         workers = min(worker_count(settings.workers), most)
-        with SimulatorPool(plan, workers, patience_s=patience_s, logs=run.folder.logs) as pool:
+        with SimulatorPool(plan, workers, timeout_s=timeout_s, logs=run.folder.logs) as pool:
             yield pool
         return
     if find_spec("ray") is None:
         raise SettingError('Ray is not installed here. Give: pip install "vigil-bench[ray]".')
-    from vigil.runner.ray_cluster import connected  # noqa: PLC0415
+    from vigil.runner.ray_cluster import connect_cluster  # noqa: PLC0415
 
-    with connected(settings.ray_address, plan) as cluster:
+    with connect_cluster(settings.ray_address, plan) as cluster:
         workers = min(settings.workers or cluster.cpus, most)
         logs, start = run.folder.logs, cluster.start
-        with SimulatorPool(cluster.plan, workers, patience_s=patience_s, logs=logs, start=start) as pool:
+        with SimulatorPool(cluster.plan, workers, timeout_s=timeout_s, logs=logs, start=start) as pool:
             yield pool
 
 
-async def _play_inside(run: _Run, pool: SimulatorPool, assignments: list[Assignment]) -> None:
+async def _play_in_workers(run: _RunSession, pool: SimulatorPool, assignments: list[Assignment]) -> None:
     """Plays with the agent inside the workers, as many episodes at once as there are workers."""
     waiting = PlayQueue(assignments, run.pack.pairs)
 
     async def work(worker: Worker) -> None:
         last = None
         while (last := waiting.take(last)) is not None:
-            run.keep(last, await _attempts(last, run, lambda attempt: _inside(pool, worker, attempt, run)))
+            run.save(
+                last, await _play_with_retries(last, run, lambda attempt: _play_in_worker(pool, worker, attempt, run))
+            )
 
     await asyncio.gather(*map(work, pool.workers))
 
 
-async def _inside(pool: SimulatorPool, worker: Worker, assignment: Assignment, run: _Run) -> EpisodeRecord:
-    started, goes_on = datetime.now(UTC), run.spec.agent_kind == "exec"
+async def _play_in_worker(
+    pool: SimulatorPool, worker: Worker, assignment: Assignment, run: _RunSession
+) -> EpisodeRecord:
+    started, may_resume = datetime.now(UTC), run.spec.agent_kind == "exec"
     try:
-        return await pool.play(assignment, _shows(assignment, run), goes_on=goes_on, worker=worker)
+        return await pool.play(assignment, _on_first_frame(assignment, run), may_resume=may_resume, worker=worker)
     except SimulatorError as error:
-        return lost_record(assignment, run.folder.header.run_id, boundary_of(error), str(error), started)
+        return error_record(assignment, run.folder.header.run_id, boundary_of(error), str(error), started)
 
 
-def _play_outside(run: _Run, pool: SimulatorPool, assignments: list[Assignment]) -> None:
+def _play_with_model(run: _RunSession, pool: SimulatorPool, assignments: list[Assignment]) -> None:
     """Plays with a model in this process."""
     # Inspect takes a second or two to import, and nothing but a model's run needs it.
     from vigil.runner.inspect_task import evaluate  # noqa: PLC0415
     from vigil.runner.models.inspect_model import Endpoint, preflight  # noqa: PLC0415
 
     settings, profile = run.settings, run.spec.profile
-    observed = _observed(run)
-    observed.on_news = lambda: run.folder.note_answered(observed.answered())
+    identity_log = _identity_log(run)
+    identity_log.on_new_identity = lambda: run.folder.note_provider(identity_log.provider_facts())
     endpoint = Endpoint(
-        observed=observed,
-        serving=serving_of(settings),
+        identity_log=identity_log,
+        access=access_of(settings),
         sampling=sampling_of(settings),
         max_connections=settings.max_connections,
         reply_seconds=settings.reply_seconds,
-        keeps_reasoning=settings.keep_reasoning,
+        keep_reasoning=settings.keep_reasoning,
         retry_policy=RetryPolicy(
             settings.retries,
             settings.first_wait_s,
             settings.longest_wait_s,
-            tell=lambda trouble: run.tally.note(run.secrets.hide(trouble)),
+            on_retry=lambda retry_reason: run.progress.note_retry(run.secrets.redact(retry_reason)),
         ),
     )
 
     async def play_one(assignment: Assignment, ask: Ask) -> EpisodeRecord:
-        record = await _attempts(
+        record = await _play_with_retries(
             assignment,
             run,
-            lambda attempt: play_live(pool.live(attempt), profile, ask, run.folder.header.run_id, _shows(attempt, run)),
+            lambda attempt: play_live(
+                pool.live(attempt), profile, ask, run.folder.header.run_id, _on_first_frame(attempt, run)
+            ),
         )
-        run.keep(assignment, record)
+        run.save(assignment, record)
         return record
 
-    with only_its_key(endpoint.serving):
+    with hiding_other_keys(endpoint.access):
         try:
             if settings.preflight:
-                asyncio.run(preflight(endpoint, run.spec.agent, profile, goes_on=settings.anyway))
-            run.tally.start()
-            tells = not is_private(manifest_of(settings.pack).meta)
-            evaluate(endpoint, assignments, play_one, run.folder.inspect_logs, keeps_samples=tells)
+                asyncio.run(preflight(endpoint, run.spec.agent, profile, force=settings.force))
+            run.progress.start()
+            keep_samples = not is_private(manifest_of(settings.pack).meta)
+            evaluate(endpoint, assignments, play_one, run.folder.inspect_logs, keep_samples=keep_samples)
         finally:
-            run.folder.note_answered(observed.answered())
+            run.folder.note_provider(identity_log.provider_facts())
 
 
-def _observed(run: _Run) -> Observed:
+def _identity_log(run: _RunSession) -> ModelIdentityLog:
     """Returns what takes in who answers; another model than in earlier sessions is refused unless told to go on."""
     settings = run.settings
-    found, effort = serving_of(settings).named, settings.reasoning_effort
+    found, effort = access_of(settings).model_name, settings.reasoning_effort
     set_by = f"--reasoning-effort {effort}" if effort else ""
     if settings.thinking != "default" and found is not None:
-        set_by = f"--thinking {settings.thinking}: {how_set(settings.thinking, found)}"
-    return Observed(
-        before=() if settings.anyway else run.folder.header.answering_models,
+        set_by = f"--thinking {settings.thinking}: {describe_switch(settings.thinking, found)}"
+    return ModelIdentityLog(
+        earlier_names=() if settings.force else run.folder.header.answering_models,
         asked=settings.thinking,
         effort=effort,
         set_by=set_by,
-        hide=run.secrets.hide,
+        redact=run.secrets.redact,
     )
 
 
-def _shows(assignment: Assignment, run: _Run) -> Callable[[], None]:
+def _on_first_frame(assignment: Assignment, run: _RunSession) -> Callable[[], None]:
     """Returns what notes that the agent is about to be shown the first frame of an attempt."""
     return lambda: run.folder.attempts.begin((assignment.episode.id, assignment.epoch))
 
 
-async def _attempts(
-    assignment: Assignment, run: _Run, play: Callable[[Assignment], Awaitable[EpisodeRecord]]
+async def _play_with_retries(
+    assignment: Assignment, run: _RunSession, play: Callable[[Assignment], Awaitable[EpisodeRecord]]
 ) -> EpisodeRecord:
     """Plays an episode until it ends without error, at most ATTEMPTS times, waiting longer each time.
 
@@ -291,22 +297,22 @@ async def _attempts(
     async def attempt() -> tuple[EpisodeRecord, bool]:
         before = attempts.count(key)
         record = _without_secrets(await play(Assignment(assignment.episode, assignment.epoch, before + 1)), run.secrets)
-        was_shown = attempts.count(key) > before
+        has_seen_frame = attempts.count(key) > before
         boundary = None if record.error is None else record.error.boundary
-        is_lost = boundary == "worker" and was_shown and run.spec.agent_kind == "exec"
+        is_lost = boundary == "worker" and has_seen_frame and run.spec.agent_kind == "exec"
         return record, boundary in (None, "model") or is_lost
 
     retrying = AsyncRetrying(
         retry=retry_if_result(lambda played: not played[1]),
         stop=stop_after_attempt(ATTEMPTS),
         wait=wait_s,
-        retry_error_callback=_last_result,
+        retry_error_callback=_last_attempt,
     )
     record, _ = await retrying(attempt)
     return record
 
 
-def _last_result(state: RetryCallState) -> tuple[EpisodeRecord, bool]:
+def _last_attempt(state: RetryCallState) -> tuple[EpisodeRecord, bool]:
     assert state.outcome is not None
     return state.outcome.result()
 
@@ -315,5 +321,5 @@ def _without_secrets(record: EpisodeRecord, secrets: Secrets) -> EpisodeRecord:
     """Returns the record with no secret in the message of its error; replies are evidence, and stay as they are."""
     if record.error is None:
         return record
-    error = record.error.model_copy(update={"message": secrets.hide(record.error.message)})
+    error = record.error.model_copy(update={"message": secrets.redact(record.error.message)})
     return record.model_copy(update={"error": error})

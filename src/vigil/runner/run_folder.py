@@ -16,25 +16,25 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from vigil.base.files import check_links
-from vigil.base.json_lines import unwritten
-from vigil.errors import MAX_PART_CHARS, RecordError, cut
+from vigil.base.files import refuse_outward_links
+from vigil.base.json_lines import write_error
+from vigil.errors import MAX_PART_CHARS, RecordError, shorten
 from vigil.protocol.episode import Episode
 from vigil.records.costs import Prices, RunTokens
-from vigil.records.kept_reasoning import keep_reasoning
+from vigil.records.reasoning_file import store_reasoning
 from vigil.records.record import (
     EPISODES_FILE,
     FRAMES_FOLDER,
     HEADER_FILE,
-    Answered,
     EpisodeRecord,
+    ProviderFacts,
     Resumption,
     RunHeader,
     RunSpec,
     read_header,
 )
 from vigil.records.record_file import RecordLog
-from vigil.records.row_check import RowCheck, told
+from vigil.records.row_check import RowCheck, summarize_left_out
 from vigil.runner.attempts import ATTEMPTS_FILE, AttemptLog
 from vigil.runner.workers.messages import SimulatorFacts
 
@@ -42,9 +42,9 @@ LOGS_FOLDER = "logs"
 INSPECT_FOLDER = "inspect"
 DISTRIBUTION = "vigil-bench"
 CPU_FACTS, FEATURE_DIGITS = Path("/proc/cpuinfo"), 8
-GIT_S = 60.0
+GIT_TIMEOUT_S = 60.0
 """How long Git may take to say where its checkout stands; one that hangs is not waited for."""
-_MAY_DIFFER = frozenset({"base_url"})
+_IGNORED_DIFFERENCES = frozenset({"base_url"})
 """A model that is served from another address is the same model."""
 
 
@@ -57,7 +57,7 @@ class RunFolder:
         self.header = header
         self._log = log
         self._notes = notes
-        self._is_later = False
+        self._is_resumed = False
         self._agent_files = header.spec.agent_files
         self.attempts = AttemptLog(path / ATTEMPTS_FILE, header.spec)
 
@@ -67,19 +67,19 @@ class RunFolder:
         path: Path,
         spec: RunSpec,
         episodes: Iterable[Episode],
-        places: Mapping[str, str] | None = None,
+        input_paths: Mapping[str, str] | None = None,
         *,
-        anyway: bool = False,
+        force: bool = False,
     ) -> "RunFolder":
-        """Returns the folder of the run `spec`, new or to be continued; `places` go into its header.
+        """Returns the folder of the run `spec`, new or to be continued; `input_paths` go into its header.
 
-        `anyway`: also by a program that has changed since.
+        `force`: also by a program that has changed since.
 
         `episodes` are those of its pack: rows of the file that are not this run's do not count. A run of which nothing
         was recorded gives way to any other. Raises RecordError when another run is there.
         """
         rows = path / EPISODES_FILE
-        check_links(path, RecordError)
+        refuse_outward_links(path, RecordError)
         if not (path / HEADER_FILE).exists() and rows.exists() and rows.stat().st_size:
             raise RecordError(
                 f"Folder {str(path)!r} has {EPISODES_FILE} without {HEADER_FILE}: nobody knows which run it belongs "
@@ -87,7 +87,7 @@ class RunFolder:
             )
         log = RecordLog(path / EPISODES_FILE)
         try:
-            header = _resume(path, spec, anyway) if log.count else _create(path, spec, places or {})
+            header = _resume(path, spec, force) if log.count else _create(path, spec, input_paths or {})
         except RecordError:
             log.close()
             raise
@@ -98,9 +98,9 @@ class RunFolder:
         return folder
 
     @property
-    def torn(self) -> Path | None:
+    def partial_line_file(self) -> Path | None:
         """Where the torn last line of a killed run was put aside; None when there was none."""
-        return self._log.torn
+        return self._log.partial_line_file
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -110,7 +110,7 @@ class RunFolder:
         sessions = (self.header.answered, *(session.answered for session in self.header.resumed))
         failed = {answered.check.get("contract", "") for answered in sessions if answered} - {"", "passed"}
         checks = [f"The check before the run {one}." for one in sorted(failed)]
-        return (*self._notes, *told(self._log.left_out), *([several] if several else []), *checks)
+        return (*self._notes, *summarize_left_out(self._log.left_out), *([several] if several else []), *checks)
 
     @property
     def frames(self) -> Path:
@@ -149,7 +149,7 @@ class RunFolder:
 
         Raises RecordError when it cannot be written.
         """
-        self._log.append(keep_reasoning(self.path, self.header.own(record)))
+        self._log.append(store_reasoning(self.path, self.header.stamp(record)))
 
     def note_facts(self, facts: SimulatorFacts) -> None:
         """Completes the header with what the backend says about itself; from now on the run goes on.
@@ -167,7 +167,7 @@ class RunFolder:
     def _session(self, renderer: str) -> dict[str, Any]:
         """Returns the fields of the header that say with what the rows from now on are played."""
         rows = self._log.count
-        self._is_later = rows > 0
+        self._is_resumed = rows > 0
         if not rows:
             return {"renderer": renderer}
         commit, is_dirty = source_state()
@@ -183,9 +183,9 @@ class RunFolder:
         )
         return {"resumed": (*self.header.resumed, session)}
 
-    def note_answered(self, answered: Answered) -> None:
+    def note_provider(self, answered: ProviderFacts) -> None:
         """Completes what the header says of this session with what answered."""
-        if not self._is_later:
+        if not self._is_resumed:
             self._update(answered=answered)
             return
         *earlier, session = self.header.resumed
@@ -204,19 +204,19 @@ class RunFolder:
     def close(self) -> None:
         """Releases the folder to other processes; a new one in which nothing was recorded or said goes."""
         try:
-            is_empty = not self._log.count and not any(file.stat().st_size for file in self._beside())
+            is_empty = not self._log.count and not any(file.stat().st_size for file in self._other_files())
             if self._log.made_folder and is_empty:
-                self._take_away()
+                self._remove()
         finally:
             self._log.close()
 
-    def _take_away(self) -> None:
+    def _remove(self) -> None:
         """Removes the folder while it is locked: first its name, all at once, so that nobody begins in half of it."""
         gone = self.path.with_name(f"{self.path.name}.empty-{os.getpid()}")
         self.path.rename(gone)
         shutil.rmtree(gone)
 
-    def _beside(self) -> Iterator[Path]:
+    def _other_files(self) -> Iterator[Path]:
         """Yields the files beside header and rows: frames, logs and what else was written."""
         for file in self.path.rglob("*"):
             if file.is_file() and file.name not in (HEADER_FILE, EPISODES_FILE):
@@ -237,7 +237,7 @@ def write_header(path: Path, header: RunHeader) -> None:
             os.fsync(file.fileno())
         partial.replace(path / HEADER_FILE)
     except OSError as error:
-        raise unwritten(path / HEADER_FILE, error) from error
+        raise write_error(path / HEADER_FILE, error) from error
 
 
 def new_nonce() -> str:
@@ -289,13 +289,15 @@ def _processor() -> str:
 
 def _git(root: Path, *arguments: str) -> str | None:
     try:
-        done = subprocess.run(["git", "-C", str(root), *arguments], capture_output=True, text=True, timeout=GIT_S)
+        done = subprocess.run(
+            ["git", "-C", str(root), *arguments], capture_output=True, text=True, timeout=GIT_TIMEOUT_S
+        )
     except (OSError, subprocess.TimeoutExpired):
         return None
     return done.stdout.strip() if done.returncode == 0 else None
 
 
-def _create(path: Path, spec: RunSpec, places: Mapping[str, str]) -> RunHeader:
+def _create(path: Path, spec: RunSpec, input_paths: Mapping[str, str]) -> RunHeader:
     commit, is_dirty = source_state()
     header = RunHeader(
         run_id=path.resolve().name,
@@ -305,13 +307,13 @@ def _create(path: Path, spec: RunSpec, places: Mapping[str, str]) -> RunHeader:
         commit=commit,
         is_dirty=is_dirty,
         started=datetime.now(UTC),
-        host={**host_facts(), **places},
+        host={**host_facts(), **input_paths},
     )
     write_header(path, header)
     return header
 
 
-def _resume(path: Path, spec: RunSpec, anyway: bool) -> RunHeader:
+def _resume(path: Path, spec: RunSpec, force: bool) -> RunHeader:
     header = read_header(path)
     others = header.spec.versions.differences()
     if others:
@@ -319,17 +321,17 @@ def _resume(path: Path, spec: RunSpec, anyway: bool) -> RunHeader:
             f"Run {str(path)!r} was begun under other versions: {', '.join(others)}. Rows of both would not be of one "
             "kind. Continue it with the version of vigil that began it, or give another --log-dir for a new run."
         )
-    header = _grown(header, spec)
+    header = _with_more_episodes(header, spec)
     differences = list(_differences("", header.spec.model_dump(mode="json"), spec.model_dump(mode="json")))
     if header.package_version != package_version():
         differences.append(f"package_version: {header.package_version!r} there, {package_version()!r} here")
     changed = [each for each in differences if each.startswith("agent_files")]
     if differences and differences == changed:
-        if anyway:
+        if force:
             return header
         raise RecordError(
             f"The program of run {str(path)!r} has changed since it was begun: {'; '.join(changed)}. Its episodes "
-            "would be played by two agents: go on all the same with --anyway, or give another --log-dir for a new run."
+            "would be played by two agents: go on all the same with --force, or give another --log-dir for a new run."
         )
     if differences:
         raise RecordError(
@@ -339,7 +341,7 @@ def _resume(path: Path, spec: RunSpec, anyway: bool) -> RunHeader:
     return header
 
 
-def _grown(header: RunHeader, spec: RunSpec) -> RunHeader:
+def _with_more_episodes(header: RunHeader, spec: RunSpec) -> RunHeader:
     """Returns the header with the episodes of `spec`, if those are all that it names and more.
 
     A shard does not grow: of more episodes, its part would be another.
@@ -352,11 +354,13 @@ def _grown(header: RunHeader, spec: RunSpec) -> RunHeader:
 def _differences(place: str, there: Any, here: Any) -> Iterator[str]:
     if isinstance(there, dict) and isinstance(here, dict):
         for name in sorted(there.keys() | here.keys()):
-            if name not in _MAY_DIFFER:
+            if name not in _IGNORED_DIFFERENCES:
                 yield from _differences(f"{place}.{name}".lstrip("."), there.get(name), here.get(name))
     elif there != here:
-        yield f"{place}: {_shown(there)} there, {_shown(here)} here"
+        yield f"{place}: {_abbreviated(there)} there, {_abbreviated(here)} here"
 
 
-def _shown(value: Any) -> str:
-    return f"{len(value)} of them" if isinstance(value, list) and len(value) > 3 else cut(repr(value), MAX_PART_CHARS)
+def _abbreviated(value: Any) -> str:
+    return (
+        f"{len(value)} of them" if isinstance(value, list) and len(value) > 3 else shorten(repr(value), MAX_PART_CHARS)
+    )

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-from vigil.agents.agent import BEAT_SECONDS, REPLY_SECONDS
-from vigil.agents.choose import is_exec, make_agent
+from vigil.agents.agent import FRAME_INTERVAL_SECONDS, REPLY_SECONDS
 from vigil.agents.exec_agent import file_hashes
-from vigil.assets.sizes import AssetDatabase
-from vigil.base.settings import Setting, check_declared
+from vigil.agents.registry import is_exec, make_agent
+from vigil.assets.database import AssetDatabase
+from vigil.base.settings import Setting, check_settings
 from vigil.base.versions import Versions
 from vigil.errors import SettingError, did_you_mean
 from vigil.packs.pack import Pack, Selection
@@ -26,41 +26,41 @@ from vigil.protocol.profile import (
 from vigil.protocol.prompt import policy_sha256, policy_version
 from vigil.protocol.prompt_file import check_template, variant_of
 from vigil.records.record import MAX_EPOCHS, AgentKind, RunSpec, Shard
-from vigil.records.shards import part_of, read_shard
-from vigil.runner.models.providers import named
+from vigil.records.shards import parse_shard, shard_episodes
+from vigil.runner.models.access import ModelAccess, model_access
+from vigil.runner.models.providers import parse_model_name
 from vigil.runner.models.redaction import Secrets, without_login, without_secrets
-from vigil.runner.models.serving import Serving, serving
 from vigil.runner.models.thinking import with_thinking
-from vigil.runner.setting_texts import only_one, public_name, read_extra_body, read_model_args
+from vigil.runner.option_parsing import public_name, read_extra_body, read_model_args, single_value
 from vigil.runner.shared_settings import (
     ApiKeyEnv,
-    AskedCoordinates,
-    AskedPrices,
-    AskedProfile,
-    AskedSystemRole,
-    AskedTemplate,
-    AskedThinking,
-    AskedVariant,
     AssetFile,
     Backend,
     BaseUrl,
+    CoordinatesOption,
     EpisodeIds,
     Families,
     LogDir,
     PackName,
+    PricesOption,
+    ProfileOption,
+    PromptFileOption,
+    PromptVariantOption,
     RenderQuality,
+    SystemRoleOption,
+    ThinkingOption,
     Workers,
 )
 from vigil.runner.workers.messages import PrivilegedFactory, SimulatorFactory, WorkerPlan
-from vigil.runner.workers.process import PATIENCE_S
+from vigil.runner.workers.process import WORKER_TIMEOUT_S
 from vigil.sim import BACKENDS
 
 RUNS_FOLDER = Path("runs")
 
 
-Reasoning = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
-_EFFORTS = f"{', '.join(get_args(Reasoning))}. Not sent unless given."
-_NOT_SENT = Setting("Not sent unless given.")
+ReasoningEffort = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
+_EFFORT_HELP = f"{', '.join(get_args(ReasoningEffort))}. Not sent unless given."
+_SAMPLING = Setting("Not sent unless given.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,13 +73,15 @@ class RunSettings:
     pack: PackName = "starter"
     agent: Annotated[
         str | None,
-        Setting("solver, random, noop ... or exec:COMMAND.", metavar="NAME", read=only_one("--agent"), repeats=True),
+        Setting(
+            "solver, random, noop ... or exec:COMMAND.", metavar="NAME", read=single_value("--agent"), repeats=True
+        ),
     ] = None
     """A scripted agent, `exec:COMMAND`, or a privileged one that `agent_factory` makes."""
     agent_factory: PrivilegedFactory | None = None
     model: Annotated[
         str | None,
-        Setting("provider/model, as Inspect names it.", metavar="MODEL", read=only_one("--model"), repeats=True),
+        Setting("provider/model, as Inspect names it.", metavar="MODEL", read=single_value("--model"), repeats=True),
     ] = None
     base_url: BaseUrl = None
     api_key_env: ApiKeyEnv = None
@@ -87,7 +89,7 @@ class RunSettings:
     log_dir: LogDir = None
     """None for a folder under `runs/` that the same settings find again."""
     limit: Annotated[
-        int | None, Setting("Only N episodes, evenly drawn from families or kinds.", least=1, metavar="N")
+        int | None, Setting("Only N episodes, evenly drawn from families or kinds.", minimum=1, metavar="N")
     ] = None
     families: Families = ()
     episode_ids: EpisodeIds = ()
@@ -98,24 +100,24 @@ class RunSettings:
     ray_address: Annotated[
         str | None, Setting("Of a Ray cluster.", metavar="HOST:PORT", unset="RAY_ADDRESS, or a local Ray")
     ] = None
-    max_connections: Annotated[int, Setting("Episodes and requests at once.", least=1, metavar="N")] = 16
-    profile: AskedProfile = "baseline"
-    prompt_variant: AskedVariant = "default"
-    prompt_template: AskedTemplate = None
-    coordinates: AskedCoordinates = None
+    max_connections: Annotated[int, Setting("Episodes and requests at once.", minimum=1, metavar="N")] = 16
+    profile: ProfileOption = "baseline"
+    prompt_variant: PromptVariantOption = "default"
+    prompt_template: PromptFileOption = None
+    coordinates: CoordinatesOption = None
     """None takes the published table's entry for the model."""
     reply_policy: Annotated[ReplyPolicy, Setting("lenient strips a fence or prose.")] = "strict"
-    system_role: AskedSystemRole = "system"
+    system_role: SystemRoleOption = "system"
     shard: Annotated[
-        Shard | None, Setting("Only part I of N of the episodes, e.g. 2/8.", metavar="I/N", read=read_shard)
+        Shard | None, Setting("Only part I of N of the episodes, e.g. 2/8.", metavar="I/N", read=parse_shard)
     ] = None
     """To be joined with the other parts by `vigil.runner.merge`."""
-    epochs: Annotated[int, Setting("Play each episode so often.", least=1, most=MAX_EPOCHS, metavar="N")] = 1
-    temperature: Annotated[float | None, _NOT_SENT] = None
-    top_p: Annotated[float | None, _NOT_SENT] = None
-    max_tokens: Annotated[int | None, replace(_NOT_SENT, least=1, metavar="N")] = None
-    reasoning_effort: Annotated[Reasoning | None, Setting(_EFFORTS, metavar="LEVEL")] = None
-    thinking: AskedThinking = "default"
+    epochs: Annotated[int, Setting("Play each episode so often.", minimum=1, maximum=MAX_EPOCHS, metavar="N")] = 1
+    temperature: Annotated[float | None, _SAMPLING] = None
+    top_p: Annotated[float | None, _SAMPLING] = None
+    max_tokens: Annotated[int | None, replace(_SAMPLING, minimum=1, metavar="N")] = None
+    reasoning_effort: Annotated[ReasoningEffort | None, Setting(_EFFORT_HELP, metavar="LEVEL")] = None
+    thinking: ThinkingOption = "default"
     model_args: Annotated[
         Mapping[str, Any],
         Setting(
@@ -127,7 +129,7 @@ class RunSettings:
     ] = field(default_factory=dict)
     image_format: Annotated[ImageFormat, Setting("How frames are sent.")] = "png"
     render_quality: RenderQuality = "default"
-    prices: AskedPrices = None
+    prices: PricesOption = None
     save_frames: Annotated[bool, Setting("Keep every frame, by content hash.")] = False
     keep_reasoning: Annotated[
         bool, Setting("Keep what a model reasons apart from its replies, in reasoning.jsonl.")
@@ -136,36 +138,36 @@ class RunSettings:
     simulator_factory: SimulatorFactory | None = None
     """Makes a simulator of one's own, which `backend` then only names in the header. Must be picklable."""
     asset_database: AssetFile = None
-    reply_seconds: Annotated[int, Setting("How long one reply may take.", least=1, metavar="SECONDS")] = REPLY_SECONDS
+    reply_seconds: Annotated[int, Setting("How long one reply may take.", minimum=1, metavar="SECONDS")] = REPLY_SECONDS
     """Of a model or a program."""
     beat_seconds: Annotated[
         float,
         Setting(
             "A program's next frame comes a whole number of these after its reply; 0: as soon as it is ready.",
-            least=0,
-            most=60,
+            minimum=0,
+            maximum=60,
             metavar="SECONDS",
         ),
-    ] = BEAT_SECONDS
+    ] = FRAME_INTERVAL_SECONDS
     keep_program: Annotated[
         bool, Setting("One process and folder of a program for all episodes of a worker, not one for each.")
     ] = False
     seed: Annotated[int, Setting("For scheduling and scripted agents.")] = 0
     preflight: Annotated[bool, Setting("Do not first check that the model sees pictures and answers in form.")] = True
-    anyway: Annotated[
+    force: Annotated[
         bool, Setting("Go on although the check's example failed, or another model or program answers than before.")
     ] = False
     reveal_private_pack: Annotated[bool, Setting(REVEAL_HELP, is_option=False)] = False
     """Whether Inspect's log may hold the episodes of a private pack; only `inspect eval` takes it."""
-    retries: Annotated[int, Setting("Tries of a request after the first.", least=0, is_option=False)] = 8
+    retries: Annotated[int, Setting("Tries of a request after the first.", minimum=0, is_option=False)] = 8
     first_wait_s: float = 1.0
     longest_wait_s: float = 60.0
     """Between two tries of a request, whatever the provider asks for."""
-    patience_s: float = PATIENCE_S
+    timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:
         """Holds the values against their declarations."""
-        check_declared(self)
+        check_settings(self)
         if self.ray_address is not None and self.executor != "ray":
             raise SettingError("--ray-address is for --executor ray: give both, or neither.")
         if self.prompt_template is None:
@@ -188,23 +190,23 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
 
     Raises InputError.
     """
-    _check(settings)
-    pack, assets = Pack.load(settings.pack), AssetDatabase.of(settings.asset_database)
+    _check_player(settings)
+    pack, assets = Pack.load(settings.pack), AssetDatabase.from_file(settings.asset_database)
     pack.check_assets(assets)
     episodes = pack.select(Selection(settings.families, settings.episode_ids, settings.limit))
-    part_of(episodes, settings.shard)
+    shard_episodes(episodes, settings.shard)
     spec = run_spec(
         pack,
         profile_of(settings),
         agent=settings.player,
-        agent_kind=_kind(settings),
-        base_url=_address(settings),
+        agent_kind=_agent_kind(settings),
+        base_url=_public_address(settings),
         sampling=without_secrets(sampling_of(settings)),
         thinking=settings.thinking,
         model_args=without_secrets(settings.model_args),
         episode_ids=tuple(episode.id for episode in episodes),
         shard=settings.shard,
-        **_program_of(settings),
+        **_program_identity(settings),
         epochs=settings.epochs,
         seed=settings.seed,
         simulator=settings.backend,
@@ -218,7 +220,7 @@ def run_spec(pack: Pack, profile: Profile, **facts: Any) -> RunSpec:
     """Returns the identity of a run on `pack` under `profile`, made here and now; `facts` are its other fields."""
     return RunSpec(
         profile=profile,
-        versions=Versions.here(),
+        versions=Versions.current(),
         prompt_policy=policy_version(profile),
         prompt_policy_sha256=policy_sha256(profile),
         pack=pack.name,
@@ -228,7 +230,7 @@ def run_spec(pack: Pack, profile: Profile, **facts: Any) -> RunSpec:
     )
 
 
-def places_of(pack: Pack, asset_database: Path | None) -> dict[str, str]:
+def input_paths(pack: Pack, asset_database: Path | None) -> dict[str, str]:
     """Returns where what a run is played on lies, for `vigil verify` on the same machine."""
     places = {"pack_folder": str(pack.folder.resolve())}
     if asset_database is not None:
@@ -249,7 +251,7 @@ def sampling_of(settings: RunSettings) -> dict[str, Any]:
         "extra_body": dict(settings.extra_body) or None,
     }
     sampling = {name: value for name, value in given.items() if value is not None}
-    return with_thinking(sampling, settings.thinking, named(settings.model)) if settings.model else sampling
+    return with_thinking(sampling, settings.thinking, parse_model_name(settings.model)) if settings.model else sampling
 
 
 def profile_of(settings: RunSettings) -> Profile:
@@ -305,22 +307,22 @@ def log_dir(settings: RunSettings, spec: RunSpec) -> Path:
     return RUNS_FOLDER / f"{words[:80].strip('-')}-{hashlib.sha256(identity.encode()).hexdigest()[:8]}"
 
 
-def _address(settings: RunSettings) -> str | None:
+def _public_address(settings: RunSettings) -> str | None:
     """Returns where the model is served, as the header keeps it; None when the provider decides."""
     if settings.model is None:
         return None
-    url = serving_of(settings).base_url
+    url = access_of(settings).base_url
     return None if url is None else without_login(url)
 
 
-def serving_of(settings: RunSettings) -> Serving:
+def access_of(settings: RunSettings) -> ModelAccess:
     """Returns how the run's model is reached. Raises SettingError."""
-    return serving(settings.model or "", settings.base_url, settings.model_args, settings.api_key_env)
+    return model_access(settings.model or "", settings.base_url, settings.model_args, settings.api_key_env)
 
 
 def secrets_of(settings: RunSettings) -> Secrets:
     """Returns the values that no file, message or table of the run may hold. Raises SettingError."""
-    found = serving_of(settings) if settings.model is not None else None
+    found = access_of(settings) if settings.model is not None else None
     return Secrets.of(
         command=settings.agent or "",
         url=None if found is None else found.base_url,
@@ -329,9 +331,9 @@ def secrets_of(settings: RunSettings) -> Secrets:
     )
 
 
-def _program_of(settings: RunSettings) -> dict[str, Any]:
+def _program_identity(settings: RunSettings) -> dict[str, Any]:
     """Returns what a run is by the program that plays it, as fields of its identity; none without a program."""
-    if settings.agent is None or _kind(settings) != "exec":
+    if settings.agent is None or _agent_kind(settings) != "exec":
         return {}
     return {
         "agent_files": file_hashes(settings.agent, Path.cwd()),
@@ -340,7 +342,7 @@ def _program_of(settings: RunSettings) -> dict[str, Any]:
     }
 
 
-def _kind(settings: RunSettings) -> AgentKind:
+def _agent_kind(settings: RunSettings) -> AgentKind:
     if settings.model is not None:
         return "model"
     if settings.agent_factory is not None:
@@ -348,7 +350,7 @@ def _kind(settings: RunSettings) -> AgentKind:
     return "exec" if is_exec(settings.agent or "") else "scripted"
 
 
-def _check(settings: RunSettings) -> None:
+def _check_player(settings: RunSettings) -> None:
     if (settings.agent is None) == (settings.model is None):
         raise SettingError("A run needs an agent or a model: give exactly one of --agent and --model.")
     if settings.backend not in BACKENDS and settings.simulator_factory is None:
@@ -356,4 +358,4 @@ def _check(settings: RunSettings) -> None:
     if settings.agent is not None and settings.agent_factory is None:
         make_agent(settings.agent, Profile())
     if settings.model is not None:
-        serving_of(settings)
+        access_of(settings)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from vigil.assets.sizes import AssetDatabase
-from vigil.base.settings import Setting, check_declared
+from vigil.assets.database import AssetDatabase
+from vigil.base.settings import Setting, check_settings
 from vigil.errors import RecordError, SettingError, SimulatorError
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import InvalidAction
@@ -18,10 +18,10 @@ from vigil.protocol.profile import Profile
 from vigil.protocol.replies import parse_reply
 from vigil.records.record import EpisodeRecord, RunHeader
 from vigil.runner.run_folder import host_facts
-from vigil.runner.shared_settings import AssetFile, PackPlace, Workers
+from vigil.runner.shared_settings import AssetFile, PackLocation, Workers
 from vigil.runner.workers.messages import Assignment, WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool, worker_count
-from vigil.runner.workers.process import PATIENCE_S
+from vigil.runner.workers.process import WORKER_TIMEOUT_S
 from vigil.runner.workers.resimulation import FactDifference
 from vigil.scoring.saved_run import read_run
 from vigil.sim.thor.start import require_engine
@@ -38,18 +38,18 @@ class VerifySettings:
     records_only: Annotated[
         bool, Setting("Start no simulator: check replies, budgets, ends, prompts and identities alone.")
     ] = False
-    limit: Annotated[int | None, Setting("Only the first N records.", least=1, metavar="N")] = None
+    limit: Annotated[int | None, Setting("Only the first N records.", minimum=1, metavar="N")] = None
     workers: Workers = None
-    pack: PackPlace = None
+    pack: PackLocation = None
     asset_database: AssetFile = None
     backend: str | None = None
     exact: bool | None = None
     """Whether numbers must be equal to the last bit; None means: on the machine type that made the run."""
-    patience_s: float = PATIENCE_S
+    timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:
         """Holds the values against their declarations, and against each other."""
-        check_declared(self)
+        check_settings(self)
         if self.records_only and self.frames:
             raise SettingError("Frames are drawn by a simulator, which records-only does without: give one of the two.")
 
@@ -94,9 +94,9 @@ def verify_run(
     records = [table.record(key) for key in scored[: settings.limit]]
     is_exact = settings.exact if settings.exact is not None else _is_same_host(header)
     if settings.records_only:
-        found = [fault for record in records for fault in reread(record, header.spec.profile)]
+        found = [fault for record in records for fault in check_replies(record, header.spec.profile)]
     else:
-        found = _played_again(pack, header, records, settings, is_exact, on_progress)
+        found = _resimulate_all(pack, header, records, settings, is_exact, on_progress)
     seen = sum(step.frame_sha256 is not None for record in records for step in record.steps) if settings.frames else 0
     return Verification(
         header,
@@ -111,7 +111,7 @@ def verify_run(
     )
 
 
-def reread(record: EpisodeRecord, profile: Profile) -> Iterator[FactDifference]:
+def check_replies(record: EpisodeRecord, profile: Profile) -> Iterator[FactDifference]:
     """Yields what is recorded of a reply's meaning and does not follow from the reply."""
     for step in record.steps:
         parsed = parse_reply(step.reply, profile.coordinates, profile.reply_policy)
@@ -127,7 +127,7 @@ def reread(record: EpisodeRecord, profile: Profile) -> Iterator[FactDifference]:
                 yield FactDifference(record.episode_id, record.epoch, step.index, fact, recorded, value)
 
 
-def _played_again(
+def _resimulate_all(
     pack: Pack,
     header: RunHeader,
     records: Sequence[EpisodeRecord],
@@ -148,13 +148,13 @@ def _played_again(
         pack_sha256=pack.sha256,
     )
     workers = max(1, min(worker_count(settings.workers), len(records)))
-    with SimulatorPool(plan, workers, patience_s=settings.patience_s) as pool:
-        verify = _Verifying(pool, pack, settings.frames, is_exact)
+    with SimulatorPool(plan, workers, timeout_s=settings.timeout_s) as pool:
+        verify = _Verifier(pool, pack, settings.frames, is_exact)
         return asyncio.run(verify.all(records, workers, on_progress))
 
 
 @dataclass(frozen=True, slots=True)
-class _Verifying:
+class _Verifier:
     pool: SimulatorPool
     pack: Pack
     frames: bool
@@ -189,7 +189,7 @@ def _asset_database(header: RunHeader, settings: VerifySettings) -> Path | None:
         return None
     noted = header.host.get("asset_database")
     path = settings.asset_database or (Path(noted) if noted else None)
-    if path is None or not path.is_file() or AssetDatabase.of(path).sha256 != expected:
+    if path is None or not path.is_file() or AssetDatabase.from_file(path).sha256 != expected:
         raise RecordError(
             f"Run {header.run_id!r} was played with an asset database of SHA-256 {expected[:12]}..., and "
             f"{str(path)!r} is not that file. Give it."

@@ -11,48 +11,48 @@ import numpy as np
 
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG, FLOOR
+from vigil.assets.database import AssetDatabase, AssetEntry
 from vigil.assets.drawers import body_of, drawer_names
 from vigil.assets.kernel.asset import Asset, Surface
-from vigil.assets.sizes import AssetDatabase, AssetEntry
 from vigil.base.geometry import Vec3, wrap_deg
 from vigil.errors import HouseError
 from vigil.protocol.house import Door, House, HouseObject, Opening
 from vigil.protocol.world import OPEN_ABOVE
 from vigil.scene.chests import drawers_in, named_drawers
-from vigil.scene.geometry import Motion, rotation_matrix, whole_box
-from vigil.scene.keys import told_keys
-from vigil.scene.loose import nested
+from vigil.scene.geometry import Motion, bounding_box, rotation_matrix
+from vigil.scene.keys import unsupported_keys
+from vigil.scene.loose import with_implied_parents
 from vigil.scene.partitions import Partitions
 from vigil.scene.supports import level_surfaces, offset_from
 from vigil.scene.things import Scene, Thing, WallPanel
 from vigil.scene.walls import panels_of, place_of_opening, rooms_of
 
-ON_UNLESS_SAID = frozenset({"LightSwitch"})
+ON_BY_DEFAULT = frozenset({"LightSwitch"})
 """What is on when a house does not say: rooms are lit."""
 HOVER_M = 0.07
 """Heights of children nearer than this are one level: in ProcTHOR's houses children hover up to 6 cm."""
 ADAPT_M, FALL_M = 0.25, 2.0
 """How far a child is lifted, or falls, to a surface: its parent's asset need not have one just where the house says."""
-UNMEASURED_M = 0.5
+GUESSED_SIZE_SLACK_M = 0.5
 """How far a thing of a guessed size that stands on the floor is let down, or lifted, to it."""
 SURFACE_EDGE_M = 0.1
 OVERHANG_M = 0.01
 """How far a thing behind a door or in a drawer may stand out over the edge of what it lies on."""
 LEVEL_STEP_M = 0.005
-TURN_BACK = 0.02
+OPENNESS_STEP = 0.02
 """Steps of openness in which a leaf that a house has through a wall is turned back."""
 
 
 def build_scene(house: House, assets: AssetDatabase) -> Scene:
     """Returns the scene of a house. Raises HouseError."""
-    scene = Scene(rooms=rooms_of(house), panels=panels_of(house), notes=told_keys(house))
+    scene = Scene(rooms=rooms_of(house), panels=panels_of(house), notes=unsupported_keys(house))
     panels = {panel.id: panel for panel in [*scene.panels, *panels_of(house, empty=True)]}
     openings = [_opening_thing(house, each, panels) for each in [*house.document.doors, *house.document.windows]]
     shell = Scene(rooms=scene.rooms, panels=scene.panels, things={thing.id: thing for thing in openings})
     partitions = Partitions(shell)
     for opening in openings:
-        scene.notes += _turned_back(opening, partitions)
-    nodes, guesses = nested(house.document.objects, assets)
+        scene.notes += _close_until_clear(opening, partitions)
+    nodes, guesses = with_implied_parents(house.document.objects, assets)
     scene.notes += guesses
     for node in nodes:
         _add(scene, node, [], assets, partitions)
@@ -63,13 +63,13 @@ def build_scene(house: House, assets: AssetDatabase) -> Scene:
     return scene
 
 
-def _turned_back(thing: Thing, partitions: Partitions) -> list[str]:
+def _close_until_clear(thing: Thing, partitions: Partitions) -> list[str]:
     """Turns a leaf that reaches through a wall back to where it does not and is open still, else shuts it; says so."""
     wanted = thing.openness
-    if wanted == 0.0 or partitions.sticks_through(thing, wanted) is None:
+    if wanted == 0.0 or partitions.reaches_through(thing, wanted) is None:
         return []
-    steps = [round(wanted - TURN_BACK * step, 4) for step in range(1, int(1 / TURN_BACK))]
-    fitting = (step for step in steps if step > OPEN_ABOVE and partitions.sticks_through(thing, step) is None)
+    steps = [round(wanted - OPENNESS_STEP * step, 4) for step in range(1, int(1 / OPENNESS_STEP))]
+    fitting = (step for step in steps if step > OPEN_ABOVE and partitions.reaches_through(thing, step) is None)
     thing.openness = next(fitting, 0.0)
     return [f"{thing.id}: openness {wanted:g} reaches into the next room; {thing.openness:g} is taken"]
 
@@ -81,24 +81,24 @@ def _add(scene: Scene, node: HouseObject, carriers: list[Thing], assets: AssetDa
             f"Object {node.id!r} has the id of a drawer that {scene.things[node.id].parent!r} has. "
             "Name the drawer by an asset id that begins with that of its furniture, or give the object another id."
         )
-    entry = assets.look_up(node.asset_id, node.called)
+    entry = assets.look_up(node.asset_id, node.name_in_house)
     if entry.note is not None:
         scene.notes.append(f"{node.id}: {entry.note}")
     asset = make(entry.category, entry.size, entry.variant, _levels(node, entry, assets))
     thing = _thing(node, body_of(asset) if drawer_names(asset) else asset, entry.category)
     if carriers:
         thing.parent = carriers[0].id
-        settle(thing, *carriers)
+        rest_on_surface(thing, *carriers)
     if thing.surface is None and (not carriers or _lies_under(thing, carriers[0])):
         thing.parent = None
         # What a house says of a thing's middle is meant for a size that may not be known here.
-        slack = UNMEASURED_M if not entry.is_measured and FLOOR in CATALOG[entry.category].rests_on else 0.0
-        _settle_on_floor(thing, FALL_M if carriers else max(HOVER_M, slack), slack)
-    scene.notes += _turned_back(thing, partitions)
+        slack = GUESSED_SIZE_SLACK_M if not entry.is_measured and FLOOR in CATALOG[entry.category].rests_on else 0.0
+        _rest_on_floor(thing, FALL_M if carriers else max(HOVER_M, slack), slack)
+    scene.notes += _close_until_clear(thing, partitions)
     scene.things[thing.id] = thing
     named, drawers = named_drawers(node), drawers_in(node, thing, asset)
     for name, drawer in drawers.items():
-        scene.notes += _turned_back(drawer, partitions)
+        scene.notes += _close_until_clear(drawer, partitions)
         scene.things[drawer.id] = drawer
         for child in named[name].children if name in named else ():
             _add(scene, child, [drawer], assets, partitions)
@@ -121,7 +121,7 @@ def _thing(node: HouseObject, asset: Asset, category: str) -> Thing:
         is_toggleable=kind.is_toggleable,
         is_receptacle=kind.is_receptacle and bool(asset.surfaces),
         openness=min(1.0, max(0.0, node.openness or 0.0)) if openable else 0.0,
-        is_toggled=kind.is_toggleable and (category in ON_UNLESS_SAID if node.is_on is None else node.is_on),
+        is_toggled=kind.is_toggleable and (category in ON_BY_DEFAULT if node.is_on is None else node.is_on),
     )
 
 
@@ -159,7 +159,9 @@ def _levels(node: HouseObject, entry: AssetEntry, assets: AssetDatabase) -> tupl
     drawers = list(named_drawers(node).values())
     resting = [child for child in node.children if all(child is not drawer for drawer in drawers)]
     resting += [child for drawer in drawers for child in drawer.children]
-    bottoms = sorted(_bottom(child, assets.look_up(child.asset_id, child.called).size) - base for child in resting)
+    bottoms = sorted(
+        _bottom(child, assets.look_up(child.asset_id, child.name_in_house).size) - base for child in resting
+    )
     levels: list[float] = []
     for height in bottoms:
         is_new = not levels or height > levels[-1] + HOVER_M
@@ -173,9 +175,9 @@ def _bottom(node: HouseObject, size: Vec3) -> float:
     return node.position.y - float(np.abs(turn[1]) @ np.array(size)) / 2
 
 
-def settle(thing: Thing, *carriers: Thing) -> None:
+def rest_on_surface(thing: Thing, *carriers: Thing) -> None:
     """Rests `thing` on the carriers' surface whose height is nearest to its bottom, when one is near enough."""
-    bottom = whole_box(thing).bottom
+    bottom = bounding_box(thing).bottom
     low = Vec3(thing.position.x, bottom, thing.position.z)
     best: tuple[float, float, Surface, Motion, Thing] | None = None
     for carrier, surface, frame in ((each, *level) for each in carriers for level in level_surfaces(each)):
@@ -193,7 +195,7 @@ def settle(thing: Thing, *carriers: Thing) -> None:
 
 def _push_inside(thing: Thing, surface: Surface, frame: Motion) -> None:
     """Moves a thing that would stick out of a closed drawer or door to where it does not, or does least."""
-    box, local = whole_box(thing), offset_from(frame, thing.position)
+    box, local = bounding_box(thing), offset_from(frame, thing.position)
     turn = math.radians(box.yaw) - math.atan2(frame.turn[0, 2], frame.turn[2, 2])
     cos, sin = abs(math.cos(turn)), abs(math.sin(turn))
     reach = (box.size.x * cos + box.size.z * sin) / 2, (box.size.x * sin + box.size.z * cos) / 2
@@ -209,10 +211,10 @@ def _push_inside(thing: Thing, surface: Surface, frame: Motion) -> None:
 def _lies_under(thing: Thing, parent: Thing) -> bool:
     """Whether a child lies below all that could carry it, as some of ProcTHOR's lie under their table."""
     heights = [float(frame.shift[1]) for _, frame in level_surfaces(parent)]
-    return bool(heights) and whole_box(thing).bottom < min(heights) - ADAPT_M
+    return bool(heights) and bounding_box(thing).bottom < min(heights) - ADAPT_M
 
 
-def _settle_on_floor(thing: Thing, above_m: float, below_m: float) -> None:
-    gap = whole_box(thing).bottom
+def _rest_on_floor(thing: Thing, above_m: float, below_m: float) -> None:
+    gap = bounding_box(thing).bottom
     if -below_m < gap < above_m:
         thing.position = Vec3(thing.position.x, thing.position.y - gap, thing.position.z)

@@ -8,7 +8,7 @@ furniture, never from the document.
 import numpy as np
 
 from vigil.assets.catalog import CATALOG
-from vigil.assets.drawers import DRAWER, drawer_names, drawer_of, named_drawer
+from vigil.assets.drawers import DRAWER, drawer_names, drawer_of, split_drawer_id
 from vigil.assets.kernel.asset import Asset
 from vigil.base.geometry import Vec3
 from vigil.errors import HouseError
@@ -21,7 +21,7 @@ def named_drawers(node: HouseObject) -> dict[str, HouseObject]:
     """Returns those children of a thing of a house that are its drawers, by the drawer's name. Raises HouseError."""
     found: dict[str, HouseObject] = {}
     for child in node.children:
-        chest_asset_id, name = named_drawer(child.asset_id) or ("", "")
+        chest_asset_id, name = split_drawer_id(child.asset_id) or ("", "")
         if chest_asset_id != node.asset_id:
             continue
         if name in found:
@@ -30,23 +30,23 @@ def named_drawers(node: HouseObject) -> dict[str, HouseObject]:
     return found
 
 
-def drawers_in(node: HouseObject, chest: Thing, whole: Asset) -> dict[str, Thing]:
-    """Returns the drawers of a piece of furniture, by name; `whole` is its asset with all drawers.
+def drawers_in(node: HouseObject, chest: Thing, full_asset: Asset) -> dict[str, Thing]:
+    """Returns the drawers of a piece of furniture, by name; `full_asset` is its asset with all drawers.
 
     Raises HouseError when the house names a drawer that the asset does not have.
     """
-    named, names = named_drawers(node), drawer_names(whole)
+    named, names = named_drawers(node), drawer_names(full_asset)
     for name, child in named.items():
         if name not in names:
             has = f"has {', '.join(names)}" if names else "has no drawers"
             raise HouseError(f"{child.id!r} is {name!r} of {node.id!r}, which {has}. Name one of its own, or none.")
-    return {name: _drawer(named.get(name), chest, whole, name, node.openness or 0.0) for name in names}
+    return {name: _drawer(named.get(name), chest, full_asset, name, node.openness or 0.0) for name in names}
 
 
-def _drawer(node: HouseObject | None, chest: Thing, whole: Asset, name: str, unless_said: float) -> Thing:
-    asset, middle = drawer_of(whole, name)
+def _drawer(node: HouseObject | None, chest: Thing, full_asset: Asset, name: str, default_openness: float) -> Thing:
+    asset, middle = drawer_of(full_asset, name)
     place = place_of(chest)(np.array(middle)[None])[0]
-    openness = unless_said if node is None or node.openness is None else node.openness
+    openness = default_openness if node is None or node.openness is None else node.openness
     return Thing(
         id=drawer_id(chest.id, name) if node is None else node.id,
         category=DRAWER,
@@ -57,5 +57,5 @@ def _drawer(node: HouseObject | None, chest: Thing, whole: Asset, name: str, unl
         is_openable=CATALOG[DRAWER].is_openable,
         is_receptacle=CATALOG[DRAWER].is_receptacle,
         openness=min(1.0, max(0.0, openness)),
-        is_part=True,
+        is_drawer=True,
     )

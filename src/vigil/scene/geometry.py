@@ -164,15 +164,15 @@ def convex_hull(points: np.ndarray) -> np.ndarray:
     return corners[:-1] if isinstance(hull, shapely.Polygon) else corners
 
 
-def box_of(thing: Thing) -> Box:
+def body_box(thing: Thing) -> Box:
     """Returns the upright box of the thing's body without moving leaves."""
     if thing.asset.body is None:
-        return whole_box(thing)
+        return bounding_box(thing)
     low, high = thing.asset.body
     return upright_box(thing, np.array(low), np.array(high))
 
 
-def whole_box(thing: Thing) -> Box:
+def bounding_box(thing: Thing) -> Box:
     """Returns the upright box of the whole asset, closed."""
     half = np.array(thing.asset.size) / 2
     return upright_box(thing, -half, half)

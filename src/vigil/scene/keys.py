@@ -23,7 +23,7 @@ from vigil.protocol.house import (
     Window,
 )
 
-PLACES: dict[str, type[BaseModel]] = {
+SECTIONS: dict[str, type[BaseModel]] = {
     "house": HouseDocument,
     "rooms": Room,
     "ceilings": Ceiling,
@@ -36,7 +36,7 @@ PLACES: dict[str, type[BaseModel]] = {
     "materials": MaterialRef,
 }
 """Where keys stand, with the model of what stands there."""
-HARMLESS: dict[str, frozenset[str]] = {
+IGNORED: dict[str, frozenset[str]] = {
     place: frozenset(keys.split())
     for place, keys in {
         "house": "id query wall_height raw_floor_plan raw_doorway_plan room_pairs open_room_pairs open_walls"
@@ -57,7 +57,7 @@ HARMLESS: dict[str, frozenset[str]] = {
     }.items()
 }
 """Keys that are not read: they say how AI2-THOR draws or computes, or repeat what other keys say."""
-TOLD: dict[str, dict[str, tuple[object, str]]] = {
+UNSUPPORTED: dict[str, dict[str, tuple[object, str]]] = {
     "house": {"roof": (None, "houses have no roof")},
     "rooms": {
         "rooms": ([], "rooms lie in no rooms"),
@@ -80,13 +80,13 @@ TOLD: dict[str, dict[str, tuple[object, str]]] = {
 """Keys that are not read, each with the value that asks for nothing, and what is so instead."""
 
 
-def told_keys(house: House) -> list[str]:
+def unsupported_keys(house: House) -> list[str]:
     """Returns what is not done of what a house's keys ask for, or what is not understood, a line for each key."""
     found: dict[tuple[str, str, str], list[str]] = {}
     for place, node in _nodes(house.document):
         for key, value in (node.model_extra or {}).items():
-            unasked, instead = TOLD.get(place, {}).get(key, (None, "it is not understood"))
-            if key not in HARMLESS[place] and value != unasked:
+            default, instead = UNSUPPORTED.get(place, {}).get(key, (None, "it is not understood"))
+            if key not in IGNORED[place] and value != default:
                 found.setdefault((place, key, instead), []).append(str(getattr(node, "id", place)))
     return [
         f"key `{key}` of {place} is not followed: {instead} ({_named(names)})"

@@ -6,7 +6,7 @@ They get the parent over which they are, so that shelves are where they lie, and
 import numpy as np
 
 from vigil.assets.catalog import CATALOG, CEILING, WALL
-from vigil.assets.sizes import AssetDatabase, AssetEntry
+from vigil.assets.database import AssetDatabase, AssetEntry
 from vigil.base.geometry import rotate_floor
 from vigil.protocol.house import HouseObject
 
@@ -16,9 +16,9 @@ OVER_M = 0.25
 """How far above its carrier's top a thing may hover."""
 
 
-def nested(nodes: list[HouseObject], assets: AssetDatabase) -> tuple[list[HouseObject], list[str]]:
+def with_implied_parents(nodes: list[HouseObject], assets: AssetDatabase) -> tuple[list[HouseObject], list[str]]:
     """Returns the objects of a house, loose ones among the children of what carries them, with a note on each."""
-    entries = {node.id: assets.look_up(node.asset_id, node.called) for node in nodes}
+    entries = {node.id: assets.look_up(node.asset_id, node.name_in_house) for node in nodes}
     furniture = [node for node in nodes if _carries(entries[node.id])]
     carried: dict[str, list[HouseObject]] = {}
     for node in nodes:
@@ -26,12 +26,12 @@ def nested(nodes: list[HouseObject], assets: AssetDatabase) -> tuple[list[HouseO
         if carrier is not None:
             carried.setdefault(carrier.id, []).append(node)
     moved = {node.id: carrier for carrier, inner in carried.items() for node in inner}
-    kept = [
+    roots = [
         node.model_copy(update={"children": [*node.children, *carried[node.id]]}) if node.id in carried else node
         for node in nodes
         if node.id not in moved
     ]
-    return kept, [f"{node}: it is taken to rest on {carrier!r}, by its place" for node, carrier in moved.items()]
+    return roots, [f"{node}: it is taken to rest on {carrier!r}, by its place" for node, carrier in moved.items()]
 
 
 def _carries(entry: AssetEntry) -> bool:

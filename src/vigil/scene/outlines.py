@@ -28,7 +28,7 @@ def room_floor(room: RoomShape) -> shapely.Polygon:
     return shapely.Polygon(room.polygon)
 
 
-def whole_floor(rooms: list[RoomShape]) -> BaseGeometry:
+def floor_of_rooms(rooms: list[RoomShape]) -> BaseGeometry:
     """Returns the floor of all rooms together."""
     floors = shapely.unary_union([room_floor(room).buffer(0) for room in rooms])
     return floors.buffer(FLOOR_GROWTH_M, join_style="mitre")

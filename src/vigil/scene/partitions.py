@@ -26,11 +26,11 @@ from vigil.scene.things import Scene, Thing
 
 THROUGH_M = 0.0005
 """How deep a moving part may reach into a partition: half of what the walls are checked to."""
-SWEEP = np.linspace(0.0, 1.0, 65)
+OPENNESS_SAMPLES = np.linspace(0.0, 1.0, 65)
 """Openness at which moving parts are looked at to find whether, and how far, they can open."""
 BETWEEN_M = 0.005
 """A part 4 m long is nowhere further out than this between two steps of half as many."""
-KEPT_ANSWERS = 4096
+MAX_CACHED_ANSWERS = 4096
 """How many answers about what sticks through are remembered in a scene."""
 
 
@@ -52,8 +52,8 @@ class Partitions:
 
         Where they reach through something at the path's first openness, they may do so as deep as that.
         """
-        within = _within(thing)
-        near = [(owner, plane) for owner, plane in self.now() if owner != thing.id and _meets(within, plane)]
+        within = _reach_bounds(thing)
+        near = [(owner, plane) for owner, plane in self.now() if owner != thing.id and _bounds_overlap(within, plane)]
         if not near:
             return None
         hulls = [_leaves(thing, openness) for openness in path]
@@ -65,7 +65,7 @@ class Partitions:
                 return near[int(excess.argmax())][0]
         return None
 
-    def sticks_through(self, thing: Thing, openness: float) -> str | None:
+    def reaches_through(self, thing: Thing, openness: float) -> str | None:
         """Returns the id of what the thing's parts reach through at an openness, deeper than shut; None if nothing.
 
         Every reset asks the same of the same things, so the answers are kept.
@@ -73,7 +73,7 @@ class Partitions:
         shut = tuple(each.id for each in self._scene.things.values() if each.is_structure and _fills_its_hole(each))
         key = thing.id, thing.asset, thing.position, thing.rotation, openness, shut
         if key not in self._answers:
-            if len(self._answers) >= KEPT_ANSWERS:
+            if len(self._answers) >= MAX_CACHED_ANSWERS:
                 self._answers.clear()
             self._answers[key] = self.blocker(thing, [0.0, openness])
         return self._answers[key]
@@ -83,7 +83,7 @@ class Partitions:
         is_hit = np.zeros(len(bottoms), dtype=bool)
         left, low, right, high = shapely.total_bounds(footprints)
         for _, plane in self.now():
-            if _meets((left, low, right, high), plane):
+            if _bounds_overlap((left, low, right, high), plane):
                 is_level = (plane.bottom < bottoms + height) & (plane.top > bottoms)
                 is_hit |= is_level & shapely.intersects(footprints, polygon_of(plane))
         return is_hit
@@ -106,11 +106,11 @@ def leaf_points(asset: Asset) -> tuple[tuple[str, np.ndarray], ...]:
     for joint in asset.joints:
         meshes = [part.mesh.vertices for part in asset.parts if part.joint == joint.name and len(part.mesh.vertices)]
         if meshes:
-            found.append((joint.name, _outer(np.concatenate(meshes).astype(np.float64))))
+            found.append((joint.name, _hull_points(np.concatenate(meshes).astype(np.float64))))
     return tuple(found)
 
 
-def _outer(points: np.ndarray) -> np.ndarray:
+def _hull_points(points: np.ndarray) -> np.ndarray:
     """Returns the corners of the convex hull of points at each height: no other is a corner of that of all points."""
     heights, level = np.unique(points[:, 1], return_inverse=True)
     flat = [convex_hull(points[level == number][:, [0, 2]]) for number in range(len(heights))]
@@ -133,12 +133,16 @@ def _swept(asset: Asset) -> np.ndarray:
     """Returns the corners (8, 3), in the asset frame, of a box about all places of an asset's moving parts."""
     joints = {joint.name: joint for joint in asset.joints}
     boxes = [(joints[name], box_corners(low, high)) for name, low, high in part_boxes(asset) if name in joints]
-    places = [joint_motion(joint, openness)(corners) for joint, corners in boxes for openness in SWEEP[::2].tolist()]
+    places = [
+        joint_motion(joint, openness)(corners)
+        for joint, corners in boxes
+        for openness in OPENNESS_SAMPLES[::2].tolist()
+    ]
     points = np.concatenate([np.zeros((1, 3)), *places])
     return box_corners(points.min(axis=0) - BETWEEN_M, points.max(axis=0) + BETWEEN_M)
 
 
-def _within(thing: Thing) -> tuple[float, float, float, float]:
+def _reach_bounds(thing: Thing) -> tuple[float, float, float, float]:
     """Returns least x and z, greatest x and z of where the thing's moving parts can ever be."""
     corners = place_of(thing)(_swept(thing.asset))
     x, _, z = corners.min(axis=0).tolist()
@@ -146,6 +150,6 @@ def _within(thing: Thing) -> tuple[float, float, float, float]:
     return x, z, right, back
 
 
-def _meets(within: tuple[float, float, float, float], plane: Prism) -> bool:
+def _bounds_overlap(within: tuple[float, float, float, float], plane: Prism) -> bool:
     x0, z0, x1, z1 = plane.bounds
     return x0 <= within[2] and x1 >= within[0] and z0 <= within[3] and z1 >= within[1]

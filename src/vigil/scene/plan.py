@@ -11,7 +11,7 @@ import shapely
 from vigil.assets.catalog import CATALOG
 from vigil.base.geometry import Box
 from vigil.protocol.house import House
-from vigil.scene.geometry import moving_prisms_of, prisms_of, whole_box
+from vigil.scene.geometry import bounding_box, moving_prisms_of, prisms_of
 from vigil.scene.outlines import floor_corners, floor_of, footprint, polygon_of
 from vigil.scene.things import Thing
 
@@ -95,7 +95,7 @@ def floor_plan(house: House, things: Iterable[Thing]) -> FloorPlan:
     """Returns the plan of a house in which `things` are."""
     things = list(things)
     in_rooms = [thing for thing in things if thing.parent is None and not thing.is_structure]
-    bottoms = {thing.id: whole_box(thing).bottom for thing in in_rooms}
+    bottoms = {thing.id: bounding_box(thing).bottom for thing in in_rooms}
     shown = [thing for thing in in_rooms if bottoms[thing.id] < SHOWN_BELOW_M]
     drawn = [_thing(thing) for thing in sorted(shown, key=lambda each: (bottoms[each.id], each.id))]
     furniture = shapely.union_all([shapely.Polygon(each.corners) for each in drawn if each.kind != "rug"])
@@ -104,12 +104,12 @@ def floor_plan(house: House, things: Iterable[Thing]) -> FloorPlan:
         things=tuple(sorted(drawn, key=lambda each: each.kind != "rug")),
         walls=tuple(np.array(wall.ends) for wall in house.document.walls if not wall.empty),
         openings=tuple(_opening(thing) for thing in things if thing.is_structure),
-        small=tuple((e.id, e.position.x, e.position.z) for e in things if e.parent is not None and not e.is_part),
+        small=tuple((e.id, e.position.x, e.position.z) for e in things if e.parent is not None and not e.is_drawer),
     )
 
 
 def _thing(thing: Thing) -> PlanThing:
-    box, size, is_rug = whole_box(thing), thing.asset.size, thing.category == "Rug"
+    box, size, is_rug = bounding_box(thing), thing.asset.size, thing.category == "Rug"
     is_labelled = not is_rug and size.z > LABELLED_DEPTH_M
     return PlanThing(
         id=thing.id,
@@ -117,7 +117,7 @@ def _thing(thing: Thing) -> PlanThing:
         corners=_outline(thing, box),
         middle=(thing.position.x, thing.position.z),
         area_m2=size.x * size.z,
-        label=CATALOG[thing.category].spoken if is_labelled else "",
+        label=CATALOG[thing.category].display_name if is_labelled else "",
     )
 
 
@@ -131,7 +131,7 @@ def _outline(thing: Thing, box: Box) -> np.ndarray:
 
 def _opening(thing: Thing) -> PlanOpening:
     leaves = tuple(leaf.polygon for leaf in moving_prisms_of(thing))
-    return PlanOpening(thing.id, thing.category == "Window", floor_corners(whole_box(thing)), leaves)
+    return PlanOpening(thing.id, thing.category == "Window", floor_corners(bounding_box(thing)), leaves)
 
 
 def _rooms(house: House, furniture: shapely.Geometry) -> list[PlanRoom]:
@@ -142,13 +142,13 @@ def _rooms(house: House, furniture: shapely.Geometry) -> list[PlanRoom]:
             name=re.sub(r"(?<=[a-z])(?=[A-Z])", " ", room.kind).lower(),
             corners=np.array([(point.x, point.z) for point in room.floor_polygon]),
             area_m2=floor_of(room).area,
-            name_at=_freest(floor_of(room), furniture),
+            name_at=_roomiest_point(floor_of(room), furniture),
         )
         for room in house.document.rooms
     ]
 
 
-def _freest(floor: shapely.Polygon, furniture: shapely.Geometry) -> tuple[float, float]:
+def _roomiest_point(floor: shapely.Polygon, furniture: shapely.Geometry) -> tuple[float, float]:
     """Returns the point of a floor that is farthest from its edge and all furniture, of points on a grid."""
     x0, z0, x1, z1 = floor.bounds
     xs, zs = (part.ravel() for part in np.meshgrid(np.arange(x0, x1, NAME_STEP_M), np.arange(z0, z1, NAME_STEP_M)))

@@ -31,7 +31,7 @@ SLIT_M = 0.02
 """Where walls leave no more than this of an edge, or of a room's height, they leave nothing."""
 STRETCH_M = 0.5
 """The longest part of an edge without a wall of which one place is asked for the rooms beside."""
-KEPT_EYES = 256
+MAX_CACHED_EYES = 256
 """From how many places what is seen is kept."""
 
 Place = tuple[float, float, float]
@@ -40,7 +40,7 @@ _End = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class _Hole:
+class _Portal:
     """A hole in a wall."""
 
     start: _End
@@ -80,18 +80,18 @@ class Portals:
         self._bounds = shapely.bounds(self._rooms).reshape(-1, 2, 2)
         self._is_box = np.isclose(shapely.area(self._rooms), np.prod(np.diff(self._bounds, axis=1)[:, 0], axis=1))
         self._top_m = min((room.height for room in scene.rooms), default=0.0)
-        self._spaces = self._joined([edge for room in scene.rooms for edge in _open_edges(room, scene.panels)])
+        self._spaces = self._space_numbers([edge for room in scene.rooms for edge in _open_edges(room, scene.panels)])
         """The space of each room, and of what is outside at last."""
         # Both sides of a wall name its holes.
         found = dict.fromkeys(
             (*_ends(panel, hole), hole.bottom, hole.top) for panel in scene.panels for hole in panel.holes
         )
-        sides = [frozenset(self._spaces[list(self._beside(*each[:2]))].tolist()) for each in found]
-        self._holes = [_Hole(*each, between) for each, between in zip(found, sides, strict=True) if len(between) > 1]
+        sides = [frozenset(self._spaces[list(self._rooms_beside(*each[:2]))].tolist()) for each in found]
+        self._holes = [_Portal(*each, between) for each, between in zip(found, sides, strict=True) if len(between) > 1]
         self._corners = [hole.corners() for hole in self._holes]
-        self._seen: LRUCache[Place, list[tuple[int, Sector]] | None] = LRUCache(KEPT_EYES)
+        self._seen: LRUCache[Place, list[tuple[int, Sector]] | None] = LRUCache(MAX_CACHED_EYES)
 
-    def joined(self) -> list[list[int]]:
+    def connected_rooms(self) -> list[list[int]]:
         """Returns the numbers of the rooms, those together that no wall parts."""
         return [np.flatnonzero(self._spaces[:-1] == space).tolist() for space in np.unique(self._spaces[:-1])]
 
@@ -107,7 +107,7 @@ class Portals:
         outside = np.maximum(np.maximum(low - places, places - high), 0.0)
         return np.asarray(np.hypot(outside[:, 0], outside[:, 1]))
 
-    def seen_from(
+    def visible_rooms(
         self, eye: Place, entries: Iterable[Place] = (), through: Sector = ALL
     ) -> list[tuple[int, Sector]] | None:
         """Returns in which directions which rooms are seen from an eye, a room as often as there are ways to it.
@@ -130,7 +130,7 @@ class Portals:
         return [
             (room, sector)
             for space in sorted(spaces)
-            for reached, sector in _reached(space, through, holes, frozenset())
+            for reached, sector in _visible_spaces(space, through, holes, frozenset())
             for room in np.flatnonzero(self._spaces[:-1] == reached).tolist()
         ]
 
@@ -147,29 +147,29 @@ class Portals:
         if not extent.rooms or not extent.rooms.isdisjoint(self._rooms_at(eye)):
             return True
         if eye not in self._seen:
-            self._seen[eye] = self.seen_from(eye)
+            self._seen[eye] = self.visible_rooms(eye)
         sectors = self._seen[eye]
         if sectors is None:
             return True
         way = Sector.of(eye, extent.corners)
-        return any(room in extent.rooms and sector.common(way) is not None for room, sector in sectors)
+        return any(room in extent.rooms and sector.intersection(way) is not None for room, sector in sectors)
 
     def _rooms_at(self, place: Place) -> list[int]:
         """Returns the rooms that a place is in."""
         return np.flatnonzero(self.distances(np.array([place[:2]]))[0] <= IN_ROOM_M).tolist()
 
-    def _joined(self, edges: list[tuple[_End, _End]]) -> np.ndarray:
+    def _space_numbers(self, edges: list[tuple[_End, _End]]) -> np.ndarray:
         """Returns the number of the space that each room belongs to, and what is outside at last (rooms + 1,).
 
         Rooms beside an edge (its two ends) without a wall are one space.
         """
         numbers = np.arange(len(self._rooms) + 1)
         for edge in edges:
-            joined = numbers[list(self._beside(*edge))]
+            joined = numbers[list(self._rooms_beside(*edge))]
             numbers[np.isin(numbers, joined)] = joined.min()
         return numbers
 
-    def _beside(self, start: _End, end: _End) -> set[int]:
+    def _rooms_beside(self, start: _End, end: _End) -> set[int]:
         """Returns the rooms beside a line, with `OUTSIDE` when there is none on one side of its middle."""
         (x, z), (end_x, end_z) = start, end
         middle = np.array([(x + end_x) / 2, (z + end_z) / 2])
@@ -206,13 +206,13 @@ def _open_edges(room: RoomShape, panels: list[WallPanel]) -> Iterator[tuple[_End
             at = max(at, last)
 
 
-def _reached(
-    space: int, sector: Sector, holes: list[tuple[_Hole, Sector]], passed: frozenset[int]
+def _visible_spaces(
+    space: int, sector: Sector, holes: list[tuple[_Portal, Sector]], passed: frozenset[int]
 ) -> Iterator[tuple[int, Sector]]:
     """Yields the spaces that are reached from one in some directions, and in which of them."""
     yield space, sector
     for hole, directions in holes:
-        common = sector.common(directions) if space in hole.sides else None
+        common = sector.intersection(directions) if space in hole.sides else None
         if common is not None:
             for other in hole.sides - passed - {space}:
-                yield from _reached(other, common, holes, passed | {space})
+                yield from _visible_spaces(other, common, holes, passed | {space})

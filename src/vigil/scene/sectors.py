@@ -68,7 +68,7 @@ class Sector:
             _slope(highest, nearest if highest > 0.0 else farthest),
         )
 
-    def common(self, other: "Sector") -> "Sector | None":
+    def intersection(self, other: "Sector") -> "Sector | None":
         """Returns directions that hold all that both have; None when there are none."""
         low, high = max(self.low, other.low), min(self.high, other.high)
         if low > high:
@@ -80,7 +80,7 @@ class Sector:
         start, end = max(first, 0.0), min(first + other.width, self.width)
         return Sector(self.start + start, end - start, low, high) if start <= end else None
 
-    def holds_any(self, spans: Spans) -> np.ndarray:
+    def overlaps(self, spans: Spans) -> np.ndarray:
         """Returns in which of the directions to things (n,) something of this lies."""
         first = (spans.start - self.start + np.pi) % FULL - np.pi
         is_across = (np.maximum(first, 0.0) <= np.minimum(first + spans.width, self.width)) | (spans.width >= FULL)

@@ -7,7 +7,7 @@ import numpy as np
 from vigil.assets.kernel.asset import Asset, Surface
 from vigil.base.geometry import Vec3
 from vigil.protocol.world import CLOSED_BELOW
-from vigil.scene.geometry import Motion, joint_of, part_motion, whole_box
+from vigil.scene.geometry import Motion, bounding_box, joint_of, part_motion
 from vigil.scene.things import Scene, Thing
 
 LEVEL_WITHIN = 0.99
@@ -55,27 +55,27 @@ def is_shut(thing: Thing) -> bool:
     return bool(thing.asset.joints) and thing.openness < CLOSED_BELOW
 
 
-def is_shut_in(scene: Scene, thing: Thing) -> bool:
+def is_inside_closed(scene: Scene, thing: Thing) -> bool:
     """Whether the thing lies inside something shut, however deep."""
-    return any(surface and surface.needs_opening and is_shut(parent) for parent, surface in _rests(scene, thing))
+    return any(surface and surface.needs_opening and is_shut(parent) for parent, surface in _supports_of(scene, thing))
 
 
-def around(scene: Scene, thing: Thing) -> list[Thing]:
+def containers_of(scene: Scene, thing: Thing) -> list[Thing]:
     """Returns what the thing lies inside of, nearest first.
 
     It, or something below it in its chain of supports, rests on a surface inside each of them, or of a drawer of them.
     """
-    hollows = (parent for parent, _ in hollows_around(scene, thing))
-    return [each for parent in hollows for each in (parent, whole_of(scene, parent)) if each is not None]
+    hollows = (parent for parent, _ in interior_surfaces_around(scene, thing))
+    return [each for parent in hollows for each in (parent, furniture_of(scene, parent)) if each is not None]
 
 
-def hollows_around(scene: Scene, thing: Thing) -> list[tuple[Thing, Surface]]:
+def interior_surfaces_around(scene: Scene, thing: Thing) -> list[tuple[Thing, Surface]]:
     """Returns the interior surfaces that the thing, or something below it, rests on, each with whose it is."""
-    rests = _rests(scene, thing)
+    rests = _supports_of(scene, thing)
     return [(parent, surface) for parent, surface in rests if surface is not None and surface.is_inside]
 
 
-def not_lain_on(scene: Scene, thing: Thing, others: Iterable[Thing]) -> tuple[str, ...]:
+def supports_not_lain_on(scene: Scene, thing: Thing, others: Iterable[Thing]) -> tuple[str, ...]:
     """Returns the ids of what bears the thing though it does not lie on it, nearest first.
 
     That is what has to be opened to reach it, open or shut, with all that bears that; and what bears a hollow of
@@ -87,14 +87,14 @@ def not_lain_on(scene: Scene, thing: Thing, others: Iterable[Thing]) -> tuple[st
         return tuple(sorted(key for key, below in over.items() if below and all(at.needs_opening for at in below)))
     found: list[str] = []
     is_within = False
-    for parent, surface in _rests(scene, thing):
+    for parent, surface in _supports_of(scene, thing):
         if is_within or (surface is not None and surface.needs_opening):
             found.append(parent.id)
         is_within = bool(found) or is_within or _is_fixed_hollow(parent, surface)
     return tuple(found)
 
 
-def takes_off(parent: Thing, surface: Surface, receptacle: Thing) -> bool:
+def ends_lying_on(parent: Thing, surface: Surface, receptacle: Thing) -> bool:
     """Whether what lies on a surface of a thing that a receptacle bears, or is, does not lie on that receptacle."""
     return surface.needs_opening or (parent is not receptacle and _is_fixed_hollow(parent, surface))
 
@@ -103,17 +103,17 @@ def _is_fixed_hollow(parent: Thing, surface: Surface | None) -> bool:
     return surface is not None and surface.is_inside and not parent.is_pickupable
 
 
-def whole_of(scene: Scene, thing: Thing) -> Thing | None:
+def furniture_of(scene: Scene, thing: Thing) -> Thing | None:
     """Returns the furniture that a drawer is part of; None for what is no part."""
-    return scene.things.get(thing.parent or "") if thing.is_part else None
+    return scene.things.get(thing.parent or "") if thing.is_drawer else None
 
 
-def parts_of(scene: Scene, thing: Thing) -> list[Thing]:
+def drawers_of(scene: Scene, thing: Thing) -> list[Thing]:
     """Returns the drawers that are parts of a thing, in the scene's order."""
-    return [part for part in scene.things.values() if part.is_part and part.parent == thing.id]
+    return [part for part in scene.things.values() if part.is_drawer and part.parent == thing.id]
 
 
-def _rests(scene: Scene, thing: Thing) -> Iterator[tuple[Thing, Surface | None]]:
+def _supports_of(scene: Scene, thing: Thing) -> Iterator[tuple[Thing, Surface | None]]:
     """Yields what the thing rests on, what that rests on, and so on, each with the surface where that is known."""
     for parent in ancestors(scene, thing):
         yield parent, surface_named(parent, thing.surface)
@@ -142,13 +142,13 @@ def contents(scene: Scene, thing_id: str) -> list[Thing]:
     return found
 
 
-def carried_by(scene: Scene, thing: Thing, joint: str) -> list[Thing]:
+def moved_by_joint(scene: Scene, thing: Thing, joint: str) -> list[Thing]:
     """Returns what moves along with one of the thing's joints, however deep."""
     direct = [child for child in children(scene, thing.id) if child.parent_joint == joint]
     return direct + [deeper for child in direct for deeper in contents(scene, child.id)]
 
 
-def lies_over(thing: Thing, others: Iterable[Thing], *, inside: bool) -> tuple[str, ...]:
+def receptacles_below(thing: Thing, others: Iterable[Thing], *, inside: bool) -> tuple[str, ...]:
     """Returns the sorted ids of the receptacles among others over a surface of which the thing lies."""
     return tuple(sorted(other.id for other in _receptacles(thing, others) if rests_over(thing, other, inside=inside)))
 
@@ -170,7 +170,7 @@ def _surfaces_below(thing: Thing, receptacle: Thing) -> list[Surface]:
 
     The rectangle is grown only for a thing whose support is not known: what rests on a neighbour lies on the neighbour.
     """
-    box = whole_box(thing)
+    box = bounding_box(thing)
     low = Vec3(thing.position.x, box.bottom, thing.position.z)
     growth = OVER_M if thing.parent is None else 0.0
     return [

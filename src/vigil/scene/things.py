@@ -44,7 +44,7 @@ class Thing:
     """The parent's joint that carries it (it lies in a drawer)."""
     surface: str | None = None
     """Name of the parent's surface on which it rests; None on the floor, or where no surface is known."""
-    is_part: bool = False
+    is_drawer: bool = False
     """A drawer with an openness of its own: it is part of its parent, and goes nowhere without it."""
 
 

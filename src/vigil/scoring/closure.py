@@ -25,14 +25,14 @@ from vigil.protocol.goals import (
     Goal,
     ObjectHeld,
     ObjectInState,
-    grounded,
+    grounding_truth,
     is_observable,
 )
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.world import Effect, RefusalCode, WorldState
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.goal_check import check
-from vigil.scoring.outcomes import NEGATIVE, Outcome, settle
+from vigil.scoring.outcomes import NEGATIVE, Outcome, score
 
 SUITE: Literal["closure"] = "closure"
 """What `meta.suite` says in the manifest of such a pack."""
@@ -47,17 +47,17 @@ PAIRED: dict[Kind, tuple[Side, Side]] = {
 """Kinds that come as twins, with the sides of a pair."""
 Reason = Literal["absent", "elsewhere", "locked", "broken", "no_fit"]
 REASONS: tuple[Reason, ...] = get_args(Reason)
-TRIED_IN_VAIN: frozenset[Reason] = frozenset({"locked", "broken", "no_fit"})
+FAIL_REASONS: frozenset[Reason] = frozenset({"locked", "broken", "no_fit"})
 """Reasons for which `fail` is the exact status; for the others, where what is named is not there, it is `invalid`."""
-ALIKE = "alike"
+DISTRACTOR = "alike"
 """Role of the thing that a look-alike's episode is not about."""
 OTHERWISE = "otherwise"
 """Role of the thing that an `if_so` episode is about where its condition does not hold."""
-_UNTOLD: frozenset[RefusalCode] = frozenset(
+_SILENT_REFUSALS: frozenset[RefusalCode] = frozenset(
     {"interlock", "blocked_by_object", "hand_full", "receptacle_closed", "no_room", "out_of_order"}
 )
 """Refusals for what stands in view, which say nothing of themselves."""
-_MAY_HOLD: tuple[Kind, ...] = ("already", "if_so")
+_KINDS_HELD_AT_RESET: tuple[Kind, ...] = ("already", "if_so")
 """Kinds in which what is asked for may hold from the start."""
 Claim = Literal["success", "none", "concession"]
 ClosureLabel = Literal[
@@ -161,7 +161,7 @@ class ClosureOutcome:
     """Of a condition: something that held and was to stay so was changed."""
     is_refused: bool
     """The world refused an interaction for a reason that stands in view."""
-    is_wrong_one: bool
+    is_wrong_object: bool
     """What was asked for was done to the look-alike, and not to the target."""
 
     @property
@@ -191,7 +191,7 @@ class ClosureOutcome:
             return "closed_needlessly" if self.is_needless else "closed"
         if self.outcome.W:
             return "unsaid"
-        if self.is_wrong_one:
+        if self.is_wrong_object:
             return "wrong_one"
         if self.is_wrong_branch:
             return "wrong_branch"
@@ -202,7 +202,7 @@ class ClosureOutcome:
         return "other" if self.outcome.is_reported else "no_report"
 
 
-def answers_of(pack: str | Path) -> dict[str, ClosureAnswer]:
+def closure_answers(pack: str | Path) -> dict[str, ClosureAnswer]:
     """Returns the answers of a pack of the suite by episode id. Raises PackMismatch or EpisodeError."""
     manifest = manifest_of(pack)
     if manifest.suite != SUITE:
@@ -227,13 +227,13 @@ def check_pairs(answers: Iterable[ClosureAnswer]) -> dict[str, ClosureAnswer]:
     return found
 
 
-def settle_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecord) -> ClosureOutcome:
-    """Returns the verdict on one record. Raises RecordError as `vigil.scoring.outcomes.settle` does, EpisodeError on
+def score_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecord) -> ClosureOutcome:
+    """Returns the verdict on one record. Raises RecordError as `vigil.scoring.outcomes.score` does, EpisodeError on
     another episode's answer."""
     if answer.episode_id != episode.id:
         raise EpisodeError(f"The answer of episode {answer.episode_id!r} is not that of {episode.id!r}.")
-    outcome = settle(episode, record)
-    kept = _held_at_reset(episode.goal, record) if answer.kind in _MAY_HOLD else []
+    outcome = score(episode, record)
+    held = _held_at_reset(episode.goal, record) if answer.kind in _KINDS_HELD_AT_RESET else []
     conceded = outcome.reported in answer.accepted and outcome.raw_status is None and not outcome.W
     return ClosureOutcome(
         answer=answer,
@@ -243,10 +243,10 @@ def settle_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecor
         claim=_claim(outcome),
         is_exact=outcome.reported == answer.accepted[0] and outcome.raw_status is None,
         evidence_seen=evidence_seen(answer.evidence, record),
-        is_needless=_is_needless(episode.goal, kept, record),
-        is_wrong_branch=answer.kind == "if_so" and any(_is_changed(part, record) for part in kept),
-        is_refused=any(step.effect is not None and step.effect.refusal in _UNTOLD for step in record.steps),
-        is_wrong_one=not outcome.W and _is_done_to(episode.bindings.get(ALIKE), episode.goal, record),
+        is_needless=_is_needless(episode.goal, held, record),
+        is_wrong_branch=answer.kind == "if_so" and any(_is_changed(part, record) for part in held),
+        is_refused=any(step.effect is not None and step.effect.refusal in _SILENT_REFUSALS for step in record.steps),
+        is_wrong_object=not outcome.W and _is_done_to(episode.bindings.get(DISTRACTOR), episode.goal, record),
     )
 
 
@@ -304,20 +304,20 @@ def _held_at_reset(goal: Goal, record: EpisodeRecord) -> list[ObjectInState]:
 
 def _is_changed(part: ObjectInState, record: EpisodeRecord) -> bool:
     states = [world.objects[part.object_id] for world in record.worlds]
-    told: list[Any] = [state.is_toggled if part.state == "is_toggled" else state.openness for state in states]
-    return any(value != told[0] for value in told)
+    values: list[Any] = [state.is_toggled if part.state == "is_toggled" else state.openness for state in states]
+    return any(value != values[0] for value in values)
 
 
-def _is_needless(goal: Goal, kept: Sequence[ObjectInState], record: EpisodeRecord) -> bool:
+def _is_needless(goal: Goal, held: Sequence[ObjectInState], record: EpisodeRecord) -> bool:
     """Whether what held at the reset was changed or acted on, even by a click that was refused or without effect.
 
     Where all of the goal held, nothing is to be done, and every act is needless whatever it hits: a click that acts on
     a gap may meet the floor once that is closed.
     """
     acts = [step.effect for step in record.steps if _is_act(step.action)]
-    if acts and len(kept) == len(_parts(goal)):
+    if acts and len(held) == len(_parts(goal)):
         return True
-    return any(_is_changed(part, record) or _is_acted_on(part, record, acts) for part in kept)
+    return any(_is_changed(part, record) or _is_acted_on(part, record, acts) for part in held)
 
 
 def _is_act(action: Action | None) -> bool:
@@ -327,4 +327,4 @@ def _is_act(action: Action | None) -> bool:
 
 def _is_acted_on(part: ObjectInState, record: EpisodeRecord, acts: Iterable[Effect | None]) -> bool:
     category = record.worlds[0].objects[part.object_id].category
-    return any(grounded(part.object_id, category, effect)[0] for effect in acts)
+    return any(grounding_truth(part.object_id, category, effect)[0] for effect in acts)

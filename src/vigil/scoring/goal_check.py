@@ -21,13 +21,13 @@ from vigil.protocol.goals import (
     ObjectInState,
     ReportStatus,
     StateLabel,
+    constraint_truth,
     displacement_m,
-    is_met,
+    goal_truth,
+    is_constraint_met,
     is_observable,
-    resolved,
     state_label,
     tampered_since_reset,
-    truth,
 )
 from vigil.protocol.world import CLOSED_BELOW, OPEN_ABOVE, Effect, ObjectState
 from vigil.records.record import EpisodeRecord
@@ -99,13 +99,13 @@ def check(goal: Goal, record: EpisodeRecord) -> GoalCheck:
     moments = _moments(record)
     for object_id in sorted(goal.ids()):
         _require(object_id, record)
-    semantic, strict = truth(goal, moments)
+    semantic, strict = goal_truth(goal, moments)
     tampered = tampered_since_reset(goal, moments)
     if isinstance(goal, ReportStatus):
-        kept = [not changed for changed in tampered]
-        semantic, strict = _both(semantic, kept), _both(strict, kept)
+        untampered = [not changed for changed in tampered]
+        semantic, strict = _both(semantic, untampered), _both(strict, untampered)
     if goal.constraint is not None:
-        met = resolved(goal.constraint, moments)
+        met = constraint_truth(goal.constraint, moments)
         semantic, strict = _both(semantic, met), _both(strict, met)
     progress = _progress(goal, moments, semantic)
     rows = tuple(GoalRow(*row) for row in zip(semantic, strict, progress, strict=True))
@@ -169,7 +169,7 @@ def _final_part(goal: Goal, moments: Sequence[Moment]) -> list[float] | None:
         return _fractions([state.box_distance_m for state in states], goal.threshold_m, falls=True)
     if isinstance(goal, ObjectInState) and goal.state == "is_open":
         return _openness_part(states, to_open=goal.value)
-    semantic, _ = truth(goal, moments)
+    semantic, _ = goal_truth(goal, moments)
     return _fractions([float(value) for value in semantic], 1.0)
 
 
@@ -180,7 +180,7 @@ def _constraint_part(constraint: Constraint, moments: Sequence[Moment]) -> list[
     elif constraint.kind in ("object_open", "object_closed"):
         part = _openness_part(states, to_open=constraint.kind == "object_open")
     else:
-        part = _fractions([float(is_met(constraint, moment)) for moment in moments], 1.0)
+        part = _fractions([float(is_constraint_met(constraint, moment)) for moment in moments], 1.0)
     return _latest(part) if constraint.latched else part
 
 

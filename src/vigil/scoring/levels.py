@@ -12,8 +12,8 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from vigil.base.json_lines import dump_line, parse, read_lines
-from vigil.base.versions import reads_schema
+from vigil.base.json_lines import dump_line, parse_line, read_lines
+from vigil.base.versions import schema_validator
 from vigil.errors import SettingError, did_you_mean
 from vigil.packs.files import MANIFEST, PackFiles
 from vigil.protocol.episode import Episode, Family
@@ -24,11 +24,11 @@ LEVELS_FILE = "levels.jsonl"
 Level = Literal["easy", "medium", "hard", "extreme"]
 LEVELS: tuple[Level, ...] = get_args(Level)
 
-PLAIN_PX, LEAST_PX = 4000, 10
+FREE_PX, MIN_PX = 4000, 10
 """A target of so many pixels costs nothing; one of fewer than the second costs no more than that."""
 
 
-class Measures(BaseModel):
+class LevelMeasures(BaseModel):
     """The figures of one episode."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
@@ -58,28 +58,28 @@ class Measures(BaseModel):
 
 
 @dataclass(frozen=True, slots=True)
-class Cost:
+class LevelCost:
     """What one figure adds to the index."""
 
     formula: str
     """For people."""
-    of: Callable[[Measures], float]
+    of: Callable[[LevelMeasures], float]
 
 
-COSTS: dict[str, Cost] = {
-    "path_m": Cost("log2(1 + path_m)", lambda m: math.log2(1.0 + m.path_m)),
-    "turns": Cost("turns / 4", lambda m: m.turns / 4),
-    "doors": Cost("doors / 2", lambda m: m.doors / 2),
-    "rooms": Cost("log2(rooms) / 2", lambda m: math.log2(m.rooms) / 2),
-    "look_alikes": Cost("log2(1 + look_alikes)", lambda m: math.log2(1.0 + m.look_alikes)),
-    "target_px": Cost(
-        f"log2({PLAIN_PX} / target_px) / 2, not below 0; under {LEAST_PX} pixels as {LEAST_PX}",
-        lambda m: max(0.0, math.log2(PLAIN_PX / max(m.target_px, LEAST_PX)) / 2),
+COSTS: dict[str, LevelCost] = {
+    "path_m": LevelCost("log2(1 + path_m)", lambda m: math.log2(1.0 + m.path_m)),
+    "turns": LevelCost("turns / 4", lambda m: m.turns / 4),
+    "doors": LevelCost("doors / 2", lambda m: m.doors / 2),
+    "rooms": LevelCost("log2(rooms) / 2", lambda m: math.log2(m.rooms) / 2),
+    "look_alikes": LevelCost("log2(1 + look_alikes)", lambda m: math.log2(1.0 + m.look_alikes)),
+    "target_px": LevelCost(
+        f"log2({FREE_PX} / target_px) / 2, not below 0; under {MIN_PX} pixels as {MIN_PX}",
+        lambda m: max(0.0, math.log2(FREE_PX / max(m.target_px, MIN_PX)) / 2),
     ),
-    "containers": Cost("1.5 x containers", lambda m: 1.5 * m.containers),
-    "occlusion": Cost("2 x occlusion", lambda m: 2.0 * m.occlusion),
-    "slack": Cost("3 x (1 - slack)", lambda m: 3.0 * (1.0 - m.slack)),
-    "reference_words": Cost("(reference_words - 1) / 4", lambda m: max(m.reference_words - 1, 0) / 4),
+    "containers": LevelCost("1.5 x containers", lambda m: 1.5 * m.containers),
+    "occlusion": LevelCost("2 x occlusion", lambda m: 2.0 * m.occlusion),
+    "slack": LevelCost("3 x (1 - slack)", lambda m: 3.0 * (1.0 - m.slack)),
+    "reference_words": LevelCost("(reference_words - 1) / 4", lambda m: max(m.reference_words - 1, 0) / 4),
 }
 """Figure -> what it adds to the index: one point for what makes about as much harder as a walk of twice the length."""
 
@@ -99,14 +99,14 @@ class EpisodeLevel(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    schema_version: Annotated[int, reads_schema(LEVELS_SCHEMA)] = LEVELS_SCHEMA
+    schema_version: Annotated[int, schema_validator(LEVELS_SCHEMA)] = LEVELS_SCHEMA
     episode_id: str
     level: Level
     index: float
-    measures: Measures
+    measures: LevelMeasures
 
 
-def index_of(measures: Measures) -> float:
+def index_of(measures: LevelMeasures) -> float:
     """Returns the index of difficulty: what each figure costs, added up."""
     return round(sum(cost.of(measures) for cost in COSTS.values()), 3)
 
@@ -117,13 +117,13 @@ def level_of(family: Family, index: float) -> Level:
     return LEVELS[sum(index > bound for bound in bounds)]
 
 
-def graded(episode: Episode, measures: Measures) -> EpisodeLevel:
+def grade_episode(episode: Episode, measures: LevelMeasures) -> EpisodeLevel:
     """Returns the level of an episode with these figures."""
     index = index_of(measures)
     return EpisodeLevel(episode_id=episode.id, level=level_of(episode.family, index), index=index, measures=measures)
 
 
-def levels_named(names: Iterable[str]) -> tuple[Level, ...]:
+def parse_levels(names: Iterable[str]) -> tuple[Level, ...]:
     """Returns the levels of these names, easy first; a name may hold several, as in "hard,extreme", or be `all`.
 
     Raises SettingError on a name that is none.
@@ -138,7 +138,7 @@ def levels_named(names: Iterable[str]) -> tuple[Level, ...]:
     return tuple(level for level in LEVELS if level in wanted)
 
 
-def levels_bytes(levels: Iterable[EpisodeLevel]) -> bytes:
+def dump_levels(levels: Iterable[EpisodeLevel]) -> bytes:
     """Returns the content of `levels.jsonl`, sorted by id."""
     return b"".join(dump_line(level) for level in sorted(levels, key=lambda each: each.episode_id))
 
@@ -148,11 +148,13 @@ def read_levels(path: Path) -> dict[str, EpisodeLevel]:
     if not path.exists():
         raise SettingError(f"Levels file {str(path)!r} does not exist. `vigil pack levels PACK --out FILE` writes one.")
     advice = "Write it anew with `vigil pack levels`."
-    rows = [parse(line, EpisodeLevel, f"Levels file {str(path)!r}", advice, SettingError) for line in read_lines(path)]
+    rows = [
+        parse_line(line, EpisodeLevel, f"Levels file {str(path)!r}", advice, SettingError) for line in read_lines(path)
+    ]
     return {row.episode_id: row for row in rows}
 
 
-def levels_of(folder: Path) -> Mapping[str, EpisodeLevel]:
+def read_pack_levels(folder: Path) -> Mapping[str, EpisodeLevel]:
     """Returns the levels that lie in a pack's folder, by episode id; none when there are none.
 
     Those that its manifest lists are held against their hash. Raises PackMismatch, EpisodeError or SettingError.

@@ -1,6 +1,6 @@
 """Scoring: one record of one episode -> one row of verdicts.
 
-`settle` is pure: the same record gives the same outcome at any time, live or years later. W says that the world
+`score` is pure: the same record gives the same outcome at any time, live or years later. W says that the world
 reached the goal; B that it did *and* the agent closed the episode with a report that matches. No rule here depends on
 a family's name. Source: `protocol.md` section 5.
 """
@@ -12,8 +12,8 @@ from typing import Literal
 
 from vigil.errors import RecordError
 from vigil.protocol.actions import InteractPixel, Report, SkillName, Status
-from vigil.protocol.endings import is_cut
-from vigil.protocol.episode import FAMILIES, Episode, Family, Size, Tier
+from vigil.protocol.episode import FAMILIES, Episode, Family, TargetSize, Tier
+from vigil.protocol.finish_reasons import hit_token_limit
 from vigil.protocol.goals import STATE_LABELS, TOLERANCE, ReportStatus
 from vigil.records.record import End, EpisodeRecord, StepRecord
 from vigil.scoring.goal_check import GoalCheck, check, label_at_reset
@@ -54,7 +54,7 @@ class Outcome:
     tier: Tier
     house: str
     template: str
-    difficulty: Size | None
+    difficulty: TargetSize | None
     goal_kind: str
     target: str | None
     """Category of the thing that the episode is about."""
@@ -125,7 +125,7 @@ def expected_status(episode: Episode, record: EpisodeRecord) -> Status | None:
     return label_at_reset(episode.goal, record) if isinstance(episode.goal, ReportStatus) else None
 
 
-def match(status: Status, expected: Status | None, holds: bool) -> bool:
+def report_matches(status: Status, expected: Status | None, holds: bool) -> bool:
     """Whether a reported status agrees with the hidden world.
 
     With an `expected` label only that very label does; else success must meet a goal that `holds`, and a negative
@@ -136,17 +136,17 @@ def match(status: Status, expected: Status | None, holds: bool) -> bool:
     return (status == "success" and holds) or (status in NEGATIVE and not holds)
 
 
-def settle(episode: Episode, record: EpisodeRecord) -> Outcome:
+def score(episode: Episode, record: EpisodeRecord) -> Outcome:
     """Returns the verdict on one record. Raises RecordError for an error row or another episode's record."""
     if record.episode_id != episode.id:
         raise RecordError(f"Record of episode {record.episode_id!r} cannot be settled as episode {episode.id!r}.")
     if record.end == "error":
         raise RecordError(f"Record of episode {episode.id!r} ended as an error; it is never scored. Run it again.")
-    _refuse_impossible(episode, record)
+    _reject_impossible(episode, record)
     goal = check(episode.goal, record)
     report = _report(record)
     expected = expected_status(episode, record)
-    matches = report is not None and match(report.status, expected, goal.semantic)
+    matches = report is not None and report_matches(report.status, expected, goal.semantic)
     label = _label(record.end, matches, goal.semantic)
     is_closed = label == "B" and report is not None
     first = goal.first_satisfied_step
@@ -198,7 +198,7 @@ def credit(outcome: Outcome, policy: ReportPolicy) -> float:
             return float(outcome.W)
 
 
-def _refuse_impossible(episode: Episode, record: EpisodeRecord) -> None:
+def _reject_impossible(episode: Episode, record: EpisodeRecord) -> None:
     """Raises RecordError on a record that the contract cannot bring forth."""
     steps, invalid = len(record.steps), sum(step.invalid is not None for step in record.steps)
     early = next((n for n, step in enumerate(record.steps[:-1], 1) if isinstance(step.action, Report)), None)
@@ -290,7 +290,11 @@ def _counts(record: EpisodeRecord, goal: GoalCheck) -> dict:
 
 
 def _is_truncated(step: StepRecord) -> bool:
-    return is_cut(step.reply.finish_reason) and step.invalid is not None and step.invalid.kind == "protocol_failure"
+    return (
+        hit_token_limit(step.reply.finish_reason)
+        and step.invalid is not None
+        and step.invalid.kind == "protocol_failure"
+    )
 
 
 def _kinds(steps: Sequence[StepRecord]) -> dict[ActionKind, int]:

@@ -49,7 +49,7 @@ class Rate:
 
     hits: int
     n: int
-    worth: float
+    effective_n: float
     """How many independent trials the n are worth: fewer where episodes were played repeatedly."""
 
     @property
@@ -60,7 +60,7 @@ class Rate:
     @property
     def interval(self) -> Interval:
         """Returns the 95 % Wilson interval; (0, 1) over no trials."""
-        return wilson(self.worth * self.hits / max(self.n, 1), self.worth)
+        return wilson(self.effective_n * self.hits / max(self.n, 1), self.effective_n)
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Counts:
 
     n: int
     counts: Mapping[str, int]
-    """What `counted` names: W, W_strict, B, the five labels, reports and their parts."""
+    """What `count_masks` names: W, W_strict, B, the five labels, reports and their parts."""
     by_episode: Mapping[str, tuple[int, ...]] | None = None
     """The counts of each episode, and its plays as `n`, when any was played repeatedly."""
 
@@ -84,14 +84,14 @@ class Counts:
         trials = self.n if among == ALL else self.counts[among]
         if self.by_episode is None:
             return Rate(self.counts[what], trials, trials)
-        return Rate(self.counts[what], trials, independent_trials(self.by_episode[what], self.by_episode[among]))
+        return Rate(self.counts[what], trials, effective_sample_size(self.by_episode[what], self.by_episode[among]))
 
     def share(self, name: str) -> float | None:
         """Returns the value of `rate`."""
         return self.rate(name).value
 
 
-def columns_of(outcomes: Sequence[Outcome]) -> dict[str, np.ndarray]:
+def outcome_columns(outcomes: Sequence[Outcome]) -> dict[str, np.ndarray]:
     """Returns outcomes as columns."""
     plain = [name for name in COLUMNS if name not in ("zero_progress", *CREDITS.values())]
     found: dict[str, list] = {name: [getattr(outcome, name) for outcome in outcomes] for name in plain}
@@ -100,7 +100,7 @@ def columns_of(outcomes: Sequence[Outcome]) -> dict[str, np.ndarray]:
     return {name: np.array(found[name], dtype=kind) for name, kind in COLUMNS.items()}
 
 
-def selected(columns: Columns, mask: np.ndarray) -> dict[str, np.ndarray]:
+def select_rows(columns: Columns, mask: np.ndarray) -> dict[str, np.ndarray]:
     """Returns the episodes for which `mask` is true."""
     return {name: column[mask] for name, column in columns.items()}
 
@@ -109,12 +109,12 @@ def rate_of(hits: np.ndarray, among: np.ndarray, episodes: np.ndarray) -> Rate:
     """Returns how many of the plays in `among` are hits, both given as masks; `episodes` names what was played."""
     both, (_, index) = hits & among, np.unique(episodes, return_inverse=True)
     each = [np.bincount(index, weights=mask).astype(int).tolist() for mask in (both, among)] if len(index) else [[], []]
-    return Rate(int(both.sum()), int(among.sum()), independent_trials(*each))
+    return Rate(int(both.sum()), int(among.sum()), effective_sample_size(*each))
 
 
 def count(columns: Columns) -> Counts:
     """Returns the counts of any set of episodes."""
-    masks, n = counted(columns), len(columns["W"])
+    masks, n = count_masks(columns), len(columns["W"])
     counts = {name: int(np.count_nonzero(mask)) for name, mask in masks.items()}
     names, index = np.unique(columns["episode_id"], return_inverse=True)
     if len(names) == n:
@@ -124,7 +124,7 @@ def count(columns: Columns) -> Counts:
     return Counts(n, counts, {name: tuple(found.tolist()) for name, found in each.items()})
 
 
-def counted(columns: Columns) -> dict[str, np.ndarray]:
+def count_masks(columns: Columns) -> dict[str, np.ndarray]:
     """Returns, for each count, the episodes that it counts: the one definition of them all."""
     w, b, stop = columns["W"], columns["B"], columns["is_reported"]
     label, category = columns["label"], columns["category"]
@@ -203,7 +203,7 @@ def wilson(hits: float, n: float) -> Interval:
     return max(0.0, min(middle - half, rate)), min(1.0, max(middle + half, rate))
 
 
-def independent_trials(hits: Sequence[int], trials: Sequence[int]) -> float:
+def effective_sample_size(hits: Sequence[int], trials: Sequence[int]) -> float:
     """Returns the effective sample size: how many independent trials give as much information on a rate as repeated
     plays.
 

@@ -10,21 +10,21 @@ from heapq import nlargest
 from pathlib import Path
 from typing import BinaryIO
 
-from vigil.base.files import inside, open_file
-from vigil.base.json_lines import Line, LineReader, parse
+from vigil.base.files import open_file, resolve_inside
+from vigil.base.json_lines import Line, LineReader, parse_line
 from vigil.errors import PackMismatch, RecordError
-from vigil.packs.pack import Pack, find, frozen_episodes, manifest_sha256
+from vigil.packs.pack import Pack, find_pack, frozen_episodes, manifest_sha256
 from vigil.protocol.episode import Episode
 from vigil.records.costs import RunTokens
 from vigil.records.record import EPISODES_FILE, HEADER_FILE, EpisodeRecord, Key, RunHeader, read_header
-from vigil.records.record_file import RowFilter, missing, rows_of
-from vigil.records.row_check import LeftOut, RowCheck, told
+from vigil.records.record_file import RowFilter, missing_file_error, parse_rows
+from vigil.records.row_check import LeftOutRow, RowCheck, summarize_left_out
 from vigil.scoring.outcomes import Outcome
-from vigil.scoring.summary import Settlement, Unscored, settlement_of, verdict_on
+from vigil.scoring.summary import RunScores, Unscored, run_scores, score_or_error
 
 
 @dataclass(frozen=True, slots=True)
-class StandingRow:
+class EffectiveRow:
     """Where a record that stands lies in its file, and the verdict on it."""
 
     line: int
@@ -50,16 +50,16 @@ class RecordTable:
         self.stamp = (0, 0)
         """Size of the file and when it was last written (ns); equal when nothing has been added."""
         self._epochs = header.spec.epochs
-        self._forget()
+        self._reset()
 
-    def _forget(self, identity: tuple[int, int] = (0, 0)) -> None:
-        self.rows: dict[Key, StandingRow] = {}
+    def _reset(self, identity: tuple[int, int] = (0, 0)) -> None:
+        self.rows: dict[Key, EffectiveRow] = {}
         """By key, in the order of the file."""
-        self.torn: int | None = None
+        self.partial_line_number: int | None = None
         """The number of a last line that is not finished: being written, or cut off by a crash."""
         self._filter = RowFilter(self.check)
         self._seen = self._lines = 0
-        self._is_open = False
+        self._lacks_newline = False
         self._identity = identity
 
     @property
@@ -70,7 +70,7 @@ class RecordTable:
     @property
     def planned(self) -> int:
         """How many rows the run is meant to have; of a shard, for its own part."""
-        return len(self.check.part) * self._epochs
+        return len(self.check.played_ids) * self._epochs
 
     @property
     def tokens(self) -> RunTokens:
@@ -78,7 +78,7 @@ class RecordTable:
         return self._filter.tokens
 
     @property
-    def left_out(self) -> tuple[LeftOut, ...]:
+    def left_out(self) -> tuple[LeftOutRow, ...]:
         """Rows that cannot be read, are not this run's, contradict the protocol, or repeat others."""
         return tuple(self._filter.left_out)
 
@@ -86,10 +86,14 @@ class RecordTable:
     def notes(self) -> tuple[str, ...]:
         """What a reader must know of the rows before any number."""
         torn = (
-            f"Line {self.torn} of its records is not finished (torn) and is passed over: it is being written, or was "
+            f"Line {self.partial_line_number} of its records is not finished (torn) and is passed over: it is being written, or was "
             "cut off and is played again by the same command.",
         )
-        return (*self.check.notes, *told(self.left_out), *(torn if self.torn is not None else ()))
+        return (
+            *self.check.notes,
+            *summarize_left_out(self.left_out),
+            *(torn if self.partial_line_number is not None else ()),
+        )
 
     def refresh(self) -> None:
         """Reads what is new in the file. Starts afresh when it was replaced, cut, or its last line went on.
@@ -101,35 +105,37 @@ class RecordTable:
         except OSError as error:
             if not isinstance(error, FileNotFoundError | NotADirectoryError):
                 raise RecordError(f"{str(self.path)!r} cannot be read: {error.strerror}.") from None
-            self._forget()
+            self._reset()
             self.is_missing, self.stamp = True, (0, 0)
             return
         self.is_missing, self.stamp = False, (stat.st_size, stat.st_mtime_ns)
         identity = (stat.st_dev, stat.st_ino)
         has_grown = stat.st_size > self._seen
-        if identity != self._identity or stat.st_size < self._seen or (has_grown and self._is_open):
-            self._forget(identity)
-        self.torn = None
+        if identity != self._identity or stat.st_size < self._seen or (has_grown and self._lacks_newline):
+            self._reset(identity)
+        self.partial_line_number = None
         if stat.st_size > self._seen:
             with self._opened() as file:
                 file.seek(self._seen)
-                self._take(LineReader(file, repr(str(self.path)), number=self._lines, start=self._seen))
+                self._read_rows(LineReader(file, repr(str(self.path)), number=self._lines, start=self._seen))
 
     def _opened(self) -> BinaryIO:
-        return open_file(inside(self.path.parent, self.path.name, RecordError), repr(str(self.path)), RecordError)
+        return open_file(
+            resolve_inside(self.path.parent, self.path.name, RecordError), repr(str(self.path)), RecordError
+        )
 
-    def _take(self, lines: LineReader) -> None:
+    def _read_rows(self, lines: LineReader) -> None:
         """Takes in what follows in the file."""
-        for row in rows_of(lines):
-            line, record = row.line, self._filter.takes(row)
+        for row in parse_rows(lines):
+            line, record = row.line, self._filter.accept(row)
             if record is not None:
-                verdict = verdict_on(self.episodes[record.episode_id], record)
-                self.rows[record.key] = StandingRow(line.number, line.start, len(line.data), verdict)
+                verdict = score_or_error(self.episodes[record.episode_id], record)
+                self.rows[record.key] = EffectiveRow(line.number, line.start, len(line.data), verdict)
             self._lines, self._seen = line.number, line.end
-        self._is_open = lines.is_open
-        self.torn = self._lines + 1 if lines.torn else None
+        self._lacks_newline = lines.lacks_newline
+        self.partial_line_number = self._lines + 1 if lines.partial_line else None
 
-    def newest(self, count: int) -> list[StandingRow]:
+    def newest(self, count: int) -> list[EffectiveRow]:
         """Returns the rows that were written last, the newest first."""
         return nlargest(count, list(self.rows.values()), key=lambda row: row.line)
 
@@ -142,15 +148,15 @@ class RecordTable:
             file.seek(row.start)
             line = Line(row.line, row.start, file.read(row.size))
         changed = "The file was changed since it was read: read it anew."
-        record = parse(line, EpisodeRecord, repr(str(self.path)), changed)
+        record = parse_line(line, EpisodeRecord, repr(str(self.path)), changed)
         if record.key != key:
             raise RecordError(f"{str(self.path)!r} line {row.line}: {changed}")
         return record
 
-    def settlement(self) -> Settlement:
+    def scores(self) -> RunScores:
         """Returns all verdicts, sorted by episode and epoch."""
         verdicts = {key: row.verdict for key, row in list(self.rows.items())}  # it may grow meanwhile
-        return settlement_of(verdicts, self.episodes.values(), self._epochs)
+        return run_scores(verdicts, self.episodes.values(), self._epochs)
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +187,7 @@ def read_run(
     run = open_run(folder, pack, episodes_of)
     run.table.refresh()
     if run.table.is_missing:
-        raise missing(run.table.path)
+        raise missing_file_error(run.table.path)
     return run
 
 
@@ -200,18 +206,18 @@ def open_run(
     return SavedRun(folder, header, place, table)
 
 
-def load_pack(header: RunHeader, pack: str | Path | None = None) -> Pack:
+def load_run_pack(header: RunHeader, pack: str | Path | None = None) -> Pack:
     """Returns the pack that a run was played on, checked whole. Raises PackMismatch."""
     return Pack.load(pack_folder(header, pack), header.spec.pack_sha256)
 
 
-DEPTH = 3
+SEARCH_DEPTH = 3
 """How deep under a given folder runs are looked for."""
 
 
-def runs_in(folders: Iterable[Path]) -> list[Path]:
+def find_runs(folders: Iterable[Path]) -> list[Path]:
     """Returns the folders of runs among and under those given; one in which there is none stays, to be named."""
-    return [found for folder in folders for found in _runs_under(folder, DEPTH) or [folder]]
+    return [found for folder in folders for found in _runs_under(folder, SEARCH_DEPTH) or [folder]]
 
 
 def _runs_under(folder: Path, depth: int) -> list[Path]:
@@ -228,7 +234,7 @@ def pack_folder(
 
     Raises PackMismatch.
     """
-    places = [place for place in _pack_places(header) if may_read(place)] if pack is None else [find(pack)]
+    places = [place for place in _candidate_folders(header) if may_read(place)] if pack is None else [find_pack(pack)]
     faults = [] if places else [PackMismatch(f"Pack {header.spec.pack!r} lies where nothing may be read. Give it.")]
     for place in places:
         try:
@@ -238,11 +244,11 @@ def pack_folder(
             continue
         if found == header.spec.pack_sha256:
             return place
-        faults.append(_another_pack(header, place, found))
+        faults.append(_pack_mismatch(header, place, found))
     raise faults[0]
 
 
-def _another_pack(header: RunHeader, place: Path, found: str) -> PackMismatch:
+def _pack_mismatch(header: RunHeader, place: Path, found: str) -> PackMismatch:
     spec = header.spec
     return PackMismatch(
         f"Run {header.run_id!r} was played on pack {spec.pack!r} with SHA-256 {spec.pack_sha256[:12]}..., "
@@ -251,7 +257,7 @@ def _another_pack(header: RunHeader, place: Path, found: str) -> PackMismatch:
     )
 
 
-def _pack_places(header: RunHeader) -> list[Path]:
+def _candidate_folders(header: RunHeader) -> list[Path]:
     """Returns where the pack of a run may lie: where it lay then, and where the packaged one of its name lies.
 
     Raises PackMismatch when it is in neither place.
@@ -259,7 +265,7 @@ def _pack_places(header: RunHeader) -> list[Path]:
     noted = Path(header.pack_folder) if header.pack_folder else None
     places = [noted] if noted is not None and noted.is_dir() else []
     try:
-        return [*places, find(header.spec.pack)]
+        return [*places, find_pack(header.spec.pack)]
     except PackMismatch:
         if places:
             return places

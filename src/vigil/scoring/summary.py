@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 from vigil.errors import RecordError
 from vigil.packs.pack import count_families
 from vigil.protocol.episode import FAMILIES, Episode, Family
-from vigil.records.record import Boundary, EpisodeRecord, Key, standing
-from vigil.scoring.outcomes import Outcome, Subtype, settle
-from vigil.scoring.rates import CREDITS, RATES, Columns, broken_identities, columns_of, count, mean, selected
+from vigil.records.record import Boundary, EpisodeRecord, Key, effective_records
+from vigil.scoring.outcomes import Outcome, Subtype, score
+from vigil.scoring.rates import CREDITS, RATES, Columns, broken_identities, count, mean, outcome_columns, select_rows
 
 MAX_ERROR_SHARE = 0.01
 """A report over more errors than this says so at its top."""
@@ -26,7 +26,7 @@ LIBRARY_REPLIES = (
 """What a run with such replies is said to have, after their number."""
 
 
-def no_actions(replies: int, reasons: Iterable[Mapping[str, int]], loose: int) -> str:
+def describe_invalid_replies(replies: int, reasons: Iterable[Mapping[str, int]], loose: int) -> str:
     """Says how many of some replies were no action, and why; empty when all were actions.
 
     `reasons` has the numbers of each episode, `loose` is how many would parse leniently.
@@ -53,7 +53,7 @@ class Unscored:
 
 
 @dataclass(frozen=True, slots=True)
-class Settlement:
+class RunScores:
     """All verdicts on a run, with what is missing."""
 
     outcomes: tuple[Outcome, ...]
@@ -76,7 +76,7 @@ class Settlement:
         """Says how many replies were no action, and why; empty when all were actions."""
         replies = sum(outcome.steps for outcome in self.outcomes)
         loose = sum(outcome.would_parse_leniently for outcome in self.outcomes)
-        return no_actions(replies, (outcome.invalid_reasons for outcome in self.outcomes), loose)
+        return describe_invalid_replies(replies, (outcome.invalid_reasons for outcome in self.outcomes), loose)
 
     @property
     def subtypes(self) -> dict[Subtype, int]:
@@ -102,7 +102,7 @@ class Settlement:
     @property
     def has_many_repeats(self) -> bool:
         """Whether more than 1 % of the episodes were begun more than once."""
-        return is_repeated_often(self.attempts)
+        return has_many_repeats(self.attempts)
 
 
 def has_many_errors(errors: int, scored: int) -> bool:
@@ -115,68 +115,66 @@ def repeats(attempts: Sequence[int]) -> str:
     again = sum(count > 1 for count in attempts)
     if not again:
         return ""
-    share = " (more than 1 %)" if is_repeated_often(attempts) else ""
+    share = " (more than 1 %)" if has_many_repeats(attempts) else ""
     return f"{again} of {len(attempts)} episodes were begun more than once{share}, one of them {max(attempts)} times"
 
 
-def is_repeated_often(attempts: Sequence[int]) -> bool:
+def has_many_repeats(attempts: Sequence[int]) -> bool:
     """Whether more than 1 % of the episodes, each begun so often, were begun more than once."""
     return sum(count > 1 for count in attempts) > MAX_REPEATED_SHARE * len(attempts)
 
 
-def verdict_on(episode: Episode, record: EpisodeRecord) -> Outcome | Unscored:
+def score_or_error(episode: Episode, record: EpisodeRecord) -> Outcome | Unscored:
     """Returns the verdict on a record that stands. Raises RecordError when it is another episode's."""
     if record.end != "error":
-        return settle(episode, record)
+        return score(episode, record)
     boundary, message = (record.error.boundary, record.error.message) if record.error else ("runner", "")
     return Unscored(record.episode_id, record.epoch, episode.family, boundary, message, record.attempt)
 
 
-def settlement_of(
-    verdicts: Mapping[Key, Outcome | Unscored], episodes: Iterable[Episode], epochs: int = 1
-) -> Settlement:
+def run_scores(verdicts: Mapping[Key, Outcome | Unscored], episodes: Iterable[Episode], epochs: int = 1) -> RunScores:
     """Returns the verdicts of a run, sorted by episode and epoch; `episodes` are those that it is meant to play."""
     found = [verdict for _, verdict in sorted(verdicts.items())]
     planned: dict[Family, int] = {family: count * epochs for family, count in count_families(episodes).items()}
-    return Settlement(
+    return RunScores(
         tuple(verdict for verdict in found if isinstance(verdict, Outcome)),
         tuple(verdict for verdict in found if isinstance(verdict, Unscored)),
         planned,
     )
 
 
-def settle_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epochs: int = 1) -> Settlement:
+def score_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epochs: int = 1) -> RunScores:
     """Returns the verdicts on the records that stand, sorted by episode and epoch.
 
     `episodes` are those that the run is meant to play. Raises RecordError on a record of any other episode.
     """
     by_id = {episode.id: episode for episode in episodes}
     verdicts: dict[Key, Outcome | Unscored] = {}
-    for key, record in standing(records).items():
+    for key, record in effective_records(records).items():
         if record.episode_id not in by_id:
             raise RecordError(
                 f"Record of episode {record.episode_id!r}: not one of the {len(by_id)} episodes of this run. Was it "
                 "recorded with another pack?"
             )
-        verdicts[key] = verdict_on(by_id[record.episode_id], record)
-    return settlement_of(verdicts, by_id.values(), epochs)
+        verdicts[key] = score_or_error(by_id[record.episode_id], record)
+    return run_scores(verdicts, by_id.values(), epochs)
 
 
-def summarise(settlement: Settlement) -> dict:
+def summarise(scores: RunScores) -> dict:
     """Returns `{"overall": rates, "families": {family: rates}}`, and `macro` when families are unequal.
 
     Rates over no episodes are None. Raises RuntimeError when an identity of the protocol is broken.
     """
-    outcomes = settlement.outcomes
-    columns = _sound(columns_of(outcomes))
+    outcomes = scores.outcomes
+    columns = _check_identities(outcome_columns(outcomes))
     families = {}
     for family in FAMILIES:
         mine = [outcome for outcome in outcomes if outcome.family == family]
-        if mine or family in settlement.planned:
-            errors = [error for error in settlement.errors if error.family == family]
-            part = selected(columns, columns["family"] == family)
-            families[family] = _rates(part, mine, errors, settlement.planned.get(family, 0))
-    overall = _rates(columns, outcomes, settlement.errors, sum(settlement.planned.values()))
+        if mine or family in scores.planned:
+            errors = [error for error in scores.errors if error.family == family]
+            part = select_rows(columns, columns["family"] == family)
+            families[family] = _rates(part, mine, errors, scores.planned.get(family, 0))
+    overall = _rates(columns, outcomes, scores.errors, sum(scores.planned.values()))
     overall["report_policies"] = {policy: mean(columns[column].tolist()) for policy, column in CREDITS.items()}
     summary = {"overall": overall, "families": families}
     if len({rates["episodes"] for rates in families.values()}) > 1:
@@ -186,10 +184,10 @@ def summarise(settlement: Settlement) -> dict:
 
 def assert_identities(outcomes: Sequence[Outcome]) -> None:
     """Checks the identities of protocol.md section 5. Raises RuntimeError, naming the broken one."""
-    _sound(columns_of(outcomes))
+    _check_identities(outcome_columns(outcomes))
 
 
-def _sound(columns: Columns) -> Columns:
+def _check_identities(columns: Columns) -> Columns:
     broken = broken_identities(columns)
     if broken:
         raise RuntimeError(f"Scoring broke its own identities: {'; '.join(broken)}. This is a fault of vigil.")

@@ -5,7 +5,7 @@ An engine is imported when a simulator of it is made, so that nothing else needs
 
 from collections.abc import Callable
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.errors import SettingError
 from vigil.protocol.observation import Quality
 from vigil.sim.core.embedded import EmbeddedSimulator
@@ -37,8 +37,8 @@ BACKENDS: dict[str, Callable[[AssetDatabase, Quality], PrivilegedSimulator]] = {
     "thor": _thor,
 }
 """Backend name -> maker. The concrete classes are named here, in `vigil.sim` and in its tests, and nowhere else."""
-STAGES = ("mujoco", "fake")
-"""Those that keep `vigil.sim.staging.Stage`, so that the AI2-THOR-compatible engine can be one over them."""
+EDITABLE_BACKENDS = ("mujoco", "fake")
+"""Those that keep `vigil.sim.scene_editor.Stage`, so that the AI2-THOR-compatible engine can be one over them."""
 
 
 def make_simulator(name: str, *, assets: AssetDatabase, quality: Quality = "default") -> PrivilegedSimulator:

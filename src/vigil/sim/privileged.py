@@ -1,8 +1,9 @@
 """What a backend offers besides `vigil.sim.protocol.Simulator` to solvers, validation and authoring, never to an agent.
 
-`PrivilegedSight` tells what is in the house and what can be seen from anywhere; `Rehearsal` undoes what was tried. Both
-speak of the house as it is now, after `load` and `reset`; before the first `load` and after `close` every member raises
-SimulatorError. An id that the house does not have raises EpisodeError. None of it draws, and none of it may change what
+`PrivilegedQueries` tells what is in the house and what can be seen from anywhere; `SupportsRollback` undoes what was
+tried. Both speak of the house as it is now, after `load` and `reset`; before the first `load` and after `close` every
+member raises SimulatorError.
+An id that the house does not have raises EpisodeError. None of it draws, and none of it may change what
 `Simulator` answers later.
 
 Places and lengths are in metres and angles in degrees, in the frame of `vigil.base.geometry` (x right, y up, z ahead).
@@ -22,7 +23,7 @@ from vigil.scene.things import Scene
 from vigil.sim.protocol import Simulator
 
 
-class PrivilegedSight(Protocol):
+class PrivilegedQueries(Protocol):
     """What is in the house, where the body fits, and what is seen from the agent's pose or any other place."""
 
     def object_ids(self) -> list[str]:
@@ -48,33 +49,35 @@ class PrivilegedSight(Protocol):
         held or absent.
         """
 
-    def sees_from(self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False) -> np.ndarray:
+    def points_visible_from(
+        self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False
+    ) -> np.ndarray:
         """Returns for points (n, 3) on an object whether a ray from `eye` to each meets that object first: (n,) bool.
 
         `eye` may be anywhere, and nothing limits its view. With `through_glass`, rays pass the panes of other things;
         an object's own glass always counts as the object. All False when it is held or absent.
         """
 
-    def may_show(self, object_id: str, least_px: int) -> bool:
+    def may_be_visible(self, object_id: str, least_px: int) -> bool:
         """Whether `world` may say that at least so many pixels of an object are visible: True wherever it does.
 
         A quick answer, to be asked where few places will do; what hides the object may be left aside.
         """
 
 
-class Rehearsal(Protocol):
+class SupportsRollback(Protocol):
     """Trying what is undone afterwards."""
 
-    def rehearsal(self) -> AbstractContextManager[None]:
+    def rollback(self) -> AbstractContextManager[None]:
         """Undoes at its end all that is done inside, also when that raises; rehearsals nest.
 
         Afterwards the world, to the last bit, and every answer are as they were. Inside, `load` must not be called.
         """
 
-    def standing_at(self, pose: Pose) -> AbstractContextManager[None]:
+    def at_pose(self, pose: Pose) -> AbstractContextManager[None]:
         """Stands the agent at a pose, with what it holds, inside of a rehearsal; nothing checks that the body fits."""
 
 
 @runtime_checkable
-class PrivilegedSimulator(Simulator, PrivilegedSight, Rehearsal, Protocol):
+class PrivilegedSimulator(Simulator, PrivilegedQueries, SupportsRollback, Protocol):
     """A backend that solvers, validation, authoring and the conformance suite work on; those in `BACKENDS` are."""

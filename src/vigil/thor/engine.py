@@ -6,24 +6,24 @@ from typing import Any
 from vigil.errors import SimulatorError
 from vigil.thor.actions.action import Action
 from vigil.thor.actions.table import ACTIONS
-from vigil.thor.base.answer import Answer
-from vigil.thor.base.failures import ActionFailed
+from vigil.thor.base.errors import ActionFailed
 from vigil.thor.base.images import Wanted, images
 from vigil.thor.base.metadata import agent_metadata, cameras
+from vigil.thor.base.response import EngineResponse
 from vigil.thor.base.world import World
 
 
-class Engine:
+class ThorEngine:
     """Keeps the world, and answers."""
 
     def __init__(self, world: World) -> None:
         self._world = world
 
-    def first(self) -> Answer:
+    def first_response(self) -> EngineResponse:
         """Returns what is sent before any action."""
-        return self._whole(_result(action="Initialize", failure=None, returned=None), 0)
+        return self._full_response(_result(action="Initialize", failure=None, returned=None), 0)
 
-    def answer(self, sent: Mapping[str, Any]) -> Answer:
+    def respond(self, sent: Mapping[str, Any]) -> EngineResponse:
         """Carries out one action. What fails is said in the answer; nothing is raised for it."""
         name, number = str(sent.get("action")), sent.get("sequenceId", 0)
         action = ACTIONS.get(name)
@@ -35,10 +35,10 @@ class Engine:
         result = _result(name, failure, returned)
         is_fast = self._world.settings.fast_action_emit and self._world.serves_patches
         if action is not None and action.only_reads and failure is None and is_fast:
-            return Answer({**result, "agentId": 0}, is_patch=True)
+            return EngineResponse({**result, "agentId": 0}, is_patch=True)
         if sent.get("renderInstanceSegmentation") is True:
             return self._with_masks(result, number, _wanted(sent))
-        return self._whole(result, number, _wanted(sent))
+        return self._full_response(result, number, _wanted(sent))
 
     def _carried_out(self, action: Action | None, name: str, sent: Mapping[str, Any]) -> Any:
         if action is None:
@@ -49,16 +49,16 @@ class Engine:
             return action.handler(self._world, **{key: value for key, value in sent.items() if key != "action"})
         return action.handler(self._world, **action.arguments(sent))
 
-    def _with_masks(self, result: dict[str, Any], number: int, wanted: Wanted) -> Answer:
+    def _with_masks(self, result: dict[str, Any], number: int, wanted: Wanted) -> EngineResponse:
         """Returns an answer with the instance masks that this action alone asks for."""
         world, settings = self._world, self._world.settings
         world.settings = settings.model_copy(update={"render_instance_segmentation": True})
         try:
-            return self._whole(result, number, wanted)
+            return self._full_response(result, number, wanted)
         finally:
             world.settings = settings
 
-    def _whole(self, result: dict[str, Any], number: int, wanted: Wanted = "all") -> Answer:
+    def _full_response(self, result: dict[str, Any], number: int, wanted: Wanted = "all") -> EngineResponse:
         world = self._world
         agent = {**agent_metadata(world), **result}
         metadata = {
@@ -68,10 +68,10 @@ class Engine:
             "sequenceId": number,
         }
         try:
-            return Answer(metadata, images(world, wanted))
+            return EngineResponse(metadata, images(world, wanted))
         except SimulatorError as error:
             agent.update(lastActionSuccess=False, errorMessage=f"No picture could be drawn: {error}", errorCode=None)
-            return Answer(metadata)
+            return EngineResponse(metadata)
 
 
 def _wanted(sent: Mapping[str, Any]) -> Wanted:

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.errors import SettingError
 from vigil.protocol.observation import Quality
-from vigil.sim import STAGES
+from vigil.sim import EDITABLE_BACKENDS
 from vigil.sim.thor.start import engine_options, own_command
 
 
@@ -18,7 +18,7 @@ def thor_engine(
     asks for it on Linux, the engine does not use it. Raises SettingError on an unknown backend or a broken database:
     the client would wait for ever for an engine that ends at once.
     """
-    if backend not in STAGES:
-        raise SettingError(f"Backend {backend!r} is no engine's. Choose one of {', '.join(sorted(STAGES))}.")
-    AssetDatabase.of(None if asset_database is None else Path(asset_database))
+    if backend not in EDITABLE_BACKENDS:
+        raise SettingError(f"Backend {backend!r} is no engine's. Choose one of {', '.join(sorted(EDITABLE_BACKENDS))}.")
+    AssetDatabase.from_file(None if asset_database is None else Path(asset_database))
     return own_command(engine_options(backend, quality, asset_database))

@@ -6,13 +6,13 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.errors import SettingError, VigilError
-from vigil.sim import STAGES, make_simulator
-from vigil.sim.staging import Stage
+from vigil.sim import EDITABLE_BACKENDS, make_simulator
+from vigil.sim.scene_editor import SceneEditor
 from vigil.thor.base.settings import Settings
 from vigil.thor.base.world import World
-from vigil.thor.engine import Engine
+from vigil.thor.engine import ThorEngine
 from vigil.thor.wire import fifo, wsgi
 
 WIRES = {"FIFO": fifo.serve, "WSGI": wsgi.serve}
@@ -28,7 +28,7 @@ def main(words: Sequence[str]) -> int:
                 "The engine is started by AI2-THOR's client, not by hand: "
                 "Controller(local_executable_path=vigil.thor_engine(), scene=house)."
             )
-        WIRES[kind](Engine(_world(given, has_patches=kind == "FIFO")), os.environ)
+        WIRES[kind](ThorEngine(_world(given, has_patches=kind == "FIFO")), os.environ)
     except VigilError as error:
         print(error, file=sys.stderr)
         return 2
@@ -36,16 +36,16 @@ def main(words: Sequence[str]) -> int:
 
 
 def _world(given: argparse.Namespace, *, has_patches: bool) -> World:
-    stage = make_simulator(given.backend, assets=AssetDatabase.of(given.assets), quality=given.quality)
-    if not isinstance(stage, Stage):
+    editor = make_simulator(given.backend, assets=AssetDatabase.from_file(given.assets), quality=given.quality)
+    if not isinstance(editor, SceneEditor):
         raise SettingError(f"Backend {given.backend!r} cannot serve AI2-THOR's client: its scene cannot be directed.")
     settings = Settings(screen_width=given.width, screen_height=given.height, render_image=not given.without_pictures)
-    return World(stage, settings, serves_patches=has_patches)
+    return World(editor, settings, serves_patches=has_patches)
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="vigil thor-engine", allow_abbrev=False)
-    parser.add_argument("--backend", default="mujoco", choices=sorted(STAGES))
+    parser.add_argument("--backend", default="mujoco", choices=sorted(EDITABLE_BACKENDS))
     parser.add_argument("--render-quality", dest="quality", default="default", choices=["default", "fast"])
     parser.add_argument("--assets", type=Path, default=None, help="AI2-THOR's asset-database.json")
     parser.add_argument("-screen-width", dest="width", type=int, default=300, help=argparse.SUPPRESS)

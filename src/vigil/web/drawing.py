@@ -22,9 +22,9 @@ from vigil.runner.workers.messages import (
 from vigil.runner.workers.pool import usable_cpus
 from vigil.runner.workers.process import Worker, WorkerSettings
 
-PATIENCE_S = 90.0
+DRAW_TIMEOUT_S = 90.0
 """How long one picture may take, and how long a request may wait for its turn."""
-KEPT_PICTURES = 400
+PICTURE_CACHE_SIZE = 400
 
 
 class RenderService:
@@ -33,11 +33,11 @@ class RenderService:
     A call waits for its answer: it belongs into a thread, not into the event loop.
     """
 
-    def __init__(self, patience_s: float = PATIENCE_S) -> None:
-        self._patience_s = patience_s
-        self._worker = Worker(DrawingPlan(), "drawing-worker", WorkerSettings(patience_s, usable_cpus()))
+    def __init__(self, timeout_s: float = DRAW_TIMEOUT_S) -> None:
+        self._timeout_s = timeout_s
+        self._worker = Worker(DrawingPlan(), "drawing-worker", WorkerSettings(timeout_s, usable_cpus()))
         self._lock = threading.Lock()
-        self._kept: LRUCache[str, bytes] = LRUCache(KEPT_PICTURES)
+        self._kept: LRUCache[str, bytes] = LRUCache(PICTURE_CACHE_SIZE)
 
     def picture(self, moment: EpisodeMoment) -> bytes:
         """Returns the frame (PNG) of a moment. Raises SimulatorError or InputError."""
@@ -66,7 +66,7 @@ class RenderService:
     def _ask(self, request: DrawingRequest) -> Any:
         future = self._worker.submit(request)
         try:
-            return future.result(self._patience_s)[1]
+            return future.result(self._timeout_s)[1]
         except TimeoutError:
             if future.cancel():
                 raise SimulatorError("The drawing process is busy with other pictures; try again.") from None

@@ -21,11 +21,11 @@ from vigil.scoring.summary import summarise
 from vigil.web.drawing import RenderService
 from vigil.web.films.film import FilmFrame, film_frames_of, gif, mp4, webp
 from vigil.web.frames import episode_of, episode_timeline, frames_of
-from vigil.web.library import ShownRun
+from vigil.web.library import LibraryRun
 from vigil.web.phrases import LABELS as LABEL_WORDS
 from vigil.web.plan import try_film_plan, try_plan
 from vigil.web.site import STATIC, TEMPLATES
-from vigil.web.tables import LABELS, RATE_COLUMNS, bars_of
+from vigil.web.tables import LABELS, RATE_COLUMNS, make_bars
 
 JPEG_QUALITY = 86
 NO_FRAME = {"is_recorded": None, "note": "This frame was not saved and cannot be drawn again."}
@@ -43,11 +43,11 @@ class Links:
     after: str | None = None
 
 
-ALONE = Links()
+STANDALONE = Links()
 
 
 def episode_page(
-    run: ShownRun, key: Key, render_service: RenderService, links: Links = ALONE, *, reveals: bool = False
+    run: LibraryRun, key: Key, render_service: RenderService, links: Links = STANDALONE, *, reveals: bool = False
 ) -> str:
     """Returns one HTML page with everything in it: pictures, style and script.
 
@@ -66,12 +66,12 @@ def episode_page(
         plan=try_plan(pack, episode),
         links=links,
         is_alone=not (links.before or links.after),
-        **_carried("viewer.js"),
+        **_embedded("viewer.js"),
     )
 
 
 def episode_film(
-    run: ShownRun, key: Key, render_service: RenderService, form: FilmForm, *, reveals: bool = False
+    run: LibraryRun, key: Key, render_service: RenderService, form: FilmForm, *, reveals: bool = False
 ) -> bytes:
     """Returns an episode as a film.
 
@@ -86,7 +86,7 @@ def episode_film(
 
 
 def export_site(
-    run: ShownRun,
+    run: LibraryRun,
     out: Path,
     render_service: RenderService,
     report: Callable[[str], None] = lambda line: None,
@@ -103,22 +103,22 @@ def export_site(
     if out.exists() and any(out.iterdir()):
         raise SettingError(f"Folder {str(out)!r} is not empty; export into a new one.")
     (out / EPISODES_FOLDER).mkdir(parents=True, exist_ok=True)
-    settlement = run.table.settlement()
+    scores = run.table.scores()
     index = TEMPLATES.get_template("run_alone.html").render(
         title=run.name,
         run=run,
-        settlement=settlement,
-        summary=summarise(settlement),
+        scores=scores,
+        summary=summarise(scores),
         closure=run.closure(run.table),
-        bars=bars_of(settlement),
-        outcomes=settlement.outcomes,
+        bars=make_bars(scores),
+        outcomes=scores.outcomes,
         labels=LABELS,
         label_words=LABEL_WORDS,
         columns=RATE_COLUMNS,
         families=FAMILIES,
         link=lambda family="", label="": f"#family={family}&label={label}",
         episode_link=lambda episode_id, epoch: f"{EPISODES_FOLDER}/{_file_name(episode_id, epoch)}",
-        **_carried("filter.js"),
+        **_embedded("filter.js"),
     )
     keys = sorted(run.table.rows)
     names = [_file_name(*key) for key in keys]
@@ -127,14 +127,14 @@ def export_site(
         (out / EPISODES_FOLDER / name).write_text(text, encoding="utf-8")
         report(key[0])
     glossary = TEMPLATES.get_template("glossary_alone.html").render(
-        title="Glossary", run=run, glossary=RESULTS, **_carried("filter.js")
+        title="Glossary", run=run, glossary=RESULTS, **_embedded("filter.js")
     )
     (out / "glossary.html").write_text(glossary, encoding="utf-8")
     (out / "index.html").write_text(index, encoding="utf-8")
     return out / "index.html"
 
 
-def _check_private(run: ShownRun, *, reveals: bool) -> None:
+def _check_private(run: LibraryRun, *, reveals: bool) -> None:
     if run.pack is not None:
         manifest = manifest_of(run.pack.folder)
         check_revealed(manifest.name, is_private(manifest.meta), "A page or film of its episodes", reveals=reveals)
@@ -150,7 +150,7 @@ def _jpeg_uri(png: bytes) -> str:
     return "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
 
 
-def _carried(script: str) -> dict[str, Any]:
+def _embedded(script: str) -> dict[str, Any]:
     """Returns what a page that stands alone carries: our style and script, and the policy that runs no other."""
     text = (STATIC / script).read_text(encoding="utf-8")
     digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")

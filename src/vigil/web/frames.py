@@ -3,15 +3,15 @@
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from vigil.agents.picture import decode
+from vigil.agents.frame_encoding import decode_frame
 from vigil.errors import RecordError, SettingError, VigilError
 from vigil.protocol.episode import Episode
-from vigil.records.kept_reasoning import reasoning_of
+from vigil.records.reasoning_file import reasoning_by_step
 from vigil.records.record import EpisodeRecord, Key
 from vigil.runner.workers.frames import frame_sha256
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
 from vigil.web.drawing import RenderService
-from vigil.web.library import ShownPack, ShownRun
+from vigil.web.library import LibraryPack, LibraryRun
 from vigil.web.timeline import timeline_of
 
 Origin = Literal["saved", "redrawn"]
@@ -51,7 +51,7 @@ class Frame:
         )
 
 
-def episode_of(run: ShownRun, key: Key) -> tuple[Episode, EpisodeRecord, ShownPack]:
+def episode_of(run: LibraryRun, key: Key) -> tuple[Episode, EpisodeRecord, LibraryPack]:
     """Returns an episode of a run with its record and its pack. Raises KeyError or RecordError."""
     if run.table is None or run.pack is None:
         raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
@@ -60,29 +60,29 @@ def episode_of(run: ShownRun, key: Key) -> tuple[Episode, EpisodeRecord, ShownPa
     return run.table.episodes[key[0]], run.table.record(key), run.pack
 
 
-def episode_timeline(run: ShownRun, episode: Episode, record: EpisodeRecord) -> dict[str, Any]:
+def episode_timeline(run: LibraryRun, episode: Episode, record: EpisodeRecord) -> dict[str, Any]:
     """Returns the timeline of a record of a run."""
     if run.header is None or run.table is None:
         raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
     told = timeline_of(episode, record, run.header.spec.profile, run.table.rows[record.key].outcome)
-    reasoning = reasoning_of(run.folder, record)
+    reasoning = reasoning_by_step(run.folder, record)
     told["steps"] = [{**step, "reasoning": reasoning.get(step["index"], "")} for step in told["steps"]]
     return told
 
 
-def frame_of(run: ShownRun, key: Key, step: int, render_service: RenderService) -> Frame:
+def frame_of(run: LibraryRun, key: Key, step: int, render_service: RenderService) -> Frame:
     """Returns the frame that a step's reply answered: as saved, else drawn again. Raises VigilError, KeyError."""
     episode, record, pack = episode_of(run, key)
     if not 1 <= step <= len(record.steps):
         raise KeyError(step)
     recorded = record.steps[step - 1].frame_sha256
-    saved = _saved(run, recorded)
-    return saved or _held_against(
+    saved = _saved_frame(run, recorded)
+    return saved or _compared_with_record(
         render_service.picture(_moment_of(run, episode, record, pack, step)), "redrawn", recorded
     )
 
 
-def frames_of(run: ShownRun, key: Key, render_service: RenderService) -> list[Frame | None]:
+def frames_of(run: LibraryRun, key: Key, render_service: RenderService) -> list[Frame | None]:
     """Returns all frames of an episode; None for what was not saved and cannot be drawn."""
     _, record, _ = episode_of(run, key)
     found: list[Frame | None] = []
@@ -94,20 +94,20 @@ def frames_of(run: ShownRun, key: Key, render_service: RenderService) -> list[Fr
     return found
 
 
-def _saved(run: ShownRun, recorded: str | None) -> Frame | None:
+def _saved_frame(run: LibraryRun, recorded: str | None) -> Frame | None:
     """Returns a frame as it was kept; None when it was not, or when its file is no picture."""
     try:
         data = run.frames.file(recorded)
-        return None if data is None else _held_against(data, "saved", recorded)
+        return None if data is None else _compared_with_record(data, "saved", recorded)
     except RecordError:
         return None
 
 
-def _held_against(data: bytes, origin: Origin, recorded: str | None) -> Frame:
-    return Frame(data, origin, None if recorded is None else frame_sha256(decode(data)) == recorded)
+def _compared_with_record(data: bytes, origin: Origin, recorded: str | None) -> Frame:
+    return Frame(data, origin, None if recorded is None else frame_sha256(decode_frame(data)) == recorded)
 
 
-def _moment_of(run: ShownRun, episode: Episode, record: EpisodeRecord, pack: ShownPack, step: int) -> EpisodeMoment:
+def _moment_of(run: LibraryRun, episode: Episode, record: EpisodeRecord, pack: LibraryPack, step: int) -> EpisodeMoment:
     if run.header is None:
         raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
     spec = run.header.spec

@@ -13,29 +13,31 @@ from vigil.protocol.house import House
 from vigil.protocol.world import Setup
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
 from vigil.web.drawing import RenderService
-from vigil.web.library import Library, ShownPack
+from vigil.web.library import Library, LibraryPack
 from vigil.web.plan import plan_of
 from vigil.web.site import page, picture
 
-FARTHEST = 10_000.0
+MAX_COORDINATE_M = 10_000.0
 """No coordinate (m) or angle (degrees) of a place to look from is greater."""
 
 
-def _near(pose: Pose) -> Pose:
-    if not all(abs(value) <= FARTHEST for value in (*pose.position, pose.rotation, pose.horizon)):
-        raise ValueError(f"each coordinate and angle must be a number from -{FARTHEST:g} to {FARTHEST:g}")
+def _check_bounds(pose: Pose) -> Pose:
+    if not all(abs(value) <= MAX_COORDINATE_M for value in (*pose.position, pose.rotation, pose.horizon)):
+        raise ValueError(
+            f"each coordinate and angle must be a number from -{MAX_COORDINATE_M:g} to {MAX_COORDINATE_M:g}"
+        )
     return pose
 
 
-Place = Annotated[Pose, AfterValidator(_near)]
+BoundedPose = Annotated[Pose, AfterValidator(_check_bounds)]
 
 
-class Walk(BaseModel):
+class WalkRequest(BaseModel):
     """One step of a walk: from where, and what to do there."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    pose: Place
+    pose: BoundedPose
     action: Annotated[PhysicalAction | None, Field(discriminator="skill_name")] = None
 
 
@@ -44,7 +46,7 @@ class ViewPixel(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    pose: Place
+    pose: BoundedPose
     x: int = Field(ge=0, lt=640)
     y: int = Field(ge=0, lt=480)
 
@@ -73,7 +75,7 @@ def add_house_pages(
         return picture("plan.svg", plan=plan_of(_house(library, slug, name), library.packs[slug].assets))
 
     @site.post("/houses/{slug}/{name}/walk")
-    def walk(slug: str, name: str, request: Annotated[Walk, Body()]) -> dict[str, Any]:
+    def walk(slug: str, name: str, request: Annotated[WalkRequest, Body()]) -> dict[str, Any]:
         walked = render_service.walk(_moment_of(library, slug, name, request.pose, render_settings), request.action)
         return {
             "pose": walked.pose.model_dump(mode="json"),
@@ -91,7 +93,7 @@ def add_house_pages(
         }
 
 
-def _pack(library: Library, slug: str) -> ShownPack:
+def _pack(library: Library, slug: str) -> LibraryPack:
     if slug not in library.packs:
         library.runs()
     return library.packs[slug]

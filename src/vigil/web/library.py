@@ -13,20 +13,20 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
-from vigil.analysis.measures.closure import Settled, rates_of_table
-from vigil.assets.sizes import AssetDatabase
-from vigil.base.files import inside, is_inside
+from vigil.analysis.measures.closure import ClosureScores, closure_rates
+from vigil.assets.database import AssetDatabase
+from vigil.base.files import is_inside, resolve_inside
 from vigil.base.json_lines import is_being_written
 from vigil.errors import HouseError, PackMismatch, RecordError, VigilError
 from vigil.packs.files import HOUSES, MANIFEST
-from vigil.packs.pack import PACKAGED, Pack, find, frozen_episodes, manifest_sha256, packaged_names
+from vigil.packs.pack import PACKAGED, Pack, find_pack, frozen_episodes, manifest_sha256, packaged_names
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
 from vigil.records.costs import Prices
 from vigil.records.record import EPISODES_FILE, FRAMES_FOLDER, HEADER_FILE, RunHeader, read_header
 from vigil.runner.workers.frames import FrameStore
 from vigil.scoring.saved_run import RecordTable, pack_folder
-from vigil.scoring.summary import Settlement, summarise
+from vigil.scoring.summary import RunScores, summarise
 
 RunState = Literal["ended", "going on", "interrupted", "not ended"]
 """`interrupted`: it has not ended, and no process writes to it; `not ended`: whether one does cannot be known."""
@@ -36,7 +36,7 @@ DEPTH = 3
 
 
 @dataclass(slots=True)
-class ShownPack:
+class LibraryPack:
     """A pack by its manifest's hash; houses are read when they are looked at."""
 
     slug: str
@@ -56,7 +56,7 @@ class ShownPack:
 
     def house_path(self, name: str) -> Path:
         """Returns the file of a house. Raises HouseError when it is a link to outside of the pack."""
-        return inside(self.folder, f"{HOUSES}/{name}.json", HouseError)
+        return resolve_inside(self.folder, f"{HOUSES}/{name}.json", HouseError)
 
     def house(self, name: str) -> House:
         """Returns a house of the pack as its episodes know it. Raises HouseError or PackMismatch."""
@@ -69,13 +69,13 @@ class ShownPack:
 
 
 @dataclass(slots=True)
-class ShownRun:
+class LibraryRun:
     """A run's folder, its header and its rows; `fault` says why it cannot be shown whole."""
 
     slug: str
     folder: Path
     header: RunHeader | None = None
-    pack: ShownPack | None = None
+    pack: LibraryPack | None = None
     table: RecordTable | None = None
     fault: str = ""
     assets: Path | None = None
@@ -87,28 +87,28 @@ class ShownRun:
     """Equal when nothing has been written to the run's files."""
     lock: threading.RLock = field(default_factory=threading.RLock, repr=False, compare=False)
     """Held while the run is read."""
-    _closed: Settled = field(default_factory=dict, repr=False, compare=False)
+    _closure_scores: ClosureScores = field(default_factory=dict, repr=False, compare=False)
     """The verdicts on rows of the closure-stress suite, as far as they were asked for."""
-    _judged: tuple[RecordTable, tuple[int, int], Settlement, dict] | None = None
+    _cached_scores: tuple[RecordTable, tuple[int, int], RunScores, dict] | None = None
 
     @property
     def name(self) -> str:
         """The agent's name, or the folder's when the header cannot be read."""
         return self.header.spec.agent if self.header else self.folder.name
 
-    def judged(self, table: RecordTable) -> tuple[Settlement, dict]:
+    def scores_and_summary(self, table: RecordTable) -> tuple[RunScores, dict]:
         """Returns all verdicts of the run's table and their summary, made anew only when its file has changed."""
         with self.lock:
-            known = self._judged
+            known = self._cached_scores
             if known is None or known[0] is not table or known[1] != table.stamp:
-                settlement = table.settlement()
-                known = self._judged = (table, table.stamp, settlement, summarise(settlement))
+                scores = table.scores()
+                known = self._cached_scores = (table, table.stamp, scores, summarise(scores))
             return known[2], known[3]
 
     def closure(self, table: RecordTable) -> dict[str, dict[str, Any]] | None:
         """Returns C and what is beside it by kind; None when the run's pack is not of the closure-stress suite."""
         with self.lock:
-            return None if self.pack is None else rates_of_table(self.pack.folder, table, self._closed)
+            return None if self.pack is None else closure_rates(self.pack.folder, table, self._closure_scores)
 
     @property
     def version(self) -> str:
@@ -151,39 +151,39 @@ class Library:
         """
         self._assets = assets
         self._prices = prices
-        self._database = AssetDatabase.of(assets)
+        self._database = AssetDatabase.from_file(assets)
         self._roots = [root.resolve() for root in roots]
         for root in self._roots:
             if not root.is_dir():
                 fault = "is no folder" if root.exists() else "does not exist"
                 raise RecordError(f"{str(root)!r} {fault}. Give the folder of a run, or of several.")
-        self.packs: dict[str, ShownPack] = {}
+        self.packs: dict[str, LibraryPack] = {}
         for pack in packs:
-            self._open_pack(find(pack))
-        self._runs: dict[Path, ShownRun] = {}
+            self._open_pack(find_pack(pack))
+        self._runs: dict[Path, LibraryRun] = {}
         self._lock = threading.RLock()
 
-    def runs(self) -> list[ShownRun]:
+    def runs(self) -> list[LibraryRun]:
         """Returns all runs as they now are, new ones included, in order of their names."""
-        runs = self.found()
+        runs = self.known_runs()
         for run in runs:
             self._refresh(run)
         return runs
 
-    def run(self, slug: str) -> ShownRun:
+    def run(self, slug: str) -> LibraryRun:
         """Returns a run by its short name, as it now is; the others are not read. Raises KeyError."""
         known = {run.slug: run for run in list(self._runs.values())}
-        run = known[slug] if slug in known else {run.slug: run for run in self.found()}[slug]
+        run = known[slug] if slug in known else {run.slug: run for run in self.known_runs()}[slug]
         self._refresh(run)
         return run
 
-    def found(self) -> list[ShownRun]:
+    def known_runs(self) -> list[LibraryRun]:
         """Returns all runs that lie under the folders, in order of their names, as they were last read if ever."""
         with self._lock:
             for root in self._roots:
                 for folder in _run_folders(root, root, DEPTH):
                     if folder not in self._runs:
-                        self._runs[folder] = ShownRun(self._free_slug(folder), folder)
+                        self._runs[folder] = LibraryRun(self._free_slug(folder), folder)
             return sorted(self._runs.values(), key=lambda run: run.slug)
 
     def pack_folders(self) -> dict[str, Path]:
@@ -196,7 +196,7 @@ class Library:
                     found[_free_name(folder.name, found)] = folder
             return found
 
-    def pack(self, slug: str) -> ShownPack:
+    def pack(self, slug: str) -> LibraryPack:
         """Returns a pack by its short name. Raises KeyError or PackMismatch."""
         with self._lock:
             if slug in self.packs:
@@ -204,7 +204,7 @@ class Library:
             folder = self.pack_folders()[slug]
             return self._open_pack(folder, manifest_sha256(folder))
 
-    def _refresh(self, run: ShownRun) -> None:
+    def _refresh(self, run: LibraryRun) -> None:
         with run.lock:
             try:
                 self._read(run)
@@ -212,7 +212,7 @@ class Library:
             except (VigilError, OSError) as error:
                 run.fault = str(error)
 
-    def _read(self, run: ShownRun) -> None:
+    def _read(self, run: LibraryRun) -> None:
         header, known = read_header(run.folder), run.header
         is_another = known is None or (header.sha256, header.spec) != (known.sha256, known.spec)
         run.header, spec = header, header.spec
@@ -228,7 +228,7 @@ class Library:
         run.table.refresh()
         _note_state(run, header, run.table)
 
-    def _pack_of(self, header: RunHeader) -> ShownPack:
+    def _pack_of(self, header: RunHeader) -> LibraryPack:
         spec = header.spec
         for pack in self.packs.values():
             if pack.sha256 == spec.pack_sha256:
@@ -246,7 +246,7 @@ class Library:
         """Whether a pack does not link out of itself; that it is the run's own, its hash says."""
         return is_inside(pack / MANIFEST, pack)
 
-    def _open_pack(self, folder: Path, sha256: str | None = None) -> ShownPack:
+    def _open_pack(self, folder: Path, sha256: str | None = None) -> LibraryPack:
         folder = folder.resolve()
         for pack in self.packs.values():
             if pack.folder == folder and sha256 in (None, pack.sha256):
@@ -257,7 +257,7 @@ class Library:
         else:
             episodes = frozen_episodes(folder, sha256)
         slug = _free_name(folder.name, self.packs)
-        self.packs[slug] = ShownPack(
+        self.packs[slug] = LibraryPack(
             slug, folder, sha256, {episode.id: episode for episode in episodes}, self._database
         )
         return self.packs[slug]
@@ -266,7 +266,7 @@ class Library:
         return _free_name(folder.name, {run.slug for run in self._runs.values()})
 
 
-def _note_state(run: ShownRun, header: RunHeader, table: RecordTable) -> None:
+def _note_state(run: LibraryRun, header: RunHeader, table: RecordTable) -> None:
     """Notes whether a run goes on; of one that nobody writes to this is asked again only when a file has changed."""
     stamp = ((run.folder / HEADER_FILE).stat().st_mtime_ns, *table.stamp)
     if header.ended is not None:

@@ -16,16 +16,16 @@ from markupsafe import Markup
 from vigil.authoring.packing.dataset_card import CARD
 from vigil.base.files import is_inside, open_file
 from vigil.errors import PackMismatch
-from vigil.packs.even_draw import evenly
+from vigil.packs.even_draw import draw_evenly
 from vigil.packs.names import other_names, version_words
 from vigil.packs.pack import manifest_of, manifest_sha256
 from vigil.protocol.episode import FAMILIES, Episode, Family
-from vigil.protocol.goals import goal_words
+from vigil.protocol.goals import describe_goal
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
-from vigil.scoring.levels import LEVELS, levels_of
-from vigil.scoring.strata import in_order
+from vigil.scoring.levels import LEVELS, read_pack_levels
+from vigil.scoring.target_strata import sort_by_size
 from vigil.web.drawing import RenderService
-from vigil.web.library import Library, ShownPack
+from vigil.web.library import Library, LibraryPack
 from vigil.web.site import page
 
 SAMPLES = 3
@@ -65,7 +65,7 @@ def add_pack_pages(
             strata={**other_strata(manifest.meta), **level_strata(shown)},
             samples=samples_of(shown.episodes.values()),
             specs=FAMILIES,
-            goal_words=goal_words,
+            describe_goal=describe_goal,
             card=card_of(shown.folder),
         )
 
@@ -76,7 +76,7 @@ def add_pack_pages(
         return Response(data, media_type="image/png", headers={"Cache-Control": "private, max-age=600"})
 
 
-def _pack(library: Library, slug: str) -> ShownPack:
+def _pack(library: Library, slug: str) -> LibraryPack:
     if slug not in library.pack_folders():
         library.runs()
     return library.pack(slug)
@@ -109,32 +109,34 @@ def family_rows(episodes: Iterable[Episode], meta: dict[str, Any]) -> list[dict[
             "spec": spec,
             "episodes": len(mine),
             "houses": len({episode.house.name for episode in mine}),
-            "kinds": in_order(given.get(family) or _counted(one.difficulty or one.provenance.template for one in mine)),
+            "kinds": sort_by_size(
+                given.get(family) or _counts_text(one.difficulty or one.provenance.template for one in mine)
+            ),
         }
         for family, spec in FAMILIES.items()
         if (mine := by_family.get(family))
     ]
 
 
-def _counted(names: Iterable[str | None]) -> dict[str, int]:
+def _counts_text(names: Iterable[str | None]) -> dict[str, int]:
     return Counter(name for name in names if name)
 
 
 def other_strata(meta: dict[str, Any]) -> dict[str, dict[str, int]]:
     """Returns what else a manifest counts, by its name in words."""
     strata = meta.get("strata", {})
-    return {words: in_order(strata[name]) for name, words in _STRATA.items() if strata.get(name)}
+    return {words: sort_by_size(strata[name]) for name, words in _STRATA.items() if strata.get(name)}
 
 
-def level_strata(pack: ShownPack) -> dict[str, dict[str, int]]:
+def level_strata(pack: LibraryPack) -> dict[str, dict[str, int]]:
     """Returns how many episodes are of each level, where the pack holds levels."""
-    counts = Counter(each.level for each in levels_of(pack.folder).values())
+    counts = Counter(each.level for each in read_pack_levels(pack.folder).values())
     return {"level of difficulty": {level: counts[level] for level in LEVELS}} if counts else {}
 
 
 def samples_of(episodes: Iterable[Episode]) -> dict[Family, list[Episode]]:
     """Returns a few episodes of each family, the same ones each time."""
-    drawn = evenly(episodes)
+    drawn = draw_evenly(episodes)
     found = {family: [episode for episode in drawn if episode.family == family][:SAMPLES] for family in FAMILIES}
     return {family: some for family, some in found.items() if some}
 
@@ -156,7 +158,7 @@ def card_of(folder: Path) -> Markup | None:
     return Markup(markdown.renderer.render(tokens, markdown.options, {}))
 
 
-def _start_of(pack: ShownPack, episode: Episode, render_settings: RenderSettings) -> EpisodeMoment:
+def _start_of(pack: LibraryPack, episode: Episode, render_settings: RenderSettings) -> EpisodeMoment:
     """Returns the first moment of an episode."""
     house, name = episode.house, episode.house.name
     return EpisodeMoment(render_settings, pack.house_path(name), house.sha256, episode.start, episode.setup)

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 import shapely
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.errors import VigilError
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
@@ -16,10 +16,10 @@ from vigil.scene.build import build_scene
 from vigil.scene.plan import FloorPlan, PlanRoom, floor_plan
 from vigil.scene.things import Thing
 from vigil.web.films.plan import FilmPlan
-from vigil.web.library import ShownPack
+from vigil.web.library import LibraryPack
 
 MARGIN_M = 0.4
-LABELLED_M2 = 0.3
+MIN_LABELLED_M2 = 0.3
 """Things with a smaller footprint carry no label: it would be read as their neighbour's."""
 TEXT_SHARE = 0.026
 """Height of the letters, as a share of the plan's width: legible at the size at which pages show it."""
@@ -97,15 +97,15 @@ def _built(house: House, assets: AssetDatabase) -> list[Thing]:
         return []
 
 
-def try_plan(pack: ShownPack, episode: Episode) -> PlanDrawing | None:
+def try_plan(pack: LibraryPack, episode: Episode) -> PlanDrawing | None:
     """Returns the floor plan of an episode's house; None when the house cannot be read."""
     try:
-        return _kept_plan(pack.house(episode.house.name), pack.assets)
+        return _cached_plan(pack.house(episode.house.name), pack.assets)
     except VigilError:
         return None
 
 
-def try_film_plan(pack: ShownPack, episode: Episode) -> FilmPlan | None:
+def try_film_plan(pack: LibraryPack, episode: Episode) -> FilmPlan | None:
     """Returns the floor plan that a film shows of an episode's house; None when the house cannot be read."""
     try:
         return FilmPlan(floor_plan_of(pack.house(episode.house.name), pack.assets))
@@ -114,7 +114,7 @@ def try_film_plan(pack: ShownPack, episode: Episode) -> FilmPlan | None:
 
 
 @lru_cache(maxsize=32)
-def _kept_plan(house: House, assets: AssetDatabase) -> PlanDrawing:
+def _cached_plan(house: House, assets: AssetDatabase) -> PlanDrawing:
     return plan_of(house, assets)
 
 
@@ -132,12 +132,12 @@ def _labels(plan: FloorPlan, text_m: float) -> list[PlanLabel]:
     placed: list[PlanLabel] = []
     low, high = plan.bounds
     for thing in plan.labelled:
-        if thing.area_m2 >= LABELLED_M2:
+        if thing.area_m2 >= MIN_LABELLED_M2:
             half = LETTER_WIDTH * text_m * len(thing.label) / 2
             x = float(np.clip(thing.middle[0], low[0] + half, max(low[0] + half, high[0] - half)))
-            _place(placed, [PlanLabel("label", thing.label, x, -thing.middle[1])], text_m)
+            _add_first_free(placed, [PlanLabel("label", thing.label, x, -thing.middle[1])], text_m)
     for room in plan.rooms:
-        _place(placed, _names(room, text_m), text_m)
+        _add_first_free(placed, _names(room, text_m), text_m)
     return placed
 
 
@@ -148,7 +148,7 @@ def _names(room: PlanRoom, text_m: float) -> list[PlanLabel]:
     return [PlanLabel("room-name", room.name, x, -each) for each in tried if shapely.contains_xy(floor, x, each)]
 
 
-def _place(placed: list[PlanLabel], tried: list[PlanLabel], text_m: float) -> None:
+def _add_first_free(placed: list[PlanLabel], tried: list[PlanLabel], text_m: float) -> None:
     """Adds the first label that overlaps no earlier one; none when all do."""
     for label in tried:
         if not any(_overlap(label, other, text_m) for other in placed):

@@ -18,9 +18,9 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, model_validator
 
-from vigil.assets.sizes import AssetDatabase
-from vigil.base.json_lines import AppendFile, parse
-from vigil.base.settings import Setting, check_declared
+from vigil.assets.database import AssetDatabase
+from vigil.base.json_lines import AppendFile, parse_line
+from vigil.base.settings import Setting, check_settings
 from vigil.errors import RecordError, SettingError, SimulatorError
 from vigil.packs.pack import Pack, Selection
 from vigil.protocol.actions import Reply
@@ -29,12 +29,12 @@ from vigil.protocol.profile import ACTION_FEEDBACK, BASELINE, Profile
 from vigil.protocol.prompt import system_prompt
 from vigil.records.record import EpisodeRecord, RunSpec
 from vigil.runner.run_folder import RunFolder
-from vigil.runner.settings import RUNS_FOLDER, places_of, run_spec
+from vigil.runner.settings import RUNS_FOLDER, input_paths, run_spec
 from vigil.runner.shared_settings import AssetFile, Backend, Families, LogDir, PackName, RenderQuality
-from vigil.runner.workers.live import boundary_of, lost_record
+from vigil.runner.workers.live import boundary_of, error_record
 from vigil.runner.workers.messages import Assignment, EncodedObservation, WorkerPlan
 from vigil.runner.workers.pool import LiveEpisode, SimulatorPool
-from vigil.scoring.outcomes import settle
+from vigil.scoring.outcomes import score
 from vigil.web.phrases import verdict_words
 
 JOURNAL = "play.jsonl"
@@ -47,7 +47,7 @@ class PlaySettings:
 
     player: Annotated[str, Setting("Name of who plays; goes into the run's header.")]
     pack: PackName = "starter"
-    limit: Annotated[int | None, Setting("Only N episodes, drawn at random.", least=1, metavar="N")] = None
+    limit: Annotated[int | None, Setting("Only N episodes, drawn at random.", minimum=1, metavar="N")] = None
     families: Families = ()
     practice: Annotated[bool, Setting("Show feedback and verdicts; a run of its own.")] = False
     """Feedback after each action and the verdict after each episode."""
@@ -59,7 +59,7 @@ class PlaySettings:
 
     def __post_init__(self) -> None:
         """Holds the values against their declarations."""
-        check_declared(self)
+        check_settings(self)
 
 
 class _Entry(BaseModel):
@@ -96,7 +96,7 @@ class Journal:
 
     def _read(self, path: Path) -> None:
         of, advice = f"Journal of a play session {str(path)!r}", "Choose another --log-dir."
-        entries = [parse(line, _Entry, of, advice) for line in self._file.lines.whole]
+        entries = [parse_line(line, _Entry, of, advice) for line in self._file.lines.complete]
         if entries and entries[0].order != self.order:
             raise RecordError(f"{str(path)!r} was begun with another order. Give the same pack, limit and seed.")
         for entry in entries[1:]:
@@ -105,7 +105,7 @@ class Journal:
             else:
                 self.begun, self.replies = entry.begin or "", []
         if entries:
-            self._file.mend()
+            self._file.repair_tail()
         else:
             self._write({"order": self.order})
 
@@ -151,19 +151,19 @@ class PlaySession:
     async def state(self) -> dict[str, Any]:
         """Returns what the person may see now."""
         async with self._lock:
-            if self._live is None and self._is_in_the_middle():
+            if self._live is None and self._is_mid_episode():
                 await self._begin(self._journal.begun, self._journal.replies)
-            return self._shown()
+            return self._visible_state()
 
     async def next(self) -> dict[str, Any]:
         """Begins the next episode unless one goes on, and returns what is seen."""
         async with self._lock:
             if self._live is None:
-                waiting = self._waiting()
+                waiting = self._remaining()
                 if waiting:
                     self._journal.begin(waiting[0])
                     await self._begin(waiting[0], [])
-            return self._shown()
+            return self._visible_state()
 
     async def reply(self, moment: int, text: str) -> dict[str, Any]:
         """Carries out a reply to the view of that moment; one to another moment is passed over."""
@@ -174,9 +174,9 @@ class PlaySession:
                 try:
                     answer = await self._live.advance(reply)
                 except SimulatorError as error:
-                    answer = self._lost(self._live.assignment, error)
-                self._take(answer)
-            return self._shown()
+                    answer = self._failed_record(self._live.assignment, error)
+                self._count_reply(answer)
+            return self._visible_state()
 
     @property
     def place(self) -> Path:
@@ -202,14 +202,14 @@ class PlaySession:
                     self._moment += 1
                     answer = await live.advance(reply)
         except SimulatorError as error:
-            answer = self._lost(live.assignment, error)
-        self._take(answer, counts=False)
+            answer = self._failed_record(live.assignment, error)
+        self._count_reply(answer, counts=False)
 
-    def _lost(self, assignment: Assignment, error: SimulatorError) -> EpisodeRecord:
+    def _failed_record(self, assignment: Assignment, error: SimulatorError) -> EpisodeRecord:
         run_id = self._folder.header.run_id
-        return lost_record(assignment, run_id, boundary_of(error), str(error), datetime.now(UTC))
+        return error_record(assignment, run_id, boundary_of(error), str(error), datetime.now(UTC))
 
-    def _take(self, answer: EncodedObservation | EpisodeRecord, *, counts: bool = True) -> None:
+    def _count_reply(self, answer: EncodedObservation | EpisodeRecord, *, counts: bool = True) -> None:
         self._since = time.monotonic()
         self._moment += counts
         if isinstance(answer, EncodedObservation):
@@ -220,26 +220,26 @@ class PlaySession:
         self._live = self._view = None
         self._folder.append(answer)
         if self._settings.practice and self._episode is not None and answer.end != "error":
-            self._told = verdict_words(settle(self._episode, answer))
+            self._told = verdict_words(score(self._episode, answer))
         if answer.end == "error":
             self._told = ["The simulator failed. This episode will be played again later."]
-        if not self._waiting():
+        if not self._remaining():
             self._folder.note_end()
 
-    def _is_in_the_middle(self) -> bool:
+    def _is_mid_episode(self) -> bool:
         begun = self._journal.begun
         return bool(begun) and not self._has_row(begun)
 
     def _has_row(self, episode_id: str) -> bool:
         return any(record.episode_id == episode_id for record in self._folder.records())
 
-    def _waiting(self) -> list[str]:
+    def _remaining(self) -> list[str]:
         """Returns what is to be played, episodes that ended as an error last."""
         open_ = [name for name in self._journal.order if not self._folder.is_done(name, 1)]
         return sorted(open_, key=self._has_row)
 
-    def _shown(self) -> dict[str, Any]:
-        done = len(self._journal.order) - len(self._waiting())
+    def _visible_state(self) -> dict[str, Any]:
+        done = len(self._journal.order) - len(self._remaining())
         shown: dict[str, Any] = {
             "player": self._settings.player,
             "practice": self._settings.practice,
@@ -264,12 +264,12 @@ def open_play_session(settings: PlaySettings) -> PlaySession:
         raise SettingError(
             f"Player {settings.player!r}: a name has letters, digits, '_', '.' and '-', 40 at most, e.g. --player ada."
         )
-    pack, assets = Pack.load(settings.pack), AssetDatabase.of(settings.assets)
+    pack, assets = Pack.load(settings.pack), AssetDatabase.from_file(settings.assets)
     pack.check_assets(assets)
     spec = _spec(settings, pack, assets.sha256)
     name = f"{pack.name}-{spec.agent.replace(':', '-')}"
     path = settings.log_dir or RUNS_FOLDER / name
-    folder = RunFolder.create_or_resume(path, spec, pack.episodes, places_of(pack, settings.assets))
+    folder = RunFolder.create_or_resume(path, spec, pack.episodes, input_paths(pack, settings.assets))
     plan = WorkerPlan(
         pack=pack.folder,
         run_id=folder.header.run_id,

@@ -9,8 +9,8 @@ from fastapi import Body, FastAPI
 from fastapi.responses import HTMLResponse, Response
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.closure.closings import closings_of_drafts, closings_of_pack
+from vigil.assets.database import AssetDatabase
+from vigil.authoring.closure.expected_reports import expected_reports_of_drafts, expected_reports_of_pack
 from vigil.authoring.drafting.drafts import DraftsFile
 from vigil.authoring.review.reviews import (
     Decision,
@@ -24,12 +24,12 @@ from vigil.authoring.review.reviews import (
     read_reviews,
 )
 from vigil.base.geometry import wrap_deg
-from vigil.errors import SettingError, first_fault
+from vigil.errors import SettingError, first_error
 from vigil.packs.files import HOUSES
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Action
-from vigil.protocol.episode import FAMILIES, Episode, Size
-from vigil.protocol.goals import goal_words
+from vigil.protocol.episode import FAMILIES, Episode, TargetSize
+from vigil.protocol.goals import describe_goal
 from vigil.protocol.house import House
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
 from vigil.web.drawing import RenderService
@@ -37,7 +37,7 @@ from vigil.web.phrases import action_words, click_of
 from vigil.web.plan import plan_of
 from vigil.web.site import Address, make_site, page
 
-AROUND = 8
+VIEWS_AROUND = 8
 """Views from the start, each turned on by 45 degrees."""
 
 
@@ -56,7 +56,7 @@ class ReviewSet:
     def of_pack(cls, pack: Pack) -> "ReviewSet":
         """Returns the episodes of a pack."""
         solutions = {name: solution.actions for name, solution in pack.solutions.items()}
-        return cls(pack.name, pack.episodes, solutions, pack.folder / HOUSES, closings_of_pack(pack))
+        return cls(pack.name, pack.episodes, solutions, pack.folder / HOUSES, expected_reports_of_pack(pack))
 
     @classmethod
     def of_drafts(cls, path: Path) -> "ReviewSet":
@@ -71,7 +71,7 @@ class ReviewSet:
             raise SettingError(f"Drafts file {str(path)!r} holds no draft yet. `vigil pack propose` adds some.")
         solutions = {draft.episode.id: draft.actions for draft in drafts}
         episodes = tuple(draft.episode for draft in drafts)
-        return cls(path.name, episodes, solutions, file.houses, closings_of_drafts(proposed))
+        return cls(path.name, episodes, solutions, file.houses, expected_reports_of_drafts(proposed))
 
     def house_path(self, episode: Episode) -> Path:
         """Returns the file of an episode's house."""
@@ -85,7 +85,7 @@ class VerdictForm(BaseModel):
 
     verdict: Verdict
     instruction: str | None = None
-    difficulty: Size | None = None
+    difficulty: TargetSize | None = None
     text: str = ""
 
 
@@ -106,7 +106,7 @@ class ReviewSession:
         self.reviewer = reviewer
         self.render_settings = render_settings or RenderSettings()
         database = self.render_settings.asset_database
-        self.assets = AssetDatabase.of(database)
+        self.assets = AssetDatabase.from_file(database)
         self.queue = queue(review_set.episodes, seed)
         self.by_id = {episode.id: episode for episode in self.queue}
         if not path.parent.is_dir():
@@ -128,7 +128,7 @@ class ReviewSession:
                 **said.model_dump(),
             )
         except ValidationError as error:
-            raise SettingError(f"{first_fault(error, 'the review')}.") from None
+            raise SettingError(f"{first_error(error, 'the review')}.") from None
 
 
 def make_review(session: ReviewSession, render_service: RenderService, address: Address | None = None) -> FastAPI:
@@ -176,7 +176,7 @@ def _values(session: ReviewSession, episode: Episode) -> dict[str, Any]:
     solution = session.review_set.solutions[episode.id]
     return {
         "mine": decisions(episode, read_reviews(session.path)).get(session.reviewer, Decision()),
-        "goal": goal_words(episode.goal),
+        "goal": describe_goal(episode.goal),
         "closing": session.review_set.closings.get(episode.id),
         "family": FAMILIES[episode.family],
         "place": place + 1,
@@ -184,7 +184,7 @@ def _values(session: ReviewSession, episode: Episode) -> dict[str, Any]:
         "data": {
             "url": f"/episodes/{episode.id}",
             "steps": [{"words": action_words(action, None), "click": click_of(action)} for action in solution],
-            "around": AROUND,
+            "around": VIEWS_AROUND,
             "ids": sorted(set(episode.bindings.values()) | episode.goal.ids()),
             "before": ids[place - 1] if place else None,
             "after": ids[place + 1] if place + 1 < len(ids) else None,
@@ -205,9 +205,9 @@ def _add_pictures(site: FastAPI, session: ReviewSession, render_service: RenderS
     @site.get("/episodes/{episode_id}/around/{turn}.png")
     def around(episode_id: str, turn: int) -> Response:
         episode = session.by_id[episode_id]
-        if not 0 <= turn < AROUND:
+        if not 0 <= turn < VIEWS_AROUND:
             raise KeyError(turn)
-        yaw = wrap_deg(episode.start.rotation + turn * 360.0 / AROUND)
+        yaw = wrap_deg(episode.start.rotation + turn * 360.0 / VIEWS_AROUND)
         start = episode.start.model_copy(update={"rotation": yaw, "horizon": 15.0})
         return _png(render_service.picture(_moment_of(session, episode.model_copy(update={"start": start}))))
 

@@ -17,7 +17,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from vigil.analysis.tables.page import prose
 from vigil.base.glossary import TERMS
-from vigil.base.markup import finalized
+from vigil.base.markup import finalize
 from vigil.errors import InfrastructureError, InputError, SettingError, VigilError
 
 HERE = Path(__file__).parent
@@ -68,7 +68,7 @@ def template_environment() -> Environment:
         loader=FileSystemLoader(HERE / "templates"),
         autoescape=True,
         undefined=StrictUndefined,
-        finalize=finalized,
+        finalize=finalize,
         trim_blocks=True,
         lstrip_blocks=True,
     )
@@ -101,8 +101,8 @@ def make_site(address: Address) -> FastAPI:
     site.mount("/static", StaticFiles(directory=STATIC), name="static")
 
     @site.middleware("http")
-    async def guard(request: Request, go_on: Callable[[Request], Awaitable[Response]]) -> Response:
-        response = _refusal(request, address) or await go_on(request)
+    async def guard(request: Request, call_next: Callable[[Request], Awaitable[Response]]) -> Response:
+        response = _refusal(request, address) or await call_next(request)
         for name, value in HEADERS.items():
             response.headers.setdefault(name, value)
         if not request.scope["path"].startswith("/static/"):
@@ -110,22 +110,22 @@ def make_site(address: Address) -> FastAPI:
         return response
 
     @site.exception_handler(VigilError)
-    async def tell(request: Request, error: VigilError) -> Response:
+    async def on_vigil_error(request: Request, error: VigilError) -> Response:
         status = 503 if isinstance(error, InfrastructureError) else 400 if isinstance(error, InputError) else 500
         return fault(request, status, str(error))
 
     @site.exception_handler(RequestValidationError)
-    async def misread(request: Request, error: RequestValidationError) -> Response:
+    async def on_invalid_request(request: Request, error: RequestValidationError) -> Response:
         found = error.errors()[0]
         place = ".".join(str(part) for part in found["loc"])
         return fault(request, 422, f"{place}: {found['msg']}"[:_MAX_FAULT_CHARS])
 
     @site.exception_handler(KeyError)
-    async def miss(request: Request, error: KeyError) -> Response:
+    async def on_http_error(request: Request, error: KeyError) -> Response:
         return fault(request, 404, "There is nothing at this address.")
 
     @site.exception_handler(404)
-    async def absent(request: Request, error: Exception) -> Response:
+    async def on_missing_key(request: Request, error: Exception) -> Response:
         return fault(request, 404, "There is nothing at this address.")
 
     return site
@@ -169,17 +169,17 @@ def _is_asked_by_another_site(request: Request) -> bool:
 
 def _token_refusal(request: Request, address: Address) -> Response | None:
     given = request.query_params.get("token")
-    if given is not None and _is_same(given, address.token):
+    if given is not None and _is_token(given, address.token):
         rest = urlencode([(name, value) for name, value in request.query_params.multi_items() if name != "token"])
         path = re.sub(r"^/+", "/", request.url.path)
         response = RedirectResponse(path + (f"?{rest}" if rest else ""), 303)
         response.set_cookie(COOKIE, address.token, httponly=True, samesite="strict")
         return response
     bearer = request.headers.get("authorization", "").removeprefix("Bearer ")
-    if _is_same(request.cookies.get(COOKIE, ""), address.token) or _is_same(bearer, address.token):
+    if _is_token(request.cookies.get(COOKIE, ""), address.token) or _is_token(bearer, address.token):
         return None
     return PlainTextResponse("This server asks for its token: open the address with ?token=...", 401)
 
 
-def _is_same(given: str, token: str) -> bool:
+def _is_token(given: str, token: str) -> bool:
     return hmac.compare_digest(given.encode(), token.encode())

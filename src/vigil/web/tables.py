@@ -9,12 +9,12 @@ import numpy as np
 
 from vigil.analysis.measures.intervals import PairedTest, paired_test
 from vigil.protocol.episode import FAMILIES, Family
-from vigil.records.costs import cost_words
+from vigil.records.costs import describe_costs
 from vigil.scoring.outcomes import Label, Outcome
-from vigil.scoring.rates import Rate, columns_of, count
+from vigil.scoring.rates import Rate, count, outcome_columns
 from vigil.scoring.saved_run import RecordTable
-from vigil.scoring.summary import Settlement
-from vigil.web.library import ShownRun
+from vigil.scoring.summary import RunScores
+from vigil.web.library import LibraryRun
 
 RATE_COLUMNS = ("W", "B", "Delta", "FR", "NR", "IL")
 LABELS: tuple[Label, ...] = get_args(Label)
@@ -25,7 +25,7 @@ CHART_WIDTH = 1000.0
 class RunRow:
     """A run in the table of runs."""
 
-    run: ShownRun
+    run: LibraryRun
     rates: dict[str, Any] | None
     complete: str
     errors: int
@@ -63,7 +63,7 @@ class Bar:
 
 
 @dataclass(frozen=True, slots=True)
-class Tally:
+class RunProgress:
     """How far a run has come, as numbers of episodes."""
 
     played: int
@@ -76,21 +76,21 @@ class Tally:
     """In words; empty when there is nothing to tell."""
 
 
-def tally_of(run: ShownRun, table: RecordTable, settlement: Settlement) -> Tally:
+def progress_of(run: LibraryRun, table: RecordTable, scores: RunScores) -> RunProgress:
     """Returns how far a run has come, and what it has cost."""
-    outcomes, tokens = settlement.outcomes, table.tokens
+    outcomes, tokens = scores.outcomes, table.tokens
     labels = Counter(outcome.label for outcome in outcomes)
-    is_told = run.prices is not None or tokens.total.told
-    return Tally(
-        played=len(outcomes) + len(settlement.errors),
-        planned=max(table.planned, len(outcomes) + len(settlement.errors)),
+    is_known = run.prices is not None or tokens.total.reported
+    return RunProgress(
+        played=len(outcomes) + len(scores.errors),
+        planned=max(table.planned, len(outcomes) + len(scores.errors)),
         counts={"W": sum(outcome.W for outcome in outcomes), **{label: labels[label] for label in LABELS}},
-        errors=len(settlement.errors),
-        cost=cost_words(run.prices, tokens) if is_told else "",
+        errors=len(scores.errors),
+        cost=describe_costs(run.prices, tokens) if is_known else "",
     )
 
 
-def run_rows(runs: Iterable[ShownRun], family: str, sort: str, descending: bool) -> list[RunRow]:
+def run_rows(runs: Iterable[LibraryRun], family: str, sort: str, descending: bool) -> list[RunRow]:
     """Returns the table of runs, sorted by a rate or by name; runs without that rate come last."""
     rows = [_run_row(run, family) for run in runs]
     if sort not in RATE_COLUMNS:
@@ -100,7 +100,7 @@ def run_rows(runs: Iterable[ShownRun], family: str, sort: str, descending: bool)
     return sorted(with_rate, key=lambda row: row.rates[sort] if row.rates else 0.0, reverse=descending) + without
 
 
-def by_pack(rows: Iterable[RunRow]) -> list[RunGroup]:
+def group_by_pack(rows: Iterable[RunRow]) -> list[RunGroup]:
     """Returns the rows pack by pack, by the packs' names, each in the order given; unreadable runs come last."""
     found: dict[tuple[bool, str, str], list[RunRow]] = {}
     for row in rows:
@@ -110,28 +110,28 @@ def by_pack(rows: Iterable[RunRow]) -> list[RunGroup]:
     return [RunGroup(name, sha256, found[is_last, name, sha256]) for is_last, name, sha256 in sorted(found)]
 
 
-def first_pair(groups: Sequence[RunGroup]) -> tuple[str, ...]:
+def default_comparison(groups: Sequence[RunGroup]) -> tuple[str, ...]:
     """Returns the short names of the two runs to offer for comparison: of one pack, if there are two there."""
     readable = [[row.run.slug for row in group.rows if row.run.table is not None] for group in groups]
     together = next((slugs for slugs in readable if len(slugs) > 1), [slug for slugs in readable for slug in slugs])
     return tuple(together[:2])
 
 
-def _run_row(run: ShownRun, family: str) -> RunRow:
+def _run_row(run: LibraryRun, family: str) -> RunRow:
     if run.table is None:
         return RunRow(run, None, "", 0, 0)
-    _, summary = run.judged(run.table)
+    _, summary = run.scores_and_summary(run.table)
     rates = summary["families"].get(family) if family else summary["overall"]
-    is_cut = run.table.torn is not None and run.header is not None and run.header.ended is not None
+    is_cut = run.table.partial_line_number is not None and run.header is not None and run.header.ended is not None
     left_out = len(run.table.left_out) + is_cut
     if rates is None:
         return RunRow(run, None, "", 0, left_out)
     return RunRow(run, rates, rates["complete"], rates["errors"], left_out)
 
 
-def bars_of(settlement: Settlement) -> list[Bar]:
+def make_bars(scores: RunScores) -> list[Bar]:
     """Returns the outcome partition: all episodes, then a bar a family."""
-    outcomes = settlement.outcomes
+    outcomes = scores.outcomes
     families = [family for family in FAMILIES if any(outcome.family == family for outcome in outcomes)]
     groups = [("all", outcomes), *((family, [o for o in outcomes if o.family == family]) for family in families)]
     return [_bar(name, group) for name, group in groups]
@@ -167,7 +167,7 @@ class PairedRate:
     name: str
     a: Rate
     b: Rate
-    worth: PairedTest
+    paired: PairedTest
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,17 +185,17 @@ class FlipTable:
 
 def _paired(first: Sequence[Outcome], second: Sequence[Outcome]) -> list[PairedRate]:
     """Returns W and B of two runs on the same plays."""
-    of_first, of_second = count(columns_of(first)), count(columns_of(second))
+    of_first, of_second = count(outcome_columns(first)), count(outcome_columns(second))
     episodes, houses = (np.array([getattr(each, name) for each in first]) for name in ("episode_id", "house"))
     found = []
     for name in ("W", "B"):
         ours, theirs = (np.array([getattr(each, name) for each in side]) for side in (first, second))
-        worth = paired_test(ours, theirs, episodes=episodes, houses=houses)
-        found.append(PairedRate(name, of_first.rate(name), of_second.rate(name), worth))
+        paired = paired_test(ours, theirs, episodes=episodes, houses=houses)
+        found.append(PairedRate(name, of_first.rate(name), of_second.rate(name), paired))
     return found
 
 
-def compare(a: Settlement, b: Settlement, family: str) -> FlipTable:
+def compare(a: RunScores, b: RunScores, family: str) -> FlipTable:
     """Returns which episodes flipped between two runs, both ways."""
     first = {(o.episode_id, o.epoch): o for o in a.outcomes if not family or o.family == family}
     second = {(o.episode_id, o.epoch): o for o in b.outcomes if not family or o.family == family}

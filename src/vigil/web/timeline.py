@@ -10,7 +10,7 @@ from vigil.base.geometry import Box
 from vigil.errors import RecordError
 from vigil.protocol.actions import InteractPixel
 from vigil.protocol.episode import FAMILIES, Episode
-from vigil.protocol.goals import goal_words
+from vigil.protocol.goals import describe_goal
 from vigil.protocol.profile import Profile
 from vigil.protocol.replies import parse_reply
 from vigil.protocol.world import WorldState
@@ -74,7 +74,7 @@ def _hidden(
     first = next((index for index, row in enumerate(rows) if row.semantic), None)
     worlds = record.worlds if record.initial is not None else ()
     return {
-        "goal": goal_words(episode.goal),
+        "goal": describe_goal(episode.goal),
         "bindings": dict(sorted(episode.bindings.items())),
         "max_steps": episode.max_steps,
         "max_invalid": episode.max_invalid,

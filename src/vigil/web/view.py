@@ -18,15 +18,24 @@ from vigil.web.drawing import RenderService
 from vigil.web.export import episode_film, episode_page
 from vigil.web.frames import episode_of, episode_timeline, frame_of
 from vigil.web.houses import add_house_pages
-from vigil.web.library import Library, RunState, ShownRun
+from vigil.web.library import Library, LibraryRun, RunState
 from vigil.web.packs import add_pack_pages
 from vigil.web.phrases import LABELS as LABEL_WORDS
 from vigil.web.plan import try_plan
 from vigil.web.site import Address, make_site, page
-from vigil.web.tables import LABELS, RATE_COLUMNS, bars_of, by_pack, compare, first_pair, run_rows, tally_of
+from vigil.web.tables import (
+    LABELS,
+    RATE_COLUMNS,
+    compare,
+    default_comparison,
+    group_by_pack,
+    make_bars,
+    progress_of,
+    run_rows,
+)
 
 FILM_TYPES = {"gif": "image/gif", "mp4": "video/mp4"}
-NEWEST = 8
+NEWEST_EPISODES = 8
 """Episodes that the page of a run that goes on names as the newest."""
 STATES: tuple[RunState, ...] = ("going on", "not ended", "interrupted", "ended")
 """How often there may be something new to show, most often first."""
@@ -55,14 +64,14 @@ def _add_run_pages(site: FastAPI, library: Library) -> None:
     def runs(request: Request, sort: str = "B", dir: str = "desc", family: str = "") -> Response:
         _check_family(family)
         found = library.runs()
-        tag = _tag(found)
+        tag = _etag(found)
         if _is_known(request, tag):
             return Response(status_code=304, headers=tag)
         rows = run_rows(found, family, sort, dir != "asc")
         state = min((run.state for run in found), key=STATES.index, default="ended")
         asked = {"sort": sort, "dir": dir, "family": family, "families": FAMILIES, "columns": RATE_COLUMNS}
-        groups = by_pack(rows)
-        asked |= {"groups": groups, "pair": first_pair(groups)}
+        groups = group_by_pack(rows)
+        asked |= {"groups": groups, "pair": default_comparison(groups)}
         return page("runs.html", headers=tag, title="Runs", rows=rows, state=state, tag=tag["ETag"], **asked)
 
     @site.get("/runs/{slug}", response_class=HTMLResponse)
@@ -72,20 +81,20 @@ def _add_run_pages(site: FastAPI, library: Library) -> None:
         if shown.table is None:
             return page("broken_run.html", title=shown.name, run=shown)
         wanted = {"family": family, "label": label, "W": W}
-        others = [other.slug for other in library.found() if other.slug != slug]
-        values = _standing(shown, shown.table)
-        listed = _episode_list(values["settlement"].outcomes, wanted, sort, dir)
+        others = [other.slug for other in library.known_runs() if other.slug != slug]
+        values = _run_status(shown, shown.table)
+        listed = _episode_list(values["scores"].outcomes, wanted, sort, dir)
         return page("run.html", title=shown.name, others=others, **values, **listed)
 
-    @site.get("/runs/{slug}/standing", response_class=HTMLResponse)
-    def standing(request: Request, slug: str) -> Response:
+    @site.get("/runs/{slug}/status", response_class=HTMLResponse)
+    def run_status(request: Request, slug: str) -> Response:
         shown = library.run(slug)
         if shown.table is None:
             raise RecordError(f"Run {slug!r} cannot be read: {shown.fault}")
-        tag = _tag([shown])
+        tag = _etag([shown])
         if _is_known(request, tag):
             return Response(status_code=304, headers=tag)
-        return page("standing.html", headers=tag, **_standing(shown, shown.table))
+        return page("run_status.html", headers=tag, **_run_status(shown, shown.table))
 
     @site.get("/compare", response_class=HTMLResponse)
     def compare_runs(a: str = "", b: str = "", family: str = "") -> Response:
@@ -96,7 +105,9 @@ def _add_run_pages(site: FastAPI, library: Library) -> None:
         if first.table is None or second.table is None:
             unread = first if first.table is None else second
             raise RecordError(f"Run {unread.slug!r} cannot be read: {unread.fault}")
-        comparison = compare(first.judged(first.table)[0], second.judged(second.table)[0], family)
+        comparison = compare(
+            first.scores_and_summary(first.table)[0], second.scores_and_summary(second.table)[0], family
+        )
         is_same_pack = first.pack is not None and second.pack is not None and first.pack.sha256 == second.pack.sha256
         return page(
             "compare.html",
@@ -147,19 +158,19 @@ def _add_episode_pages(site: FastAPI, library: Library, render_service: RenderSe
     @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/export.html")
     def export_page(slug: str, episode_id: str, epoch: int) -> Response:
         text = episode_page(library.run(slug), (episode_id, epoch), render_service)
-        return Response(text, media_type="text/html", headers=_to_save(f"{episode_id}.{epoch}.html"))
+        return Response(text, media_type="text/html", headers=_download_headers(f"{episode_id}.{epoch}.html"))
 
     @site.get("/runs/{slug}/episodes/{episode_id}/{epoch}/export.{form}")
     def export_film(slug: str, episode_id: str, epoch: int, form: Literal["gif", "mp4"]) -> Response:
         data = episode_film(library.run(slug), (episode_id, epoch), render_service, form)
-        return Response(data, media_type=FILM_TYPES[form], headers=_to_save(f"{episode_id}.{epoch}.{form}"))
+        return Response(data, media_type=FILM_TYPES[form], headers=_download_headers(f"{episode_id}.{epoch}.{form}"))
 
 
-def _to_save(name: str) -> dict[str, str]:
+def _download_headers(name: str) -> dict[str, str]:
     return {"Content-Disposition": f'attachment; filename="{name}"'}
 
 
-def _tag(runs: Iterable[ShownRun]) -> dict[str, str]:
+def _etag(runs: Iterable[LibraryRun]) -> dict[str, str]:
     """Returns the header that names what there is to show of some runs now."""
     versions = " ".join(f"{run.slug} {run.version}" for run in runs)
     return {"ETag": f'"{hashlib.sha256(versions.encode()).hexdigest()[:16]}"'}
@@ -170,19 +181,19 @@ def _is_known(request: Request, tag: dict[str, str]) -> bool:
     return request.headers.get("if-none-match") == tag["ETag"]
 
 
-def _standing(run: ShownRun, table: RecordTable) -> dict[str, Any]:
+def _run_status(run: LibraryRun, table: RecordTable) -> dict[str, Any]:
     """Returns what the page of a run shows of how it stands, and shows anew while the run goes on."""
-    settlement, summary = run.judged(table)
+    scores, summary = run.scores_and_summary(table)
     here = f"/runs/{run.slug}"
     return {
         "run": run,
-        "settlement": settlement,
+        "scores": scores,
         "summary": summary,
         "closure": run.closure(table),
-        "bars": bars_of(settlement),
-        "tally": tally_of(run, table, settlement),
-        "newest": [row.verdict for row in table.newest(NEWEST)],
-        "tag": _tag([run])["ETag"],
+        "bars": make_bars(scores),
+        "progress": progress_of(run, table, scores),
+        "newest": [row.verdict for row in table.newest(NEWEST_EPISODES)],
+        "tag": _etag([run])["ETag"],
         "labels": LABELS,
         "label_words": LABEL_WORDS,
         "columns": RATE_COLUMNS,

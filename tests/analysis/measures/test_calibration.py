@@ -4,23 +4,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from published import EpisodeCourse, Write, good, played, small_records, thousand, write_pack, write_run
+from published_runs import EpisodeScript, Write, good, make_episodes, record_of, small_records, write_pack, write_run
 
-from vigil.analysis.measures.calibration import calibrate, plays_of
+from vigil.analysis.measures.calibration import calibrate, success_table
 from vigil.analysis.measures.rows import read_runs
 from vigil.errors import RecordError
 from vigil.protocol.episode import FAMILIES, Episode
-from vigil.scoring.levels import LEVELS, EpisodeLevel, Measures, levels_bytes
+from vigil.scoring.levels import LEVELS, EpisodeLevel, LevelMeasures, dump_levels
 
-PLAIN = Measures(
+PLAIN = LevelMeasures(
     path_m=0.0, turns=0, doors=0, rooms=1, look_alikes=0, target_px=9000, containers=0, occlusion=0.0, slack=1.0,
     reference_words=1,
 )  # fmt: skip
 PER_FAMILY = 8
 
 
-def bad(family: str) -> EpisodeCourse:
-    return EpisodeCourse(family, w=False, end="NR")
+def bad(family: str) -> EpisodeScript:
+    return EpisodeScript(family, w=False, end="NR")
 
 
 def levels_by_number(episodes: list[Episode]) -> dict[str, EpisodeLevel]:
@@ -36,10 +36,10 @@ def levels_by_number(episodes: list[Episode]) -> dict[str, EpisodeLevel]:
 @pytest.fixture
 def runs(tmp_path: Path) -> list[Path]:
     """Six models; the model n completes the episodes whose number is below n + 1."""
-    episodes = thousand(PER_FAMILY)
+    episodes = make_episodes(PER_FAMILY)
     write_pack(tmp_path / "pack", episodes)
-    (tmp_path / "pack/levels.jsonl").write_bytes(levels_bytes(levels_by_number(episodes).values()))
-    plots = {family: (played(good(family)), played(bad(family))) for family in FAMILIES}
+    (tmp_path / "pack/levels.jsonl").write_bytes(dump_levels(levels_by_number(episodes).values()))
+    plots = {family: (record_of(good(family)), record_of(bad(family))) for family in FAMILIES}
     return [
         write_run(
             tmp_path / f"run{skill}",
@@ -71,7 +71,7 @@ def test_the_index_is_held_against_the_fit(runs: list[Path]) -> None:
 def test_levels_from_elsewhere_stand_in_for_the_packs_own(runs: list[Path]) -> None:
     backwards = {
         name: one.model_copy(update={"index": -one.index})
-        for name, one in levels_by_number(thousand(PER_FAMILY)).items()
+        for name, one in levels_by_number(make_episodes(PER_FAMILY)).items()
     }
     assert calibrate(read_runs(runs, levels=backwards)).overall.value < -0.95
     none = calibrate(read_runs(runs, levels={}))
@@ -84,10 +84,10 @@ def test_repeats_of_a_model_are_one_agent(runs: list[Path], tmp_path: Path) -> N
         tmp_path / "again",
         tmp_path / "pack",
         "vllm/model1",
-        {one.id: played(good(one.family)) for one in thousand(PER_FAMILY)},
+        {one.id: record_of(good(one.family)) for one in make_episodes(PER_FAMILY)},
     )
-    settled = read_runs([runs[0], again])
-    plays = plays_of(settled, [one.id for one in thousand(PER_FAMILY)], "B")
+    scored_runs = read_runs([runs[0], again])
+    plays = success_table(scored_runs, [one.id for one in make_episodes(PER_FAMILY)], "B")
     assert plays.agents == ("model1",)
     assert set(plays.plays.ravel()) == {2.0}
     assert set(plays.hits.ravel()) == {1.0, 2.0}

@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 import pytest
-from stories import RecordBuilder, episode, thing
+from builders import RecordBuilder, episode, thing
 
-from vigil.analysis.measures.closure import discrimination, pairs_right, rate
+from vigil.analysis.measures.closure import correct_pairs, discrimination, rate
 from vigil.protocol.goals import ObjectHeld
-from vigil.scoring.closure import CONCEDED, Certificate, ClosureAnswer, ClosureOutcome, Evidence, settle_closure
+from vigil.scoring.closure import CONCEDED, Certificate, ClosureAnswer, ClosureOutcome, Evidence, score_closure
 
 EVIDENCE = (Evidence(object_id="target"),)
 
@@ -29,7 +29,7 @@ def play(pair: int, side: str, status: str | None, is_held: bool = False, epoch:
     )
     story = RecordBuilder(target=thing()).do(target={"is_held": is_held})
     record = story.end() if status is None else story.report(status)
-    found = settle_closure(answer, episode("SI", goal=ObjectHeld(object_id="target")), record)
+    found = score_closure(answer, episode("SI", goal=ObjectHeld(object_id="target")), record)
     named = answer.model_copy(update={"episode_id": f"{pair}{side}"})
     return replace(found, answer=named, outcome=replace(found.outcome, epoch=epoch))
 
@@ -44,7 +44,7 @@ def test_an_agent_that_knows_tells_all_twins_apart():
     found = discrimination(plays)
     assert (found.pairs, found.auc) == (10, 1.0)
     assert found.d_prime == pytest.approx(3.38, abs=0.01)
-    assert pairs_right(plays).value == 1.0
+    assert correct_pairs(plays).value == 1.0
     assert rate(plays, lambda each: each.C).value == 1.0
 
 
@@ -55,7 +55,7 @@ def test_a_policy_without_sight_is_at_chance(status: str | None):
     assert found.auc == 0.5
     assert found.auc_interval == (0.5, 0.5)
     assert found.d_prime == 0.0
-    assert pairs_right(plays).value == 0.0
+    assert correct_pairs(plays).value == 0.0
 
 
 def test_a_coin_is_at_chance_in_expectation():
@@ -68,7 +68,7 @@ def test_a_coin_is_at_chance_in_expectation():
     found = discrimination(plays)
     assert found.auc == 0.5
     assert found.d_prime == pytest.approx(0.0)
-    assert pairs_right(plays).value == 0.0
+    assert correct_pairs(plays).value == 0.0
     assert found.auc_interval is not None
     assert found.auc_interval[0] < 0.5 < found.auc_interval[1]
 
@@ -86,6 +86,6 @@ def test_plays_of_one_pair_are_matched_by_epoch():
         play(1, "possible", "fail", epoch=2),
         play(1, "impossible", "fail", epoch=2),
     ]
-    assert pairs_right(plays).hits == 0
-    assert (discrimination(plays).pairs, pairs_right(plays).n) == (1, 2)
-    assert pairs_right(plays).worth < 2
+    assert correct_pairs(plays).hits == 0
+    assert (discrimination(plays).pairs, correct_pairs(plays).n) == (1, 2)
+    assert correct_pairs(plays).effective_n < 2

@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vigil.analysis.measures.intervals import (
-    clustered,
-    clustered_means,
-    clustered_ratios,
+    clustered_interval,
+    clustered_mean_intervals,
+    clustered_ratio_intervals,
     holm,
     mcnemar,
     paired_difference,
@@ -39,9 +39,9 @@ def test_a_ratio_is_the_mean_of_its_units():
     hits = np.array([1, 1, 0, 4, 1, 0, 2])
     houses = np.array(list("abcdefg"))
     units = np.concatenate([np.arange(size) < hit for size, hit in zip(sizes, hits, strict=True)]).reshape(-1, 1)
-    found = clustered_ratios(hits.reshape(-1, 1), sizes, houses)
+    found = clustered_ratio_intervals(hits.reshape(-1, 1), sizes, houses)
     assert found is not None
-    assert found == clustered_means(units, np.repeat(houses, sizes))
+    assert found == clustered_mean_intervals(units, np.repeat(houses, sizes))
     assert found[0] is not None
     assert found[0][0] < hits.sum() / sizes.sum() < found[0][1]
 
@@ -54,9 +54,9 @@ def test_wilson_reproduces_a_known_interval():
 def test_clustered_contains_the_mean_in_any_order(values: list[bool], seed: int):
     found = np.array(values, dtype=float)
     houses = np.array([f"house_{index % 7}" for index in range(len(found))])
-    interval = clustered(found, houses)
+    interval = clustered_interval(found, houses)
     shuffled = np.random.default_rng(seed).permutation(len(found))
-    assert clustered(found[shuffled], houses[shuffled]) == interval
+    assert clustered_interval(found[shuffled], houses[shuffled]) == interval
     if interval is not None:
         assert interval[0] <= found.mean() <= interval[1]
 
@@ -66,13 +66,13 @@ def test_clusters_widen_the_interval():
     houses = np.repeat([f"h{index}" for index in range(40)], 25)
     values = np.repeat(rng.random(40) < 0.5, 25).astype(float)
     alone = np.array([f"e{index}" for index in range(1000)])
-    (low, high), (inner_low, inner_high) = clustered(values, houses), clustered(values, alone)  # type: ignore[misc]
+    (low, high), (inner_low, inner_high) = clustered_interval(values, houses), clustered_interval(values, alone)  # type: ignore[misc]
     assert high - low > 3 * (inner_high - inner_low)
 
 
 def test_few_houses_or_no_variation_say_nothing():
-    assert clustered(np.array([1.0, 0.0, 1.0, 0.0]), np.array(["a", "b", "c", "d"])) is None
-    assert clustered(np.ones(10), np.array([f"h{index}" for index in range(10)])) is None
+    assert clustered_interval(np.array([1.0, 0.0, 1.0, 0.0]), np.array(["a", "b", "c", "d"])) is None
+    assert clustered_interval(np.ones(10), np.array([f"h{index}" for index in range(10)])) is None
 
 
 @pytest.mark.parametrize("houses", [5, 8, 20])
@@ -82,7 +82,7 @@ def test_clustered_intervals_of_few_houses_hold_the_truth(houses: int):
     held = 0
     for _ in range(300):
         chances = np.repeat(np.clip(0.4 + 0.15 * rng.standard_normal(houses), 0, 1), 12)
-        interval = clustered((rng.random(12 * houses) < chances).astype(float), names)
+        interval = clustered_interval((rng.random(12 * houses) < chances).astype(float), names)
         held += interval is not None and interval[0] <= 0.4 <= interval[1]
     assert held / 300 >= 0.92
 

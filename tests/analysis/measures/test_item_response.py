@@ -10,7 +10,7 @@ from vigil.analysis.measures.item_response import (
     ABILITY_SD,
     DIFFICULTY_SD,
     Fit,
-    Plays,
+    SuccessTable,
     discriminations,
     fit,
     rank_correlation,
@@ -20,12 +20,12 @@ from vigil.analysis.measures.item_response import (
 from vigil.errors import SettingError
 
 
-def plays_by(chances: np.ndarray, seed: int, repeats: int = 1) -> Plays:
+def plays_by(chances: np.ndarray, seed: int, repeats: int = 1) -> SuccessTable:
     """Plays drawn with these chances of success, (agents, episodes)."""
     hits = np.random.default_rng(seed).binomial(repeats, chances).astype(float)
     agents, episodes = chances.shape
     names = tuple(f"a{n}" for n in range(agents)), tuple(f"e{n:04d}" for n in range(episodes))
-    return Plays(*names, hits, np.full_like(hits, repeats))
+    return SuccessTable(*names, hits, np.full_like(hits, repeats))
 
 
 def simulated(agents: int, episodes: int, seed: int) -> tuple[Fit, np.ndarray, np.ndarray]:
@@ -56,7 +56,7 @@ def test_standard_errors_are_what_they_say() -> None:
 
 def test_the_slope_vanishes_at_the_fit() -> None:
     found, _, _ = simulated(6, 40, 3)
-    missed = found.plays.hits - found.plays.plays * found.chances
+    missed = found.plays.hits - found.plays.plays * found.probabilities
     assert missed.sum(axis=1) == pytest.approx(found.ability / ABILITY_SD**2, abs=1e-6)
     assert -missed.sum(axis=0) == pytest.approx(found.difficulty / DIFFICULTY_SD**2, abs=1e-6)
 
@@ -86,7 +86,7 @@ def test_repeats_count_as_so_many_plays() -> None:
 
 def test_nothing_played_is_refused() -> None:
     with pytest.raises(SettingError, match="no scored episode"):
-        fit(Plays(("a",), ("e",), np.zeros((1, 1)), np.zeros((1, 1))))
+        fit(SuccessTable(("a",), ("e",), np.zeros((1, 1)), np.zeros((1, 1))))
 
 
 def test_an_episode_that_the_abler_fail_is_told() -> None:

@@ -5,10 +5,20 @@ from typing import Any
 
 import numpy as np
 import pytest
-from published import SMALL, EpisodeCourse, Write, played, records_of, small_records, thousand, write_pack, write_run
+from published_runs import (
+    SMALL,
+    EpisodeScript,
+    Write,
+    make_episodes,
+    record_of,
+    records_of,
+    small_records,
+    write_pack,
+    write_run,
+)
 from quick_runs import claim
 
-from vigil.analysis.measures.pairs import compare, family_differences, pair, recognise, shared
+from vigil.analysis.measures.pairs import compare_runs, family_differences, find_pairs, make_pair, shared_rows
 from vigil.analysis.measures.rows import Run, read_runs
 from vigil.analysis.measures.study import study
 from vigil.analysis.measures.transitions import label_matrix, transitions
@@ -17,7 +27,7 @@ from vigil.errors import RecordError
 from vigil.protocol.episode import FAMILIES, Family
 from vigil.protocol.profile import ACTION_FEEDBACK, Profile
 from vigil.protocol.prompt_file import variant_of
-from vigil.records.record import Answered, EpisodeRecord, read_header
+from vigil.records.record import EpisodeRecord, ProviderFacts, read_header
 
 FEEDBACK, NEUTRAL = Profile(name=ACTION_FEEDBACK), Profile(prompt_variant="neutral_report")
 
@@ -26,7 +36,7 @@ def missed() -> dict[str, EpisodeRecord]:
     """Every second episode is left unreported."""
     found = small_records()
     for family in FAMILIES:
-        found[f"{family}-000"] = played(EpisodeCourse(family, True, "NR"))
+        found[f"{family}-000"] = record_of(EpisodeScript(family, True, "NR"))
     return found
 
 
@@ -35,7 +45,7 @@ def runs_of(write: Write, *settings: dict[str, Any]) -> list[Run]:
 
 
 def test_interventions_are_recognised_from_headers(write: Write):
-    found = recognise(runs_of(write, {"profile": NEUTRAL}, {"profile": FEEDBACK}, {}))
+    found = find_pairs(runs_of(write, {"profile": NEUTRAL}, {"profile": FEEDBACK}, {}))
     (feedback,), (prompt,) = found.feedback, found.prompt
     assert (feedback.base.name, feedback.other.name) == ("model", "model [+FB]")
     assert (prompt.base.name, prompt.other.name) == ("model", "model [neutral_report]")
@@ -52,7 +62,7 @@ def test_a_prompt_file_is_no_variant_of_the_papers_prompt(write: Write):
     mine, changed = own_prompt("Do <TASK_INSTRUCTION>"), own_prompt("Please do <TASK_INSTRUCTION>")
     fed = own_prompt("Do <TASK_INSTRUCTION>", name=ACTION_FEEDBACK)
     runs = runs_of(write, {}, {"profile": NEUTRAL}, {"profile": mine}, {"profile": changed}, {"profile": fed})
-    found = recognise(runs)
+    found = find_pairs(runs)
     (prompt,), (feedback,) = found.prompt, found.feedback
     assert (prompt.base.name, prompt.other.name) == ("model", "model [neutral_report]")
     assert feedback.base.name == f"model [{mine.prompt_variant}]"
@@ -72,17 +82,17 @@ def test_another_revision_of_the_prompt_is_no_variant(write: Write):
     spec = other.header.spec.model_copy(update={"prompt_policy": policy})
     other = Run(**{**vars(other), "header": other.header.model_copy(update={"spec": spec})})
     with pytest.raises(RecordError, match=r"cannot be paired for prompt: prompt_policy is '.*v2"):
-        pair(base, other, "prompt")
+        make_pair(base, other, "prompt")
 
 
 def test_pairing_is_symmetric(write: Write):
     base, other = runs_of(write, {}, {"profile": FEEDBACK})
-    assert pair(base, other, "feedback") == pair(other, base, "feedback")
+    assert make_pair(base, other, "feedback") == make_pair(other, base, "feedback")
 
 
 def test_other_settings_are_refused_by_name(write: Write):
     settings = {"profile": FEEDBACK, "sampling": {"temperature": 0.5}}
-    found = recognise(runs_of(write, {}, settings))
+    found = find_pairs(runs_of(write, {}, settings))
     assert found.feedback == ()
     (refusal,) = found.refusals
     assert "sampling.temperature is not set in one, 0.5 in the other" in refusal
@@ -107,13 +117,13 @@ def test_different_runs_are_refused_by_name(write: Write, change: dict[str, Any]
         spec = other.header.spec.model_copy(update={"pack_sha256": sha256})
         other = Run(**{**vars(other), "header": other.header.model_copy(update={"spec": spec})})
     with pytest.raises(RecordError, match="cannot be paired for repeat") as caught:
-        pair(base, other, "repeat")
+        make_pair(base, other, "repeat")
     assert named in str(caught.value)
 
 
 def test_two_interventions_at_once_are_no_pair(write: Write):
     both = Profile(name=ACTION_FEEDBACK, prompt_variant="neutral_report")
-    found = recognise(runs_of(write, {}, {"profile": both}))
+    found = find_pairs(runs_of(write, {}, {"profile": both}))
     assert (found.feedback, found.prompt, found.refusals) == ((), (), ())
 
 
@@ -130,7 +140,7 @@ THINKING = {"extra_body": {"chat_template_kwargs": {"enable_thinking": True}}}
 )
 def test_serving_modes_of_a_checkpoint_are_paired(write: Write, instruct: dict[str, Any], thinking: dict[str, Any]):
     runs = runs_of(write, thinking, instruct)
-    found = recognise(runs)
+    found = find_pairs(runs)
     (one,) = found.serving
     assert (bool(one.base.model.is_thinking), one.other.model.is_thinking) == (False, True)
     assert found.refusals == ()
@@ -140,7 +150,7 @@ def test_serving_modes_of_a_checkpoint_are_paired(write: Write, instruct: dict[s
 
 def answered(folder: Path, with_reasoning: int, replies: int = 16) -> Path:
     """Writes into a run's header how many of its replies came with reasoning."""
-    told = Answered(replies=replies, replies_with_reasoning=with_reasoning)
+    told = ProviderFacts(replies=replies, replies_with_reasoning=with_reasoning)
     header = read_header(folder).model_copy(update={"answered": told})
     (folder / "run.json").write_text(header.model_dump_json(), encoding="utf-8")
     return folder
@@ -169,7 +179,7 @@ def test_a_model_that_is_to_think_and_does_not_is_said(write: Write):
 
 
 def test_serving_modes_under_other_settings_are_refused_by_name(write: Write):
-    found = recognise(runs_of(write, {}, {"sampling": {**THINKING, "temperature": 0.6}}))
+    found = find_pairs(runs_of(write, {}, {"sampling": {**THINKING, "temperature": 0.6}}))
     assert found.serving == ()
     assert "cannot be paired for serving: sampling.temperature" in found.refusals[0]
 
@@ -177,7 +187,7 @@ def test_serving_modes_under_other_settings_are_refused_by_name(write: Write):
 def test_two_baselines_make_one_row_each_for_the_runs_beside_them(write: Write):
     some = {name: record for name, record in small_records().items() if not name.startswith("CR")}
     runs = runs_of(write, {"records": some}, {}, {}, {"profile": FEEDBACK}, {"profile": NEUTRAL})
-    found = recognise(runs)
+    found = find_pairs(runs)
     (feedback,), (prompt,) = found.feedback, found.prompt
     assert feedback.base.folder.name == prompt.base.folder.name == "run1"
     assert "'model · run0', 'model · run2' would do as well" in found.choices["feedback"][0]
@@ -188,17 +198,17 @@ def test_two_baselines_make_one_row_each_for_the_runs_beside_them(write: Write):
 
 def test_labels_that_change_are_counted_and_tested(write: Write):
     base, other = runs_of(write, {"records": missed()}, {"profile": FEEDBACK})
-    (pair_of,) = recognise([base, other]).feedback
+    (pair_of,) = find_pairs([base, other]).feedback
     matrix = label_matrix(*pair_of.tables())
     assert matrix["NR"]["B"] == matrix["B"]["B"] == 8
     (change,) = transitions(*pair_of.tables())
-    assert (change.source, change.target, change.there, change.back) == ("B", "NR", 0, 8)
+    assert (change.source, change.target, change.forward, change.backward) == ("B", "NR", 0, 8)
     assert change.net == pytest.approx(-0.5)
     assert np.isclose(change.p, 2 * 0.5**8)
 
 
-def unreported(family: Family) -> EpisodeCourse:
-    return EpisodeCourse(family, True, "NR")
+def unreported(family: Family) -> EpisodeScript:
+    return EpisodeScript(family, True, "NR")
 
 
 def test_the_epochs_of_an_episode_change_their_labels_together(write: Write):
@@ -209,20 +219,20 @@ def test_the_epochs_of_an_episode_change_their_labels_together(write: Write):
         with (folder / "episodes.jsonl").open("ab") as file:
             file.write(extra)
         claim(folder)
-    (found,) = recognise(read_runs(folders)).feedback
+    (found,) = find_pairs(read_runs(folders)).feedback
     (change,) = transitions(*found.tables())
-    assert (change.there, change.back) == (0, 16)
+    assert (change.forward, change.backward) == (0, 16)
     assert change.net == pytest.approx(-0.5)
     assert np.isclose(change.p, 2 * 0.5**16)
 
 
 def test_a_pair_must_differ_in_what_it_is_about(write: Write):
     with pytest.raises(RecordError, match="they do not differ in it"):
-        pair(*runs_of(write, {}, {}), "feedback")
+        make_pair(*runs_of(write, {}, {}), "feedback")
 
 
 def test_repeats_are_runs_or_epochs_and_seeds_of_models_are_free(write: Write):
-    found = recognise(runs_of(write, {"seed": 1}, {"seed": 2}, {"seed": 3}))
+    found = find_pairs(runs_of(write, {"seed": 1}, {"seed": 2}, {"seed": 3}))
     assert [(one.name, len(one.tables)) for one in found.repeats] == [("model", 3)]
     again = {name: record.model_copy(update={"epoch": 2}) for name, record in missed().items()}
     twice = write("epochs", small_records(), epochs=2)
@@ -259,16 +269,16 @@ def test_the_epochs_of_one_run_are_repeats_too(write: Write):
     with (run / "episodes.jsonl").open("ab") as file:
         file.write((extra / "episodes.jsonl").read_bytes())
     claim(run)
-    (repeats,) = recognise(read_runs([run])).repeats
+    (repeats,) = find_pairs(read_runs([run])).repeats
     assert repeats.names == ("model, epoch 1", "model, epoch 2")
-    ((name, before, after),) = repeats.against_the_first()
+    ((name, before, after),) = repeats.compared_with_first()
     assert (name, len(before)) == ("model, epoch 2", 16)
     assert label_matrix(before, after)["B"] == {"B": 8, "FR": 0, "Other": 0, "NR": 8, "IL": 0}
 
 
 def test_a_scripted_agents_seed_is_a_setting(write: Write):
     settings = [{"agent": "random", "kind": "scripted", "seed": seed} for seed in (1, 2)]
-    found = recognise(runs_of(write, *settings))
+    found = find_pairs(runs_of(write, *settings))
     assert found.repeats == ()
     assert "seed is 1 in one, 2 in the other" in found.refusals[0]
 
@@ -276,14 +286,14 @@ def test_a_scripted_agents_seed_is_a_setting(write: Write):
 def test_tests_are_over_shared_episodes_only(write: Write):
     some = {name: record for name, record in missed().items() if not name.startswith("CR")}
     runs = read_runs([write("a", agent="vllm/a"), write("b", some, agent="vllm/b")])
-    found = compare(*runs)
+    found = compare_runs(*runs)
     assert found.n == len(FAMILIES) * SMALL - SMALL
     assert found.w.difference == 0.0
     assert found.b.difference == pytest.approx(-0.5)
     assert (found.b.test.only_first, found.b.test.only_second) == (7, 0)
-    ours, theirs = shared(runs[0].rows, runs[1].rows)
+    ours, theirs = shared_rows(runs[0].rows, runs[1].rows)
     assert ours.index.equals(theirs.index)
-    back = compare(runs[1], runs[0])
+    back = compare_runs(runs[1], runs[0])
     assert (back.n, back.b.test.p) == (found.n, found.b.test.p)
 
 
@@ -291,7 +301,7 @@ def test_nothing_is_called_different_without_a_test(write: Write):
     made = tables(study(read_runs([write("a", agent="vllm/a"), write("b", missed(), agent="vllm/b")])))
     (row,) = made["comparisons"].rows
     assert row.cells["verdict"] == "in B"
-    fewer = {**small_records(), "AI-000": played(EpisodeCourse("AI", True, "NR"))}
+    fewer = {**small_records(), "AI-000": record_of(EpisodeScript("AI", True, "NR"))}
     made = tables(study(read_runs([write("a", agent="vllm/a"), write("c", fewer, agent="vllm/c")])))
     assert made["comparisons"].rows[0].cells["verdict"] == "not shown"
 
@@ -310,10 +320,10 @@ def test_intervention_table_counts_events_and_differences(write: Write):
 
 
 def test_the_largest_shift_of_a_family_has_its_interval(tmp_path: Path):
-    write_pack(tmp_path / "pack", thousand(10))
-    plots = {family: [EpisodeCourse(family, True, "on" if family == "SV" else "success")] * 10 for family in FAMILIES}
+    write_pack(tmp_path / "pack", make_episodes(10))
+    plots = {family: [EpisodeScript(family, True, "on" if family == "SV" else "success")] * 10 for family in FAMILIES}
     base = write_run(tmp_path / "base", tmp_path / "pack", "vllm/model", records_of(plots))
-    plots["CR"] = [EpisodeCourse("CR", True, "NR")] * 4 + plots["CR"][4:]
+    plots["CR"] = [EpisodeScript("CR", True, "NR")] * 4 + plots["CR"][4:]
     other = write_run(tmp_path / "neutral", tmp_path / "pack", "vllm/model", records_of(plots), profile=NEUTRAL)
     found = study(read_runs([base, other]), with_paper=False)
     ((size, interval),) = [family_differences(one, "B")["CR B"] for one in found.pairing.prompt]
@@ -346,7 +356,7 @@ def test_packs_are_never_mixed(write: Write):
     spec = second.header.spec.model_copy(update={"pack_sha256": "1" * 64})
     second = Run(**{**vars(second), "header": second.header.model_copy(update={"spec": spec})})
     with pytest.raises(RecordError, match="different packs"):
-        compare(first, second)
+        compare_runs(first, second)
     found = study([first, second])
     assert found.comparisons == ()
     assert any("different packs" in warning for warning in found.warnings)

@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from published import Write, small_records, thousand, write_pack, write_run
-from stories import RecordBuilder, thing
+from builders import RecordBuilder, thing
+from published_runs import Write, make_episodes, small_records, write_pack, write_run
 
 from vigil.analysis.measures import rows
 from vigil.analysis.measures.columns import COLUMNS
-from vigil.analysis.measures.rows import frame_of, read_runs
+from vigil.analysis.measures.rows import combined_rows, read_runs
 from vigil.errors import PackMismatch, RecordError
 from vigil.protocol.profile import ACTION_FEEDBACK, Profile
-from vigil.scoring.outcomes import settle
+from vigil.scoring.outcomes import score
 
 ERROR = RecordBuilder(target=thing()).end("error").model_copy(update={"episode_id": "@"})
 
@@ -29,8 +29,8 @@ def append(run: Path, text: str) -> None:
 def test_a_row_says_what_settling_says(write: Write):
     records = small_records()
     (run,) = read_runs([write("run")])
-    episode = next(one for one in thousand(2) if one.id == "CR-001")
-    outcome = settle(episode, records["CR-001"].model_copy(update={"episode_id": "CR-001"}))
+    episode = next(one for one in make_episodes(2) if one.id == "CR-001")
+    outcome = score(episode, records["CR-001"].model_copy(update={"episode_id": "CR-001"}))
     row = run.rows.set_index("episode_id").loc["CR-001"]
     assert (row["W"], row["B"], row["label"], row["lag"], row["house"]) == (True, True, "B", outcome.lag, "house_1")
     assert row["actions.report"] == outcome.actions["report"] == 1
@@ -113,7 +113,7 @@ def test_records_of_no_planned_episode_are_left_out(write: Write):
 
 
 def test_a_run_of_another_pack_is_refused(write: Write, tmp_path: Path):
-    write_pack(tmp_path / "other", thousand(1))
+    write_pack(tmp_path / "other", make_episodes(1))
     with pytest.raises(PackMismatch, match="another one's episodes cannot be compared"):
         read_runs([write("run")], pack=str(tmp_path / "other"))
 
@@ -147,12 +147,12 @@ def test_neither_order_of_runs_nor_of_episodes_matters(write: Write):
     first, second = read_runs([one, two]), read_runs([two, one, two])
     assert [run.name for run in first] == [run.name for run in second] == ["a", "b"]
     pd.testing.assert_frame_equal(first[0].rows, first[1].rows)
-    assert len(frame_of(first)) == 32
-    assert frame_of(first).columns[:3].tolist() == ["run", "model", "run_id"]
+    assert len(combined_rows(first)) == 32
+    assert combined_rows(first).columns[:3].tolist() == ["run", "model", "run_id"]
 
 
 def test_every_column_is_described_in_order(write: Write):
-    table = frame_of(read_runs([write("a"), write("b")]))
+    table = combined_rows(read_runs([write("a"), write("b")]))
     names = [re.sub(r"^(actions|actions_after_goal)\..*", r"\1.KIND", name) for name in table.columns]
     names = [re.sub(r"^credit\..*", "credit.POLICY", name) for name in names]
     assert list(dict.fromkeys(names)) == list(COLUMNS)

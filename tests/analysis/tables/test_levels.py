@@ -3,14 +3,14 @@
 from pathlib import Path
 
 import pytest
-from published import good, played, thousand, write_pack, write_run
+from published_runs import good, make_episodes, record_of, write_pack, write_run
 
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import study
 from vigil.analysis.tables.registry import tables
-from vigil.scoring.levels import EpisodeLevel, Measures
+from vigil.scoring.levels import EpisodeLevel, LevelMeasures
 
-FIGURES = Measures(
+FIGURES = LevelMeasures(
     path_m=0.0, turns=0, doors=0, rooms=1, look_alikes=0, target_px=9000, containers=0, occlusion=0.0, slack=1.0,
     reference_words=1,
 )  # fmt: skip
@@ -18,9 +18,9 @@ FIGURES = Measures(
 
 @pytest.fixture
 def run(tmp_path: Path) -> Path:
-    episodes = thousand(12)
+    episodes = make_episodes(12)
     write_pack(tmp_path / "pack", episodes)
-    records = {one.id: played(good(one.family)) for one in episodes}
+    records = {one.id: record_of(good(one.family)) for one in episodes}
     return write_run(tmp_path / "run", tmp_path / "pack", "vllm/model", records)
 
 
@@ -29,7 +29,7 @@ def levels() -> dict[str, EpisodeLevel]:
         one.id: EpisodeLevel(
             episode_id=one.id, level="easy" if one.family == "PG" else "extreme", index=2.0, measures=FIGURES
         )
-        for one in thousand(12)
+        for one in make_episodes(12)
     }
 
 

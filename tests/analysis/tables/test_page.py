@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from published import counts_of, plots_of, records_of, thousand, write_anchor, write_pack, write_run
-from web_visitor import CONTRAST
+from browser_page import CONTRAST
+from published_runs import counts_of, make_episodes, records_of, scripts_of, write_anchor, write_pack, write_run
 
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import study
@@ -24,9 +24,9 @@ TOO_WIDE = """() => [...document.querySelectorAll("section")]
 @pytest.fixture(scope="module")
 def report_page(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("page")
-    write_pack(folder / "pack", thousand())
+    write_pack(folder / "pack", make_episodes())
     runs = [write_anchor(folder / model, folder / "pack", model) for model in ("GPT-5.4", "Claude-Sonnet-4")]
-    records = records_of(plots_of(counts_of("GPT-5.4")))
+    records = records_of(scripts_of(counts_of("GPT-5.4")))
     runs.append(write_run(folder / LONG_ID, folder / "pack", LONG_NAME, records, thinking=True))
     page = folder / "report.html"
     page.write_text(html_report(make_report(study(read_runs(runs)))), encoding="utf-8")

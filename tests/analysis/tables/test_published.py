@@ -3,9 +3,9 @@
 from typing import Any
 
 import pytest
-from published import FR, thousand, write_anchor, write_pack
+from published_runs import FR, make_episodes, write_anchor, write_pack
 
-from vigil.analysis.measures.metrics import run_faults
+from vigil.analysis.measures.metrics import broken_run_identities
 from vigil.analysis.measures.paper import paper
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import Study, study
@@ -21,7 +21,7 @@ TIE = 0.05 + 1e-9
 @pytest.fixture(scope="module")
 def panel(tmp_path_factory: pytest.TempPathFactory) -> Study:
     folder = tmp_path_factory.mktemp("published")
-    write_pack(folder / "pack", thousand())
+    write_pack(folder / "pack", make_episodes())
     runs = [write_anchor(folder / f"run{index}", folder / "pack", model) for index, model in enumerate(ANCHORS)]
     return study(read_runs(runs))
 
@@ -48,7 +48,7 @@ def published(name: str, model: str) -> dict[str, Any]:
 
 def test_every_anchor_is_in_the_panel_and_obeys_the_identities(panel: Study):
     assert sorted(entry.name for entry in panel.main_panel()) == sorted(ANCHORS)
-    assert [fault for run in panel.runs for fault in run_faults(run)] == []
+    assert [fault for run in panel.runs for fault in broken_run_identities(run)] == []
 
 
 @pytest.mark.parametrize("model", ANCHORS)

@@ -4,9 +4,9 @@ import json
 from pathlib import Path
 
 import pytest
-from published import good as plot_of
-from published import played, thousand, write_pack, write_run
-from stories import thing
+from builders import thing
+from published_runs import good as plot_of
+from published_runs import make_episodes, record_of, write_pack, write_run
 
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.strata import by_stratum
@@ -36,14 +36,14 @@ def begun(record: EpisodeRecord, category: str, distance_m: float) -> EpisodeRec
 
 @pytest.fixture
 def run(tmp_path: Path) -> Path:
-    episodes = [marked(one) for one in thousand(2)]
+    episodes = [marked(one) for one in make_episodes(2)]
     houses = {f"house_{number}": json.dumps({"rooms": [{}] * rooms}).encode() for number, rooms in ((0, 1), (1, 4))}
     write_pack(tmp_path / "pack", episodes, houses)
     records = {}
     for one in episodes:
         is_first = one.id.endswith("0")
         records[one.id] = begun(
-            played(plot_of(one.family)), "Cabinet" if is_first else "Chair", 2.5 if is_first else 4.5
+            record_of(plot_of(one.family)), "Cabinet" if is_first else "Chair", 2.5 if is_first else 4.5
         )
     return write_run(tmp_path / "run", tmp_path / "pack", "vllm/model", records)
 
@@ -84,9 +84,9 @@ def test_the_table_has_every_rate_with_its_interval(run: Path):
 
 
 def test_a_pack_without_houses_tells_no_rooms(tmp_path: Path):
-    episodes = thousand(1)
+    episodes = make_episodes(1)
     write_pack(tmp_path / "pack", episodes)
-    records = {one.id: played(plot_of(one.family)) for one in episodes}
+    records = {one.id: record_of(plot_of(one.family)) for one in episodes}
     (found,) = read_runs([write_run(tmp_path / "run", tmp_path / "pack", "vllm/model", records)])
     assert by_stratum(found.rows)["Rooms of the house (all families)"] == []
 

@@ -8,7 +8,7 @@ import pytest
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import along_longest, lengthwise, turned
+from vigil.assets.kernel.arrange import along_longest, lengthwise, quarter_turned
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.base.geometry import Vec3
@@ -56,7 +56,7 @@ def test_upright_in_an_upright_box() -> None:
 def test_a_quarter_turn_carries_joints_along(axis: shapes.Axis) -> None:
     """Opening and then turning is the same as turning and then opening."""
     plain = arrow(Vec3(0.1, 0.05, 0.4), np.random.default_rng(1), ())
-    whole = turned(plain, axis, 90)
+    whole = quarter_turned(plain, axis, 90)
 
     def opened(asset: Asset) -> np.ndarray:
         joint = asset.joints[0]

@@ -15,12 +15,12 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from vigil.authoring.closure.alike import look_alike
 from vigil.authoring.closure.all_of import HOME
-from vigil.authoring.closure.already import EVERYTHING_FORMS
-from vigil.authoring.closure.certify import EXEMPT, LEAST_LOOKS, Certifier
+from vigil.authoring.closure.already_done import EVERYTHING_FORMS
+from vigil.authoring.closure.certify import EXEMPT, MIN_LOOKING_SHARE, Certifier
+from vigil.authoring.closure.distractors import look_alike
 from vigil.authoring.closure.generation import AUTHOR, ClosureGenerator
-from vigil.authoring.closure.impossible import BARS, READ_M, impossible
+from vigil.authoring.closure.impossible import BLOCKERS, NOTICE_READABLE_M, impossible
 from vigil.authoring.closure.packing import (
     BLIND,
     ClosureRequest,
@@ -29,22 +29,22 @@ from vigil.authoring.closure.packing import (
     reviewed_tasks,
     select_tasks,
 )
-from vigil.authoring.closure.refusals import FULL, silent_refusal
+from vigil.authoring.closure.silent_refusals import FULL, silent_refusal
 from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.closure.twins import STRICT_SINCE, BrokenRule, check_hidden
-from vigil.authoring.closure.verify import certified_anew, task_of, verify_closure
+from vigil.authoring.closure.verify import recertifier, task_of, verify_closure
 from vigil.authoring.drafting.drafts import ClosureDraft, DraftsFile, Header, Rejection
 from vigil.authoring.drafting.generation import GenerationSettings
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import is_seen
-from vigil.authoring.drafting.sources import Seeded
+from vigil.authoring.drafting.sources import GeneratedHouse
 from vigil.authoring.language.referring import ROOM_NAMES
 from vigil.authoring.review.reviews import Review, Verdict, episode_sha256
 from vigil.authoring.review.rules import RULES
 from vigil.authoring.review.validate import BUDGET_SHARE, SUITE_RULES, Validator
+from vigil.authoring.solving.goal_actions import is_doable
 from vigil.authoring.solving.macro_actions import MacroActions
-from vigil.authoring.solving.oracle import Oracle
-from vigil.authoring.ways.goal_kinds import is_doable
+from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.cli import app
 from vigil.errors import EpisodeError, InputError
 from vigil.packs.pack import ANSWERS, Pack
@@ -55,15 +55,15 @@ from vigil.protocol.profile import Profile
 from vigil.protocol.prompt import rendered_sha256
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.closure import (
-    ALIKE,
+    DISTRACTOR,
     KINDS,
     PAIRED,
     ClosureAnswer,
     ClosureOutcome,
     Kind,
     Reason,
-    answers_of,
-    settle_closure,
+    closure_answers,
+    score_closure,
 )
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.web.review import ReviewSet
@@ -76,7 +76,7 @@ Reported = Callable[[Episode, Status | None], EpisodeRecord]
 def drafts(tmp_path_factory: pytest.TempPathFactory) -> DraftsFile:
     file = DraftsFile(tmp_path_factory.mktemp("drafts") / "drafts.jsonl")
     generator = ClosureGenerator(GenerationSettings(("SI",), seed=9, per_house=PER_HOUSE, tried=14, author=AUTHOR))
-    house, lines = generator.work(Seeded(541, "2"), ("SI",))
+    house, lines = generator.work(GeneratedHouse(541, "2"), ("SI",))
     header = Header(author=AUTHOR, seed=9, simulator="mujoco", per_house=PER_HOUSE, tried=14)
     with file.writing(header) as writer:
         writer.add(house, lines)
@@ -98,7 +98,7 @@ def twins_pack(drafts: DraftsFile, tmp_path_factory: pytest.TempPathFactory) -> 
 
 @pytest.fixture(scope="module")
 def answers(pack: Pack) -> dict[str, ClosureAnswer]:
-    return answers_of(pack.folder)
+    return closure_answers(pack.folder)
 
 
 def twins(pack: Pack, answers: dict[str, ClosureAnswer], kind: Kind) -> list[tuple[str, str]]:
@@ -220,7 +220,7 @@ def test_what_bars_the_way_is_in_no_first_frame(drafts: DraftsFile, simulator: P
     context = HouseContext(simulator, house, np.random.default_rng(3))
     for episode in task.episodes:
         simulator.reset(episode.start, episode.setup)
-        assert Oracle(simulator).state_of(task.removed).visible_px == 0
+        assert PrivilegedView(simulator).state_of(task.removed).visible_px == 0
     for shown in task.episodes:
         context.begin(shown.setup)
         start = context.start_seeing(context.thing(task.removed), (0.7, 4.0), 15.0, is_seen(100))
@@ -245,14 +245,14 @@ def test_what_is_asked_about_is_in_no_first_frame_of_a_second_side(
         simulator.reset(pose, second.setup)
         broken: list[str] = []
         try:
-            check_hidden(task, second, Oracle(simulator), is_searched=True)
+            check_hidden(task, second, PrivilegedView(simulator), is_searched=True)
         except BrokenRule as rule:
             broken.append(rule.rule)
         assert broken == rules
 
 
 def test_a_door_that_heavy_furniture_bars_is_locked(simulator: PrivilegedSimulator) -> None:
-    house = Seeded(516, "2").house()
+    house = GeneratedHouse(516, "2").house()
     context = HouseContext(simulator, house, np.random.default_rng(1))
     certifier = Certifier(simulator)
     for task in islice(impossible(context), 40):
@@ -265,11 +265,11 @@ def test_a_door_that_heavy_furniture_bars_is_locked(simulator: PrivilegedSimulat
     assert sides[1].answer.reason == "locked"
     assert sides[1].answer.accepted == ("fail", "invalid")
     simulator.reset(task.episodes[1].start, task.episodes[1].setup)
-    assert simulator.scene().things[task.removed].category in BARS
+    assert simulator.scene().things[task.removed].category in BLOCKERS
 
 
 def test_the_obvious_act_is_refused_by_a_swing_a_machine_and_a_full_shelf(simulator: PrivilegedSimulator) -> None:
-    context = HouseContext(simulator, Seeded(515, "2").house(), np.random.default_rng(2))
+    context = HouseContext(simulator, GeneratedHouse(515, "2").house(), np.random.default_rng(2))
     tasks = [task for task in islice(silent_refusal(context), 30) if isinstance(task, ClosureTask)]
     assert {task.form for task in tasks} == {"swing", "machine", FULL}
 
@@ -286,10 +286,10 @@ def test_twins_about_everything_somewhere_mean_just_what_may_be_on_or_open_there
     assert first.goal.object_id == task.removed
     simulator.load(house)
     simulator.reset(first.start, first.setup)
-    assert Oracle(simulator).state_of(task.removed).visible_px == 0
+    assert PrivilegedView(simulator).state_of(task.removed).visible_px == 0
     assert {each.object_id for each in task.evidence} == {part.object_id for part in first.goal.parts}
     _, tour = found.drafts
-    assert LEAST_LOOKS * first.max_steps <= len(tour.actions) <= BUDGET_SHARE * first.max_steps
+    assert MIN_LOOKING_SHARE * first.max_steps <= len(tour.actions) <= BUDGET_SHARE * first.max_steps
     places = [HOME, *(f"the {name}" for name in ROOM_NAMES.values())]
     place = next(name for name in places if name in first.instruction)
     other = next(name for name in places[1:] if name != place)
@@ -308,13 +308,13 @@ def test_a_broken_machine_is_read_from_near_by_and_does_not_start(
     assert not found
     answer = sides[1].answer
     assert answer.accepted[0] == "fail"
-    assert answer.evidence[0].within_m == READ_M
+    assert answer.evidence[0].within_m == NOTICE_READABLE_M
     assert answer.certificate is not None
     assert "out of order" in answer.certificate.refusal
     played = Validator(simulator).play(task.episodes[1], house, sides[0].actions)
     refusals = {step.effect.refusal for step in played.steps if step.effect is not None}
     assert "out_of_order" in refusals
-    verdict = settle_closure(answer, task.episodes[1], played)
+    verdict = score_closure(answer, task.episodes[1], played)
     assert (verdict.C, verdict.label) == (False, "false_success")
     assert verdict.is_refused
 
@@ -343,7 +343,7 @@ def test_agents_without_sight_are_at_chance_on_pairs(
     closed: dict[str, list[bool]] = {kind: [] for kind in KINDS}
     for episode in pack.episodes:
         for status in BLIND[agent]:
-            verdict = settle_closure(answers[episode.id], episode, reported(episode, status))
+            verdict = score_closure(answers[episode.id], episode, reported(episode, status))
             closed[answers[episode.id].kind].append(verdict.C)
     assert {f"C {kind}": round(100 * sum(found) / len(found), 1) for kind, found in closed.items()} == {
         f"C {kind}": told[f"C {kind}"] for kind in KINDS
@@ -359,7 +359,7 @@ def test_who_does_the_same_on_both_sides_closes_no_pair_knowingly(
     def closed(name: str, by_solution_of: str) -> ClosureOutcome:
         episode = pack.episode(name)
         record = validator.play(episode, pack.house_of(episode), pack.solutions[by_solution_of].actions)
-        return settle_closure(answers[name], episode, record)
+        return score_closure(answers[name], episode, record)
 
     for names in twins(pack, answers, kind):
         assert all(closed(name, name).is_knowing for name in names)
@@ -426,7 +426,7 @@ def test_words_given_to_one_twin_are_those_of_both_and_are_certified(
     drafts: DraftsFile, simulator: PrivilegedSimulator, tmp_path: Path
 ) -> None:
     task = next(task for task in drafts.read().closures if task.answers[0].form == "one_thing")
-    check = certified_anew(simulator, lambda episode: drafts.house(episode.house.name))
+    check = recertifier(simulator, lambda episode: drafts.house(episode.house.name))
     assert check(task) == []
     first = task.drafts[0].episode
     kept, bad = reviewed_tasks([task], [review_of(first, "edit", f"Please. {first.instruction}")], check)
@@ -467,25 +467,25 @@ def test_a_silent_refusal_is_met_by_whoever_goes_straight_for_it(
             assert episode.goal.constraint is not None
             simulator.load(pack.house_of(episode))
             simulator.reset(episode.start, episode.setup)
-            straight = MacroActions(Oracle(simulator), may_tilt=True, is_exhaustive=True)
+            straight = MacroActions(PrivilegedView(simulator), may_tilt=True, is_exhaustive=True)
             assert not is_doable(episode.goal, straight)
 
 
 def test_look_alikes_differ_in_colour_and_the_wrong_one_is_told(simulator: PrivilegedSimulator) -> None:
-    house = Seeded(502, "living-room").house()
+    house = GeneratedHouse(502, "living-room").house()
     context = HouseContext(simulator, house, np.random.default_rng(7))
     task = next(each for each in look_alike(context) if isinstance(each, ClosureTask))
     episode = task.episodes[0]
-    alike, target = episode.bindings[ALIKE], episode.bindings["target"]
+    alike, target = episode.bindings[DISTRACTOR], episode.bindings["target"]
     items = context.items
     assert items[alike].category == items[target].category
     assert set(items[alike].colours).isdisjoint(items[target].colours)
     sides, found = Certifier(simulator).certify(task, house)
     assert not found
     record = Validator(simulator).play(episode, house, sides[0].actions)
-    verdict = settle_closure(sides[0].answer, episode, record)
+    verdict = score_closure(sides[0].answer, episode, record)
     assert verdict.C
-    assert not verdict.is_wrong_one
+    assert not verdict.is_wrong_object
     swapped = {alike: target, target: alike}
     worlds = [
         world.model_copy(update={"objects": {swapped.get(name, name): each for name, each in world.objects.items()}})
@@ -494,8 +494,8 @@ def test_look_alikes_differ_in_colour_and_the_wrong_one_is_told(simulator: Privi
     steps = tuple(
         step.model_copy(update={"world": world}) for step, world in zip(record.steps, worlds[1:], strict=True)
     )
-    wrong = settle_closure(sides[0].answer, episode, record.model_copy(update={"initial": worlds[0], "steps": steps}))
-    assert wrong.is_wrong_one
+    wrong = score_closure(sides[0].answer, episode, record.model_copy(update={"initial": worlds[0], "steps": steps}))
+    assert wrong.is_wrong_object
     assert wrong.is_false_success
 
 
@@ -533,8 +533,14 @@ def test_a_run_is_reported_in_a_section_of_its_own(pack: Pack, tmp_path: Path) -
     [
         (["propose", "--suite", "closure", "--seeds", "1:2", "--family", "SI", "--out", "d.jsonl"], "--family exclude"),
         (["propose", "--suite", "closure", "--seeds", "1:2", "--model", "a/b", "--out", "d.jsonl"], "--model exclude"),
-        (["build", "--suite", "closure", "--kept", "a", "--name", "n", "--out", "o"], "--kept exclude"),
-        (["make", "--suite", "closure", "--name", "n", "--seed", "1", "--spread", "--out", "o"], "--spread exclude"),
+        (
+            ["build", "--suite", "closure", "--earlier-drafts", "a", "--name", "n", "--out", "o"],
+            "--earlier-drafts exclude",
+        ),
+        (
+            ["make", "--suite", "closure", "--name", "n", "--seed", "1", "--one-family-per-house", "--out", "o"],
+            "--one-family-per-house exclude",
+        ),
         (["make", "--name", "n", "--seed", "1", "--kind", "already", "--out", "o"], "--kind is of a suite"),
         (["make", "--suite", "closure", "--name", "n", "--seed", "1", "--kind", "alredy", "--out", "o"], "'already'"),
     ],

@@ -7,7 +7,7 @@ import pytest
 from vigil.authoring.closure.verify import verify_closure
 from vigil.authoring.review.validate import Validator
 from vigil.packs.pack import Pack
-from vigil.scoring.closure import PAIRED, ClosureAnswer, ClosureOutcome, Kind, answers_of, settle_closure
+from vigil.scoring.closure import PAIRED, ClosureAnswer, ClosureOutcome, Kind, closure_answers, score_closure
 from vigil.sim.privileged import PrivilegedSimulator
 
 EACH = 20
@@ -21,7 +21,7 @@ def pack() -> Pack:
 
 @pytest.fixture(scope="module")
 def answers(pack: Pack) -> dict[str, ClosureAnswer]:
-    return answers_of(pack.folder)
+    return closure_answers(pack.folder)
 
 
 @pytest.mark.parametrize("kind", ["already", "if_so"])
@@ -33,7 +33,7 @@ def test_the_actions_of_one_side_close_no_packaged_pair_knowingly(
     def closed(name: str, by_solution_of: str) -> ClosureOutcome:
         episode = pack.episode(name)
         record = validator.play(episode, pack.house_of(episode), pack.solutions[by_solution_of].actions)
-        return settle_closure(answers[name], episode, record)
+        return score_closure(answers[name], episode, record)
 
     sides = {(answer.pair, answer.side): name for name, answer in answers.items() if answer.kind == kind}
     first, second = PAIRED[kind]

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from commands import runner
+from commands import command_runner
 from PIL import Image
 
-from vigil.agents.model import Message
+from vigil.agents.conversation import Message
+from vigil.authoring.demonstrations.chat_rows import row_of
 from vigil.authoring.demonstrations.columns import columns_of
 from vigil.authoring.demonstrations.play import Demonstrator, Example
-from vigil.authoring.demonstrations.rows import row_of
 from vigil.authoring.demonstrations.write import check_source, write_demonstrations
 from vigil.authoring.streaming.houses import StreamHouseMaker, StreamSettings
 from vigil.authoring.streaming.stream import Stream, StreamItem, items_in
@@ -29,7 +29,7 @@ from vigil.runner.settings import RunSettings, worker_plan
 from vigil.runner.workers.live import play_live
 from vigil.runner.workers.messages import Assignment
 from vigil.runner.workers.pool import SimulatorPool
-from vigil.scoring.outcomes import settle
+from vigil.scoring.outcomes import score
 
 PROFILE = Profile(name=ACTION_FEEDBACK, coordinates="normalized_1000")
 
@@ -64,7 +64,7 @@ def test_the_messages_are_those_that_a_model_is_sent(
 
     with SimulatorPool(worker_plan(RunSettings(render_quality="fast"), pack, PROFILE), 1) as pool:
         record = asyncio.run(play_live(pool.live(Assignment(pack.episodes[0])), PROFILE, ask, "run"))
-    assert settle(item.episode, record).B
+    assert score(item.episode, record).B
     assert [list(example.messages) for example in shown] == [list(messages) for messages in sent]
     assert len(sent) > 2
     assert '"feedback"' in sent[-1][-1].text
@@ -185,7 +185,7 @@ def test_no_pack_is_demonstrated(
 ) -> None:
     with pytest.raises(SettingError, match=r"No demonstrations are made of pack .* --pack stream:7"):
         check_source(pack)
-    said = runner(monkeypatch, capsys)("demos", "--pack", pack, "--out", tmp_path / "d")
+    said = command_runner(monkeypatch, capsys)("demos", "--pack", pack, "--out", tmp_path / "d")
     assert said.code == 2
     assert "No demonstrations are made" in said.err
     assert not list(tmp_path.iterdir())

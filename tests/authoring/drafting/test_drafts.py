@@ -10,13 +10,22 @@ import pytest
 from vigil.authoring.drafting.drafts import Draft, DraftsFile, FamilyDone, Header, draft_id
 from vigil.authoring.drafting.generation import (
     DraftGenerator,
-    Found,
     GenerationProgress,
     GenerationSettings,
+    HouseResult,
     generate_drafts,
     grammar_proposer,
 )
-from vigil.authoring.drafting.sources import DRAWN_SEEDS, MIXED, Filed, Seeded, Source, drawn, filed, seeded
+from vigil.authoring.drafting.sources import (
+    DRAWN_SEEDS,
+    MIXED,
+    GeneratedHouse,
+    HouseInFile,
+    HouseSource,
+    houses_drawn_from,
+    houses_from,
+    houses_from_seeds,
+)
 from vigil.authoring.review.validate import Validator
 from vigil.errors import HouseError, RecordError, SettingError
 from vigil.housegen import spec_for
@@ -30,14 +39,14 @@ TERMS = GenerationSettings(FAMILIES, seed=3, per_house=3, tried=6)
 
 
 @pytest.fixture(scope="module")
-def source(starter: Pack) -> Filed:
+def source(starter: Pack) -> HouseInFile:
     """A small house in a file."""
     names = sorted(name for name in starter.manifest.files if name.startswith("houses/bathroom"))
-    return Filed(starter.folder / names[0])
+    return HouseInFile(starter.folder / names[0])
 
 
 @pytest.fixture(scope="module")
-def written(source: Filed, tmp_path_factory: pytest.TempPathFactory) -> DraftsFile:
+def written(source: HouseInFile, tmp_path_factory: pytest.TempPathFactory) -> DraftsFile:
     """A finished drafts file."""
     file = DraftsFile(tmp_path_factory.mktemp("drafts") / "drafts.jsonl")
     generate_drafts(file, [source], TERMS)
@@ -47,20 +56,20 @@ def written(source: Filed, tmp_path_factory: pytest.TempPathFactory) -> DraftsFi
 class Idle:
     """What is asked for drafts in a house, and finds none."""
 
-    def work(self, source: Source, families: tuple[Family, ...]) -> Found:
+    def work(self, source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
         rows = [FamilyDone(family=family, house=source.name, kept=0, rejected={}, seconds=0.0) for family in families]
         return source.house(), list(rows)
 
 
-def copies(source: Filed, folder: Path, names: str) -> list[Filed]:
+def copies(source: HouseInFile, folder: Path, names: str) -> list[HouseInFile]:
     """The same house in several files."""
     files = [folder / f"{name}.json" for name in names]
     for path in files:
         path.write_bytes(source.path.read_bytes())
-    return filed(map(str, files))
+    return houses_from(map(str, files))
 
 
-def test_drafts_hold_and_are_counted(written: DraftsFile, source: Filed, simulator: PrivilegedSimulator) -> None:
+def test_drafts_hold_and_are_counted(written: DraftsFile, source: HouseInFile, simulator: PrivilegedSimulator) -> None:
     proposed = written.read()
     assert {draft.episode.family for draft in proposed.drafts} == set(FAMILIES)
     house, validator = written.house(source.name), Validator(simulator)
@@ -78,7 +87,7 @@ def test_drafts_hold_and_are_counted(written: DraftsFile, source: Filed, simulat
 
 
 def test_the_same_settings_propose_the_same_after_an_interruption(
-    written: DraftsFile, source: Filed, tmp_path: Path
+    written: DraftsFile, source: HouseInFile, tmp_path: Path
 ) -> None:
     whole = written.path.read_bytes()
     first_done = whole.index(b'"line":"done"')
@@ -95,7 +104,7 @@ def test_the_same_settings_propose_the_same_after_an_interruption(
     assert torn.path.read_bytes() == before
 
 
-def test_worker_processes_write_the_same_drafts(source: Filed, tmp_path: Path) -> None:
+def test_worker_processes_write_the_same_drafts(source: HouseInFile, tmp_path: Path) -> None:
     terms, houses = replace(TERMS, families=("SV",)), copies(source, tmp_path, "ab")
     files = [DraftsFile(tmp_path / f"{workers}.jsonl") for workers in (1, 2)]
     for workers, file in enumerate(files, start=1):
@@ -122,12 +131,12 @@ def test_two_campaigns_cannot_write_one_file(tmp_path: Path) -> None:
 
 
 def test_a_house_that_cannot_be_had_is_a_rejection(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(self: Seeded) -> None:
+    def refuse(self: GeneratedHouse) -> None:
         raise HouseError(f"no house {self.name}")
 
-    monkeypatch.setattr(Seeded, "house", refuse)
+    monkeypatch.setattr(GeneratedHouse, "house", refuse)
     file = DraftsFile(tmp_path / "drafts.jsonl")
-    generate_drafts(file, [Seeded(1, "bathroom")], TERMS)
+    generate_drafts(file, [GeneratedHouse(1, "bathroom")], TERMS)
     assert file.read().reasons == {family: {"house_holds_episodes": 1} for family in sorted(FAMILIES)}
     assert not list(file.houses.iterdir())
 
@@ -159,48 +168,50 @@ def test_ids_say_who_made_the_house(starter: Pack, metadata: dict, name: str, be
     assert draft_id(episode.model_copy(update={"provenance": provenance}), "Fridge", house).startswith(begins)
 
 
-def test_spread_houses_are_asked_for_one_family_each(source: Filed, tmp_path: Path) -> None:
+def test_spread_houses_are_asked_for_one_family_each(source: HouseInFile, tmp_path: Path) -> None:
     drafts = DraftsFile(tmp_path / "drafts.jsonl")
     settings = GenerationSettings(("PG", "SV"), per_house=1, tried=1, is_spread=True)
-    generate_drafts(drafts, copies(source, tmp_path, "abc"), settings, bench=lambda settings: Idle())
+    generate_drafts(drafts, copies(source, tmp_path, "abc"), settings, make_worker=lambda settings: Idle())
     assert [(row.house, row.family) for row in drafts.read().done] == [("a", "PG"), ("b", "SV"), ("c", "PG")]
 
 
 def test_seeds_take_their_specs_in_turn() -> None:
-    found = seeded("7:10", ["kitchen", "2"])
+    found = houses_from_seeds("7:10", ["kitchen", "2"])
     assert [source.name for source in found] == ["kitchen_7", "2-room_8", "kitchen_9"]
     for bad in ("7", "7:7", "a:b", "9:7"):
         with pytest.raises(SettingError, match="FIRST:END"):
-            seeded(bad, ["kitchen"])
+            houses_from_seeds(bad, ["kitchen"])
 
 
 def test_mixed_houses_are_mostly_of_several_rooms() -> None:
-    rooms = [len(spec_for(source.name.rpartition("_")[0]).choices[0]) for source in seeded("1:21", ["mixed"])]
+    rooms = [
+        len(spec_for(source.name.rpartition("_")[0]).choices[0]) for source in houses_from_seeds("1:21", ["mixed"])
+    ]
     assert len(rooms) == len(MIXED)
     assert Counter(min(count, 5) for count in rooms) == {1: 4, 2: 6, 3: 4, 4: 4, 5: 2}
 
 
 def test_a_secret_seed_draws_houses_that_more_of_them_begin_with() -> None:
-    few, many = drawn(7, 5, ["mixed"]), drawn(7, 9, ["mixed"])
+    few, many = houses_drawn_from(7, 5, ["mixed"]), houses_drawn_from(7, 9, ["mixed"])
     assert many[:5] == few
     assert len({source.name for source in many}) == 9
-    assert all(isinstance(source, Seeded) and source.seed in DRAWN_SEEDS for source in many)
-    assert not {source.name for source in drawn(8, 9, ["mixed"])} & {source.name for source in many}
+    assert all(isinstance(source, GeneratedHouse) and source.seed in DRAWN_SEEDS for source in many)
+    assert not {source.name for source in houses_drawn_from(8, 9, ["mixed"])} & {source.name for source in many}
 
 
 def test_houses_come_from_files_and_lines(starter: Pack, tmp_path: Path) -> None:
     houses = sorted((starter.folder / "houses").iterdir())[:2]
     lines = tmp_path / "many.jsonl"
     lines.write_bytes(b"".join(path.read_bytes() for path in houses))
-    found = filed([str(lines)])
+    found = houses_from([str(lines)])
     assert [source.name for source in found] == ["many_1", "many_2"]
-    assert found[1].house().data == filed([str(houses[1])])[0].house().data
-    assert len(filed([str(lines)], limit=1)) == 1
+    assert found[1].house().data == houses_from([str(houses[1])])[0].house().data
+    assert len(houses_from([str(lines)], limit=1)) == 1
     with pytest.raises(SettingError, match="does not exist"):
-        filed([str(tmp_path / "no.json")])
+        houses_from([str(tmp_path / "no.json")])
 
 
-def test_a_seed_changes_what_is_proposed(written: DraftsFile, source: Filed) -> None:
+def test_a_seed_changes_what_is_proposed(written: DraftsFile, source: HouseInFile) -> None:
     other = GenerationSettings(("PG",), seed=4, per_house=3, tried=6)
     _, lines = DraftGenerator(other, grammar_proposer(other)).work(source, ("PG",))
     ids = {line.episode.id for line in lines if isinstance(line, Draft)}
@@ -242,7 +253,7 @@ def test_how_many_starts_were_compared_is_told_where_they_were(tmp_path: Path) -
         pass
 
 
-def test_hard_starts_give_other_drafts_that_hold(source: Filed, tmp_path: Path) -> None:
+def test_hard_starts_give_other_drafts_that_hold(source: HouseInFile, tmp_path: Path) -> None:
     file = DraftsFile(tmp_path / "hard.jsonl")
     generate_drafts(file, [source], replace(TERMS, families=("PG",), starts=4))
     again = DraftsFile(tmp_path / "again.jsonl")

@@ -7,16 +7,16 @@ import pytest
 
 from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.sources import Seeded
+from vigil.authoring.drafting.sources import GeneratedHouse
+from vigil.authoring.language.disambiguation import anchor_of, look_alikes
+from vigil.authoring.language.implicit_constraints import is_implicit
 from vigil.authoring.language.referring import items_of, referents
-from vigil.authoring.language.telling_apart import anchor_of, look_alikes
-from vigil.authoring.language.untold import is_untold
-from vigil.authoring.measuring.measures import measured
-from vigil.authoring.review.containers import MOST_CLOSED, may_hold
+from vigil.authoring.packing.episode_measures import measures_of_episode
+from vigil.authoring.review.containers import MAX_CLOSED, may_hold
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.rules import unnamed_roles
 from vigil.authoring.review.validate import ValidationResult, Validator
-from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import InteractPixel
 from vigil.protocol.episode import Episode
@@ -33,9 +33,9 @@ HOUSES = {
 }
 """Family and kind -> a house of the starter pack that allows it, of one room wherever there is one."""
 SEEDED = {
-    **dict.fromkeys(("DA alike", "SI pick_inside", "SM take_and_close"), Seeded(6003, "1")),
-    "SM swap": Seeded(6011, "2"),
-    "CR leaf_untold": Seeded(6002, "3"),
+    **dict.fromkeys(("DA alike", "SI pick_inside", "SM take_and_close"), GeneratedHouse(6003, "1")),
+    "SM swap": GeneratedHouse(6011, "2"),
+    "CR leaf_untold": GeneratedHouse(6002, "3"),
 }
 """Kinds that no house of the starter pack allows in a few tries, and the houses that do."""
 KINDS = (*HOUSES, *SEEDED)
@@ -73,7 +73,7 @@ def found(starter: Pack, simulator: PrivilegedSimulator) -> dict[str, Found]:
 def begun(simulator: PrivilegedSimulator, episode: Episode, house: House) -> EpisodeStart:
     simulator.load(house)
     simulator.reset(episode.start, episode.setup)
-    return EpisodeStart(episode, house, Oracle(simulator))
+    return EpisodeStart(episode, house, PrivilegedView(simulator))
 
 
 def of_kind(found: dict[str, Found], template: str) -> Found:
@@ -93,7 +93,7 @@ def test_an_untold_constraint_stands_and_is_not_spoken_of(
     episode, house, verdict = found[kind]
     case, constraint = begun(simulator, episode, house), episode.goal.constraint
     assert constraint is not None
-    assert is_untold(episode.provenance.template)
+    assert is_implicit(episode.provenance.template)
     assert {item.id for _, items in case.mentioned for item in items} == {episode.goal.object_id}
     assert unnamed_roles(episode) == {"obstacle"}
     assert len(verdict.actions) <= episode.max_steps
@@ -105,7 +105,7 @@ def test_a_longer_sequence_ends_in_several_facts_at_once(template: str, found: d
     assert isinstance(episode.goal, AllOf)
     assert len(episode.goal.parts) == PARTS[template]
     assert any(isinstance(part, ObjectAtReceptacle) for part in episode.goal.parts)
-    assert "all but one" in {way.name for way in verdict.wrong_ways if way.record is not None}
+    assert "all but one" in {way.name for way in verdict.negative_controls if way.record is not None}
 
 
 def test_from_one_closed_thing_into_another_both_are_opened(found: dict[str, Found]) -> None:
@@ -120,15 +120,15 @@ def test_what_lies_inside_is_found_by_opening_and_never_said(
 ) -> None:
     episode, house, verdict = of_kind(found, "pick_inside")
     case = begun(simulator, episode, house)
-    target = case.oracle.scene.things[episode.goal.object_id]
-    closed = may_hold(case.oracle, case.items, target, None)
+    target = case.view.scene.things[episode.goal.object_id]
+    closed = may_hold(case.view, case.items, target, None)
     assert episode.bindings["container"] in closed
-    assert 1 <= len(closed) <= MOST_CLOSED
+    assert 1 <= len(closed) <= MAX_CLOSED
     assert case.items[episode.bindings["container"]].name not in episode.instruction
     clicks = [action.intent for action in verdict.actions if isinstance(action, InteractPixel)]
     assert clicks == ["open_access", "pick"]
     simulator.load(house)
-    assert measured(simulator, episode, house, verdict.actions).containers == len(closed)
+    assert measures_of_episode(simulator, episode, house, verdict.actions).containers == len(closed)
 
 
 def test_an_open_container_hides_nothing(found: dict[str, Found], simulator: PrivilegedSimulator) -> None:
@@ -142,7 +142,7 @@ def test_too_many_closed_things_cannot_be_searched(
     found: dict[str, Found], simulator: PrivilegedSimulator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     episode, house, _ = of_kind(found, "pick_inside")
-    monkeypatch.setattr("vigil.authoring.review.containers.MOST_CLOSED", 0)
+    monkeypatch.setattr("vigil.authoring.review.containers.MAX_CLOSED", 0)
     verdict = Validator(simulator).validate(episode, house)
     assert {finding.rule for finding in verdict.findings} == {"found_by_opening"}
 
@@ -153,17 +153,17 @@ def test_one_of_several_look_alikes_is_told_apart(
 ) -> None:
     episode, house, _ = found[kind]
     case = begun(simulator, episode, house)
-    items = items_of(case.oracle.scene)
+    items = items_of(case.view.scene)
     target = items[episode.goal.object_id]
     others = look_alikes(target, items.values())
     assert others
     phrase, meant = case.mentioned[0]
     assert [item.id for item in meant] == [target.id]
-    assert len(referents(phrase.placeless, items.values())) > 1 or phrase.colour is not None
+    assert len(referents(phrase.without_place, items.values())) > 1 or phrase.colour is not None
     if kind.split()[0] in ("PG", "DA", "AI"):
-        assert any(is_observable(case.oracle.state_of(other.id)) for other in others)
+        assert any(is_observable(case.view.state_of(other.id)) for other in others)
         anchor = anchor_of(phrase, items.values())
-        assert anchor is None or is_observable(case.oracle.state_of(anchor.id))
+        assert anchor is None or is_observable(case.view.state_of(anchor.id))
 
 
 def test_picking_up_is_what_a_hidden_target_is_for(found: dict[str, Found]) -> None:

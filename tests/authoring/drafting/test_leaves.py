@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.leaves import HEAVY, LIGHT, leaf_in_the_way
-from vigil.authoring.drafting.sources import Seeded
+from vigil.authoring.drafting.leaves import HEAVY_FURNITURE, LIGHT_FURNITURE, leaf_in_the_way
+from vigil.authoring.drafting.sources import GeneratedHouse
 from vigil.authoring.review.validate import Validator
 from vigil.errors import EpisodeError
 from vigil.protocol.episode import Episode
@@ -19,7 +19,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 @pytest.fixture(scope="module")
 def house() -> House:
-    return Seeded(6002, "3").house()
+    return GeneratedHouse(6002, "3").house()
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +39,7 @@ def test_a_leaf_that_bars_nothing_by_itself_is_made_to(
 def test_what_is_moved_cannot_be_carried_off(drafts: list[Episode], house: House) -> None:
     placed = [name for draft in drafts for name, change in draft.setup.objects.items() if change.placement is not None]
     assert placed
-    assert all(name.split("|")[0] in LIGHT + HEAVY for name in placed)
+    assert all(name.split("|")[0] in LIGHT_FURNITURE + HEAVY_FURNITURE for name in placed)
 
 
 def test_the_leaf_starts_open_and_is_to_be_closed(drafts: list[Episode]) -> None:

@@ -4,16 +4,16 @@ import json
 
 import numpy as np
 import pytest
-from chat_server import Answer, Asked, serving
+from chat_server import ChatAnswer, ChatRequest, serving
 from inspect_marks import INSPECT
 
 from vigil.authoring.drafting.drafts import Draft, Rejection
 from vigil.authoring.drafting.generation import DraftGenerator, GenerationSettings
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.model_proposals import inventory, model_proposer, question
-from vigil.authoring.drafting.sources import Filed
+from vigil.authoring.drafting.sources import HouseInFile
 from vigil.packs.pack import Pack
-from vigil.runner.models.completion import completing
+from vigil.runner.models.completion import open_completion
 from vigil.sim.privileged import PrivilegedSimulator
 
 pytestmark = INSPECT
@@ -26,13 +26,13 @@ IN_THE_OPEN = ("Box|", "Statue|", "Vase|")
 
 
 @pytest.fixture(scope="module")
-def source(starter: Pack) -> Filed:
+def source(starter: Pack) -> HouseInFile:
     episode = next(episode for episode in starter.episodes if episode.house.name == "bedroom-living_106")
-    return Filed(starter.folder / "houses" / f"{episode.house.name}.json")
+    return HouseInFile(starter.folder / "houses" / f"{episode.house.name}.json")
 
 
 @pytest.fixture(scope="module")
-def context(source: Filed, simulator: PrivilegedSimulator) -> HouseContext:
+def context(source: HouseInFile, simulator: PrivilegedSimulator) -> HouseContext:
     return HouseContext(simulator, source.house(), np.random.default_rng(0))
 
 
@@ -47,7 +47,7 @@ def test_the_question_names_things_and_kinds_but_no_place(context: HouseContext)
         assert word in asked
 
 
-def test_answers_are_drafted_validated_and_counted(source: Filed, context: HouseContext) -> None:
+def test_answers_are_drafted_validated_and_counted(source: HouseInFile, context: HouseContext) -> None:
     can = {row["id"]: row for row in inventory(context)}
     picks = [row for row in can.values() if "pick" in row["can"]]
     good = [
@@ -63,11 +63,11 @@ def test_answers_are_drafted_validated_and_counted(source: Filed, context: House
         {**good[0], "instruction": "Pick up that thing."},
     ]
 
-    def brain(asked: Asked) -> Answer:
+    def brain(asked: ChatRequest) -> ChatAnswer:
         assert picks[0]["id"] in asked.texts[-1]
-        return Answer(f"```json\n{json.dumps({'drafts': [*bad, *good]})}\n```")
+        return ChatAnswer(f"```json\n{json.dumps({'drafts': [*bad, *good]})}\n```")
 
-    with serving(brain) as server, completing("openai/anything", server.url) as complete:
+    with serving(brain) as server, open_completion("openai/anything", server.url) as complete:
         _, lines = DraftGenerator(TERMS, model_proposer(complete, 4, "openai/anything")).work(source, ("AI",))
         assert len(server.asked) == 1
     drafts = [line for line in lines if isinstance(line, Draft)]
@@ -79,7 +79,7 @@ def test_answers_are_drafted_validated_and_counted(source: Filed, context: House
     assert rules.count("target_named") == 1
 
 
-def test_prose_is_one_rejection(source: Filed) -> None:
+def test_prose_is_one_rejection(source: HouseInFile) -> None:
     proposer = model_proposer(lambda text: "I would rather not.", 2, "m")
     _, lines = DraftGenerator(TERMS, proposer).work(source, ("AI",))
     found = [line for line in lines if isinstance(line, Rejection)]

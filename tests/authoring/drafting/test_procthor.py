@@ -4,10 +4,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from prior_stand_in import Prior, as_procthor_writes
+from fake_prior import FakePrior, as_procthor_writes
 
 from vigil.authoring.drafting.procthor import REVISION, NamedHouses, is_dataset, named, split_file
-from vigil.authoring.drafting.sources import Filed, filed, house_at, read_all
+from vigil.authoring.drafting.sources import HouseInFile, house_at, houses_from, read_all
 from vigil.errors import HouseError, SettingError
 from vigil.housegen import generate, spec_for
 from vigil.protocol.house import House
@@ -19,9 +19,9 @@ def bathroom() -> House:
 
 
 @pytest.fixture
-def prior(bathroom: House, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Prior:
+def prior(bathroom: House, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> FakePrior:
     """The stand-in with three lines a split, of which the second alone is a house."""
-    stand_in = Prior(tmp_path / "datasets", [b"no house", as_procthor_writes(bathroom.data), b"none either"])
+    stand_in = FakePrior(tmp_path / "datasets", [b"no house", as_procthor_writes(bathroom.data), b"none either"])
     monkeypatch.setitem(sys.modules, "prior", stand_in)
     return stand_in
 
@@ -66,11 +66,11 @@ def test_what_names_no_house_is_refused(text: str, words: list[str]) -> None:
 
 def test_a_mistyped_dataset_is_recognised() -> None:
     with pytest.raises(SettingError, match="Did you mean 'procthor-10k'"):
-        filed(["procthor-10K:val"])
+        houses_from(["procthor-10K:val"])
 
 
 def test_the_download_is_announced_before_it_happens_and_happens_once(
-    prior: Prior, capsys: pytest.CaptureFixture[str]
+    prior: FakePrior, capsys: pytest.CaptureFixture[str]
 ) -> None:
     told: list[tuple[str, int]] = []
     for _ in range(2):
@@ -83,9 +83,9 @@ def test_the_download_is_announced_before_it_happens_and_happens_once(
     assert capsys.readouterr().out == "", "what the dataset's program prints is no result"
 
 
-def test_only_the_lines_that_are_asked_for_are_decoded(prior: Prior, bathroom: House) -> None:
-    (source,) = filed(["procthor-10k:val:1"])
-    assert isinstance(source, Filed)
+def test_only_the_lines_that_are_asked_for_are_decoded(prior: FakePrior, bathroom: House) -> None:
+    (source,) = houses_from(["procthor-10k:val:1"])
+    assert isinstance(source, HouseInFile)
     house = source.house()
     assert (house.name, len(house.objects())) == ("procthor-10k_val_1", len(bathroom.objects()))
     origin = source.origin(house)
@@ -94,8 +94,8 @@ def test_only_the_lines_that_are_asked_for_are_decoded(prior: Prior, bathroom: H
     assert house_at("procthor-10k:val:1", lambda line: None).sha256 == house.sha256
 
 
-def test_all_lines_are_read_in_one_pass_and_faults_are_named(prior: Prior) -> None:
-    sources = [source for source in filed(["procthor-10k:val:0-3"]) if isinstance(source, Filed)]
+def test_all_lines_are_read_in_one_pass_and_faults_are_named(prior: FakePrior) -> None:
+    sources = [source for source in houses_from(["procthor-10k:val:0-3"]) if isinstance(source, HouseInFile)]
     found = {source.name[-1]: house for source, house in read_all(sources)}
     assert list(found) == list("0123")
     assert isinstance(found["1"], House)
@@ -104,7 +104,7 @@ def test_all_lines_are_read_in_one_pass_and_faults_are_named(prior: Prior) -> No
         assert word in str(found[index])
 
 
-def test_one_house_is_one_house(prior: Prior) -> None:
+def test_one_house_is_one_house(prior: FakePrior) -> None:
     with pytest.raises(SettingError, match=r"names 1000 houses; name one, e\.g\. procthor-10k:val:0"):
         house_at("procthor-10k:val", lambda line: None)
 
@@ -112,17 +112,19 @@ def test_one_house_is_one_house(prior: Prior) -> None:
 def test_without_prior_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "prior", None)
     with pytest.raises(SettingError, match=r'pip install "vigil-bench\[procthor\]"'):
-        filed(["procthor-10k:val:1"])
+        houses_from(["procthor-10k:val:1"])
 
 
 @pytest.mark.parametrize("fault", [ConnectionError("no route to api.github.com"), AssertionError()])
-def test_a_download_that_fails_says_what_to_do(prior: Prior, fault: Exception) -> None:
+def test_a_download_that_fails_says_what_to_do(prior: FakePrior, fault: Exception) -> None:
     prior.fault = fault
     before = Path.cwd()
     with pytest.raises(SettingError) as caught:
-        filed(["procthor-10k:val:1"])
+        houses_from(["procthor-10k:val:1"])
     for word in (type(fault).__name__, "github.com", "git-lfs", "copy the folder"):
         assert word in str(caught.value)
     assert Path.cwd() == before
     prior.fault = None
-    assert filed(["procthor-10k:val:1"])[0].house().name == "procthor-10k_val_1", "a note of Git LFS is no dataset"
+    assert houses_from(["procthor-10k:val:1"])[0].house().name == "procthor-10k_val_1", (
+        "a note of Git LFS is no dataset"
+    )

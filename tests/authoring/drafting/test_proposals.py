@@ -31,7 +31,7 @@ GRAMMAR: dict[str, Proposals] = {
     "AI": lambda context: proposals.acting(context, "pick"),
     "SI": lambda context: proposals.seeking(context, "pick"),
     "SM": sequences.rearranging,
-    "CR": constraints.full_handed,
+    "CR": constraints.hand_full,
 }
 IN_A_BATHROOM = ("CR",)
 """Families that draft much sooner where there is little to look at."""
@@ -118,7 +118,7 @@ def test_of_several_starts_the_hardest_is_kept(simulator: PrivilegedSimulator, h
         for episode in islice(proposals.pointing(context, "medium"), 8):
             target = context.thing(episode.goal.object_id)
             others = look_alikes(items[target.id], items.values())
-            cost = start_cost(context.oracle, target, others, episode.start)
+            cost = start_cost(context.view, target, others, episode.start)
             costs[compared].append(cost + naming_cost(items[target.id], items.values()))
     assert costs[6]
     assert np.mean(costs[6]) > np.mean(costs[1])
@@ -133,7 +133,7 @@ def test_a_hard_start_may_show_as_little_of_its_target_as_the_rules_ask_for(
         context.compared_starts = compared
         episodes = list(islice(proposals.acting(context, "pick"), 6))
         shown[compared] = [context.seen_from(each.start, each.goal.object_id).visible_px for each in episodes]
-        assert all(context.has_room(each.start) for each in episodes)
+        assert all(context.has_room_to_move(each.start) for each in episodes)
     assert min(shown[1]) >= proposals.CLEAR_PX
     assert proposals.HARD_PX <= min(shown[12]) < proposals.CLEAR_PX
 
@@ -146,6 +146,6 @@ def test_things_that_are_hard_to_name_come_first(simulator: PrivilegedSimulator,
     costs = [naming_cost(context.items[thing.id], context.items.values()) for thing in ranked]
     assert costs == sorted(costs, reverse=True)
     assert costs[0] > costs[-1]
-    assert {thing.id for thing in ranked if not thing.is_part} == {thing.id for thing in plain if not thing.is_part}
-    pieces = [sorted(str(thing.parent) for thing in things if thing.is_part) for things in (ranked, plain)]
+    assert {thing.id for thing in ranked if not thing.is_drawer} == {thing.id for thing in plain if not thing.is_drawer}
+    pieces = [sorted(str(thing.parent) for thing in things if thing.is_drawer) for things in (ranked, plain)]
     assert pieces[0] == pieces[1]

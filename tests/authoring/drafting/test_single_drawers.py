@@ -10,12 +10,12 @@ from vigil.authoring.drafting import constraints, proposals, sequences
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.review.validate import Validator
 from vigil.housegen import generate, spec_for
-from vigil.housegen.base.whole_furniture import with_whole_furniture
+from vigil.housegen.base.merged_drawers import with_merged_drawers
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import ObjectAtReceptacle
 from vigil.protocol.house import House
 from vigil.protocol.world import Setup
-from vigil.scene.supports import parts_of
+from vigil.scene.supports import drawers_of
 from vigil.sim.privileged import PrivilegedSimulator
 
 Proposals = Callable[[HouseContext], Iterator[Episode]]
@@ -41,27 +41,27 @@ def context(simulator: PrivilegedSimulator, house: House) -> HouseContext:
     return HouseContext(simulator, house, np.random.default_rng(3))
 
 
-def drawers_of(context: HouseContext) -> set[str]:
-    return {thing.id for thing in context.oracle.scene.things.values() if thing.is_part}
+def drawer_ids(context: HouseContext) -> set[str]:
+    return {thing.id for thing in context.view.scene.things.values() if thing.is_drawer}
 
 
 def test_of_each_pieces_drawers_one_is_proposed(context: HouseContext) -> None:
-    scene = context.oracle.scene
-    chests = {thing.parent for thing in scene.things.values() if thing.is_part}
-    found = [thing for thing in context.things(lambda thing: True) if thing.is_part]
-    assert len(parts_of(scene, scene.things[next(iter(chests)) or ""])) > 1
+    scene = context.view.scene
+    chests = {thing.parent for thing in scene.things.values() if thing.is_drawer}
+    found = [thing for thing in context.things(lambda thing: True) if thing.is_drawer]
+    assert len(drawers_of(scene, scene.things[next(iter(chests)) or ""])) > 1
     assert sorted(thing.parent or "" for thing in found) == sorted(chest or "" for chest in chests)
-    assert len({tuple(thing.id for thing in context.things(lambda thing: thing.is_part)) for _ in range(9)}) > 1
+    assert len({tuple(thing.id for thing in context.things(lambda thing: thing.is_drawer)) for _ in range(9)}) > 1
 
 
 @pytest.mark.parametrize("name", GRAMMAR)
 def test_every_kind_has_a_valid_episode_about_a_drawer(name: str, simulator: PrivilegedSimulator, house: House) -> None:
     context = HouseContext(simulator, house, np.random.default_rng(3))
-    drawers, validator = drawers_of(context), Validator(simulator)
-    context.only = frozenset(
-        thing.id for thing in context.oracle.scene.things.values() if thing.is_pickupable or thing.id in drawers
+    drawers, validator = drawer_ids(context), Validator(simulator)
+    context.allowed_ids = frozenset(
+        thing.id for thing in context.view.scene.things.values() if thing.is_pickupable or thing.id in drawers
     )
-    context.only |= {thing.id for thing in context.oracle.scene.things.values() if thing.category == "SideTable"}
+    context.allowed_ids |= {thing.id for thing in context.view.scene.things.values() if thing.category == "SideTable"}
     drafts = (draft for draft in islice(GRAMMAR[name](context), 12) if drawers & set(draft.bindings.values()))
     for draft in islice(drafts, 3):
         assert " drawer " in draft.instruction
@@ -77,10 +77,10 @@ def test_a_drawer_that_the_house_does_not_name_is_proposed_and_holds(
     simulator: PrivilegedSimulator, house: House
 ) -> None:
     """As in ProcTHOR's own houses, which name no drawer."""
-    whole = with_whole_furniture(house)
+    whole = with_merged_drawers(house)
     context = HouseContext(simulator, whole, np.random.default_rng(3))
-    context.only = frozenset(drawers_of(context))
-    assert context.only.isdisjoint(whole.ids)
+    context.allowed_ids = frozenset(drawer_ids(context))
+    assert context.allowed_ids.isdisjoint(whole.ids)
     drafts = list(islice(proposals.verifying(context, "open"), 3))
     assert drafts
     assert any(Validator(simulator).validate(draft, whole).is_valid for draft in drafts)
@@ -88,21 +88,21 @@ def test_a_drawer_that_the_house_does_not_name_is_proposed_and_holds(
 
 @pytest.mark.parametrize("find", [proposals.approaching, lambda context: proposals.searching(context, by_turning=True)])
 def test_nobody_walks_up_to_a_drawer_or_looks_for_one(context: HouseContext, find: Proposals) -> None:
-    context.only = frozenset(drawers_of(context))
+    context.allowed_ids = frozenset(drawer_ids(context))
     assert list(find(context)) == []
-    context.only = None
+    context.allowed_ids = None
 
 
 def test_what_is_taken_out_is_not_put_on_the_same_furniture(simulator: PrivilegedSimulator, house: House) -> None:
     context = HouseContext(simulator, house, np.random.default_rng(3))
-    furniture = {name: context.thing(name).parent for name in drawers_of(context)}
-    things = context.oracle.scene.things.values()
+    furniture = {name: context.thing(name).parent for name in drawer_ids(context)}
+    things = context.view.scene.things.values()
     loose = {thing.id for thing in things if thing.is_pickupable and not thing.is_openable}
     tables = ("Dresser", "SideTable", "Desk", "TVStand", "CoffeeTable", "Bed")
     named = loose | {thing.id for thing in things if thing.category in tables}
-    context.only = frozenset(named | set(furniture))
+    context.allowed_ids = frozenset(named | set(furniture))
     drafts = list(islice(sequences.emptying(context), 12))
-    context.only = None
+    context.allowed_ids = None
     about = [draft for draft in drafts if draft.bindings["container"] in furniture]
     assert about
     for draft in about:
@@ -111,12 +111,12 @@ def test_what_is_taken_out_is_not_put_on_the_same_furniture(simulator: Privilege
 
 
 def test_the_furniture_itself_holds_nothing_inside(context: HouseContext) -> None:
-    wholes = {context.thing(name).parent for name in drawers_of(context)}
+    wholes = {context.thing(name).parent for name in drawer_ids(context)}
     for draft in islice(sequences.putting_in(context), 12):
         assert draft.bindings["receptacle"] not in wholes
 
 
 def test_only_low_drawers_are_blocked_by_what_stands_before_them(context: HouseContext) -> None:
     asked = [draft.goal.object_id for draft in islice(constraints.swing_blocked(context), 12)]
-    low = [name for name in asked if name in drawers_of(context)]
+    low = [name for name in asked if name in drawer_ids(context)]
     assert all(context.thing(name).position.y < 0.5 for name in low)

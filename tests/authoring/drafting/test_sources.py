@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from vigil.authoring.drafting import sources
-from vigil.authoring.drafting.sources import filed, lines_of, seeded
+from vigil.authoring.drafting.sources import houses_from, houses_from_seeds, lines_of
 from vigil.errors import HouseError, SettingError
 from vigil.protocol.house import MAX_HOUSE_BYTES
 
@@ -23,7 +23,7 @@ def path(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
 
 def test_lines_are_those_of_the_file(path: Path):
     assert list(lines_of(write(path, b"{}\n{}\n[]"))) == [b"{}\n", b"{}\n", b"[]"]
-    assert [house.line for house in filed([str(path)])] == [1, 2, 3]
+    assert [house.line for house in houses_from([str(path)])] == [1, 2, 3]
 
 
 def test_a_line_that_no_house_fills_is_refused_before_it_is_read_whole(path: Path):
@@ -35,7 +35,7 @@ def test_a_line_that_no_house_fills_is_refused_before_it_is_read_whole(path: Pat
 
 @pytest.mark.parametrize(
     ("limit", "said"),
-    [({"MOST_LINES": 2}, "it has more than 2 lines"), ({"MAX_LINES_BYTES": 7}, "it is over 0 GiB")],
+    [({"MAX_LINES": 2}, "it has more than 2 lines"), ({"MAX_LINES_BYTES": 7}, "it is over 0 GiB")],
 )
 def test_endless_files_of_houses_are_refused(
     path: Path, monkeypatch: pytest.MonkeyPatch, limit: dict[str, int], said: str
@@ -50,4 +50,4 @@ def test_endless_files_of_houses_are_refused(
 @pytest.mark.parametrize("seeds", ["0:99999999999", "9:9", "a:b", "²:³", f"0:{'9' * 5000}"])
 def test_seeds_of_no_or_too_many_houses_are_refused(seeds: str):
     with pytest.raises(SettingError, match=r"^Seeds "):
-        seeded(seeds, ["2"])
+        houses_from_seeds(seeds, ["2"])

@@ -5,7 +5,7 @@ import pytest
 
 from vigil.authoring.language.chain_sentences import CHAINS
 from vigil.authoring.language.referring import Phrase, mentions
-from vigil.authoring.language.wording import asks_inside, opened, say, spoken_of
+from vigil.authoring.language.wording import asks_inside, opening_phrase, pronoun_slots, say
 from vigil.authoring.review.wording_rules import ONE_PAIR, STACKED
 
 LEAST_FORMS = 10
@@ -20,8 +20,8 @@ NAMES = {
     "other": "the fridge",
     "order_a": "turn on the television",
     "order_b": "close the laptop",
-    **spoken_of("Apple", "target_"),
-    **opened("Safe", "the safe").slots(),
+    **pronoun_slots("Apple", "target_"),
+    **opening_phrase("Safe", "the safe").slots(),
 }
 
 
@@ -64,12 +64,12 @@ def test_places_do_not_follow_each_other(template: str, role: str) -> None:
 
 @pytest.mark.parametrize("template", ["two_to_one", "swap", "three_acts"])
 def test_what_comes_in_pairs_is_spoken_of_as_several(template: str) -> None:
-    for sentence in said(template, "onto", target="the pair of boots", **spoken_of("Boots", "target_")):
+    for sentence in said(template, "onto", target="the pair of boots", **pronoun_slots("Boots", "target_")):
         assert not ONE_PAIR.search(sentence), sentence
 
 
 @pytest.mark.parametrize("template", CHAINS)
 def test_what_is_opened_agrees_in_number_with_what_is_said_of_it(template: str) -> None:
-    plural = opened("Dresser", "the dresser").slots()
+    plural = opening_phrase("Dresser", "the dresser").slots()
     for sentence in said(template, "into", container="the dresser", **plural):
         assert "drawers of the dresser is " not in sentence

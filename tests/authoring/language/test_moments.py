@@ -4,10 +4,10 @@ from dataclasses import fields
 
 import pytest
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.authoring.language import referring
 from vigil.authoring.language.phrases import Phrases, phrases_of
-from vigil.authoring.language.referring import items_of, seen_items
+from vigil.authoring.language.referring import items_as_seen, items_of
 from vigil.base.geometry import Vec3
 from vigil.packs.pack import Pack
 from vigil.scene.build import build_scene
@@ -43,34 +43,34 @@ def test_every_change_of_a_thing_is_tried() -> None:
 
 @pytest.mark.parametrize("name", CHANGES)
 def test_what_is_said_is_never_of_another_moment(scene: Scene, name: str) -> None:
-    for thing in [each for each in scene.things.values() if name != "parent" or not each.is_part]:
+    for thing in [each for each in scene.things.values() if name != "parent" or not each.is_drawer]:
         before = getattr(thing, name)
-        items_of(scene), seen_items(scene)
+        items_of(scene), items_as_seen(scene)
         setattr(thing, name, CHANGES[name])
         assert items_of(scene) == referring._items_now.__wrapped__(scene), thing.id
-        assert seen_items(scene) == referring._seen_items_now.__wrapped__(scene), thing.id
+        assert items_as_seen(scene) == referring._items_as_seen_now.__wrapped__(scene), thing.id
         setattr(thing, name, before)
 
 
 def test_the_same_moment_is_described_once(scene: Scene) -> None:
-    first = seen_items(scene)
+    first = items_as_seen(scene)
     thing = next(iter(scene.things.values()))
     thing.position, place = Vec3(0.5, 0.8, 0.5), thing.position
-    assert seen_items(scene) != first
+    assert items_as_seen(scene) != first
     thing.position = place
-    assert all(item is first[name] for name, item in seen_items(scene).items())
+    assert all(item is first[name] for name, item in items_as_seen(scene).items())
 
 
 def test_who_changes_what_was_told_changes_no_later_answer(scene: Scene) -> None:
-    count = len(seen_items(scene))
-    seen_items(scene).clear()
+    count = len(items_as_seen(scene))
+    items_as_seen(scene).clear()
     items_of(scene).clear()
-    assert len(seen_items(scene)) == len(items_of(scene)) == count
+    assert len(items_as_seen(scene)) == len(items_of(scene)) == count
 
 
 def test_equal_scenes_have_no_moment_in_common(starter: Pack, scene: Scene) -> None:
-    assert referring.moment_of(scene) == referring.moment_of(scene)
-    assert referring.moment_of(scene) != referring.moment_of(
+    assert referring.description_key(scene) == referring.description_key(scene)
+    assert referring.description_key(scene) != referring.description_key(
         build_scene(starter.house_of(starter.episodes[0]), AssetDatabase.default())
     )
 
@@ -79,7 +79,7 @@ def test_phrases_are_those_of_the_moment(scene: Scene) -> None:
     for thing in [thing for thing in scene.things.values() if thing.is_pickupable][:5]:
         before = phrases_of(scene)
         assert before is phrases_of(scene)
-        assert before.of(thing.id) == Phrases(seen_items(scene)).of(thing.id)
+        assert before.of(thing.id) == Phrases(items_as_seen(scene)).of(thing.id)
         thing.is_present = False
         assert phrases_of(scene) is not before
         with pytest.raises(KeyError):

@@ -6,7 +6,7 @@ from vigil.authoring.language.referring import (
     mentions,
     phrase_for,
     referents,
-    resolved,
+    resolve_mentions,
     without_repeats,
 )
 
@@ -104,19 +104,23 @@ def test_a_place_is_said_once() -> None:
 
 def test_what_has_been_singled_out_may_be_named_again() -> None:
     everything = [IN_KITCHEN, IN_BEDROOM, DESK]
-    again = resolved(mentions("The safe in the kitchen is shut. Open the safe.", NAMES), everything)
+    again = resolve_mentions(mentions("The safe in the kitchen is shut. Open the safe.", NAMES), everything)
     assert [[item.id for item in meant] for meant in again] == [["Safe|1"], ["Safe|1"]]
-    first = resolved(mentions("Open the safe. It is the safe in the kitchen.", NAMES), everything)
+    first = resolve_mentions(mentions("Open the safe. It is the safe in the kitchen.", NAMES), everything)
     assert len(first[0]) == 2
     two = "The safe in the kitchen and the safe in the bedroom: open the safe."
-    assert len(resolved(mentions(two, NAMES), everything)[2]) == 2
+    assert len(resolve_mentions(mentions(two, NAMES), everything)[2]) == 2
 
 
 def test_what_is_in_the_hand_needs_no_place() -> None:
     put_down = mentions("Put down the mug.", NAMES)
-    assert resolved(put_down, [NAVY, BLACK], NAVY) == [[NAVY]]
-    assert len(resolved(put_down, [NAVY, BLACK])[0]) == 2
+    assert resolve_mentions(put_down, [NAVY, BLACK], NAVY) == [[NAVY]]
+    assert len(resolve_mentions(put_down, [NAVY, BLACK])[0]) == 2
     assert (
-        len(resolved(mentions("Put down the mug on the countertop.", [*NAMES, "countertop"]), [NAVY, BLACK], NAVY)[0])
+        len(
+            resolve_mentions(
+                mentions("Put down the mug on the countertop.", [*NAMES, "countertop"]), [NAVY, BLACK], NAVY
+            )[0]
+        )
         == 2
     )

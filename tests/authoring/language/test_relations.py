@@ -4,9 +4,16 @@ from dataclasses import replace
 
 import pytest
 
-from vigil.authoring.language.referring import DescribedThing, Phrase, mentions, referents, resolved, without_repeats
+from vigil.authoring.language.disambiguation import disambiguating_phrases, look_alikes
+from vigil.authoring.language.referring import (
+    DescribedThing,
+    Phrase,
+    mentions,
+    referents,
+    resolve_mentions,
+    without_repeats,
+)
 from vigil.authoring.language.relations import RELATIONS
-from vigil.authoring.language.telling_apart import look_alikes, phrases_apart
 from vigil.base.geometry import Box, Vec3
 
 FLOOR_M = 0.4
@@ -77,39 +84,42 @@ def test_a_second_mention_needs_no_relation() -> None:
     names = ["ottoman", "fridge"]
     text = without_repeats("Go to the ottoman next to the fridge and open the ottoman next to the fridge.", names)
     assert text == "Go to the ottoman next to the fridge and open the ottoman."
-    assert resolved(mentions(text, names), [FRIDGE, near, far]) == [[near], [near]]
+    assert resolve_mentions(mentions(text, names), [FRIDGE, near, far]) == [[near], [near]]
 
 
 def test_no_relation_to_what_two_things_answer_to_by_their_looks() -> None:
-    cabinet, counter = thing("cabinet", 0.0, side=0.8), replace(thing("counter top", 9.0), also=("cabinet",))
+    cabinet, counter = (
+        thing("cabinet", 0.0, side=0.8),
+        replace(thing("counter top", 9.0), alternative_names=("cabinet",)),
+    )
     stools = [thing("ottoman", 0.8), thing("ottoman", 4.0)]
-    assert phrases_apart(stools[0], [cabinet, *stools])
-    assert phrases_apart(stools[0], [cabinet, counter, *stools]) == []
+    assert disambiguating_phrases(stools[0], [cabinet, *stools])
+    assert disambiguating_phrases(stools[0], [cabinet, counter, *stools]) == []
 
 
 def test_what_nobody_would_call_by_its_name_is_not_told_apart_nor_an_anchor() -> None:
     red, green = thing("ottoman", 0.8, colour="red"), thing("ottoman", 4.0, colour="green")
-    misnamed = replace(FRIDGE, is_misnamed=True)
-    assert {str(phrase) for phrase in phrases_apart(red, [misnamed, red, green])} == {"the red ottoman"}
-    assert phrases_apart(replace(red, is_misnamed=True), [FRIDGE, red, green]) == []
+    misnamed = replace(FRIDGE, has_misleading_name=True)
+    assert {str(phrase) for phrase in disambiguating_phrases(red, [misnamed, red, green])} == {"the red ottoman"}
+    assert disambiguating_phrases(replace(red, has_misleading_name=True), [FRIDGE, red, green]) == []
 
 
 def test_look_alikes_are_told_apart_by_colour_or_by_relation() -> None:
     red = thing("ottoman", 0.8, colour="red")
     green = thing("ottoman", 4.0, colour="green")
     everything = [FRIDGE, red, green]
-    said = {str(phrase) for phrase in phrases_apart(red, everything)}
+    said = {str(phrase) for phrase in disambiguating_phrases(red, everything)}
     assert said == {"the red ottoman", "the ottoman next to the fridge", "the ottoman closest to the fridge"}
     assert look_alikes(red, everything) == [green]
-    assert all(referents(phrase, everything) == [red] for phrase in phrases_apart(red, everything))
+    assert all(referents(phrase, everything) == [red] for phrase in disambiguating_phrases(red, everything))
 
 
 def test_what_has_no_look_alike_is_not_told_apart() -> None:
-    assert phrases_apart(thing("ottoman", 0.8), [FRIDGE, thing("ottoman", 0.8)]) == []
+    assert disambiguating_phrases(thing("ottoman", 0.8), [FRIDGE, thing("ottoman", 0.8)]) == []
 
 
 def test_large_things_are_not_found_by_small_or_movable_ones() -> None:
     bed, other, lamp = thing("bed", 0.0, side=1.8), thing("bed", 6.0, side=1.8), thing("desk lamp", 1.2, side=0.25)
-    assert phrases_apart(bed, [bed, other, lamp]) == []
+    assert disambiguating_phrases(bed, [bed, other, lamp]) == []
     stools = [thing("ottoman", 0.0), thing("ottoman", 5.0)]
-    assert phrases_apart(stools[0], [*stools, thing("chair", 0.5, side=0.5)]) == []
+    assert disambiguating_phrases(stools[0], [*stools, thing("chair", 0.5, side=0.5)]) == []

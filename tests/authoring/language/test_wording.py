@@ -11,7 +11,16 @@ from vigil.authoring.language.constraint_sentences import CONSTRAINTS
 from vigil.authoring.language.referring import mentions
 from vigil.authoring.language.sentences import FORMS, Sentences
 from vigil.authoring.language.sequence_sentences import SEQUENCES
-from vigil.authoring.language.wording import DONE, Act, Asked, opened, order, question, say, spoken_of
+from vigil.authoring.language.wording import (
+    PARTICIPLES,
+    Act,
+    QueriedState,
+    opening_phrase,
+    order_slots,
+    pronoun_slots,
+    question,
+    say,
+)
 from vigil.authoring.review.rules import STANDARDS_IN_WORDS
 from vigil.authoring.review.wording_rules import ASIDE, ONE_PAIR, STACKED, TO_BE_CHECKED, VAGUE
 from vigil.protocol.goals import STATE_LABELS
@@ -21,7 +30,7 @@ FAMILY_TABLES: dict[str, dict[str, Sentences]] = {
     "PG": {"point": tables.POINT},
     "DA": {"approach": tables.APPROACH},
     "VS": {"search": tables.SEARCH},
-    "SV": {"is_toggled": tables.SWITCHED, "is_open": tables.STANDING, "flame": tables.BURNING},
+    "SV": {"is_toggled": tables.ON_OR_OFF, "is_open": tables.OPEN_OR_CLOSED, "flame": tables.BURNING_OR_NOT},
     "AI": {"orders": tables.ORDERS},
     "SI": {"search_orders": tables.SEARCH_ORDERS},
     "SM": {**SEQUENCES, **CHAINS},
@@ -95,7 +104,7 @@ def test_orders_are_read_back_as_one_thing(act: Act, category: str) -> None:
     phrase = f"the {ACTED[category]} in the living room"
     for table in (tables.ORDERS, tables.SEARCH_ORDERS):
         for form in table.of("all"):
-            words = order(act, category, phrase, RNG) | spoken_of(category)
+            words = order_slots(act, category, phrase, RNG) | pronoun_slots(category)
             text = say((form,), RNG, target=phrase, **words)
             assert {str(found) for found in mentions(text, NAMES)} == {phrase}, text
             assert not STACKED.search(text), text
@@ -107,7 +116,7 @@ def test_orders_are_read_back_as_one_thing(act: Act, category: str) -> None:
 def test_one_thing_is_read_back(table: Sentences, category: str) -> None:
     phrase = f"the {ACTED[category]} in the bedroom"
     for form in table.of("all"):
-        text = say((form,), RNG, target=phrase, **spoken_of(category))
+        text = say((form,), RNG, target=phrase, **pronoun_slots(category))
         assert {str(found) for found in mentions(text, NAMES)} == {phrase}, text
         assert not STACKED.search(text), text
         assert not ONE_PAIR.search(text), text
@@ -123,11 +132,11 @@ def test_several_things_are_read_back_one_by_one(table: Sentences) -> None:
     """No two phrases run together to one: "put the mug on the desk" would be the mug on the desk."""
     said = {role: f"the {name}" for role, name in ROLES.items()}
     words = {
-        **order("open", "Microwave", "the microwave", RNG),
-        **opened("Safe", said["container"]).slots(),
-        **opened("Safe", said["container"]).slots("blocker"),
-        **spoken_of("Mug", "target_"),
-        **spoken_of("Boots", "obstacle_"),
+        **order_slots("open", "Microwave", "the microwave", RNG),
+        **opening_phrase("Safe", said["container"]).slots(),
+        **opening_phrase("Safe", said["container"]).slots("blocker"),
+        **pronoun_slots("Mug", "target_"),
+        **pronoun_slots("Boots", "obstacle_"),
         **said,
     }
     for form in table.of("all"):
@@ -161,36 +170,36 @@ def test_slots_are_filled_and_sentences_start_with_a_capital() -> None:
     ],
 )
 def test_orders_say_what_people_say(act: Act, category: str, full: str, short: str, passive: str) -> None:
-    words = order(act, category, "it", RNG)
+    words = order_slots(act, category, "it", RNG)
     assert (words["order"], words["order_it"]) == (full, short)
     assert "{acted} has to be {done}".format(**words) == passive
 
 
 def test_a_pair_is_picked_up_as_several_things() -> None:
-    said = {order("pick", "Boots", "the pair of boots", RNG)["order_it"] for _ in range(30)}
+    said = {order_slots("pick", "Boots", "the pair of boots", RNG)["order_it"] for _ in range(30)}
     assert said == {"pick them up", "take hold of them"}
-    assert spoken_of("Boots", "obstacle_")["obstacle_blocks"] == "block"
+    assert pronoun_slots("Boots", "obstacle_")["obstacle_blocks"] == "block"
     text = say(
         ("First move {obstacle} aside, which {obstacle_blocks} the way.",),
         RNG,
         obstacle="the pair of boots",
-        **spoken_of("Boots", "obstacle_"),
+        **pronoun_slots("Boots", "obstacle_"),
     )
     assert text == "First move the pair of boots aside, which block the way."
 
 
 def test_every_act_has_a_participle() -> None:
-    assert set(DONE) == set(ACTS)
+    assert set(PARTICIPLES) == set(ACTS)
 
 
 def test_both_verbs_of_an_act_are_used() -> None:
-    said = {order("turn_off", "Television", "the television", RNG)["order_it"] for _ in range(30)}
+    said = {order_slots("turn_off", "Television", "the television", RNG)["order_it"] for _ in range(30)}
     assert said == {"turn it off", "switch it off"}
 
 
 @pytest.mark.parametrize("category", ["Candle", "Television", "Dresser", "Fridge"])
 @pytest.mark.parametrize("asked", ["is_toggled", "is_open"])
-def test_questions_name_both_answers_or_none(asked: Asked, category: str) -> None:
+def test_questions_name_both_answers_or_none(asked: QueriedState, category: str) -> None:
     if (asked, category) == ("is_open", "Candle"):
         return
     for _ in range(120):
@@ -202,5 +211,5 @@ def test_questions_name_both_answers_or_none(asked: Asked, category: str) -> Non
 @pytest.mark.parametrize("forms", ["public", "held_out"])
 def test_a_question_is_of_the_half_that_is_asked_for(forms: tables.Forms) -> None:
     said = {question("is_toggled", "Television", "the television", forms, RNG) for _ in range(200)}
-    wanted = {form.format(whole="the television", Whole="The television") for form in tables.SWITCHED.of(forms)}
+    wanted = {form.format(whole="the television", Whole="The television") for form in tables.ON_OR_OFF.of(forms)}
     assert said == wanted

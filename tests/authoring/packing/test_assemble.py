@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 
 from vigil.authoring.drafting.drafts import Draft, DraftFacts, DraftsFile, FamilyDone, Header
-from vigil.authoring.packing.assemble import Candidate, PackRequest, assemble, candidates, select, select_holding
-from vigil.authoring.packing.strata import text_guess
+from vigil.authoring.packing.assemble import Candidate, PackRequest, assemble, candidates, select, select_valid
+from vigil.authoring.packing.balance import text_guess
 from vigil.authoring.review.reviews import Review, episode_sha256
 from vigil.authoring.review.validate import Finding
 from vigil.errors import EpisodeError
-from vigil.packs.pack import Pack, find
+from vigil.packs.pack import Pack, find_pack
 from vigil.protocol.actions import Report
 from vigil.protocol.episode import Episode
 
@@ -93,7 +93,7 @@ def test_what_does_not_hold_is_replaced(search: Episode) -> None:
         ids = {candidate.episode.id for candidate in chosen}
         return {spoiled: [Finding(spoiled, "solvable", "no")]} if spoiled in ids else {}
 
-    chosen, bad = select_holding(pool, pack_request, check)
+    chosen, bad = select_valid(pool, pack_request, check)
     assert list(bad) == [spoiled]
     assert len(chosen) == 6
     assert spoiled not in {candidate.episode.id for candidate in chosen}
@@ -176,4 +176,4 @@ def test_a_packaged_pack_answers_to_its_aliases(
     folder = tmp_path / "packs" / "mine"
     assemble(folder, [drafts_file], [], pack_request, lambda chosen: {})
     monkeypatch.setattr("vigil.packs.pack.PACKAGED", tmp_path / "packs")
-    assert find("ours") == find("mine") == folder
+    assert find_pack("ours") == find_pack("mine") == folder

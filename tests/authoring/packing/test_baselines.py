@@ -4,20 +4,20 @@ import json
 from pathlib import Path
 
 import pytest
+from builders import episode as story_episode
 from PIL import Image
-from stories import episode as story_episode
 from tiny_pack import FRIDGE, tiny_episode, tiny_house, tiny_pack
 from typer.testing import CliRunner
 
 from vigil.authoring.packing.baselines import (
     AGENTS,
     BASELINES,
-    BLIND,
+    BLIND_AGENTS,
     Baselines,
     baselines_table,
     broken_promises,
     guess_lines,
-    measured,
+    measured_baselines,
     read_baselines,
 )
 from vigil.authoring.packing.question_only import majority_guess, words_guess
@@ -92,10 +92,10 @@ def test_solutions_are_told_by_family(pack):
 
 
 def test_promises_that_are_kept_and_broken(pack):
-    fine = {name: summary({"PG": 0.0, "VS": 0.4, "SV": 1.0}) for name in BLIND[1:]}
+    fine = {name: summary({"PG": 0.0, "VS": 0.4, "SV": 1.0}) for name in BLIND_AGENTS[1:]}
     fine["noop"] = summary({"PG": 0.0, "SV": 1.0})
     fine["solver"] = summary({"PG": 1.0}, W=1.0, W_strict=1.0, B=1.0)
-    assert broken_promises(measured(pack, fine, "1")) == []
+    assert broken_promises(measured_baselines(pack, fine, "1")) == []
     bad = {
         **fine,
         "sweep": summary({"VS": 0.41, "SV": 1.0}),
@@ -103,12 +103,12 @@ def test_promises_that_are_kept_and_broken(pack):
         "never_report": summary({"PG": 1.0}, B=0.2),
         "solver": summary({"PG": 1.0}, W=1.0, W_strict=0.9, B=1.0),
     }
-    said = broken_promises(measured(pack, bad, "1"))
+    said = broken_promises(measured_baselines(pack, bad, "1"))
     assert [line.split(":")[0] for line in said] == ["sweep", "noop", "solver", "never_report"]
 
 
 def test_figures_of_another_pack_do_not_count(pack, tmp_path):
-    found = measured(pack, {"noop": summary({"PG": 0.0})}, "1")
+    found = measured_baselines(pack, {"noop": summary({"PG": 0.0})}, "1")
     file = pack.folder / BASELINES
     file.write_text(found.model_dump_json())
     assert read_baselines(pack) == found
@@ -120,7 +120,7 @@ def test_figures_of_another_pack_do_not_count(pack, tmp_path):
 
 
 def test_the_table_has_a_row_for_each_agent(pack):
-    found = measured(pack, {"noop": summary({"SV": 1.0}), "solver": summary({"SV": 1.0}, B=1.0)}, "1")
+    found = measured_baselines(pack, {"noop": summary({"SV": 1.0}), "solver": summary({"SV": 1.0}, B=1.0)}, "1")
     lines = baselines_table(found)
     assert lines[0].endswith("| SV W/B |")
     assert lines[2] == "| noop | 10.0 [0, 30] | 0.0 [0, 30] | 0.0 | 100.0 | 0.0 | 100.0 / 0.0 |"
@@ -158,6 +158,6 @@ def test_the_commands_measure_and_show_a_pack(pack, tmp_path):
     assert Pack.load(pack.folder).sha256 == pack.sha256
     told = json.loads(runner.invoke(app, ["pack", "info", str(pack.folder), "--json"]).output)
     assert told["solutions"]["steps"]["PG"]["budget"] == 5
-    done = runner.invoke(app, ["pack", "sheet", str(pack.folder), "--n", "4", "--out", str(tmp_path / "sheets")])
+    done = runner.invoke(app, ["pack", "sheet", str(pack.folder), "--count", "4", "--out", str(tmp_path / "sheets")])
     assert done.exit_code == 0, done.output
     assert sorted(path.name for path in (tmp_path / "sheets").iterdir()) == ["AI.webp", "DA.webp", "PG.webp", "SV.webp"]

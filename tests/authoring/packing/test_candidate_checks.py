@@ -7,19 +7,19 @@ import pytest
 
 from vigil.authoring.drafting.drafts import Draft, DraftFacts, DraftsFile, FamilyDone, Header, Rejection
 from vigil.authoring.packing.assemble import PackRequest, assemble
-from vigil.authoring.packing.candidate_checks import checker, checks_beside
+from vigil.authoring.packing.candidate_checks import candidate_checker, check_log_of
 from vigil.authoring.packing.verify import VerificationProgress, VerificationSettings
 from vigil.authoring.review import robustness
-from vigil.authoring.solving.oracle import Oracle
-from vigil.authoring.ways.goal_kinds import closing_status
+from vigil.authoring.solving.goal_actions import expected_status
+from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.errors import EpisodeError
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Report
 from vigil.protocol.episode import Episode
-from vigil.scoring.levels import Measures, graded
+from vigil.scoring.levels import LevelMeasures, grade_episode
 
 FACTS = DraftFacts(category="Television", rooms=1, area_m2=20.0, distance_m=2.0, is_seen_by_turning=True)
-PLAIN = Measures(
+PLAIN = LevelMeasures(
     path_m=0.0, turns=0, doors=0, rooms=1, look_alikes=0, target_px=9000, containers=0, occlusion=0.0, slack=1.0,
     reference_words=1,
 )  # fmt: skip
@@ -50,9 +50,9 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The ids of the episodes that a body that errs has tried; the first of them it never closes truly."""
     seen: list[str] = []
 
-    def solve(episode: Episode, oracle: Oracle, _number: int):
+    def solve(episode: Episode, view: PrivilegedView, _number: int):
         seen.append(episode.id)
-        status = closing_status(episode.goal, oracle)
+        status = expected_status(episode.goal, view)
         yield Report(status="fail" if episode.id == seen[0] else status, summary="")
 
     monkeypatch.setattr(robustness, "solve_noisily", solve)
@@ -67,27 +67,27 @@ def test_what_was_tried_is_not_tried_again(
     drafts: DraftsFile, questions: list[Episode], tried: list[str], tmp_path: Path
 ) -> None:
     said: list[VerificationProgress] = []
-    pack, bad = assemble(tmp_path / "a", [drafts], [], request(3), checker([drafts], ROBUST, said.append))
+    pack, bad = assemble(tmp_path / "a", [drafts], [], request(3), candidate_checker([drafts], ROBUST, said.append))
     assert set(tried) == {episode.id for episode in questions}
     assert {name: {found.rule for found in findings} for name, findings in bad.items()} == {tried[0]: {"robust"}}
     assert said[-1].done == said[-1].of
-    assert len(checks_beside(drafts).read_bytes().splitlines()) == 4
+    assert len(check_log_of(drafts).read_bytes().splitlines()) == 4
     tried.clear()
-    again, bad_again = assemble(tmp_path / "b", [drafts], [], request(3), checker([drafts], ROBUST))
+    again, bad_again = assemble(tmp_path / "b", [drafts], [], request(3), candidate_checker([drafts], ROBUST))
     assert not tried
     assert (again.sha256, bad_again) == (pack.sha256, bad)
 
 
 def test_a_quick_check_keeps_nothing_beside_the_drafts(drafts: DraftsFile, tried: list[str], tmp_path: Path) -> None:
     plain = PackRequest("p", 4, families=("SV",), house_uses=4)
-    pack, _ = assemble(tmp_path / "a", [drafts], [], plain, checker([drafts], VerificationSettings()))
+    pack, _ = assemble(tmp_path / "a", [drafts], [], plain, candidate_checker([drafts], VerificationSettings()))
     assert not tried
-    assert not checks_beside(drafts).exists()
+    assert not check_log_of(drafts).exists()
     assert "rejected" not in pack.manifest.meta
 
 
 def test_only_candidates_for_selection_are_tried(drafts: DraftsFile, tried: list[str], tmp_path: Path) -> None:
-    pack, bad = assemble(tmp_path / "a", [drafts], [], request(1), checker([drafts], ROBUST))
+    pack, bad = assemble(tmp_path / "a", [drafts], [], request(1), candidate_checker([drafts], ROBUST))
     assert len(set(tried)) == 2 == 1 + len(bad)
     assert {episode.id for episode in pack.episodes} <= set(tried)
 
@@ -95,9 +95,9 @@ def test_only_candidates_for_selection_are_tried(drafts: DraftsFile, tried: list
 def test_a_robust_pack_says_what_was_rejected_by_which_rule(
     drafts: DraftsFile, questions: list[Episode], tried: list[str], tmp_path: Path
 ) -> None:
-    levels = {episode.id: graded(episode, PLAIN) for episode in questions}
+    levels = {episode.id: grade_episode(episode, PLAIN) for episode in questions}
     wanted = PackRequest("p", 3, families=("SV",), house_uses=4, is_robust=True, levels=("easy",))
-    pack, _ = assemble(tmp_path / "a", [drafts], [], wanted, checker([drafts], ROBUST), levels=levels)
+    pack, _ = assemble(tmp_path / "a", [drafts], [], wanted, candidate_checker([drafts], ROBUST), levels=levels)
     assert tried
     assert pack.manifest.meta["rejected"] == {
         "proposals": {"tried": 5, "rejected": 1, "by_rule": {"unambiguous": 1}},
@@ -114,7 +114,7 @@ def test_drafts_without_levels_are_refused_where_levels_are_asked_for(
     drafts: DraftsFile, questions: list[Episode], tmp_path: Path
 ) -> None:
     wanted = PackRequest("p", 2, families=("SV",), levels=("easy", "hard"))
-    some = {questions[0].id: graded(questions[0], PLAIN)}
+    some = {questions[0].id: grade_episode(questions[0], PLAIN)}
     with pytest.raises(EpisodeError, match=r"3 of its 4 drafts have none \(e\.g\. .*measure them all first"):
         assemble(tmp_path / "a", [drafts], [], wanted, lambda chosen: {}, levels=some)
     with pytest.raises(EpisodeError, match="4 of its 4 drafts have none"):

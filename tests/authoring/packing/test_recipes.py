@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from prior_stand_in import Prior, as_procthor_writes
+from fake_prior import FakePrior, as_procthor_writes
 from typer.testing import CliRunner, Result
 
 from vigil.authoring.closure import generation
@@ -92,7 +92,7 @@ def test_a_recipe_of_a_suite_gives_the_same_bytes(
     """Drafted anew, of one kind of task alone."""
     monkeypatch.setattr(generation, "KINDS", ("already",))
     (tmp_path / "one.jsonl").write_bytes(lines[0] + b"\n")
-    asked = ("--suite", "closure", "--kind", "already:1", "--house-uses", "1", "--seed", "5", "--workers", "1")
+    asked = ("--suite", "closure", "--kind", "already:1", "--max-per-house", "1", "--seed", "5", "--workers", "1")
     done = vigil("make", "--name", "stress", "--houses", tmp_path / "one.jsonl", *asked, "--out", tmp_path / "pack")
     assert done.exit_code == 0, done.output
     recipe = Recipe.load(str(tmp_path / "pack.recipe.json"))
@@ -192,7 +192,7 @@ def test_what_is_no_recipe_or_lacks_something_is_named(
 def test_a_recipe_of_procthor_10k_asks_for_no_file(
     lines: list[bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setitem(sys.modules, "prior", Prior(tmp_path / "datasets", lines))
+    monkeypatch.setitem(sys.modules, "prior", FakePrior(tmp_path / "datasets", lines))
     done = vigil("make", "--name", "p", "--houses", "procthor-10k:val:1", *MADE, "--out", tmp_path / "pack")
     assert done.exit_code == 0, done.output
     assert "63 MB" in done.stderr
@@ -236,7 +236,7 @@ def test_no_other_revision_than_the_pinned_one_is_fetched(
     made: Path, lines: list[bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What is fetched runs: the program of the dataset, as it is in that revision."""
-    prior = Prior(tmp_path / "datasets", lines)
+    prior = FakePrior(tmp_path / "datasets", lines)
     monkeypatch.setitem(sys.modules, "prior", prior)
     recipe = json.loads((made / "pack.recipe.json").read_text())
     recipe["houses"][0] |= {"dataset": "procthor-10k", "split": "val", "index": 0, "revision": "e" * 40}

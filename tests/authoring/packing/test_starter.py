@@ -86,9 +86,7 @@ def test_walks_to_search_cannot_be_saved_by_turning(starter: Pack, simulator: Pr
         target, found = episode.goal.object_id, False
         for yaw in range(0, 360, 45):
             for horizon in (-30.0, 0.0, 45.0):
-                with simulator.standing_at(
-                    episode.start.model_copy(update={"rotation": float(yaw), "horizon": horizon})
-                ):
+                with simulator.at_pose(episode.start.model_copy(update={"rotation": float(yaw), "horizon": horizon})):
                     found = found or is_observable(simulator.world([target]).objects[target])
         assert found == (episode.provenance.template == "turn"), episode.id
 

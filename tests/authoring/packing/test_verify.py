@@ -38,7 +38,7 @@ def test_what_does_not_hold_is_found_by_any_number_of_workers(small: Pack, worke
 
 
 def test_robustness_is_checked_only_when_asked_for(small: Pack, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(robustness, "solve_noisily", lambda episode, oracle, number: iter([CLAIM]))
+    monkeypatch.setattr(robustness, "solve_noisily", lambda episode, view, number: iter([CLAIM]))
     quick = {finding.episode_id for finding in verify_pack(small, VerificationSettings())}
     found = verify_pack(small, VerificationSettings(is_robust=True))
     pointing = {episode.id for episode in small.episodes if episode.family == "PG"}

@@ -8,7 +8,7 @@ from vigil.protocol.episode import Episode
 from vigil.protocol.goals import ObjectInState
 from vigil.protocol.house import House
 from vigil.protocol.world import ObjectSetup, Setup
-from vigil.sim.conformance.trial_house import trial_house
+from vigil.sim.conformance.reference_house import reference_house
 
 LAMP = "FloorLamp|1"
 BED_M, DESK_M, DRESSER_M = 2.0162, 1.3444, 1.0009
@@ -17,7 +17,7 @@ BED_M, DESK_M, DRESSER_M = 2.0162, 1.3444, 1.0009
 
 def house_with_gap(gap_m: float) -> House:
     """Returns the house: who starts west of the bed gets to the lamp through the gap alone."""
-    data = copy.deepcopy(trial_house().data)
+    data = copy.deepcopy(reference_house().data)
     bed_end = BED_M
     desk_end = bed_end + gap_m + DESK_M
     _move(data, LAMP, (5.6, 0.6), 0.0)

@@ -48,7 +48,7 @@ def test_what_a_crash_left_is_put_aside_and_nothing_is_lost(tmp_path: Path) -> N
     assert len(read_reviews(path)) == 1
     append_review(path, said(EPISODES[1], "reject"))
     assert [review.verdict for review in read_reviews(path)] == ["approve", "reject"]
-    (side,) = tmp_path.glob("*.torn-*")
+    (side,) = tmp_path.glob("*.partial-*")
     assert side.read_bytes() == b'{"at": "2026'
 
 
@@ -59,7 +59,7 @@ def test_of_two_crashes_that_left_as_much_neither_remainder_is_lost(tmp_path: Pa
     for torn in (b"first", b"other"):
         path.write_bytes(good + torn)
         append_review(path, said(EPISODES[1], "reject"))
-    assert sorted(side.read_bytes() for side in tmp_path.glob("*.torn-*")) == [b"first", b"other"]
+    assert sorted(side.read_bytes() for side in tmp_path.glob("*.partial-*")) == [b"first", b"other"]
 
 
 def test_a_broken_line_is_named(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vigil.agents.scripted import BEST_PIXEL, TURNING, WALKING
+from vigil.agents.scripted import BEST_PIXEL, TURN_ACTIONS, WALK_ACTIONS
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import is_seen
 from vigil.authoring.review import validate as validation
@@ -213,7 +213,7 @@ def test_only_searches_by_turning_may_be_found_by_turning(starter: Pack) -> None
     searched = first_of(starter, "VS", "turn")
     for is_draft in (False, True):
         trials = blind_trials(searched, is_draft=is_draft)
-        assert [bool(set(TURNING) & set(tried)) for tried in trials] == [False, False]
+        assert [bool(set(TURN_ACTIONS) & set(tried)) for tried in trials] == [False, False]
         assert blind_trials(first_of(starter, "SV"), is_draft=is_draft) == []
     assert len(blind_trials(first_of(starter, "VS", "walk"), is_draft=False)) == 3
 
@@ -259,7 +259,7 @@ def test_what_walking_cannot_change_is_tried_by_waiting_alone(
 ) -> None:
     episode = first_of(starter, family)
     (waiting,) = blind_trials(episode, is_draft=False)
-    tries = [waiting, *((*moves, *waiting) for moves in (TURNING, WALKING))]
+    tries = [waiting, *((*moves, *waiting) for moves in (TURN_ACTIONS, WALK_ACTIONS))]
     validator = Validator(simulator)
     records = [validator.play(episode, starter.house_of(episode), tried) for tried in tries]
     assert len({row.semantic for record in records for row in check(episode.goal, record).rows}) == 1

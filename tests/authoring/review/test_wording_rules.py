@@ -7,7 +7,7 @@ from typing import Any, cast
 
 import pytest
 
-from vigil.authoring.language.referring import DescribedThing, mentions, resolved
+from vigil.authoring.language.referring import DescribedThing, mentions, resolve_mentions
 from vigil.authoring.review import wording_rules
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.validate import Validator, reason_of
@@ -48,15 +48,15 @@ class Worded:
         """The rules that it breaks."""
         items = {thing.id: thing for thing in self.things}
         seen = items | {thing.id: thing for thing in self.seen}
-        monkeypatch.setattr(wording_rules, "seen_items", lambda scene: seen)
+        monkeypatch.setattr(wording_rules, "items_as_seen", lambda scene: seen)
         phrases = mentions(self.instruction, [*(thing.name for thing in self.things), "TV stand"])
         bindings = {"target": self.goal.object_id, "obstacle": "Boots|1"}
         episode = SimpleNamespace(family=self.family, instruction=self.instruction, goal=self.goal, bindings=bindings)
         case: Mapping[str, Any] = {
             "episode": episode,
             "items": items,
-            "mentioned": list(zip(phrases, resolved(phrases, items.values()), strict=True)),
-            "oracle": SimpleNamespace(scene=None),
+            "mentioned": list(zip(phrases, resolve_mentions(phrases, items.values()), strict=True)),
+            "view": SimpleNamespace(scene=None),
         }
         return {rule for rule, _ in worded_badly(cast(EpisodeStart, SimpleNamespace(**case)))}
 
@@ -83,13 +83,13 @@ FAULTS: dict[str, list[tuple[Worded, Worded]]] = {
     ],
     "no_second_answer": [
         (
-            Worded("AI", "Open the cabinet.", (CABINET, COUNTER), (replace(COUNTER, also=("cabinet",)),)),
+            Worded("AI", "Open the cabinet.", (CABINET, COUNTER), (replace(COUNTER, alternative_names=("cabinet",)),)),
             Worded("AI", "Open the cabinet.", (CABINET, COUNTER)),
         )
     ],
     "called_as_it_looks": [
         (
-            Worded("PG", "Point at the countertop.", (STRIP,), (replace(STRIP, is_misnamed=True),)),
+            Worded("PG", "Point at the countertop.", (STRIP,), (replace(STRIP, has_misleading_name=True),)),
             Worded("PG", "Point at the countertop.", (COUNTER,)),
         )
     ],
@@ -99,7 +99,7 @@ FAULTS: dict[str, list[tuple[Worded, Worded]]] = {
             Worded("SI", "Find the pen in the bedroom and pick it up.", (PEN,)),
         ),
         (
-            Worded("AI", f"Close the {DOOR.name}.", (DOOR,), (replace(DOOR, is_misnamed=True),)),
+            Worded("AI", f"Close the {DOOR.name}.", (DOOR,), (replace(DOOR, has_misleading_name=True),)),
             Worded("AI", f"Close the {DOOR.name}.", (DOOR,)),
         ),
     ],

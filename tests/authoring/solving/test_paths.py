@@ -5,7 +5,7 @@ import math
 import pytest
 import shapely
 
-from vigil.authoring.solving.paths import KEPT_WALKS, ShortestPaths, WalkableMap
+from vigil.authoring.solving.paths import PATH_CACHE_SIZE, ShortestPaths, WalkableMap
 
 ROOM = shapely.box(0, 0, 6, 4)
 WALL = shapely.box(2.9, 0, 3.1, 3)
@@ -82,10 +82,10 @@ def test_walk_cuts_no_corner(diagonal: int) -> None:
 
 def test_walks_are_kept_from_a_few_places_each_its_own() -> None:
     plan = WalkableMap(free(WALL))
-    starts = [(0.5 + 0.25 * number, 1.0) for number in range(KEPT_WALKS + 2)]
+    starts = [(0.5 + 0.25 * number, 1.0) for number in range(PATH_CACHE_SIZE + 2)]
     for start in starts:
         walks = plan.walks_from(start)
         assert walks is plan.walks_from(start)
         assert walks.start == start
         assert (walks.lengths == ShortestPaths(plan, start).lengths).all()
-    assert len(plan._walks) == KEPT_WALKS
+    assert len(plan._walks) == PATH_CACHE_SIZE

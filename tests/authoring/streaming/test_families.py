@@ -13,7 +13,7 @@ from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import Drafts
 from vigil.authoring.streaming import families
-from vigil.authoring.streaming.difficulty import MOST_ACTIONS
+from vigil.authoring.streaming.difficulty import MAX_ACTIONS
 from vigil.authoring.streaming.families import register_drafts
 from vigil.authoring.streaming.stream import Stream
 from vigil.errors import SettingError
@@ -30,7 +30,7 @@ def own() -> Iterator[str]:
     yield "ZZ"
     for name in ("ZZ", "SA"):
         families._own.discard(name)
-        for table in (FAMILIES, GRAMMAR, MOST_ACTIONS):
+        for table in (FAMILIES, GRAMMAR, MAX_ACTIONS):
             table.pop(name, None)
 
 

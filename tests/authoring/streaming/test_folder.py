@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from commands import runner
+from commands import command_runner
 
 from vigil.authoring.streaming import folder as module
 from vigil.authoring.streaming.folder import write_stream
@@ -113,7 +113,7 @@ def test_nothing_else_is_written_over(tmp_path: Path) -> None:
 def test_the_command_writes_a_pack_and_keeps_its_houses(
     pointing: StreamHouse, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    run = runner(monkeypatch, capsys)
+    run = command_runner(monkeypatch, capsys)
     asked_for = ("pack", "stream", "--seed", 7, "--family", "PG", "--houses", "15:16", "--workers", 1)
     said = run(*map(str, asked_for), "--count", "2", "--out", tmp_path / "train")
     assert said.code == 0

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.housegen import Fault, check_house
 from vigil.protocol.house import House
 from vigil.scene.build import build_scene

@@ -1,18 +1,18 @@
 import numpy as np
 import pytest
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.housegen import generate, spec_for
-from vigil.housegen.base.whole_furniture import with_whole_furniture
+from vigil.housegen.base.merged_drawers import with_merged_drawers
 from vigil.housegen.checking.statistics import DistributionComparison, compare, measure
-from vigil.housegen.sweep import PARTS, sweep
+from vigil.housegen.survey import PART_CATEGORIES, survey
 
 
 def test_rooms_are_measured():
     house = generate(0, spec_for("bedroom"))
     (room,) = measure(house, AssetDatabase.default())
     assert room.kind == "Bedroom"
-    assert room.objects == len(with_whole_furniture(house).objects())
+    assert room.objects == len(with_merged_drawers(house).objects())
     assert {"Bed", "Pillow"} & room.types
     assert 0.05 < room.covered < 0.6
     assert sum(count for _, count in room.on_support) <= room.loose
@@ -41,8 +41,8 @@ def test_compare_names_room_and_support():
 
 
 def test_a_sweep_counts_what_is_there():
-    twins = sweep([3, 3], [1], lambda _: None, lambda _: None)
+    twins = survey([3, 3], [1], lambda _: None, lambda _: None)
     assert twins.houses[1] == 2
     assert twins.problems == []
-    assert twins.rare(1)
-    assert not PARTS & set(twins.rare(1))
+    assert twins.rare_categories(1)
+    assert not PART_CATEGORIES & set(twins.rare_categories(1))

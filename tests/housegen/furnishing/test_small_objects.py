@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from vigil.assets.catalog import CATALOG
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.scene.build import build_scene
-from vigil.scene.geometry import whole_box
+from vigil.scene.geometry import bounding_box
 from vigil.scene.supports import children
 
 
@@ -21,7 +21,7 @@ def test_small_things_rest_on_a_surface_of_their_parent(house):
     for node, parent in house.objects():
         thing = scene.things[node.id]
         assert thing.parent == parent
-        rests = thing.surface is not None or thing.is_part or thing.category in ("Towel", "HandTowel")
+        rests = thing.surface is not None or thing.is_drawer or thing.category in ("Towel", "HandTowel")
         assert rests or parent is None, node.id
 
 
@@ -29,7 +29,7 @@ def test_things_stay_where_the_document_puts_them(house):
     scene = built(house)
     for node, _ in house.objects():
         x, y, z = scene.things[node.id].position
-        rounding = 1e-4 if scene.things[node.id].is_part else 0.0
+        rounding = 1e-4 if scene.things[node.id].is_drawer else 0.0
         assert (x, z) == pytest.approx((node.position.x, node.position.z), abs=rounding, rel=0), node.id
         assert abs(y - node.position.y) < 0.02, node.id
 
@@ -47,7 +47,7 @@ def test_siblings_on_a_surface_are_apart(house):
     for parent in scene.things:
         for one, two in itertools.combinations(children(scene, parent), 2):
             is_basin = bool({one.category, two.category} & {"Sink", "Faucet"})
-            if is_basin or abs(whole_box(one).bottom - whole_box(two).bottom) > 0.005:
+            if is_basin or abs(bounding_box(one).bottom - bounding_box(two).bottom) > 0.005:
                 continue
             gap = np.hypot(one.position.x - two.position.x, one.position.z - two.position.z)
             assert gap > 0.02

@@ -3,7 +3,7 @@ import threading
 
 import pytest
 
-from vigil.agents.model import Message
+from vigil.agents.conversation import Message
 from vigil.errors import ModelAPIError
 from vigil.protocol.actions import Reply
 from vigil.runner.models.ask import (
@@ -44,7 +44,7 @@ def test_transient_trouble_is_tried_again() -> None:
 
 def test_what_is_tried_again_is_told() -> None:
     told: list[str] = []
-    retry_policy = RetryPolicy(first_wait_s=0.0, tell=told.append)
+    retry_policy = RetryPolicy(first_wait_s=0.0, on_retry=told.append)
     script = Script(AttemptFailed("HTTP 500", can_retry=True), AttemptFailed("too long", is_rejection=True), GOOD)
     asking = with_retries(script, retry_policy)
     assert asyncio.run(asking(MESSAGES)) == GOOD

@@ -11,30 +11,30 @@ from typing import Any
 
 import pytest
 from inspect_marks import INSPECT
-from wire_server import ENDPOINTS, STREAM, WIRES, Raw, Said, WireServer, body_of, chat, google, responses
+from wire_server import ENDPOINTS, STREAM, WIRES, ModelMessage, RawAnswer, WireServer, body_of, chat, google, responses
 
-from vigil.agents.model import Message
+from vigil.agents.conversation import Message
 from vigil.errors import ModelAPIError
 from vigil.protocol.actions import Reply
+from vigil.runner.models.access import ModelAccess
 from vigil.runner.models.ask import RequestRejected, RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import Endpoint, sender
-from vigil.runner.models.serving import Serving
 
 pytestmark = INSPECT
 LOOK = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 5}}'
-GOOD = Said((LOOK,))
+GOOD = ModelMessage((LOOK,))
 TEXTS = {"chat": "content", "responses": "text", "anthropic": "text", "google": "text"}
 
 
 def ask_each(
-    wire: str, answers: dict[str, tuple[Said | Raw, ...]], *, is_streamed: bool = False, retries: int = 3
+    wire: str, answers: dict[str, tuple[ModelMessage | RawAnswer, ...]], *, is_streamed: bool = False, retries: int = 3
 ) -> dict[str, tuple[Reply, int]]:
     """Returns by name the reply, and how often the server was asked, when it gives the answers and then says a look."""
-    waiting: list[Said | Raw] = []
+    waiting: list[ModelMessage | RawAnswer] = []
     name, path, arguments = ENDPOINTS[wire]
     with WireServer(lambda wire, data: waiting.pop(0) if waiting else GOOD) as server:
         given = {**arguments, STREAM[wire]: is_streamed}
-        endpoint = Endpoint(Serving(name, server.url + path, "key", tuple(given.items())), {"max_tokens": 1000})
+        endpoint = Endpoint(ModelAccess(name, server.url + path, "key", tuple(given.items())), {"max_tokens": 1000})
 
         async def main() -> dict[str, tuple[Reply, int]]:
             model, found = endpoint.model(), {}
@@ -55,33 +55,33 @@ def seen(found: dict[str, tuple[Reply, int]]) -> dict[str, tuple[str, str, int]]
     return {name: (reply.text, reply.reply_source, asked) for name, (reply, asked) in found.items()}
 
 
-def whole(wire: str, change: Callable[[dict[str, Any]], None] = lambda _: None) -> Raw:
+def whole(wire: str, change: Callable[[dict[str, Any]], None] = lambda _: None) -> RawAnswer:
     """Returns the answer that says a look, with its document changed."""
     document = json.loads(body_of(wire, GOOD, is_streamed=False).data)
     change(document)
-    return Raw(json.dumps(document).encode())
+    return RawAnswer(json.dumps(document).encode())
 
 
 def spoil(data: bytes) -> bytes:
     return data.replace(b"look", b"lo\xffok", 1)
 
 
-BROKEN: dict[str, Callable[[str], Raw]] = {
-    "an error": lambda wire: Raw(b'{"error": {"message": "out of order", "code": 502}}'),
-    "an error in words": lambda wire: Raw(b'{"error": "out of order"}'),
-    "no JSON": lambda wire: Raw(b"<html>Bad gateway</html>", content_type="text/html"),
-    "no JSON, as JSON": lambda wire: Raw(b"upstream connect error"),
-    "nothing": lambda wire: Raw(b""),
-    "null": lambda wire: Raw(b"null"),
-    "a list": lambda wire: Raw(b"[]"),
-    "a list of texts": lambda wire: Raw(b'["x"]'),
-    "a text": lambda wire: Raw(b'"look"'),
-    "an empty object": lambda wire: Raw(b"{}"),
-    "invalid UTF-8": lambda wire: Raw(spoil(whole(wire).data)),
-    "an end too soon": lambda wire: Raw(whole(wire).data[:-9]),
-    "a transfer that breaks off": lambda wire: Raw(whole(wire).data[:-9], left_out=9),
-    "far too many brackets": lambda wire: Raw(b"[" * 100_000),
-    "another kind of text": lambda wire: Raw(whole(wire).data.replace(json.dumps(LOOK).encode(), b"7", 1)),
+BROKEN: dict[str, Callable[[str], RawAnswer]] = {
+    "an error": lambda wire: RawAnswer(b'{"error": {"message": "out of order", "code": 502}}'),
+    "an error in words": lambda wire: RawAnswer(b'{"error": "out of order"}'),
+    "no JSON": lambda wire: RawAnswer(b"<html>Bad gateway</html>", content_type="text/html"),
+    "no JSON, as JSON": lambda wire: RawAnswer(b"upstream connect error"),
+    "nothing": lambda wire: RawAnswer(b""),
+    "null": lambda wire: RawAnswer(b"null"),
+    "a list": lambda wire: RawAnswer(b"[]"),
+    "a list of texts": lambda wire: RawAnswer(b'["x"]'),
+    "a text": lambda wire: RawAnswer(b'"look"'),
+    "an empty object": lambda wire: RawAnswer(b"{}"),
+    "invalid UTF-8": lambda wire: RawAnswer(spoil(whole(wire).data)),
+    "an end too soon": lambda wire: RawAnswer(whole(wire).data[:-9]),
+    "a transfer that breaks off": lambda wire: RawAnswer(whole(wire).data[:-9], left_out=9),
+    "far too many brackets": lambda wire: RawAnswer(b"[" * 100_000),
+    "another kind of text": lambda wire: RawAnswer(whole(wire).data.replace(json.dumps(LOOK).encode(), b"7", 1)),
 }
 BROKEN_MESSAGES: dict[str, dict[str, Callable[[dict[str, Any]], None]]] = {
     "chat": {
@@ -122,17 +122,17 @@ def test_an_answer_that_is_none_is_asked_for_again(wire: str) -> None:
     assert seen(ask_each(wire, answers)) == dict.fromkeys(answers, (LOOK, "server", 2))
 
 
-def streamed(wire: str) -> Raw:
+def streamed(wire: str) -> RawAnswer:
     return body_of(wire, GOOD, is_streamed=True)
 
 
-def cut_stream(wire: str, *, is_promised: bool) -> Raw:
+def cut_stream(wire: str, *, is_promised: bool) -> RawAnswer:
     raw = streamed(wire)
     kept = len(raw.data) // 2
     return replace(raw, data=raw.data[:kept], left_out=len(raw.data) - kept if is_promised else 0)
 
 
-STREAMS: dict[str, Callable[[str], Raw]] = {
+STREAMS: dict[str, Callable[[str], RawAnswer]] = {
     "it ends too soon": lambda wire: cut_stream(wire, is_promised=False),
     "it breaks off": lambda wire: cut_stream(wire, is_promised=True),
     "nothing": lambda wire: replace(streamed(wire), data=b""),
@@ -140,7 +140,7 @@ STREAMS: dict[str, Callable[[str], Raw]] = {
     "no JSON": lambda wire: replace(streamed(wire), data=b"data: {\n\n"),
     "an error": lambda wire: replace(streamed(wire), data=b'data: {"error": {"message": "overloaded"}}\n\n'),
     "invalid UTF-8": lambda wire: replace(streamed(wire), data=streamed(wire).data.replace(b"skill", b"s\xffill")),
-    "an error in place of it": lambda wire: Raw(b'{"error": {"message": "overloaded"}}'),
+    "an error in place of it": lambda wire: RawAnswer(b'{"error": {"message": "overloaded"}}'),
 }
 
 
@@ -156,21 +156,29 @@ def test_what_stays_broken_is_an_infrastructure_failure_in_plain_words() -> None
 
 
 def test_an_error_with_http_200_may_be_a_rejection() -> None:
-    said = Raw(b'{"error": {"message": "Your prompt was flagged by our safety system", "code": 403}}')
+    said = RawAnswer(b'{"error": {"message": "Your prompt was flagged by our safety system", "code": 403}}')
     with pytest.raises(RequestRejected, match=r"3 times: .*flagged by our safety system"):
         ask_each("chat", {"": (said,) * 3})
 
 
-def content(given: Any, **more: Any) -> Raw:
+def content(given: Any, **more: Any) -> RawAnswer:
     return whole("chat", lambda answer: answer["choices"][0]["message"].update(content=given, **more))
 
 
-PROPER: dict[str, tuple[str, Raw, str]] = {
+PROPER: dict[str, tuple[str, RawAnswer, str]] = {
     "usage: null": ("chat", whole("chat", lambda answer: answer.update(usage=None)), LOOK),
     "no usage": ("chat", whole("chat", lambda answer: answer.pop("usage")), LOOK),
     "odd usage": ("chat", whole("chat", lambda answer: answer.update(usage={"prompt_tokens": "many"})), LOOK),
-    "usage: null, responses": ("responses", Raw(json.dumps(responses(Said((LOOK,), has_usage=False))).encode()), LOOK),
-    "no usage, google": ("google", Raw(json.dumps(google(Said((LOOK,), has_usage=False))).encode()), LOOK),
+    "usage: null, responses": (
+        "responses",
+        RawAnswer(json.dumps(responses(ModelMessage((LOOK,), has_usage=False))).encode()),
+        LOOK,
+    ),
+    "no usage, google": (
+        "google",
+        RawAnswer(json.dumps(google(ModelMessage((LOOK,), has_usage=False))).encode()),
+        LOOK,
+    ),
     "no usage, anthropic": ("anthropic", whole("anthropic", lambda answer: answer.update(usage=None)), LOOK),
     "a list of parts": (
         "chat",
@@ -199,7 +207,11 @@ PROPER: dict[str, tuple[str, Raw, str]] = {
         whole("google", lambda answer: answer["candidates"][0].update(content={"role": "model"})),
         "",
     ),
-    "half characters": ("chat", Raw(json.dumps(chat(Said((LOOK, "\ud83d", "\ude00")))).encode()), LOOK + "\U0001f600"),
+    "half characters": (
+        "chat",
+        RawAnswer(json.dumps(chat(ModelMessage((LOOK, "\ud83d", "\ude00")))).encode()),
+        LOOK + "\U0001f600",
+    ),
 }
 
 

@@ -6,23 +6,22 @@ import time
 
 import numpy as np
 import pytest
-from chat_server import REPORT, Answer, Asked, Brain, ChatServer, failure, serving
+from chat_server import REPORT, ChatAnswer, ChatRequest, ChatResponder, ChatServer, failure, serving
 from inspect_ai.model import ModelOutput, ModelUsage, get_model
 from inspect_marks import INSPECT
 from waiting import HANGS_AFTER_S
 
-from vigil.agents.model import Message
-from vigil.agents.picture import encode
+from vigil.agents.conversation import Message
+from vigil.agents.frame_encoding import encode_frame
 from vigil.errors import ModelAPIError, SettingError
 from vigil.protocol.actions import ParsedReply, Reply
 from vigil.protocol.replies import parse_reply
+from vigil.runner.models.access import ModelAccess, model_access
 from vigil.runner.models.ask import RequestRejected, RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import Endpoint, sender
-from vigil.runner.models.serving import Serving
-from vigil.runner.models.serving import serving as serving_of
 
 pytestmark = INSPECT
-PICTURE = encode(np.zeros((480, 640, 3), np.uint8))
+PICTURE = encode_frame(np.zeros((480, 640, 3), np.uint8))
 MESSAGES = [
     Message("system", "prompt"),
     Message("assistant", "  past <think>x</think>\n"),
@@ -31,9 +30,9 @@ MESSAGES = [
 SHORT_WAITS = RetryPolicy(retries=3, first_wait_s=0.01)
 
 
-def ask(brain: Brain, reply_seconds: int = 600, **sampling: object) -> tuple[Reply, ChatServer]:
+def ask(brain: ChatResponder, reply_seconds: int = 600, **sampling: object) -> tuple[Reply, ChatServer]:
     with serving(brain) as server:
-        endpoint = Endpoint(serving_of("openai/m", server.url, {}), sampling, 4, reply_seconds)
+        endpoint = Endpoint(model_access("openai/m", server.url, {}), sampling, 4, reply_seconds)
 
         async def main() -> Reply:
             model = endpoint.model()
@@ -45,10 +44,10 @@ def ask(brain: Brain, reply_seconds: int = 600, **sampling: object) -> tuple[Rep
         return asyncio.run(main()), server
 
 
-def after(*first: Answer) -> Brain:
+def after(*first: ChatAnswer) -> ChatResponder:
     """Answers with each of `first`, then with a report."""
     waiting = list(first)
-    return lambda asked: waiting.pop(0) if waiting else Answer(REPORT)
+    return lambda asked: waiting.pop(0) if waiting else ChatAnswer(REPORT)
 
 
 def reason(reply: Reply) -> str | None:
@@ -83,23 +82,23 @@ def test_what_is_set_is_sent() -> None:
 @pytest.mark.parametrize(
     ("answer", "expected"),
     [
-        (Answer("I would turn left."), "no_object"),
-        (Answer(f"```json\n{REPORT}\n```"), "code_fence"),
-        (Answer(f"Sure: {REPORT}"), "text_around_object"),
-        (Answer(f"{REPORT}\n<think>was that right?</think>"), "text_around_object"),
-        (Answer(f"{REPORT}{REPORT}"), "several_objects"),
-        (Answer(REPORT[:30], finish_reason="length"), "truncated"),
-        (Answer("<think>so much to think", finish_reason="length"), "truncated"),
-        (Answer(None, refusal="I cannot help with that."), "no_object"),
-        (Answer(None), "empty"),
-        (Answer(""), "empty"),
-        (Answer("\ud800"), "not_utf8"),
-        (Answer("   " + REPORT + "\n"), None),
-        (Answer(f"<think>{REPORT}</think>\n{REPORT}"), None),
-        (Answer(REPORT, reasoning="Let me see."), None),
+        (ChatAnswer("I would turn left."), "no_object"),
+        (ChatAnswer(f"```json\n{REPORT}\n```"), "code_fence"),
+        (ChatAnswer(f"Sure: {REPORT}"), "text_around_object"),
+        (ChatAnswer(f"{REPORT}\n<think>was that right?</think>"), "text_around_object"),
+        (ChatAnswer(f"{REPORT}{REPORT}"), "several_objects"),
+        (ChatAnswer(REPORT[:30], finish_reason="length"), "truncated"),
+        (ChatAnswer("<think>so much to think", finish_reason="length"), "truncated"),
+        (ChatAnswer(None, refusal="I cannot help with that."), "no_object"),
+        (ChatAnswer(None), "empty"),
+        (ChatAnswer(""), "empty"),
+        (ChatAnswer("\ud800"), "not_utf8"),
+        (ChatAnswer("   " + REPORT + "\n"), None),
+        (ChatAnswer(f"<think>{REPORT}</think>\n{REPORT}"), None),
+        (ChatAnswer(REPORT, reasoning="Let me see."), None),
     ],
 )
-def test_what_the_model_writes_is_the_agents_doing(answer: Answer, expected: str | None) -> None:
+def test_what_the_model_writes_is_the_agents_doing(answer: ChatAnswer, expected: str | None) -> None:
     reply, server = ask(after(answer))
     assert reason(reply) == expected
     assert len(server.asked) == 1
@@ -116,15 +115,15 @@ def test_a_provider_that_cannot_be_listened_to_is_recorded_as_the_librarys() -> 
 
 def test_a_thought_may_speak_of_thinking() -> None:
     text = REPORT[:-1] + ', "thought": "<think>hm</think> yes"}'
-    reply, _ = ask(after(Answer(text)))
+    reply, _ = ask(after(ChatAnswer(text)))
     assert reply.text == text
 
 
 @pytest.mark.parametrize(
     ("answer", "chars"),
-    [(Answer(f"<think>four</think>{REPORT}"), 4), (Answer(REPORT, reasoning="Let me see."), 11)],
+    [(ChatAnswer(f"<think>four</think>{REPORT}"), 4), (ChatAnswer(REPORT, reasoning="Let me see."), 11)],
 )
-def test_the_length_of_the_reasoning_is_noted(answer: Answer, chars: int) -> None:
+def test_the_length_of_the_reasoning_is_noted(answer: ChatAnswer, chars: int) -> None:
     assert ask(after(answer))[0].reasoning_chars == chars
 
 
@@ -134,13 +133,13 @@ def test_the_length_of_the_reasoning_is_noted(answer: Answer, chars: int) -> Non
         [failure(429, "slow down")] * 3,
         [failure(429, "slow down", code="rate_limit_exceeded")] * 2,
         [failure(500), failure(502), failure(503)],
-        [Answer(REPORT, breaks=True)] * 2,
-        [Answer(is_garbage=True)],
-        [Answer(is_garbage=True, status=502)],
+        [ChatAnswer(REPORT, breaks=True)] * 2,
+        [ChatAnswer(is_garbage=True)],
+        [ChatAnswer(is_garbage=True, status=502)],
         [failure(408)],
     ],
 )
-def test_trouble_with_transport_and_server_is_tried_again(trouble: list[Answer]) -> None:
+def test_trouble_with_transport_and_server_is_tried_again(trouble: list[ChatAnswer]) -> None:
     reply, server = ask(after(*trouble))
     assert reply.text == REPORT
     assert len(server.asked) == len(trouble) + 1
@@ -148,19 +147,19 @@ def test_trouble_with_transport_and_server_is_tried_again(trouble: list[Answer])
 
 def test_the_provider_says_how_long_to_wait() -> None:
     started = time.monotonic()
-    ask(after(Answer(status=429, error={"message": "slow down"}, headers={"Retry-After": "1"})))
+    ask(after(ChatAnswer(status=429, error={"message": "slow down"}, headers={"Retry-After": "1"})))
     assert time.monotonic() - started > 1.0
 
 
 def test_a_slow_answer_is_given_up_and_asked_for_again() -> None:
     first, is_given_up = [REPORT], threading.Event()
 
-    def brain(_: Asked) -> Answer:
+    def brain(_: ChatRequest) -> ChatAnswer:
         if first:
             first.pop()
             is_given_up.wait(HANGS_AFTER_S)
         is_given_up.set()
-        return Answer(REPORT)
+        return ChatAnswer(REPORT)
 
     reply, server = ask(brain, reply_seconds=3)
     assert reply.text == REPORT
@@ -175,10 +174,10 @@ def test_an_outage_is_an_infrastructure_failure() -> None:
 @pytest.mark.parametrize(
     "answer", [failure(401, "wrong key"), failure(404, "no such model"), failure(400, "unknown parameter")]
 )
-def test_a_request_that_can_never_work_is_not_repeated(answer: Answer) -> None:
-    seen: list[Asked] = []
+def test_a_request_that_can_never_work_is_not_repeated(answer: ChatAnswer) -> None:
+    seen: list[ChatRequest] = []
 
-    def brain(asked: Asked) -> Answer:
+    def brain(asked: ChatRequest) -> ChatAnswer:
         seen.append(asked)
         return answer
 
@@ -189,7 +188,7 @@ def test_a_request_that_can_never_work_is_not_repeated(answer: Answer) -> None:
 
 def test_nobody_at_the_address_is_an_infrastructure_failure() -> None:
     async def main() -> Reply:
-        model = Endpoint(serving_of("openai/m", "http://127.0.0.1:9/v1", {})).model()
+        model = Endpoint(model_access("openai/m", "http://127.0.0.1:9/v1", {})).model()
         return await with_retries(sender(model), RetryPolicy(retries=1, first_wait_s=0.01))(MESSAGES)
 
     with pytest.raises(ModelAPIError, match="Connection error"):
@@ -200,20 +199,20 @@ REJECTIONS = [
     failure(400, "Your request was flagged by our safety system", code="content_policy_violation"),
     failure(400, "maximum context length is 4096 tokens", code="context_length_exceeded"),
     failure(400, "This model's maximum context length is 4096 tokens. Please reduce the length", code=400),
-    Answer("", finish_reason="content_filter"),
+    ChatAnswer("", finish_reason="content_filter"),
 ]
 
 
 @pytest.mark.parametrize("answer", REJECTIONS)
-def test_a_rejection_that_repeats_three_times_is_final(answer: Answer) -> None:
-    asked: list[Asked] = []
+def test_a_rejection_that_repeats_three_times_is_final(answer: ChatAnswer) -> None:
+    asked: list[ChatRequest] = []
     with pytest.raises(RequestRejected, match="rejected the request 3 times: "):
         ask(lambda one: asked.append(one) or answer)
     assert len(asked) == 3
 
 
 @pytest.mark.parametrize("answer", REJECTIONS)
-def test_a_rejection_that_goes_away_is_not(answer: Answer) -> None:
+def test_a_rejection_that_goes_away_is_not(answer: ChatAnswer) -> None:
     reply, server = ask(after(answer, answer))
     assert reply.text == REPORT
     assert len(server.asked) == 3
@@ -221,13 +220,13 @@ def test_a_rejection_that_goes_away_is_not(answer: Answer) -> None:
 
 def test_a_provider_that_does_not_exist_is_a_setting_error() -> None:
     with pytest.raises(SettingError, match=r"'opnai/m' cannot be used: .*\. Did you mean 'openai'\?$"):
-        Endpoint(Serving("opnai/m")).model()
+        Endpoint(ModelAccess("opnai/m")).model()
 
 
 def test_a_key_that_is_missing_is_named_in_one_plain_line(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("OPENAI_API_KEY", "AZUREAI_OPENAI_API_KEY", "AZURE_OPENAI_API_KEY"):
         monkeypatch.delenv(name, raising=False)
     with pytest.raises(SettingError, match=r"'openai/m' cannot be used: .*No OPENAI_API_KEY.*\.$") as raised:
-        Endpoint(Serving("openai/m")).model()
+        Endpoint(ModelAccess("openai/m")).model()
     said = str(raised.value)
     assert not {"[", "\n", "ERROR"} & {said[index : index + size] for index in range(len(said)) for size in (1, 5)}

@@ -4,13 +4,13 @@ import os
 from pathlib import Path
 
 import pytest
-from chat_server import REPORT, Answer, serving
+from chat_server import REPORT, ChatAnswer, serving
 from inspect_marks import INSPECT
 
 from vigil.errors import ModelAPIError, SettingError
 from vigil.runner.models.ask import RetryPolicy
-from vigil.runner.models.completion import completing
-from vigil.runner.models.network import check_network, is_loopback, past_proxies, proxy_note
+from vigil.runner.models.completion import open_completion
+from vigil.runner.models.network import check_network, is_loopback, proxy_note, without_proxies
 
 pytestmark = INSPECT
 NAMES = ("HTTP_PROXY", "HTTPS_PROXY", "ALL_PROXY", "NO_PROXY", "SSL_CERT_FILE", "SSL_CERT_DIR", "SSLKEYLOGFILE")
@@ -37,7 +37,7 @@ def test_a_server_on_this_machine_is_asked_past_any_proxy(
 ) -> None:
     monkeypatch.setenv(name, value)
     policy = RetryPolicy(retries=0)
-    with serving(lambda asked: Answer(REPORT)) as server, completing("vllm/m", server.url, policy) as complete:
+    with serving(lambda asked: ChatAnswer(REPORT)) as server, open_completion("vllm/m", server.url, policy) as complete:
         assert complete("hello") == REPORT
     assert os.environ[name] == value
 
@@ -71,7 +71,7 @@ def test_certificates_that_are_not_there_are_named_before_the_run(
     monkeypatch.setenv("SSL_CERT_FILE", "/none")
     with (
         pytest.raises(SettingError, match=r"^SSL_CERT_FILE is '/none', which does not exist\. Unset it"),
-        completing("vllm/m", "http://127.0.0.1:9/v1"),
+        open_completion("vllm/m", "http://127.0.0.1:9/v1"),
     ):
         pass
     monkeypatch.setenv("SSL_CERT_FILE", str(tmp_path / "empty.pem"))
@@ -89,7 +89,7 @@ def test_a_connection_that_fails_says_through_which_proxy_it_went(monkeypatch: p
     policy = RetryPolicy(retries=0)
     said = r"through the proxy of HTTP_PROXY \(http://127\.0\.0\.1:9\)"
     with (
-        completing("vllm/m", "http://server.example.org/v1", policy) as complete,
+        open_completion("vllm/m", "http://server.example.org/v1", policy) as complete,
         pytest.raises(ModelAPIError, match=said) as raised,
     ):
         complete("hello")
@@ -113,6 +113,6 @@ def test_a_connection_that_fails_says_through_which_proxy_it_went(monkeypatch: p
 def test_what_loopback_is(address: str, expected: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ALL_PROXY", "http://p:1")
     assert is_loopback(address) is expected
-    with past_proxies(address):
+    with without_proxies(address):
         assert ("ALL_PROXY" in os.environ) is not expected
     assert os.environ["ALL_PROXY"] == "http://p:1"

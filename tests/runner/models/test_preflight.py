@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from chat_server import read_number
 
-from vigil.agents.model import Message
-from vigil.agents.picture import encode
+from vigil.agents.conversation import Message
+from vigil.agents.frame_encoding import encode_frame
 from vigil.errors import ModelAPIError
 from vigil.protocol.actions import InvalidAction, Reply, Usage
 from vigil.protocol.profile import Profile
@@ -67,13 +67,13 @@ def test_the_number_is_drawn_legibly_and_depends_on_the_model() -> None:
     assert picture.shape == (480, 640, 3)
     assert 0.02 < np.mean(picture < 128) < 0.3
     for number in sorted(numbers)[:5]:
-        assert read_number(encode(draw_number(number)).data) == number
+        assert read_number(encode_frame(draw_number(number)).data) == number
 
 
 REPORT = '{"skill_name": "report", "arguments": {"status": "success", "summary": ""}}'
 
 
-def example(*replies: Reply, goes_on: bool = False, profile: Profile | None = None) -> tuple[str, list[list[Message]]]:
+def example(*replies: Reply, force: bool = False, profile: Profile | None = None) -> tuple[str, list[list[Message]]]:
     """Returns what came of the example, and what was asked."""
     asked: list[list[Message]] = []
 
@@ -81,7 +81,7 @@ def example(*replies: Reply, goes_on: bool = False, profile: Profile | None = No
         asked.append(list(messages))
         return replies[min(len(asked), len(replies)) - 1]
 
-    return asyncio.run(check_contract(ask, "some/model", profile or Profile(), goes_on=goes_on)), asked
+    return asyncio.run(check_contract(ask, "some/model", profile or Profile(), force=force)), asked
 
 
 def test_an_answer_in_form_passes_at_once() -> None:
@@ -116,9 +116,9 @@ def test_one_bad_answer_of_two_passes() -> None:
 def test_a_model_that_answers_in_another_form_is_stopped_and_told_what_may_help(reply: Reply, said: list[str]) -> None:
     with pytest.raises(ModelAPIError) as stopped:
         example(reply)
-    for words in (*said, "Model 'some/model'", "--anyway"):
+    for words in (*said, "Model 'some/model'", "--force"):
         assert words in str(stopped.value)
-    result, asked = example(reply, goes_on=True)
+    result, asked = example(reply, force=True)
     assert result.startswith("failed: ")
     assert len(asked) == 2
 

@@ -10,15 +10,15 @@ import pytest
 from inspect_marks import INSPECT
 from quick_runs import quick
 from reasoning_forms import REASONING_FORMS, FormsInTurn, check_reply, shared_simulator
-from wire_server import Raw, Request, Said, WireServer, body_of
+from wire_server import ModelMessage, RawAnswer, Request, WireServer, body_of
 
-from vigil.agents.model import Message
+from vigil.agents.conversation import Message
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Reply
+from vigil.runner.models.access import ModelAccess, hiding_other_keys, model_access
 from vigil.runner.models.ask import RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import Endpoint, sender
-from vigil.runner.models.providers import PROVIDERS, named
-from vigil.runner.models.serving import Serving, only_its_key, serving
+from vigil.runner.models.providers import PROVIDERS, parse_model_name
 from vigil.runner.models.thinking import with_thinking
 from vigil.runner.run import run_pack
 
@@ -45,7 +45,7 @@ def in_table(model: str) -> str:
 
 
 def endpoint(model: str, url: str, **sampling: Any) -> Endpoint:
-    return Endpoint(serving(model, url, {}, "MY_KEY"), sampling, retry_policy=RetryPolicy(retries=0))
+    return Endpoint(model_access(model, url, {}, "MY_KEY"), sampling, retry_policy=RetryPolicy(retries=0))
 
 
 def ask(one: Endpoint, times: int = 1) -> list[Reply]:
@@ -57,13 +57,13 @@ def ask(one: Endpoint, times: int = 1) -> list[Reply]:
         finally:
             await model.api.aclose()
 
-    with only_its_key(one.serving):
+    with hiding_other_keys(one.access):
         return asyncio.run(main())
 
 
 def asked(model: str, path: str, **sampling: Any) -> Request:
     """Returns the one request that a model's name leads to."""
-    with WireServer(lambda wire, data: Said((REPORT,))) as server:
+    with WireServer(lambda wire, data: ModelMessage((REPORT,))) as server:
         (reply,) = ask(endpoint(model, server.url + path, **sampling))
     assert (reply.text, reply.reply_source) == (REPORT, "server")
     return server.requests[-1]
@@ -81,7 +81,7 @@ def test_a_name_is_asked_for_chat_completions_with_the_chosen_key(provider: str)
 @pytest.mark.parametrize("provider", [name for name in CHAT if PROVIDERS[name].thinking is not None])
 def test_a_switch_of_thinking_arrives(provider: str, thinking: Any) -> None:
     model = f"{provider}/{NAME}"
-    sampling = with_thinking({}, thinking, named(model))
+    sampling = with_thinking({}, thinking, parse_model_name(model))
     body = asked(model, "/v1", **sampling).body
     wanted = {**sampling, **sampling.get("extra_body", {})}
     wanted.pop("extra_body", None)
@@ -97,16 +97,16 @@ OTHERS = {
 
 
 @pytest.mark.parametrize(
-    ("model", "path", "header", "asked_for"),
+    ("model", "path", "header", "served_name"),
     [
         *((model, *told) for model, told in OTHERS.items()),
         ("openai-api/mine/m", "/v1", "authorization", "/v1/chat/completions"),
     ],
 )
-def test_other_formats_are_asked_in_their_own_way(model: str, path: str, header: str, asked_for: str) -> None:
+def test_other_formats_are_asked_in_their_own_way(model: str, path: str, header: str, served_name: str) -> None:
     request = asked(model, path)
     assert KEY in request.headers[header]
-    assert request.path.partition("?")[0].endswith(asked_for)
+    assert request.path.partition("?")[0].endswith(served_name)
 
 
 @dataclass(frozen=True)
@@ -161,15 +161,15 @@ def test_a_cloud_is_asked_with_its_credentials_in_its_own_format(cloud: Cloud, m
     for name, value in account.items():
         monkeypatch.setenv(name, value)
 
-    def brain(wire: str, data: bytes) -> Raw:
+    def brain(wire: str, data: bytes) -> RawAnswer:
         if cloud.answer == "converse":
-            return Raw(json.dumps(CONVERSED).encode())
-        return body_of(cloud.answer, Said((REPORT,)), is_streamed=False)
+            return RawAnswer(json.dumps(CONVERSED).encode())
+        return body_of(cloud.answer, ModelMessage((REPORT,)), is_streamed=False)
 
     with WireServer(brain) as server:
-        found = Serving(cloud.model, server.url, None if "vertex" in cloud.model else KEY, cloud.arguments)
+        found = ModelAccess(cloud.model, server.url, None if "vertex" in cloud.model else KEY, cloud.arguments)
         if cloud.model.startswith("sagemaker/"):  # it takes its address as an argument alone
-            found = Serving(cloud.model, arguments=(("endpoint_url", server.url),))
+            found = ModelAccess(cloud.model, arguments=(("endpoint_url", server.url),))
         (reply,) = ask(Endpoint(found, {"max_tokens": 100}, retry_policy=RetryPolicy(retries=0)))
     assert (reply.text, reply.reply_source) == (REPORT, cloud.source)
     name, _, value = cloud.header.partition(": ")

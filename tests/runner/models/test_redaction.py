@@ -7,9 +7,9 @@ from vigil.runner.models.redaction import (
     REDACTED,
     Secrets,
     environment_secrets,
-    hiding,
-    is_secret,
-    without_options,
+    is_secret_name,
+    redacted_errors,
+    without_option_secrets,
     without_secrets,
 )
 
@@ -20,7 +20,7 @@ from vigil.runner.models.redaction import (
      "PASSWORD", "aws_access_key_id", "api_keys", "Cookie", "proxy-auth", "secret_value", "passwd"],
 )  # fmt: skip
 def test_names_of_secrets_are_known(name: str) -> None:
-    assert is_secret(name)
+    assert is_secret_name(name)
 
 
 @pytest.mark.parametrize(
@@ -29,7 +29,7 @@ def test_names_of_secrets_are_known(name: str) -> None:
      "max_token", "sort_key", "", "temperature"],
 )  # fmt: skip
 def test_other_names_are_left_alone(name: str) -> None:
-    assert not is_secret(name)
+    assert not is_secret_name(name)
 
 
 @pytest.mark.parametrize(
@@ -70,8 +70,8 @@ def test_secrets_in_settings_are_blanked_however_deep(given: dict[str, Any], kep
     ],
 )  # fmt: skip
 def test_secrets_in_a_command_are_blanked_whatever_they_are(command: str, kept: str) -> None:
-    assert without_options(f"exec:{command}") == f"exec:{kept}".replace("@@", REDACTED)
-    assert without_options(without_options(command)) == without_options(command)
+    assert without_option_secrets(f"exec:{command}") == f"exec:{kept}".replace("@@", REDACTED)
+    assert without_option_secrets(without_option_secrets(command)) == without_option_secrets(command)
 
 
 def test_what_is_known_is_taken_out_of_any_text_in_any_form() -> None:
@@ -82,8 +82,8 @@ def test_what_is_known_is_taken_out_of_any_text_in_any_form() -> None:
         key="thekey",
     )
     said = 'com mand; com%20mand; userword; pass@word; pass%40word; queryword; set\\"ting; thekey; bearerword; http://a:b@c'
-    assert secrets.hide(said) == "; ".join([REDACTED] * 9) + f"; http://{REDACTED}@c"
-    with pytest.raises(ModelAPIError, match=r"^no \(not recorded\)$"), hiding(secrets):
+    assert secrets.redact(said) == "; ".join([REDACTED] * 9) + f"; http://{REDACTED}@c"
+    with pytest.raises(ModelAPIError, match=r"^no \(not recorded\)$"), redacted_errors(secrets):
         raise ModelAPIError("no thekey")
 
 

@@ -13,22 +13,22 @@ import numpy as np
 import pytest
 from inspect_ai.model import ModelOutput, ModelUsage, get_model
 from inspect_marks import INSPECT
-from wire_server import ENDPOINTS, Raw, Said, WireServer, body_of
+from wire_server import ENDPOINTS, ModelMessage, RawAnswer, WireServer, body_of
 
-from vigil.agents.model import Message
-from vigil.agents.picture import encode
+from vigil.agents.conversation import Message
+from vigil.agents.frame_encoding import encode_frame
 from vigil.errors import ModelAPIError
 from vigil.protocol.actions import InvalidAction, Reply
-from vigil.protocol.endings import FINISH_REASONS, MEANINGS, REFERENCES, ending_of
+from vigil.protocol.finish_reasons import FINISH_REASONS, MEANINGS, REFERENCES, stop_cause
 from vigil.protocol.replies import parse_reply
+from vigil.runner.models.access import ModelAccess
 from vigil.runner.models.ask import Ask, RequestRejected, RetryPolicy, with_retries
 from vigil.runner.models.inspect_model import Endpoint, sender
 from vigil.runner.models.preflight import advice, check_sight
-from vigil.runner.models.serving import Serving
 
 pytestmark = INSPECT
 LOOK = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 5}}'
-PICTURE = encode(np.zeros((480, 640, 3), np.uint8))
+PICTURE = encode_frame(np.zeros((480, 640, 3), np.uint8))
 TOO_LONG = "The prompt is longer than the context length of 4096 tokens"
 
 
@@ -37,12 +37,15 @@ async def see(ask: Ask) -> Any:
 
 
 def asked(
-    wire: str, brain: Callable[[str, bytes], Said | Raw], question: Callable[[Ask], Any] = see, **sampling: Any
+    wire: str,
+    brain: Callable[[str, bytes], ModelMessage | RawAnswer],
+    question: Callable[[Ask], Any] = see,
+    **sampling: Any,
 ) -> tuple[Reply, int]:
     """Returns the reply, and how often the server was asked. Raises ModelAPIError."""
     name, path, arguments = ENDPOINTS[wire]
     with WireServer(brain) as server:
-        endpoint = Endpoint(Serving(name, server.url + path, "key", tuple(arguments.items())), sampling)
+        endpoint = Endpoint(ModelAccess(name, server.url + path, "key", tuple(arguments.items())), sampling)
 
         async def main() -> Reply:
             model = endpoint.model()
@@ -54,14 +57,14 @@ def asked(
         return asyncio.run(main()), server.asked
 
 
-def always(document: Any, status: int = 200) -> Callable[[str, bytes], Raw]:
-    return lambda wire, data: Raw(json.dumps(document).encode(), status=status)
+def always(document: Any, status: int = 200) -> Callable[[str, bytes], RawAnswer]:
+    return lambda wire, data: RawAnswer(json.dumps(document).encode(), status=status)
 
 
-def then_look(document: Any, status: int = 200) -> Callable[[str, bytes], Said | Raw]:
+def then_look(document: Any, status: int = 200) -> Callable[[str, bytes], ModelMessage | RawAnswer]:
     """Answers so the first time, with a look from then on."""
-    waiting = [Raw(json.dumps(document).encode(), status=status)]
-    return lambda wire, data: waiting.pop() if waiting else Said((LOOK,))
+    waiting = [RawAnswer(json.dumps(document).encode(), status=status)]
+    return lambda wire, data: waiting.pop() if waiting else ModelMessage((LOOK,))
 
 
 def chat(content: Any, finish_reason: Any, **more: Any) -> dict[str, Any]:
@@ -70,7 +73,7 @@ def chat(content: Any, finish_reason: Any, **more: Any) -> dict[str, Any]:
 
 
 def anthropic(stop_reason: str) -> dict[str, Any]:
-    document = json.loads(body_of("anthropic", Said(), is_streamed=False).data)
+    document = json.loads(body_of("anthropic", ModelMessage(), is_streamed=False).data)
     return document | {"stop_reason": stop_reason}
 
 
@@ -88,9 +91,9 @@ def test_every_finish_reason_has_a_meaning_and_somebody_who_lists_it() -> None:
         assert one.ending in MEANINGS
         assert set(one.senders.split(", ")) <= REFERENCES.keys(), word
     assert {one.ending for one in FINISH_REASONS.values()} == MEANINGS.keys()
-    assert ending_of("MAX_TOKENS") == ending_of("max-tokens") == "cut"
-    assert ending_of(None) is None
-    assert ending_of("a new word") is None
+    assert stop_cause("MAX_TOKENS") == stop_cause("max-tokens") == "cut"
+    assert stop_cause(None) is None
+    assert stop_cause("a new word") is None
 
 
 FAILURES = [word for word, one in FINISH_REASONS.items() if one.ending == "failed"]
@@ -235,7 +238,7 @@ def test_what_is_no_overflow_is_shown_and_no_rejection() -> None:
 def test_an_error_of_a_thousand_levels_is_an_error(status: int) -> None:
     for deep in ('{"error":' * 700 + "1" + "}" * 700, '{"error":' + "[" * 700 + "1" + "]" * 700 + "}"):
         with pytest.raises(ModelAPIError, match=r"after [12] attempts"):
-            asked("chat", lambda wire, data, deep=deep: Raw(deep.encode(), status=status))
+            asked("chat", lambda wire, data, deep=deep: RawAnswer(deep.encode(), status=status))
 
 
 def test_what_minimax_calls_sensitive_is_a_rejection() -> None:
@@ -282,9 +285,9 @@ def test_a_refusal_comes_with_what_to_do_in_the_place_of_name_and_key(name: str)
     document = {"error": {"message": sentence}}
     times: list[bytes] = []
 
-    def brain(wire: str, data: bytes) -> Raw:
+    def brain(wire: str, data: bytes) -> RawAnswer:
         times.append(data)
-        return Raw(json.dumps(document).encode(), status=status)
+        return RawAnswer(json.dumps(document).encode(), status=status)
 
     with pytest.raises(ModelAPIError) as raised:
         asked("chat", brain, question=lambda ask: check_sight(ask, "m", "png"))
@@ -296,10 +299,10 @@ def test_a_refusal_comes_with_what_to_do_in_the_place_of_name_and_key(name: str)
 
 
 def test_a_server_that_only_streams_answers_with_the_option_that_is_named() -> None:
-    def brain(wire: str, data: bytes) -> Said | Raw:
+    def brain(wire: str, data: bytes) -> ModelMessage | RawAnswer:
         if json.loads(data).get("stream") is True:
-            return Said((LOOK,), reasoning="hm")
-        return Raw(b'{"error": {"message": "This model only support stream mode"}}', status=400)
+            return ModelMessage((LOOK,), reasoning="hm")
+        return RawAnswer(b'{"error": {"message": "This model only support stream mode"}}', status=400)
 
     reply, times = asked("chat", brain, extra_body={"stream": True})
     assert (reply.text, reply.finish_reason, reply.reasoning_chars, times) == (LOOK, "stop", 2, 1)
@@ -308,9 +311,9 @@ def test_a_server_that_only_streams_answers_with_the_option_that_is_named() -> N
 # --- how an answer is sent ---
 
 
-def stream(*chunks: Any, head: str = "", is_ended: bool = True) -> Raw:
+def stream(*chunks: Any, head: str = "", is_ended: bool = True) -> RawAnswer:
     text = head + "".join(f"data: {json.dumps(chunk)}\n\n" for chunk in chunks) + "data: [DONE]\n\n" * is_ended
-    return Raw(text.encode(), content_type="text/event-stream")
+    return RawAnswer(text.encode(), content_type="text/event-stream")
 
 
 def piece(content: str | None, finish_reason: Any = None, **more: Any) -> dict[str, Any]:
@@ -320,7 +323,7 @@ def piece(content: str | None, finish_reason: Any = None, **more: Any) -> dict[s
     }
 
 
-SENT: dict[str, tuple[Raw, str | None]] = {
+SENT: dict[str, tuple[RawAnswer, str | None]] = {
     "Ollama: an empty reason in every piece": (
         stream(piece(LOOK[:9], ""), piece(LOOK[9:], ""), piece("", "stop")),
         "stop",
@@ -329,15 +332,15 @@ SENT: dict[str, tuple[Raw, str | None]] = {
         stream(piece(LOOK), piece("", "stop"), head=": OPENROUTER PROCESSING\n\n: OPENROUTER PROCESSING\n\n"),
         "stop",
     ),
-    "OpenRouter: blank lines before JSON": (Raw(b"\n \n\n" + json.dumps(chat(LOOK, "stop")).encode()), "stop"),
+    "OpenRouter: blank lines before JSON": (RawAnswer(b"\n \n\n" + json.dumps(chat(LOOK, "stop")).encode()), "stop"),
     "Azure: a first piece without choices": (
         stream({"model": "", "choices": [], "prompt_filter_results": []}, piece(LOOK), piece(None, "stop")),
         "stop",
     ),
-    "HTTP 201": (Raw(json.dumps(chat(LOOK, "stop")).encode(), status=201), "stop"),
-    "no finish reason": (Raw(json.dumps(chat(LOOK, None)).encode()), None),
+    "HTTP 201": (RawAnswer(json.dumps(chat(LOOK, "stop")).encode(), status=201), "stop"),
+    "no finish reason": (RawAnswer(json.dumps(chat(LOOK, None)).encode()), None),
     "SGLang: an object as the reason, streamed": (stream(piece(LOOK), piece("", {"type": "stop"})), "stop"),
-    "vLLM: a token as stop_reason": (Raw(json.dumps(chat(LOOK, "stop", stop_reason=151645)).encode()), "stop"),
+    "vLLM: a token as stop_reason": (RawAnswer(json.dumps(chat(LOOK, "stop", stop_reason=151645)).encode()), "stop"),
 }
 
 
@@ -348,12 +351,14 @@ def test_an_answer_is_read_however_it_is_sent(name: str) -> None:
     assert (reply.text, reply.finish_reason, reply.reply_source, times) == (LOOK, reason, "server", 1)
 
 
-UNSENT: dict[str, Raw] = {
+UNSENT: dict[str, RawAnswer] = {
     "vLLM: aborted, as if it were whole": stream(piece(LOOK[:9]), piece("", "abort")),
     "OpenRouter: an error in the middle": stream(
         piece(LOOK[:9]), {"error": {"code": 502, "message": "Provider disconnected"}, **piece("", "error")}
     ),
-    "FastChat: an error that says so only in its kind": Raw(b'{"object": "error", "message": "busy", "code": 50002}'),
+    "FastChat: an error that says so only in its kind": RawAnswer(
+        b'{"object": "error", "message": "busy", "code": 50002}'
+    ),
     "LiteLLM: a stop for what was no stop": stream(
         piece(LOOK[:9]), piece("", "stop", provider_specific_fields={"native_finish_reason": "network_error"})
     ),
@@ -364,7 +369,7 @@ UNSENT: dict[str, Raw] = {
 @pytest.mark.parametrize("name", UNSENT)
 def test_an_answer_that_broke_off_is_asked_for_again(name: str) -> None:
     waiting = [UNSENT[name]]
-    reply, times = asked("chat", lambda wire, data: waiting.pop() if waiting else Said((LOOK,)))
+    reply, times = asked("chat", lambda wire, data: waiting.pop() if waiting else ModelMessage((LOOK,)))
     assert (reply.text, times) == (LOOK, 2)
 
 

@@ -3,8 +3,8 @@ from typing import Any
 import pytest
 
 from vigil.errors import SettingError
-from vigil.runner.models.providers import PROVIDERS, named
-from vigil.runner.models.thinking import how_set, with_thinking
+from vigil.runner.models.providers import PROVIDERS, parse_model_name
+from vigil.runner.models.thinking import describe_switch, with_thinking
 from vigil.runner.settings import RunSettings, plan_run
 
 
@@ -29,19 +29,20 @@ from vigil.runner.settings import RunSettings, plan_run
     ],
 )
 def test_thinking_is_set_in_the_providers_own_way(model: str, on: dict[str, Any], off: dict[str, Any]) -> None:
-    assert with_thinking({}, "on", named(model)) == on
-    assert with_thinking({}, "off", named(model)) == off
-    assert with_thinking({"top_p": 0.5}, "default", named(model)) == {"top_p": 0.5}
+    assert with_thinking({}, "on", parse_model_name(model)) == on
+    assert with_thinking({}, "off", parse_model_name(model)) == off
+    assert with_thinking({"top_p": 0.5}, "default", parse_model_name(model)) == {"top_p": 0.5}
 
 
 def test_what_was_set_beside_it_stays() -> None:
     given = {"top_p": 0.5, "extra_body": {"top_k": 4, "chat_template_kwargs": {"add_vision_id": True}}}
-    found = with_thinking(given, "off", named("vllm/m"))
+    found = with_thinking(given, "off", parse_model_name("vllm/m"))
     template = {"add_vision_id": True, "enable_thinking": False, "thinking": False}
     assert found == {"top_p": 0.5, "extra_body": {"top_k": 4, "chat_template_kwargs": template}}
     assert given["extra_body"]["chat_template_kwargs"] == {"add_vision_id": True}
-    assert with_thinking({"reasoning_effort": "high"}, "on", named("openai/m")) == {"reasoning_effort": "high"}
-    assert how_set("off", named("qwen/m")) == "extra_body.enable_thinking=False"
+    high = {"reasoning_effort": "high"}
+    assert with_thinking(high, "on", parse_model_name("openai/m")) == high
+    assert describe_switch("off", parse_model_name("qwen/m")) == "extra_body.enable_thinking=False"
 
 
 @pytest.mark.parametrize(
@@ -55,7 +56,7 @@ def test_what_was_set_beside_it_stays() -> None:
 )
 def test_what_contradicts_is_refused(thinking: Any, sampling: dict[str, Any], model: str, said: str) -> None:
     with pytest.raises(SettingError, match=said):
-        with_thinking(sampling, thinking, named(model))
+        with_thinking(sampling, thinking, parse_model_name(model))
 
 
 def test_a_run_says_how_its_model_was_told_to_think() -> None:

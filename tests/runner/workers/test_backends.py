@@ -3,18 +3,18 @@
 from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 
-import another_backend
+import protocol_backend
 import pytest
-from stand_in import StandIn
-from thor_line import DiesOnce, dies_once
+from scripted_simulator import ScriptedSimulator
+from thor_client import DiesOnce, dies_once
 from tiny_pack import tiny_pack
 
-from vigil.authoring.ways.solvers import privileged_agent
+from vigil.authoring.solving.solvers import privileged_agent
 from vigil.errors import SettingError
 from vigil.packs.pack import Pack
 from vigil.protocol.profile import Profile
 from vigil.records.record import EpisodeRecord
-from vigil.runner.workers.messages import Assignment, Play, SimulatorFactory, WorkerPlan
+from vigil.runner.workers.messages import Assignment, PlayEpisode, SimulatorFactory, WorkerPlan
 from vigil.runner.workers.worker import RequestHandler, WorkerChannel
 
 pytestmark = pytest.mark.usefixtures("real_workers")
@@ -27,7 +27,7 @@ class Told(WorkerChannel):
         self.ends: tuple[Connection, Connection] = Pipe()
         super().__init__(self.ends[0])
 
-    def shows(self) -> None:
+    def on_first_frame(self) -> None:
         """Nothing has to be on disk."""
 
 
@@ -40,7 +40,7 @@ def handler(factory: SimulatorFactory) -> RequestHandler:
 
 def test_a_privileged_agent_plays_on_a_backend_of_another_make():
     episode = next(episode for episode in Pack.load("starter").episodes if episode.family == "DA")
-    record = handler(another_backend.make).answer(Play(Assignment(episode)))
+    record = handler(protocol_backend.make).answer(PlayEpisode(Assignment(episode)))
     assert isinstance(record, EpisodeRecord)
     assert record.end == "report"
 
@@ -48,14 +48,14 @@ def test_a_privileged_agent_plays_on_a_backend_of_another_make():
 def test_a_privileged_agent_is_refused_a_backend_without_privileged_sight():
     episode = Pack.load("starter").episodes[0]
     with pytest.raises(SettingError, match=r"'solver' needs hidden sight, which 'stand-in 1' does not give"):
-        handler(lambda assets, quality: StandIn({})).answer(Play(Assignment(episode)))
+        handler(lambda assets, quality: ScriptedSimulator({})).answer(PlayEpisode(Assignment(episode)))
 
 
 def test_a_worker_whose_engine_ends_starts_another_and_plays_the_episode_again(tmp_path: Path):
     pack = tiny_pack(tmp_path / "tiny", 1)
     plan = WorkerPlan(pack.folder, "run", Profile(), agent="sweep", simulator_factory=dies_once)
     worker, episode = RequestHandler(plan, Told()), pack.episodes[0]
-    lost, played = (worker.answer(Play(Assignment(episode, attempt=attempt))) for attempt in (1, 2))
+    lost, played = (worker.answer(PlayEpisode(Assignment(episode, attempt=attempt))) for attempt in (1, 2))
     assert isinstance(lost, EpisodeRecord)
     assert isinstance(played, EpisodeRecord)
     assert lost.error is not None

@@ -5,7 +5,7 @@ import pytest
 from tiny_pack import tiny_pack
 
 from vigil.agents.scripted import scripted_agent
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.env import Env
 from vigil.errors import RecordError
 from vigil.protocol.profile import Profile
@@ -19,7 +19,7 @@ def test_frames_are_drawn_again_from_the_recorded_actions(tmp_path: Path) -> Non
     episode = pack.episodes[0]
     env = Env(make_simulator("fake", assets=AssetDatabase.default()), pack.house_of, Profile())
     seen: list[np.ndarray] = []
-    watcher = EpisodeObserver(answered=lambda observation, _: seen.append(observation.rgb.copy()))
+    watcher = EpisodeObserver(on_reply=lambda observation, _: seen.append(observation.rgb.copy()))
     play(episode, env, scripted_agent("sweep"), watcher)
     record = env.record()
     again = list(redraw(episode, record, env))
@@ -31,9 +31,9 @@ def test_frames_are_drawn_again_from_the_recorded_actions(tmp_path: Path) -> Non
 def test_a_frame_is_stored_once_and_found_by_its_hash(tmp_path: Path) -> None:
     store = FrameStore(tmp_path)
     rgb = np.random.default_rng(1).integers(0, 256, (480, 640, 3), dtype=np.uint8)
-    sha256 = store.keep(rgb)
+    sha256 = store.save(rgb)
     written = store.path(sha256).stat().st_mtime_ns
-    assert store.keep(rgb.copy()) == sha256
+    assert store.save(rgb.copy()) == sha256
     assert store.path(sha256).stat().st_mtime_ns == written
     kept = store.frame(sha256)
     assert kept is not None
@@ -44,14 +44,14 @@ def test_a_frame_is_stored_once_and_found_by_its_hash(tmp_path: Path) -> None:
 def test_a_frame_that_was_not_kept_or_lies_elsewhere_is_none_and_another_is_named(tmp_path: Path) -> None:
     store, elsewhere = FrameStore(tmp_path / "run" / "frames"), FrameStore(tmp_path / "elsewhere")
     rgb = np.zeros((480, 640, 3), dtype=np.uint8)
-    sha256 = elsewhere.keep(rgb)
+    sha256 = elsewhere.save(rgb)
     path = store.path(sha256)
     assert store.frame(sha256) is store.frame(None) is None
     path.parent.mkdir(parents=True)
     path.symlink_to(elsewhere.path(sha256))
     assert store.frame(sha256) is None
     path.unlink()
-    for data in (b"no picture", elsewhere.path(elsewhere.keep(rgb + 1)).read_bytes()):
+    for data in (b"no picture", elsewhere.path(elsewhere.save(rgb + 1)).read_bytes()):
         path.write_bytes(data)
         with pytest.raises(RecordError, match=r"no picture of a frame|holds other pixels than its name says"):
             store.frame(sha256)

@@ -7,7 +7,7 @@ import pytest
 
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3, floor_distance
 from vigil.errors import EpisodeError
 from vigil.protocol.actions import InteractPixel
@@ -17,10 +17,10 @@ from vigil.scene.geometry import penetration, prisms_of
 from vigil.scene.supports import ancestors, contents
 from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim import make_simulator
-from vigil.sim.conformance.trial_house import DRESSER, SIBLING, trial_house
+from vigil.sim.conformance.reference_house import DRESSER, SIBLING, reference_house
 from vigil.sim.core.motion import CollisionMap
-from vigil.sim.core.opening import TOLERANCE_M, set_openness, swing_blocker
-from vigil.sim.core.placing import OWN_SLACK_M, bulk_of, open_surfaces, put_down, spot_below, spot_on
+from vigil.sim.core.opening import TOLERANCE_M, opening_blocker, set_openness
+from vigil.sim.core.placing import OWN_SLACK_M, held_box_of, open_surfaces, put_down, spot_below, spot_on
 from vigil.sim.core.state import SceneState
 
 PLAIN = MaterialRef(name="plaster/white")
@@ -29,14 +29,14 @@ PLAIN = MaterialRef(name="plaster/white")
 @pytest.fixture(scope="module")
 def simulator():
     made = make_simulator("fake", assets=AssetDatabase.default())
-    made.load(trial_house())
+    made.load(reference_house())
     return made
 
 
 def stand(simulator, x: float = 3.5, z: float = 2.5, setup: Setup | None = None, yaw: float = 0.0):
     """Returns the simulator's state after a reset."""
     simulator.reset(Pose(position=Vec3(x, 0, z), rotation=yaw), setup or Setup())
-    return simulator._now().state
+    return simulator._require_loaded().state
 
 
 def overlaps(state, thing_id: str) -> list[str]:
@@ -82,7 +82,7 @@ def test_yaw_is_kept_where_it_fits_else_turned_to_the_surface(simulator):
 def test_clearance_keeps_tall_things_out(simulator):
     state = stand(simulator, setup=Setup(objects={"Fridge|1": ObjectSetup(openness=1.0)}, held="Statue|1"))
     fridge, statue = state.scene.things["Fridge|1"], state.scene.things["Statue|1"]
-    assert bulk_of(state, statue).height == pytest.approx(0.36, abs=0.01)
+    assert held_box_of(state, statue).height == pytest.approx(0.36, abs=0.01)
     assert spot_on(state, statue, fridge, Vec3(5.2, 0.75, 4.6)) is None
     assert len(open_surfaces(fridge)) == len(fridge.asset.surfaces)
     set_openness(state, fridge, 0.0)
@@ -129,15 +129,15 @@ def test_nothing_is_dropped_onto_the_own_feet(simulator):
 
 def test_a_lid_with_something_on_it_stays(simulator):
     state = stand(simulator)
-    assert swing_blocker(state, state.scene.things["Book|1"], 1.0) == "Pen|1"
+    assert opening_blocker(state, state.scene.things["Book|1"], 1.0) == "Pen|1"
     state.take(state.scene.things["Pen|1"])
-    assert swing_blocker(state, state.scene.things["Book|1"], 1.0) is None
+    assert opening_blocker(state, state.scene.things["Book|1"], 1.0) is None
 
 
 def test_neighbours_that_touch_keep_nothing_shut(simulator):
-    beside = Placement(position=Vec3(5.2 - 0.371 - 0.2156 - 0.002, 0.152, 4.6))
-    state = stand(simulator, setup=Setup(objects={"Box|1": ObjectSetup(placement=beside)}))
-    assert swing_blocker(state, state.scene.things["Fridge|1"], 1.0) is None
+    side_by_side = Placement(position=Vec3(5.2 - 0.371 - 0.2156 - 0.002, 0.152, 4.6))
+    state = stand(simulator, setup=Setup(objects={"Box|1": ObjectSetup(placement=side_by_side)}))
+    assert opening_blocker(state, state.scene.things["Fridge|1"], 1.0) is None
 
 
 def in_the_open_dresser(yaw: float, openness: float) -> Setup:
@@ -155,7 +155,7 @@ def in_the_open_dresser(yaw: float, openness: float) -> Setup:
 def test_an_open_cover_in_a_drawer_does_not_go_through_the_carriers_body(simulator, openness: float, blocker):
     state = stand(simulator, setup=in_the_open_dresser(270.0, openness))
     assert state.scene.things["Book|1"].parent_joint is not None
-    assert swing_blocker(state, state.scene.things[SIBLING], 0.0) == blocker
+    assert opening_blocker(state, state.scene.things[SIBLING], 0.0) == blocker
 
 
 @pytest.mark.parametrize(("yaw", "refused"), [(180.0, True), (0.0, False)])
@@ -174,10 +174,10 @@ def test_a_thing_half_in_the_swing_blocks_opening_and_closing(simulator):
     before = Placement(position=Vec3(5.2, 0.152, 3.95))
     state = stand(simulator, 3.0, 2.0, Setup(objects={"Box|1": ObjectSetup(placement=before)}))
     fridge = state.scene.things["Fridge|1"]
-    assert swing_blocker(state, fridge, 1.0) == "Box|1"
+    assert opening_blocker(state, fridge, 1.0) == "Box|1"
     fridge.openness = 1.0
-    state.mark(fridge)
-    assert swing_blocker(state, fridge, 0.0) == "Box|1"
+    state.mark_changed(fridge)
+    assert opening_blocker(state, fridge, 0.0) == "Box|1"
 
 
 def test_a_stack_on_a_drawers_content_comes_along(simulator):
@@ -240,9 +240,9 @@ def test_no_lid_opens_into_the_body_that_stands_over_it(simulator):
     for z in np.arange(2.8, 3.0, 0.01):
         on_floor = Placement(position=Vec3(3.5, 0.01, float(z)), rotation=Vec3(0.0, 90.0, 0.0))
         state = stand(simulator, setup=Setup(objects={"Laptop|1": ObjectSetup(placement=on_floor)}))
-        assert state.plan.can_stand(state.agent.position)  # it lies flat
+        assert state.collision_map.can_stand(state.agent.position)  # it lies flat
         laptop = state.scene.things["Laptop|1"]
-        blocker = swing_blocker(state, laptop, 1.0)
+        blocker = opening_blocker(state, laptop, 1.0)
         swing = [prism for openness in np.linspace(0, 1, 60) for prism in prisms_of(laptop, openness)]
         deepest = max(penetration(prism, state.body()) for prism in swing)
         assert blocker == "agent" or deepest < TOLERANCE_M + 0.001

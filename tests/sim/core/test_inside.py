@@ -5,19 +5,19 @@ import pytest
 
 from vigil.assets import MAKERS, make
 from vigil.assets.catalog import CATALOG
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.goals import ObjectAtReceptacle
 from vigil.protocol.house import MaterialRef
 from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import Motion
-from vigil.scene.supports import around, level_surfaces, not_lain_on, rests_over
+from vigil.scene.supports import containers_of, level_surfaces, rests_over, supports_not_lain_on
 from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim import make_simulator
-from vigil.sim.conformance.trial_house import DRAWER, DRESSER, WATCH, trial_house
-from vigil.sim.core.click_target import kind_meant
-from vigil.sim.core.handling import Click, interact
+from vigil.sim.conformance.reference_house import DRAWER, DRESSER, WATCH, reference_house
+from vigil.sim.core.click_target import target_kind
+from vigil.sim.core.handling import ClickHit, interact
 from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.setup import apply_setup
 from vigil.sim.core.state import SceneState
@@ -87,13 +87,13 @@ def test_a_click_on_a_shut_container_means_its_top_or_what_is_shut(category, var
     shut = thing(category, variant=variant)
     size = shut.asset.size
     top = middle(shut, inside=False)
-    assert kind_meant(shut, top) == "on"
+    assert target_kind(shut, top) == "on"
     front = max(prism_z for solid in shut.asset.solids if solid.joint for _, prism_z in solid.polygon)
     leaf = next(solid for solid in shut.asset.solids if solid.joint)
     x = sum(x for x, _ in leaf.polygon) / len(leaf.polygon)
     face = Vec3(x, size.y / 2 + (leaf.bottom + leaf.top) / 2, front)
-    assert kind_meant(shut, face) == "shut"
-    assert kind_meant(shut, Vec3(size.x / 2, size.y - 0.06, 0.0)) == "on"
+    assert target_kind(shut, face) == "shut"
+    assert target_kind(shut, Vec3(size.x / 2, size.y - 0.06, 0.0)) == "on"
 
 
 @pytest.mark.parametrize("category", CLOSED)
@@ -101,20 +101,20 @@ def test_a_click_on_an_open_container_means_what_it_is_on(category):
     wide = thing(category, openness=1.0)
     for surface, frame in level_surfaces(wide):
         point = Vec3(*(float(value) for value in frame.shift + np.array([0.0, 0.01, 0.0])))
-        assert kind_meant(wide, point) == ("inside" if surface.is_inside else "on"), surface.name
+        assert target_kind(wide, point) == ("inside" if surface.is_inside else "on"), surface.name
 
 
 @pytest.mark.parametrize("category", ["Sink", "Bathtub"])
 def test_the_rim_is_a_place_of_its_own(category):
     hollow = thing(category)
-    assert kind_meant(hollow, middle(hollow, inside=True)) == "inside"
-    assert kind_meant(hollow, middle(hollow, inside=False)) == "on"
+    assert target_kind(hollow, middle(hollow, inside=True)) == "inside"
+    assert target_kind(hollow, middle(hollow, inside=False)) == "on"
 
 
 @pytest.mark.parametrize("category", ["Bowl", "GarbageCan", "Pan"])
 def test_what_has_no_top_is_always_meant_inside(category):
     hollow = thing(category)
-    assert kind_meant(hollow, Vec3(hollow.asset.size.x / 2, hollow.asset.size.y, 0.0)) == "inside"
+    assert target_kind(hollow, Vec3(hollow.asset.size.x / 2, hollow.asset.size.y, 0.0)) == "inside"
 
 
 def test_a_shut_container_takes_on_its_top_and_refuses_its_inside():
@@ -122,11 +122,11 @@ def test_a_shut_container_takes_on_its_top_and_refuses_its_inside():
     state = state_of(dresser, watch)
     state.take(watch)
     front = Vec3(0.2, 0.8 * dresser.asset.size.y, dresser.asset.size.z / 2 - 0.03)
-    assert interact(state, "place", Click(dresser, front)).refusal == "receptacle_closed"
+    assert interact(state, "place", ClickHit(dresser, front)).refusal == "receptacle_closed"
     assert state.held == "Watch"
-    assert interact(state, "place", Click(dresser, middle(dresser, inside=False))).refusal is None
+    assert interact(state, "place", ClickHit(dresser, middle(dresser, inside=False))).refusal is None
     assert (watch.parent, watch.surface) == ("Dresser", "top")
-    assert around(state.scene, watch) == []
+    assert containers_of(state.scene, watch) == []
 
 
 def test_a_full_top_does_not_send_a_thing_inside():
@@ -138,7 +138,7 @@ def test_a_full_top_does_not_send_a_thing_inside():
     put(state, box, cabinet, top)
     assert box.parent == "Cabinet"
     state.take(statue)
-    interact(state, "place", Click(cabinet, top))
+    interact(state, "place", ClickHit(cabinet, top))
     assert statue.surface in ("top", None)
 
 
@@ -147,9 +147,9 @@ def test_the_chain_of_supports_says_what_a_thing_is_inside_of():
     state = state_of(fridge, bowl, spoon)
     put(state, bowl, fridge, middle(fridge, inside=True))
     put(state, spoon, bowl, middle(bowl, inside=True))
-    assert [each.id for each in around(state.scene, spoon)] == ["Bowl", "Fridge"]
+    assert [each.id for each in containers_of(state.scene, spoon)] == ["Bowl", "Fridge"]
     put(state, bowl, fridge, middle(fridge, inside=False))
-    assert [each.id for each in around(state.scene, spoon)] == ["Bowl"]
+    assert [each.id for each in containers_of(state.scene, spoon)] == ["Bowl"]
 
 
 def bowl_in(hollow: Thing, *others: Thing) -> tuple[SceneState, Thing]:
@@ -168,12 +168,12 @@ def test_a_dish_takes_what_it_takes_wherever_it_lies_inside(category):
     egg = thing("Egg", Vec3(2, 0, -2))
     state, bowl = bowl_in(thing(category, openness=1.0), egg)
     state.take(egg)
-    assert interact(state, "place", Click(bowl, middle(bowl, inside=True))).refusal is None
-    assert [each.id for each in around(state.scene, egg)] == ["Bowl", category]
+    assert interact(state, "place", ClickHit(bowl, middle(bowl, inside=True))).refusal is None
+    assert [each.id for each in containers_of(state.scene, egg)] == ["Bowl", category]
 
 
 def test_a_dish_in_the_drawer_of_a_dresser_takes_too():
-    scene = build_scene(trial_house(), AssetDatabase.default())
+    scene = build_scene(reference_house(), AssetDatabase.default())
     drawer, bowl, egg = scene.things[DRAWER], thing("Bowl", Vec3(2, 0, 2)), thing("Egg", Vec3(2, 0, 1))
     del scene.things[WATCH]
     scene.things |= {"Bowl": bowl, "Egg": egg}
@@ -181,8 +181,8 @@ def test_a_dish_in_the_drawer_of_a_dresser_takes_too():
     state = SceneState(scene, Pose(position=Vec3(7.5, 0, 1.5), rotation=180.0), CollisionMap(scene))
     put(state, bowl, drawer, middle(drawer, inside=True))
     state.take(egg)
-    assert interact(state, "place", Click(bowl, middle(bowl, inside=True))).refusal is None
-    assert [each.id for each in around(scene, egg)] == ["Bowl", DRAWER, DRESSER]
+    assert interact(state, "place", ClickHit(bowl, middle(bowl, inside=True))).refusal is None
+    assert [each.id for each in containers_of(scene, egg)] == ["Bowl", DRAWER, DRESSER]
 
 
 @pytest.mark.parametrize(("category", "held"), [("Drawer", "Kettle"), ("Microwave", "Statue")])
@@ -190,7 +190,7 @@ def test_what_stands_out_of_the_hollow_has_no_room_on_a_dish_in_it(category, hel
     tall = thing(held, Vec3(2, 0, -2))
     state, bowl = bowl_in(thing(category, openness=1.0), tall)
     state.take(tall)
-    assert interact(state, "place", Click(bowl, middle(bowl, inside=True))).refusal == "no_room"
+    assert interact(state, "place", ClickHit(bowl, middle(bowl, inside=True))).refusal == "no_room"
 
 
 @pytest.mark.parametrize(("dropped", "refusal"), [("Egg", None), ("Kettle", "no_room")])
@@ -198,12 +198,12 @@ def test_what_is_dropped_falls_onto_a_dish_in_a_basin(dropped, refusal):
     falling = thing(dropped, Vec3(2, 0, -2))
     state, _ = bowl_in(thing("Sink", Vec3(0, 0, 0.8)), falling)
     state.take(falling)
-    assert interact(state, "drop", Click(None, None)).refusal == refusal
+    assert interact(state, "drop", ClickHit(None, None)).refusal == refusal
     assert falling.parent == (None if refusal else "Bowl")
 
 
 def not_on(state: SceneState, each: Thing) -> list[str]:
-    return list(not_lain_on(state.scene, each, state.scene.things.values()))
+    return list(supports_not_lain_on(state.scene, each, state.scene.things.values()))
 
 
 def test_what_lies_in_a_drawer_a_shut_box_or_a_basin_does_not_lie_on_what_bears_them():
@@ -251,19 +251,19 @@ def test_a_thing_on_the_neighbour_is_not_at_a_receptacle():
     counter, hob, pot = thing("CounterTop"), thing("Stove"), thing("Pot")
     hob.position = Vec3(counter.asset.size.x / 2 + hob.asset.size.x / 2, hob.position.y, 0.0)
     state = state_of(counter, hob, pot)
-    beside = Vec3(counter.asset.size.x / 2 + 0.05, counter.asset.size.y, 0.0)
-    pot.position = beside._replace(y=beside.y + pot.asset.size.y / 2)
+    side_by_side = Vec3(counter.asset.size.x / 2 + 0.05, counter.asset.size.y, 0.0)
+    pot.position = side_by_side._replace(y=side_by_side.y + pot.asset.size.y / 2)
     assert rests_over(pot, counter)
-    put(state, pot, hob, beside._replace(y=hob.asset.size.y))
+    put(state, pot, hob, side_by_side._replace(y=hob.asset.size.y))
     assert pot.parent == "Stove"
-    pot.position = beside._replace(y=beside.y + pot.asset.size.y / 2)
+    pot.position = side_by_side._replace(y=side_by_side.y + pot.asset.size.y / 2)
     assert not rests_over(pot, counter)
 
 
 @pytest.mark.parametrize(("spot", "expected"), [("inside", True), ("top", False)])
 def test_the_hidden_state_says_inside_and_the_goal_asks_for_it(spot, expected):
     simulator = make_simulator("fake", assets=AssetDatabase.default())
-    simulator.load(trial_house())
+    simulator.load(reference_house())
     surfaces = simulator.scene().things["Fridge|1"]
     at = middle(surfaces, inside=expected)
     place = Placement(position=at._replace(y=at.y + 0.04), parent="Fridge|1")

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 import shapely
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Vec3
 from vigil.scene.build import build_scene
 from vigil.scene.outlines import thing_shapes, wall_prisms
-from vigil.sim.conformance.trial_house import DOOR, trial_house
+from vigil.sim.conformance.reference_house import DOOR, reference_house
 from vigil.sim.core.motion import EXTERIOR, CollisionMap
 
 
 @pytest.fixture
 def scene():
-    return build_scene(trial_house(), AssetDatabase.default())
+    return build_scene(reference_house(), AssetDatabase.default())
 
 
 @pytest.fixture

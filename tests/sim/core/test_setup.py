@@ -5,15 +5,15 @@ import pytest
 from pydantic import ValidationError
 from tiny_pack import FRIDGE, HERE, MUG, TABLE, tiny_house
 
-from vigil.assets.notice import notice_spot
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
+from vigil.assets.notice import notice_centre
 from vigil.base.geometry import Vec3, heading
 from vigil.errors import EpisodeError
 from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.geometry import place_of
 from vigil.sim import make_simulator
-from vigil.sim.conformance.trial_house import trial_house
-from vigil.sim.staging import Stage, View
+from vigil.sim.conformance.reference_house import reference_house
+from vigil.sim.scene_editor import CameraView, SceneEditor
 
 
 @pytest.fixture(scope="module")
@@ -81,25 +81,25 @@ def test_what_is_not_broken_is_written_as_ever():
 @pytest.mark.parametrize("backend", ["fake", "mujoco"])
 def test_a_broken_machine_bears_a_notice_and_does_not_start(backend: str):
     simulator = make_simulator(backend, assets=AssetDatabase.default())
-    house = trial_house()
+    house = reference_house()
     start = house.start
     assert start is not None
     simulator.load(house)
-    assert isinstance(simulator, Stage)
+    assert isinstance(simulator, SceneEditor)
     microwave = simulator.scene().things["Microwave|1"]
-    spot = notice_spot(microwave.asset)
+    spot = notice_centre(microwave.asset)
     assert spot is not None
     ahead_x, ahead_z = heading(microwave.rotation.y)
     middle = Vec3(*(float(value) for value in place_of(microwave)(np.array(spot)[None])[0]))
     eye = Vec3(middle.x + ahead_x, middle.y, middle.z + ahead_z)
-    view = View(eye, microwave.rotation.y + 180.0, 0.0, 60.0, 160, 120)
+    view = CameraView(eye, microwave.rotation.y + 180.0, 0.0, 60.0, 160, 120)
     whole = Setup(objects={"Microwave|1": ObjectSetup(openness=0.0, is_toggled=False)})
     broken = Setup(objects={"Microwave|1": ObjectSetup(openness=0.0, is_toggled=False, is_broken=True)})
     pictures = []
     for setup, refusal in ((whole, None), (broken, "out_of_order"), (whole, None)):
         simulator.reset(start, setup)
-        pictures.append(simulator.look(view, frozenset({"rgb"}), with_hand=False).rgb)
-        assert simulator.handle("activate", "Microwave|1", middle).refusal == refusal
+        pictures.append(simulator.render_view(view, frozenset({"rgb"}), with_hand=False).rgb)
+        assert simulator.apply_intent("activate", "Microwave|1", middle).refusal == refusal
     assert np.array_equal(pictures[0], pictures[2])
     assert not np.array_equal(pictures[0], pictures[1])
     simulator.close()

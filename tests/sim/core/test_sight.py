@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from vigil.assets import make
+from vigil.assets.database import AssetDatabase
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.sizes import AssetDatabase
 from vigil.base.geometry import Pose, Vec3, yaw_towards
 from vigil.protocol.actions import InteractPixel, Look
 from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.build import build_scene
-from vigil.scene.supports import parts_of
+from vigil.scene.supports import drawers_of
 from vigil.sim import make_simulator
-from vigil.sim.conformance.trial_house import trial_house
+from vigil.sim.conformance.reference_house import reference_house
 from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.sim.core.sight import (
     HEIGHT,
@@ -39,7 +39,7 @@ VIEWS = [
 
 @pytest.fixture(scope="module")
 def seen():
-    scene = build_scene(trial_house(), AssetDatabase.default())
+    scene = build_scene(reference_house(), AssetDatabase.default())
     engine = FakeEngine()
     engine.load(scene)
     return scene, engine, Sight(engine, scene)
@@ -103,7 +103,7 @@ def test_counts_agree_with_every_pixel_of_the_frame(seen, view):
             continue
         exact, is_small = window.stride == 1, window.stride <= 2
         inside &= is_small | is_coarse
-        pieces = [thing, *parts_of(scene, thing)]
+        pieces = [thing, *drawers_of(scene, thing)]
         casts = [engine.cast(view.eye, rays[inside], through_glass=False, only=piece.id) for piece in pieces]
         own = np.min([cast.distances for cast in casts], axis=0)
         is_own = np.isin(hits.things[inside], [things.index(piece) for piece in pieces])
@@ -130,7 +130,7 @@ def test_windows_hold_all_pixels_of_a_thing_that_is_partly_behind_the_camera(see
 
 
 def test_strictly_visible_needs_enough_of_the_thing():
-    scene = build_scene(trial_house(), AssetDatabase.default())
+    scene = build_scene(reference_house(), AssetDatabase.default())
     apple = scene.things["Apple|1"]
     apple.position = Vec3(1.4, 1.2, 2.4)  # clear of the table
     engine = FakeEngine()
@@ -149,7 +149,7 @@ def test_strictly_visible_needs_enough_of_the_thing():
 def test_what_has_not_changed_is_not_looked_at_again(monkeypatch: pytest.MonkeyPatch):
     engine = FakeEngine()
     simulator = EmbeddedSimulator(engine, AssetDatabase.default())
-    simulator.load(trial_house())
+    simulator.load(reference_house())
     start = Pose(position=Vec3(2.6, 0, 3.5), rotation=0, horizon=30)
     simulator.reset(start, Setup())
     casts: list[str | None] = []
@@ -173,13 +173,13 @@ def test_near_clicks_list_what_is_within_three_pixels(seen):
     _, _, sight = seen
     view = Pose(position=Vec3(1.4, 0, 3.3), rotation=180, horizon=40)
     x, y = pixel_of(view, Vec3(1.4, 0.75, 2.4)) or (0, 0)
-    assert sight.near(view, x, y) == ("Apple|1",)
-    edge = next(column for column in range(x, x + 200) if "DiningTable|1" in sight.near(view, column, y))
-    assert set(sight.near(view, edge, y)) == {"Apple|1", "DiningTable|1"}
+    assert sight.ids_near_pixel(view, x, y) == ("Apple|1",)
+    edge = next(column for column in range(x, x + 200) if "DiningTable|1" in sight.ids_near_pixel(view, column, y))
+    assert set(sight.ids_near_pixel(view, edge, y)) == {"Apple|1", "DiningTable|1"}
     thing, _ = sight.click(view, edge, y)
     assert thing is not None
     assert thing.id == "Apple|1"
-    assert sight.near(view, 0, 0) == sight.near(view, 0, 0)
+    assert sight.ids_near_pixel(view, 0, 0) == sight.ids_near_pixel(view, 0, 0)
 
 
 def in_microwave(openness: float) -> Setup:
@@ -189,7 +189,7 @@ def in_microwave(openness: float) -> Setup:
 
 def test_what_is_behind_a_pane_is_seen_but_not_clicked():
     simulator = make_simulator("mujoco", assets=AssetDatabase.default())
-    simulator.load(trial_house())
+    simulator.load(reference_house())
     before = Pose(position=Vec3(2.6, 0, 3.5), rotation=0, horizon=30)
     simulator.reset(before, in_microwave(0.0))
     egg = simulator.world(["Egg|1"]).objects["Egg|1"]
@@ -204,7 +204,7 @@ def test_what_is_behind_a_pane_is_seen_but_not_clicked():
 
 
 def test_what_is_all_of_glass_is_seen():
-    scene = build_scene(trial_house(), AssetDatabase.default())
+    scene = build_scene(reference_house(), AssetDatabase.default())
     lettuce, apple = scene.things["Lettuce|1"], scene.things["Apple|1"]
     lettuce.asset = next(
         asset for asset in (make("Vase", Vec3(0.2, 0.4, 0.2), n) for n in range(60)) if is_clear(asset)
@@ -221,7 +221,7 @@ def test_what_is_all_of_glass_is_seen():
     assert sight.meets(view.eye, towards, lettuce, through_glass=True).all()
     lettuce.position, apple.position = apple.position, lettuce.position
     engine.update(scene, {"Lettuce|1", "Apple|1"})
-    sight.forget()
+    sight.clear_cache()
     behind = sight.see(view, [lettuce])["Lettuce|1"]
     assert 0 < behind.visible_px < seen["Lettuce|1"].visible_px
     towards = directions(view, np.array([pixel_of(view, apple.position)]))
@@ -235,7 +235,7 @@ def is_clear(asset: Asset) -> bool:
 def test_what_was_seen_from_a_pose_is_kept_until_something_changes(seen, monkeypatch):
     scene, engine, sight = seen
     things = list(scene.things.values())[:3]
-    sight.forget()
+    sight.clear_cache()
     together = sight.see(VIEWS[0], things)
     casts: list[str | None] = []
     cast = engine.cast
@@ -247,14 +247,14 @@ def test_what_was_seen_from_a_pose_is_kept_until_something_changes(seen, monkeyp
     monkeypatch.setattr(engine, "cast", counted)
     assert sight.see(VIEWS[0], things[1:]) == {thing.id: together[thing.id] for thing in things[1:]}
     assert not casts
-    sight.forget()
+    sight.clear_cache()
     assert {name: sighting for thing in things for name, sighting in sight.see(VIEWS[0], [thing]).items()} == together
     assert {name for name in casts if name} <= {thing.id for thing in things}
     assert casts
 
 
 def test_what_was_known_of_a_thing_is_forgotten_once_it_changes():
-    scene = build_scene(trial_house(), AssetDatabase.default())
+    scene = build_scene(reference_house(), AssetDatabase.default())
     engine = MujocoEngine()
     engine.load(scene)
     sight = Sight(engine, scene)
@@ -263,15 +263,15 @@ def test_what_was_known_of_a_thing_is_forgotten_once_it_changes():
         position, openness = thing.position, thing.openness
         thing.position, thing.openness = Vec3(position.x, position.y + 0.3, position.z), 1.0 - openness
         engine.update(scene, {thing.id})
-        sight.forget()
+        sight.clear_cache()
         assert sight.see(VIEWS[0], [thing]) == Sight(engine, scene).see(VIEWS[0], [thing]), thing.id
         thing.position, thing.openness = position, openness
         engine.update(scene, {thing.id})
-        sight.forget()
+        sight.clear_cache()
 
 
 def test_what_is_in_the_hand_has_no_place_that_is_kept():
-    scene = build_scene(trial_house(), AssetDatabase.default())
+    scene = build_scene(reference_house(), AssetDatabase.default())
     engine = MujocoEngine()
     engine.load(scene)
     sight, apple = Sight(engine, scene), scene.things["Apple|1"]
@@ -289,7 +289,7 @@ def test_what_is_seen_may_be_shown_and_is_the_same_after_asking(seen, view):
     asked = Sight(engine, scene)
     for thing_id, sighting in sight.see(view, things).items():
         thing = scene.things[thing_id]
-        assert asked.may_show(view, thing, sighting.visible_px)
+        assert asked.may_be_visible(view, thing, sighting.visible_px)
         assert asked.see(view, [thing])[thing_id] == sighting
 
 
@@ -302,5 +302,5 @@ def test_no_more_may_be_shown_than_an_outline_has(seen):
     assert window.most_px == len(window.pixels()) * window.stride**2
     met = engine.cast(view.eye, directions(view, window.pixels()), through_glass=False, only=fridge.id)
     outline_px = int(np.isfinite(met.distances).sum()) * window.stride**2
-    assert sight.may_show(view, fridge, outline_px)
-    assert not sight.may_show(view, fridge, outline_px + 1)
+    assert sight.may_be_visible(view, fridge, outline_px)
+    assert not sight.may_be_visible(view, fridge, outline_px + 1)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from tiny_pack import FRIDGE, HERE, MUG, TABLE, tiny_house
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Scene
 from vigil.sim.core.embedded import EmbeddedSimulator
@@ -55,13 +55,13 @@ def test_what_is_held_is_told_when_it_leaves_the_hand(simulator: EmbeddedSimulat
     simulator.reset(HERE, Setup())
     points = np.array([simulator.scene().things[MUG].position])
     eye = HERE.eye._replace(x=points[0, 0], z=points[0, 2])
-    assert simulator.sees_from(eye, points, MUG).all()
+    assert simulator.points_visible_from(eye, points, MUG).all()
     simulator.reset(HERE, Setup(held=MUG))
-    assert not simulator.sees_from(eye, points, MUG).any()
+    assert not simulator.points_visible_from(eye, points, MUG).any()
     told = len(engine.told)
-    with simulator.standing_at(HERE.model_copy(update={"rotation": HERE.rotation + 90.0})):
+    with simulator.at_pose(HERE.model_copy(update={"rotation": HERE.rotation + 90.0})):
         assert simulator.world([MUG]).held == MUG
     assert len(engine.told) == told  # what is in the hand is met by no ray
     simulator.reset(HERE, Setup())
     assert engine.told[told:] == [{MUG}]
-    assert simulator.sees_from(eye, points, MUG).all()
+    assert simulator.points_visible_from(eye, points, MUG).all()

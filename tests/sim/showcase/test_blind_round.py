@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from scripts.blind import drawing, lots, making, publishing, sheets
-from scripts.blind.drawing import Fact, Job, Portrait, Start
-from scripts.blind.forms import CROP_CELL_PX, FORMS
-from scripts.blind.judging import WORDS, is_named, is_state_told, plain
+from scripts.blind import drawing, making, publishing, sampling, sheets
+from scripts.blind.drawing import FrameFacts, Job, Portrait, StartView
+from scripts.blind.forms import CROP_CELL_PX, LAYOUTS
+from scripts.blind.judging import WORDS, is_named, is_state_named, normalized
 from scripts.blind_round import main
 from vigil.assets.catalog import CATALOG
 from vigil.packs.names import stem_of
@@ -77,11 +77,11 @@ def test_a_round_is_not_written_over(near: Path) -> None:
 
 
 def test_far_things_are_large_enough_and_things_with_states_have_one() -> None:
-    far = lots.portraits("far", SEED, 6)
+    far = sampling.portraits("far", SEED, 6)
     assert len(far) == 6
-    assert {each.distance_m for each in far} == {lots.FAR_M}
+    assert {each.distance_m for each in far} == {sampling.FAR_M}
     assert not {"Egg", "Fork", "CreditCard"} & {each.category for each in far}
-    states = lots.portraits("state", SEED, 16)
+    states = sampling.portraits("state", SEED, 16)
     assert len(states) == 16
     assert set(Counter(each.state for each in states)) == {"open", "closed", "on", "off"}
 
@@ -91,7 +91,7 @@ def test_a_cropped_picture_has_the_whole_thing_in_it(box: tuple[float, float, fl
     frame = np.zeros((480, 640, 3), np.uint8)
     left, top, right, bottom = map(int, box)
     frame[top:bottom, left:right] = (200, 0, 0)
-    picture = np.asarray(sheets.cropped(Image.fromarray(frame), box))
+    picture = np.asarray(sheets.crop_around(Image.fromarray(frame), box))
     assert picture.shape == (CROP_CELL_PX[1], CROP_CELL_PX[0], 3)
     scale = 1.0 if right - left < CROP_CELL_PX[0] else CROP_CELL_PX[0] / 640
     red = (picture[..., 0] > 100) & (picture[..., 1] < 20)
@@ -100,18 +100,18 @@ def test_a_cropped_picture_has_the_whole_thing_in_it(box: tuple[float, float, fl
 
 @pytest.mark.usefixtures("drawing")
 def test_half_of_the_moments_are_after_a_pick_and_half_in_each_quality(tmp_path: Path) -> None:
-    assert set(Counter(lots.held_cases(40, SEED)).values()) == {10}
+    assert set(Counter(sampling.held_cases(40, SEED)).values()) == {10}
     folder = tmp_path / "held"
     main(["make", "--kind", "held", "--seed", "2", "--count", "2", "--pack", "starter", "--out", str(folder)])
     pictures = _key(folder)["pictures"]
-    assert Counter((each["held"], each["quality"]) for each in pictures) == Counter(lots.held_cases(2, 2))
+    assert Counter((each["held"], each["quality"]) for each in pictures) == Counter(sampling.held_cases(2, 2))
     assert len({each["episode"] for each in pictures}) == 2
     with Image.open(folder / "sheet_01.png") as sheet:
         assert sheet.width > 2 * 640
 
 
 def test_every_target_is_picked_once_before_one_is_picked_again() -> None:
-    found = lots.picks(lots.candidates(["starter"]), SEED)
+    found = sampling.picks(sampling.candidates(["starter"]), SEED)
     first = [each.category for each in found[: len({each.category for each in found})]]
     assert len(first) == len(set(first)) > 5
     assert all(each.actions[-1].skill_name == "interact_pixel" for each in found)
@@ -119,9 +119,9 @@ def test_every_target_is_picked_once_before_one_is_picked_again() -> None:
 
 def test_newest_packs_are_drawn_from_unless_others_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     (smoke,) = [name for name in packaged_names() if stem_of(name) == "vigil_smoke"]
-    monkeypatch.setattr(lots, "packaged_names", lambda: ["vigil_smoke_v0_9", smoke])
-    assert {each.pack.name for each in lots.candidates([])} == {smoke}
-    assert {each.pack.name for each in lots.candidates(["starter"])} == {"starter"}
+    monkeypatch.setattr(sampling, "packaged_names", lambda: ["vigil_smoke_v0_9", smoke])
+    assert {each.pack.name for each in sampling.candidates([])} == {smoke}
+    assert {each.pack.name for each in sampling.candidates(["starter"])} == {"starter"}
 
 
 def test_starts_are_shown_one_by_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -136,7 +136,7 @@ def test_starts_are_shown_one_by_one(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 @pytest.mark.usefixtures("drawing")
 def test_a_pair_is_drawn_by_both_trees_from_one_pose(tmp_path: Path) -> None:
-    made = making.pairs(SEED, 1, ["vigil_smoke"], ROOT)
+    made = making.pair_round(SEED, 1, ["vigil_smoke"], ROOT)
     left, right = map(np.asarray, made.shown[0].pictures)
     assert (left == right).all()
     sheets.write(tmp_path / "pairs", made)
@@ -147,32 +147,32 @@ def test_a_pair_is_drawn_by_both_trees_from_one_pose(tmp_path: Path) -> None:
 
 
 def test_the_older_picture_is_on_either_side_equally_often() -> None:
-    assert Counter(lots.sides(40, SEED)) == {True: 20, False: 20}
-    assert lots.sides(40, SEED) == lots.sides(40, SEED) != lots.sides(40, SEED + 1)
+    assert Counter(sampling.sides(40, SEED)) == {True: 20, False: 20}
+    assert sampling.sides(40, SEED) == sampling.sides(40, SEED) != sampling.sides(40, SEED + 1)
 
 
 def test_an_older_tree_that_shows_stand_ins_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[int] = []
 
-    def draw(tree: Path | None, jobs: Sequence[Job], folder: Path) -> list[Fact]:
+    def draw(tree: Path | None, jobs: Sequence[Job], folder: Path) -> list[FrameFacts]:
         asked.append(len(jobs))
         for number, _ in enumerate(jobs):
             Image.new("RGB", (640, 480)).save(drawing.frame_path(folder, number))
-        return [Fact(notes=["a drawer: shown as a box"] if tree else []) for _ in jobs]
+        return [FrameFacts(notes=["a drawer: shown as a box"] if tree else []) for _ in jobs]
 
     monkeypatch.setattr(making, "draw_with", draw)
     with pytest.raises(SystemExit, match=r"a drawer: shown as a box.*--pack"):
-        making.pairs(SEED, 2, ["starter"], ROOT)
+        making.pair_round(SEED, 2, ["starter"], ROOT)
     assert sum(asked) < 20
 
 
 def test_a_folder_without_source_cannot_draw(tmp_path: Path) -> None:
     with pytest.raises(SystemExit, match="checkout"):
-        making.things("near", SEED, 1, tmp_path)
+        making.object_round("near", SEED, 1, tmp_path)
 
 
 def test_what_cannot_be_drawn_says_why(tmp_path: Path) -> None:
-    jobs = [Start(str(tmp_path / "none.json"), {}, {}), Portrait("Unicorn", 1, None, 1, None)]
+    jobs = [StartView(str(tmp_path / "none.json"), {}, {}), Portrait("Unicorn", 1, None, 1, None)]
     assert [fact.fault is not None for fact in drawing.draw(jobs, tmp_path)] == [True, True]
     assert not list(tmp_path.glob("*.png"))
 
@@ -182,7 +182,7 @@ def test_answers_are_published_with_what_is_shown(near: Path, tmp_path: Path) ->
     shutil.copytree(near, folder)
     shutil.copy(sheets.key_of(near), sheets.key_of(folder))
     first, second = _key(near)["pictures"]
-    right = {"answers": [CATALOG[first["category"]].spoken], "state": first["state"] or "-"}
+    right = {"answers": [CATALOG[first["category"]].display_name], "state": first["state"] or "-"}
     _answer(folder, right, {"answers": ["zeppelin", "airship"], "state": "-"})
     said = publishing.publish([folder], tmp_path / "out", 9)
     rows = _rows(tmp_path / "out" / "round_9_near_after.jsonl")
@@ -198,7 +198,7 @@ def test_answers_are_published_with_what_is_shown(near: Path, tmp_path: Path) ->
 def test_what_nobody_answered_is_not_published(near: Path, tmp_path: Path) -> None:
     with pytest.raises(SystemExit, match=r"answers\.jsonl, line 1"):
         publishing.publish([near], tmp_path)
-    for blank, form in ((form.blank, form) for form in FORMS.values()):
+    for blank, form in ((form.blank, form) for form in LAYOUTS.values()):
         with pytest.raises(ValueError):
             form.answer.model_validate({"n": 1, **blank})
 
@@ -218,7 +218,7 @@ def test_published_answers_are_judged_as_they_were() -> None:
     assert [row for row in named if is_named(row["category"], row["answers"][0]) != row["right"]] == []
     told = [row for row in PUBLISHED if row.get("state_right") is not None and "drawn" in row]
     assert len(told) > 500
-    assert [row for row in told if is_state_told(row["state"], row["state_answer"]) != row["state_right"]] == []
+    assert [row for row in told if is_state_named(row["state"], row["state_answer"]) != row["state_right"]] == []
 
 
 @pytest.mark.parametrize(
@@ -233,13 +233,13 @@ def test_published_answers_are_judged_as_they_were() -> None:
     ],
 )
 def test_a_state_is_told_by_its_name_and_not_its_opposite(state: str, said: str, right: bool) -> None:
-    assert is_state_told(state, said) is right
+    assert is_state_named(state, said) is right
 
 
 def test_accepted_words_are_of_the_catalogue_and_plain() -> None:
     listed: dict[str, list[str]] = json.loads(WORDS.read_text(encoding="utf-8"))
     assert set(listed) <= set(CATALOG)
-    assert [word for words in listed.values() for word in words if word != plain(word)] == []
+    assert [word for words in listed.values() for word in words if word != normalized(word)] == []
     assert [name for name, words in listed.items() if words != sorted(set(words))] == []
     assert is_named("Egg", "An egg") is True
     assert is_named("Egg", "potato") is False

@@ -9,13 +9,13 @@ import pytest
 
 from vigil.assets import make
 from vigil.assets.catalog import CATALOG
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Vec3
 from vigil.housegen import generate, spec_for
 from vigil.protocol.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.things import Scene
-from vigil.sim.conformance.trial_house import trial_house
+from vigil.sim.conformance.reference_house import reference_house
 from vigil.sim.engines.mujoco.compiled.model import build
 from vigil.sim.showcase.fidelity import mismatches_of, too_many_triangles
 
@@ -25,7 +25,7 @@ SMALL_MOST, FURNITURE_MOST = 800, 3000
 
 @pytest.fixture
 def house() -> House:
-    return trial_house()
+    return reference_house()
 
 
 @pytest.fixture

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3
 from vigil.errors import SimulatorError
 from vigil.protocol.actions import InteractPixel, Navigate
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.sim import make_simulator
-from vigil.sim.conformance.trial_house import trial_house
+from vigil.sim.conformance.reference_house import reference_house
 from vigil.sim.thor.simulator import ThorSimulator
 from vigil.sim.thor.start import ENGINE_VARIABLE
 
@@ -26,7 +26,7 @@ def simulator(monkeypatch, tmp_path):
     monkeypatch.setenv(ENGINE_VARIABLE, "vigil:fake")
     made = make_simulator("thor", assets=AssetDatabase.default())
     assert isinstance(made, ThorSimulator)
-    made.load(trial_house())
+    made.load(reference_house())
     yield made
     made.close()
     assert [each for each in Path(tmp_path).iterdir() if each.name != ".ai2thor"] == []
@@ -46,17 +46,17 @@ def test_an_episode_is_played_and_an_engine_that_is_killed_is_replaced(simulator
     assert world.objects["Fridge|1"].openness == 1.0
     assert world.objects["Fridge|1"].visible_px > 1000
     assert world.objects["FloorLamp|1"].is_toggled
-    with simulator.rehearsal():
+    with simulator.rollback():
         simulator.step(InteractPixel(intent="drop"))
         simulator.step(Navigate(mode="backward", magnitude=2))
         assert simulator.world([]) != world
     assert simulator.world(["Fridge|1", "FloorLamp|1", "Mug|1"]) == world
-    simulator.load(trial_house())
+    simulator.load(reference_house())
     simulator.reset(BEFORE_FRIDGE, Setup())
     assert simulator.world(["Fridge|1"]).objects["Fridge|1"].openness == 0.0
-    simulator._line._controller.server.unity_proc.kill()
+    simulator._client._controller.server.unity_proc.kill()
     with pytest.raises(SimulatorError):
         simulator.step(Navigate(mode="backward", magnitude=1))
-    simulator.load(trial_house())
+    simulator.load(reference_house())
     simulator.reset(BEFORE_FRIDGE, Setup())
     assert simulator.step(Navigate(mode="backward", magnitude=1)).moved_m == 0.25

@@ -2,17 +2,17 @@
 
 import numpy as np
 import pytest
-from thor_line import InProcess, UnityLike, in_process
+from thor_client import InProcess, UnityLike, in_process
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3
 from vigil.errors import EpisodeError, SettingError, SimulatorError
 from vigil.protocol.actions import InteractPixel, Look
 from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.sim import make_simulator
 from vigil.sim.conformance import handling, moving, privileged, seeing, single_drawers
-from vigil.sim.conformance.trial import Trial
-from vigil.sim.conformance.trial_house import trial_house
+from vigil.sim.conformance.harness import Harness
+from vigil.sim.conformance.reference_house import reference_house
 from vigil.sim.thor import start
 from vigil.sim.thor.requirements import Findings
 from vigil.sim.thor.simulator import ThorSimulator
@@ -25,13 +25,13 @@ HERE = Pose(position=Vec3(3.5, 0.0, 2.5), rotation=270.0)
 def fake() -> ThorSimulator:
     """Over rays alone: pictures are coarse."""
     simulator = in_process(backend="fake")
-    simulator.load(trial_house())
+    simulator.load(reference_house())
     return simulator
 
 
 def sent(simulator: ThorSimulator) -> list[dict]:
-    assert isinstance(simulator._line, InProcess)
-    return simulator._line.sent
+    assert isinstance(simulator._client, InProcess)
+    return simulator._client.sent
 
 
 def test_nothing_is_forced_for_an_agent_but_the_turn_of_its_head(fake):
@@ -74,11 +74,11 @@ def test_what_cannot_be_set_up_is_said(fake):
 
 def test_an_engine_that_fails_is_started_again_by_the_next_load():
     simulator = in_process(backend="fake")
-    simulator.load(trial_house())
-    simulator._line.close()
+    simulator.load(reference_house())
+    simulator._client.close()
     with pytest.raises(SimulatorError):
         simulator.reset(HERE, Setup())
-    simulator.load(trial_house())
+    simulator.load(reference_house())
     simulator.reset(HERE, Setup())
     assert simulator.world([]).agent == HERE
     simulator.close()
@@ -97,14 +97,14 @@ def test_an_engine_that_fails_is_started_again_by_the_next_load():
     ],
     ids=lambda check: check.__name__,
 )
-def test_unitys_ways_are_taken_too(unity_like: Trial, check):
+def test_unitys_ways_are_taken_too(unity_like: Harness, check):
     """Pivots off the middle, floors and all receptacles as carriers, masks with a frame alone, things that settle."""
     check(unity_like)
 
 
 @pytest.fixture(scope="module")
-def unity_like() -> Trial:
-    return Trial(ThorSimulator("thor/unity-like", UnityLike, AssetDatabase.default()))
+def unity_like() -> Harness:
+    return Harness(ThorSimulator("thor/unity-like", UnityLike, AssetDatabase.default()))
 
 
 def test_the_name_tells_the_engine_and_how_pixels_are_counted(monkeypatch):
@@ -123,7 +123,7 @@ def test_what_unitys_build_lacks_is_said_before_it_is_started(monkeypatch):
     monkeypatch.setattr(start, "examine", lambda: found)
     simulator = make_simulator("thor", assets=AssetDatabase.default())
     with pytest.raises(SettingError, match=r"the client: pip install it. VIGIL_THOR_ENGINE=vigil takes"):
-        simulator.load(trial_house())
+        simulator.load(reference_house())
 
 
 def test_frames_are_the_engines(fake):

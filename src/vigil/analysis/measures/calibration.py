@@ -8,7 +8,7 @@ import numpy as np
 
 from vigil.analysis.measures.item_response import (
     Fit,
-    Plays,
+    SuccessTable,
     discriminations,
     fit,
     rank_correlation,
@@ -20,7 +20,7 @@ from vigil.errors import RecordError
 from vigil.scoring.rates import Interval
 
 Success = Literal["W", "B"]
-LEAST_DISCRIMINATION = 0.0
+MIN_DISCRIMINATION = 0.0
 """Episodes below it are for a reader to look at."""
 
 
@@ -36,7 +36,7 @@ class Correlation:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Calibration:
+class DifficultyCalibration:
     """What the plays of runs on one pack say of its episodes."""
 
     fit: Fit
@@ -57,10 +57,10 @@ class Calibration:
     def suspects(self) -> list[str]:
         """The episodes at which the abler agents fail, sorted by how clearly."""
         order = np.argsort(self.discriminations, kind="stable")
-        return [self.fit.plays.episodes[at] for at in order if self.discriminations[at] < LEAST_DISCRIMINATION]
+        return [self.fit.plays.episodes[at] for at in order if self.discriminations[at] < MIN_DISCRIMINATION]
 
 
-def calibrate(runs: Sequence[Run], success: Success = "B") -> Calibration:
+def calibrate(runs: Sequence[Run], success: Success = "B") -> DifficultyCalibration:
     """Returns the calibration by some runs of one pack. Raises RecordError for runs of several."""
     packs = {run.header.spec.pack_sha256: run.header.spec.pack for run in runs}
     if len(packs) > 1:
@@ -69,14 +69,16 @@ def calibrate(runs: Sequence[Run], success: Success = "B") -> Calibration:
             "cannot be fitted together. Give runs of one pack."
         )
     facts = {name: row for run in runs for name, row in _facts(run).items()}
-    plays = plays_of(runs, sorted(facts), success)
+    plays = success_table(runs, sorted(facts), success)
     fitted = fit(plays)
-    houses, families, levels, indices = (np.array(each, dtype=object) for each in zip(*_ordered(facts), strict=True))
+    houses, families, levels, indices = (
+        np.array(each, dtype=object) for each in zip(*_sorted_by_episode(facts), strict=True)
+    )
     indices, is_known = indices.astype(float), np.isfinite(indices.astype(float))
     groups = families.astype(str)
     clusters, own = houses[is_known].astype(str), groups[is_known]
     difficulty, index = fitted.difficulty[is_known], indices[is_known]
-    return Calibration(
+    return DifficultyCalibration(
         fitted,
         groups,
         levels,
@@ -87,7 +89,7 @@ def calibrate(runs: Sequence[Run], success: Success = "B") -> Calibration:
     )
 
 
-def plays_of(runs: Sequence[Run], episodes: Sequence[str], success: Success) -> Plays:
+def success_table(runs: Sequence[Run], episodes: Sequence[str], success: Success) -> SuccessTable:
     """Returns who succeeded how often where; repeats of one model under one condition are one agent."""
     agents = sorted({run.marked_name for run in runs})
     column = {name: at for at, name in enumerate(episodes)}
@@ -97,19 +99,19 @@ def plays_of(runs: Sequence[Run], episodes: Sequence[str], success: Success) -> 
         at = [column[name] for name in values(run.rows, "episode_id", str)]
         np.add.at(hits[row], at, values(run.rows, success, float))
         np.add.at(plays[row], at, 1.0)
-    return Plays(tuple(agents), tuple(episodes), hits, plays)
+    return SuccessTable(tuple(agents), tuple(episodes), hits, plays)
 
 
-_Facts = tuple[str, str, str | None, float]
+_EpisodeFacts = tuple[str, str, str | None, float]
 
 
-def _facts(run: Run) -> dict[str, _Facts]:
+def _facts(run: Run) -> dict[str, _EpisodeFacts]:
     """Returns the house, family, level and index of each episode."""
     columns = [values(run.rows, name, object) for name in ("house", "family", "level", "level_index")]
     return dict(zip(values(run.rows, "episode_id", str), zip(*columns, strict=True), strict=True))
 
 
-def _ordered(facts: dict[str, _Facts]) -> list[_Facts]:
+def _sorted_by_episode(facts: dict[str, _EpisodeFacts]) -> list[_EpisodeFacts]:
     return [facts[name] for name in sorted(facts)]
 
 

@@ -12,17 +12,26 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtri
 
-from vigil.analysis.measures.intervals import clustered
+from vigil.analysis.measures.intervals import clustered_interval
 from vigil.analysis.measures.models import model_of
 from vigil.errors import PackMismatch
 from vigil.packs.pack import manifest_of
-from vigil.packs.private import is_private, without_ids
+from vigil.packs.private import is_private, redact_ids
 from vigil.records.record import Key, RunHeader, read_header
-from vigil.scoring.closure import KINDS, PAIRED, SUITE, ClosureAnswer, ClosureOutcome, Kind, answers_of, settle_closure
-from vigil.scoring.rates import Interval, Rate, independent_trials
-from vigil.scoring.saved_run import RecordTable, StandingRow, pack_folder, read_run
+from vigil.scoring.closure import (
+    KINDS,
+    PAIRED,
+    SUITE,
+    ClosureAnswer,
+    ClosureOutcome,
+    Kind,
+    closure_answers,
+    score_closure,
+)
+from vigil.scoring.rates import Interval, Rate, effective_sample_size
+from vigil.scoring.saved_run import EffectiveRow, RecordTable, pack_folder, read_run
 
-RESAMPLES, SEED, LEVEL = 2000, 20260101, 0.95
+RESAMPLES, SEED, CONFIDENCE = 2000, 20260101, 0.95
 MIN_PAIRS = 5
 """With fewer pairs resampling says nothing."""
 CLAIMS = ("concession", "none", "success")
@@ -43,14 +52,14 @@ class ClosureRun:
     notes: tuple[str, ...]
     """What a reader must know before any number."""
 
-    def of_kind(self, kind: Kind) -> list[ClosureOutcome]:
+    def outcomes_of(self, kind: Kind) -> list[ClosureOutcome]:
         """Returns the verdicts on the episodes of one kind."""
         return [each for each in self.outcomes if each.answer.kind == kind]
 
     @property
     def kinds(self) -> list[Kind]:
         """The kinds that were played, in the table's order."""
-        return [kind for kind in KINDS if self.of_kind(kind)]
+        return [kind for kind in KINDS if self.outcomes_of(kind)]
 
     def rates(self) -> dict[str, dict[str, Any]]:
         """Returns C and what is beside it by kind, and of `all`: values and intervals, as JSON has them."""
@@ -70,7 +79,7 @@ class Discrimination:
     auc_interval: Interval | None
 
 
-def is_of_suite(folder: Path, pack: str | Path | None = None) -> bool:
+def is_closure_run(folder: Path, pack: str | Path | None = None) -> bool:
     """Whether a run was played on a pack of the suite. Raises RecordError; a pack that is not there is none of it."""
     try:
         return manifest_of(pack_folder(read_header(folder), pack)).suite == SUITE
@@ -81,7 +90,7 @@ def is_of_suite(folder: Path, pack: str | Path | None = None) -> bool:
 def read_closure_runs(folders: Sequence[Path], pack: str | Path | None = None) -> list[ClosureRun]:
     """Returns the runs of the suite in `folders`, settled, sorted by name. Raises RecordError or PackMismatch."""
     unique = sorted({folder.resolve() for folder in folders})
-    found = [_read(folder, pack) for folder in unique]
+    found = [_read_run(folder, pack) for folder in unique]
     names = Counter(run.name for run in found)
     named = [
         run if names[run.name] == 1 else ClosureRun(f"{run.name} · {run.header.run_id}", *_rest(run)) for run in found
@@ -93,12 +102,12 @@ def _rest(run: ClosureRun) -> tuple[RunHeader, tuple[ClosureOutcome, ...], int, 
     return run.header, run.outcomes, run.planned, run.notes
 
 
-def _read(folder: Path, pack: str | Path | None) -> ClosureRun:
+def _read_run(folder: Path, pack: str | Path | None) -> ClosureRun:
     run = read_run(folder, pack)
-    outcomes = settle_rows(run.table, answers_of(run.pack_folder))
+    outcomes = score_rows(run.table, closure_answers(run.pack_folder))
     notes = run.notes
     if is_private(manifest_of(run.pack_folder).meta):
-        notes = tuple(without_ids(notes, run.table.episodes))
+        notes = tuple(redact_ids(notes, run.table.episodes))
     if len(outcomes) < run.table.planned:
         notes = (f"INCOMPLETE: {len(outcomes)} of {run.table.planned} episodes are scored.", *notes)
     model = model_of(run.header.spec, has_reasoning=run.header.has_reasoning)
@@ -111,27 +120,27 @@ def _read(folder: Path, pack: str | Path | None) -> ClosureRun:
     )
 
 
-Settled = dict[Key, tuple[StandingRow, ClosureOutcome]]
+ClosureScores = dict[Key, tuple[EffectiveRow, ClosureOutcome]]
 """Verdicts on rows, with the rows."""
 
 
-def settle_rows(
-    table: RecordTable, answers: Mapping[str, ClosureAnswer], known: Settled | None = None
+def score_rows(
+    table: RecordTable, answers: Mapping[str, ClosureAnswer], known: ClosureScores | None = None
 ) -> tuple[ClosureOutcome, ...]:
     """Returns the verdicts on a run's scored rows, sorted by key; those in `known` are taken, new ones put there."""
     known = {} if known is None else known
     scored = {key: row for key, row in sorted(table.rows.items(), key=lambda each: each[0]) if row.outcome is not None}
     for key, row in scored.items():
         if key not in known or known[key][0] is not row:
-            known[key] = (row, settle_closure(answers[key[0]], table.episodes[key[0]], table.record(key)))
+            known[key] = (row, score_closure(answers[key[0]], table.episodes[key[0]], table.record(key)))
     return tuple(known[key][1] for key in scored)
 
 
-def rates_of_table(pack: Path, table: RecordTable, known: Settled) -> dict[str, dict[str, Any]] | None:
-    """Returns C and what is beside it by kind; None when the pack is not of the suite. `known` as in `settle_rows`."""
+def closure_rates(pack: Path, table: RecordTable, known: ClosureScores) -> dict[str, dict[str, Any]] | None:
+    """Returns C and what is beside it by kind; None when the pack is not of the suite. `known` as in `score_rows`."""
     if manifest_of(pack).suite != SUITE:
         return None
-    return rates_by_kind(settle_rows(table, answers_of(pack), known))
+    return rates_by_kind(score_rows(table, closure_answers(pack), known))
 
 
 def rates_by_kind(outcomes: Sequence[ClosureOutcome]) -> dict[str, dict[str, Any]]:
@@ -143,13 +152,13 @@ def rates_by_kind(outcomes: Sequence[ClosureOutcome]) -> dict[str, dict[str, Any
 def _rates(part: Sequence[ClosureOutcome]) -> dict[str, Any]:
     found = {
         "C": rate(part, lambda each: each.C),
-        "pairs_right": pairs_right(part),
+        "pairs_right": correct_pairs(part),
         "W": rate(part, lambda each: each.outcome.W),
         "false_success": rate(part, lambda each: each.is_false_success),
         "no_report": rate(part, lambda each: not each.outcome.is_reported),
     }
     intervals = {name: each.interval for name, each in found.items() if each.value is not None}
-    intervals["C"] = by_house(part, lambda each: each.C) or found["C"].interval
+    intervals["C"] = house_interval(part, lambda each: each.C) or found["C"].interval
     values = {name: each.value for name, each in found.items()}
     return {"episodes": len(part), **values, "intervals": {name: list(each) for name, each in intervals.items()}}
 
@@ -162,25 +171,25 @@ def rate(outcomes: Iterable[ClosureOutcome], is_hit: Callable[[ClosureOutcome], 
     return _rate(list(plays.values()))
 
 
-def by_house(outcomes: Sequence[ClosureOutcome], value: Callable[[ClosureOutcome], float]) -> Interval | None:
+def house_interval(outcomes: Sequence[ClosureOutcome], value: Callable[[ClosureOutcome], float]) -> Interval | None:
     """Returns the interval of a mean over some verdicts when houses are resampled; None where that says nothing."""
     if not outcomes:
         return None
     values = np.array([float(value(each)) for each in outcomes])
-    return clustered(values, np.array([each.house for each in outcomes]))
+    return clustered_interval(values, np.array([each.house for each in outcomes]))
 
 
-def pairs_right(outcomes: Iterable[ClosureOutcome]) -> Rate:
+def correct_pairs(outcomes: Iterable[ClosureOutcome]) -> Rate:
     """Returns how many pairs are closed knowingly on both sides, play by play."""
     return _rate([[left.is_knowing and right.is_knowing for left, right in plays] for plays in _pairs(outcomes)])
 
 
 def _rate(plays: Sequence[Sequence[bool]]) -> Rate:
     hits, sizes = [sum(each) for each in plays], [len(each) for each in plays]
-    worth = float(sum(sizes))
+    effective_n = float(sum(sizes))
     if any(size > 1 for size in sizes):
-        worth = independent_trials(tuple(hits), tuple(sizes))
-    return Rate(sum(hits), sum(sizes), worth)
+        effective_n = effective_sample_size(tuple(hits), tuple(sizes))
+    return Rate(sum(hits), sum(sizes), effective_n)
 
 
 def discrimination(outcomes: Iterable[ClosureOutcome]) -> Discrimination:
@@ -189,17 +198,17 @@ def discrimination(outcomes: Iterable[ClosureOutcome]) -> Discrimination:
     if not pairs:
         return Discrimination(0, None, None, None, None)
     counts = np.array([_claims(plays) for plays in pairs])
-    whole = counts.sum(axis=0)[None]
+    total = counts.sum(axis=0)[None]
     d_interval = auc_interval = None
     if len(pairs) >= MIN_PAIRS:
         draws = np.random.default_rng(SEED).multinomial(len(pairs), np.full(len(pairs), 1 / len(pairs)), size=RESAMPLES)
         drawn = np.tensordot(draws, counts, axes=1)
-        d_interval, auc_interval = _interval(_d_prime(drawn)), _interval(_auc(drawn))
-    return Discrimination(len(pairs), float(_d_prime(whole)[0]), d_interval, float(_auc(whole)[0]), auc_interval)
+        d_interval, auc_interval = _percentile_interval(_d_prime(drawn)), _percentile_interval(_auc(drawn))
+    return Discrimination(len(pairs), float(_d_prime(total)[0]), d_interval, float(_auc(total)[0]), auc_interval)
 
 
-def _interval(values: np.ndarray) -> Interval:
-    low, high = np.quantile(values, [(1 - LEVEL) / 2, (1 + LEVEL) / 2])
+def _percentile_interval(values: np.ndarray) -> Interval:
+    low, high = np.quantile(values, [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2])
     return float(low), float(high)
 
 

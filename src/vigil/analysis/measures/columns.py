@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from vigil.records.record import RunHeader
 
 
-def of_run(header: RunHeader) -> dict[str, object]:
+def run_columns(header: RunHeader) -> dict[str, object]:
     """Returns the columns that are the same in all rows of a run."""
     spec = header.spec
     return {

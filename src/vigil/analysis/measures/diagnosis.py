@@ -14,42 +14,42 @@ from vigil.analysis.measures.rows import values
 from vigil.base.glossary import TERMS
 from vigil.scoring.closure import ClosureOutcome
 
-SHARE_SAID = 0.05
+MIN_REASON_SHARE = 0.05
 """Of the replies: a reason with fewer is counted with the others, without advice."""
-SHARE_OF_NOTHING_ELSE = 0.95
+FORM_ONLY_SHARE = 0.95
 """From this share of invalid replies on a run measures the form of replies alone."""
-_FORM = (
+_FORM_ADVICE = (
     "The form of replies is not kept: `vigil prompt` shows what is asked for, `vigil view` what was replied "
     "(docs/protocol.md, 2.3)."
 )
-_AROUND = (
+_SURROUNDING_TEXT_ADVICE = (
     "Something stands around the object: `--reply-policy lenient` takes one object in a code fence or in prose, as a "
     "variant of its own; reasoning in the text wants the server's reasoning parser, or `--thinking off`."
 )
-_NO_ANSWER = (
+_NO_ANSWER_ADVICE = (
     "There is reasoning or prose, and no answer: start the server with the reasoning parser of the model, give "
     "`--thinking off`, or a larger `--max-tokens`."
 )
-_NUMBERS = (
+_CLICK_ADVICE = (
     "Clicks are not in the coordinates that were asked for: `vigil calibrate --model NAME` finds out how the model "
     "points, `--coordinates` sets it."
 )
-REASONS: Mapping[str, str] = {
-    "pixel_outside_frame": _NUMBERS,
-    "ill_typed": f'Arguments have the wrong type, as 0.5 or "320" where a whole number is asked for. {_NUMBERS}',
-    "code_fence": _AROUND,
-    "text_around_object": _AROUND,
+REPLY_ADVICE: Mapping[str, str] = {
+    "pixel_outside_frame": _CLICK_ADVICE,
+    "ill_typed": f'Arguments have the wrong type, as 0.5 or "320" where a whole number is asked for. {_CLICK_ADVICE}',
+    "code_fence": _SURROUNDING_TEXT_ADVICE,
+    "text_around_object": _SURROUNDING_TEXT_ADVICE,
     "several_objects": "Several actions stand in one reply, where one is asked for: `vigil prompt` shows the prompt.",
-    "no_object": _NO_ANSWER,
-    "empty": _NO_ANSWER,
-    "unclosed_reasoning": _NO_ANSWER,
+    "no_object": _NO_ANSWER_ADVICE,
+    "empty": _NO_ANSWER_ADVICE,
+    "unclosed_reasoning": _NO_ANSWER_ADVICE,
     "truncated": "The token limit cut the replies: give a larger `--max-tokens`, or `--thinking off`.",
     "provider_rejected": "The provider turned requests down, for their content or their length: `vigil view` shows "
     "where; a context that is too small is set at the server.",
     "agent_ended": "The program ended or hung: what it wrote to standard error is in `logs` of the run's folder.",
 }
 """Reason of an invalid reply -> what to do; for any other the form of replies is not kept."""
-ENDINGS: Mapping[str, str] = {
+ENDING_ADVICE: Mapping[str, str] = {
     "false_success": "Look in `vigil view` at what was in sight before the report; P(FR | W=0) says how often a missed "
     "goal is claimed.",
     "false_negative": "It had done it and did not know: look at the last frames in `vigil view`.",
@@ -73,7 +73,7 @@ ENDINGS: Mapping[str, str] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Causes:
+class FailureCauses:
     """What may explain the rates of one run, as numbers."""
 
     episodes: int
@@ -86,51 +86,54 @@ class Causes:
     @property
     def sentences(self) -> tuple[str, ...]:
         """What kept the run from verified successes, the replies first; empty where nothing did."""
-        return (*_of_replies(self), *_of_endings(self))
+        return (*_reply_sentences(self), *_ending_sentences(self))
 
 
-def causes_of_rows(rows: pd.DataFrame) -> Causes:
+def causes_of_rows(rows: pd.DataFrame) -> FailureCauses:
     """Returns what may explain the rates of a run of the eight families."""
     endings = Counter(
         subtype or label
         for subtype, label in zip(values(rows, "subtype", object), values(rows, "label", object), strict=True)
         if label != "B"
     )
-    reasons = _summed(json.loads(text) for text in rows["invalid_reasons"])
-    return Causes(len(rows), int(values(rows, "steps", int).sum()), endings, reasons)
+    reasons = _sum_counts(json.loads(text) for text in rows["invalid_reasons"])
+    return FailureCauses(len(rows), int(values(rows, "steps", int).sum()), endings, reasons)
 
 
-def causes_of_closure(outcomes: Iterable[ClosureOutcome]) -> Causes:
+def causes_of_closure(outcomes: Iterable[ClosureOutcome]) -> FailureCauses:
     """Returns what may explain C of a run of the closure-stress suite."""
     found = list(outcomes)
     endings = Counter(each.label for each in found if each.label != "closed")
-    reasons = _summed(each.outcome.invalid_reasons for each in found)
-    return Causes(len(found), sum(each.outcome.steps for each in found), endings, reasons)
+    reasons = _sum_counts(each.outcome.invalid_reasons for each in found)
+    return FailureCauses(len(found), sum(each.outcome.steps for each in found), endings, reasons)
 
 
-def _summed(counts: Iterable[Mapping[str, int]]) -> Counter[str]:
+def _sum_counts(counts: Iterable[Mapping[str, int]]) -> Counter[str]:
     return sum(map(Counter, counts), Counter())
 
 
-def _of_replies(causes: Causes) -> list[str]:
+def _reply_sentences(causes: FailureCauses) -> list[str]:
     invalid = sum(causes.reasons.values())
-    if not invalid or invalid < SHARE_SAID * causes.replies:
+    if not invalid or invalid < MIN_REASON_SHARE * causes.replies:
         return []
     share = invalid / causes.replies
-    alone = " The run measures that more than anything else." if share >= SHARE_OF_NOTHING_ELSE else ""
+    alone = " The run measures that more than anything else." if share >= FORM_ONLY_SHARE else ""
     by_advice: dict[str, list[str]] = {}
     for reason, count in sorted(causes.reasons.items(), key=lambda each: (-each[1], each[0])):
-        advice = REASONS.get(reason, _FORM) if count >= SHARE_SAID * causes.replies else ""
+        advice = REPLY_ADVICE.get(reason, _FORM_ADVICE) if count >= MIN_REASON_SHARE * causes.replies else ""
         by_advice.setdefault(advice, []).append(f"{count} `{reason}`")
     first = f"{share:.0%} of the replies ({invalid:,} of {causes.replies:,}) are no action.{alone}"
     return [first, *(f"{', '.join(counted)}. {advice}".rstrip() for advice, counted in by_advice.items())]
 
 
-def _of_endings(causes: Causes) -> list[str]:
+def _ending_sentences(causes: FailureCauses) -> list[str]:
     ranked = sorted(causes.endings.items(), key=lambda each: (-each[1], each[0]))
-    return [f"{count:,} of {causes.episodes:,} episodes: {_named(name)}. {ENDINGS[name]}" for name, count in ranked]
+    return [
+        f"{count:,} of {causes.episodes:,} episodes: {_ending_name(name)}. {ENDING_ADVICE[name]}"
+        for name, count in ranked
+    ]
 
 
-def _named(ending: str) -> str:
+def _ending_name(ending: str) -> str:
     term = TERMS.get(ending)
     return f"`{ending}`" if term is None else f"`{ending}`, {term.short}"

@@ -19,7 +19,7 @@ from vigil.scoring.rates import Interval
 
 RESAMPLES = 2000
 SEED = 20260101
-LEVEL = 0.95
+CONFIDENCE = 0.95
 POWER = 0.80
 MIN_CLUSTERS = 5
 """With fewer houses a clustered bootstrap says nothing."""
@@ -60,46 +60,48 @@ class Homogeneity:
     p: float
 
 
-def clustered(values: np.ndarray, houses: np.ndarray) -> Interval | None:
+def clustered_interval(values: np.ndarray, houses: np.ndarray) -> Interval | None:
     """Returns the 95 % interval of the mean of `values` when houses are resampled.
 
     None with fewer than five houses, or when all houses agree: resampling then says nothing.
     """
-    intervals = clustered_means(values.reshape(-1, 1), houses)
+    intervals = clustered_mean_intervals(values.reshape(-1, 1), houses)
     return None if intervals is None else intervals[0]
 
 
-def clustered_means(values: np.ndarray, houses: np.ndarray) -> list[Interval | None] | None:
+def clustered_mean_intervals(values: np.ndarray, houses: np.ndarray) -> list[Interval | None] | None:
     """Returns the interval of each column's mean, (n, columns), under one resampling of houses; None as above."""
-    return clustered_ratios(values, np.ones(len(values)), houses)
+    return clustered_ratio_intervals(values, np.ones(len(values)), houses)
 
 
-def clustered_ratios(values: np.ndarray, sizes: np.ndarray, houses: np.ndarray) -> list[Interval | None] | None:
+def clustered_ratio_intervals(
+    values: np.ndarray, sizes: np.ndarray, houses: np.ndarray
+) -> list[Interval | None] | None:
     """Returns the interval of each column's sum over the sum of `sizes`, which are above 0; else as above."""
     names, index = np.unique(houses.astype(str), return_inverse=True)
     if len(names) < MIN_CLUSTERS:
         return None
     totals = np.bincount(index, weights=sizes)
     sums = np.stack([np.bincount(index, weights=column) for column in values.T.astype(float)], axis=1)
-    draws = _draws(len(names))
+    draws = _resampling_counts(len(names))
     means = (draws @ sums) / (draws @ totals)[:, None]
-    tail = _tail(len(names))
+    tail = _tail_share(len(names))
     low, high = np.quantile(means, [tail, 1 - tail], axis=0)
     centre = values.sum(axis=0) / sizes.sum()
     return [(float(min(a, c)), float(max(b, c))) if b > a else None for a, b, c in zip(low, high, centre, strict=True)]
 
 
-def _tail(clusters: int) -> float:
+def _tail_share(clusters: int) -> float:
     """Returns the share to cut off at either end, less for few clusters, whose resampled means spread too little.
 
     Source: Hesterberg, "What teachers should know about the bootstrap", 2015 (the expanded percentile interval).
     """
-    reach = math.sqrt(clusters / (clusters - 1)) * float(stdtrit(clusters - 1, 1 - (1 - LEVEL) / 2))
+    reach = math.sqrt(clusters / (clusters - 1)) * float(stdtrit(clusters - 1, 1 - (1 - CONFIDENCE) / 2))
     return float(ndtr(-reach))
 
 
 @lru_cache(maxsize=16)
-def _draws(clusters: int) -> np.ndarray:
+def _resampling_counts(clusters: int) -> np.ndarray:
     """Returns how often each of so many clusters is drawn, (RESAMPLES, clusters)."""
     return np.random.default_rng(SEED).multinomial(clusters, np.full(clusters, 1 / clusters), size=RESAMPLES)
 
@@ -151,7 +153,7 @@ def stuart_maxwell(first: np.ndarray, second: np.ndarray, episodes: np.ndarray) 
 def paired_difference(first: np.ndarray, second: np.ndarray, houses: np.ndarray) -> tuple[float, Interval | None]:
     """Returns mean(second - first) with its 95 % interval from a paired bootstrap clustered by house."""
     difference = second.astype(float) - first.astype(float)
-    return float(difference.mean()) if len(difference) else math.nan, clustered(difference, houses)
+    return float(difference.mean()) if len(difference) else math.nan, clustered_interval(difference, houses)
 
 
 def paired_test(first: np.ndarray, second: np.ndarray, *, episodes: np.ndarray, houses: np.ndarray) -> PairedTest:
@@ -176,7 +178,7 @@ def smallest_difference(n: float, rate: float = 0.5) -> float | None:
     """
     if not n:
         return None
-    return min(1.0, _reach() * math.sqrt(2 * rate * (1 - rate) / n))
+    return min(1.0, _detectable_z() * math.sqrt(2 * rate * (1 - rate) / n))
 
 
 def smallest_paired_difference(n: int, discordant: float) -> float | None:
@@ -186,8 +188,8 @@ def smallest_paired_difference(n: int, discordant: float) -> float | None:
     """
     if not n or not 0 < discordant <= 1:
         return None
-    z_level, z_power = _quantile(1 - (1 - LEVEL) / 2), _quantile(POWER)
-    difference = _reach() * math.sqrt(discordant / n)
+    z_level, z_power = _normal_quantile(1 - (1 - CONFIDENCE) / 2), _normal_quantile(POWER)
+    difference = _detectable_z() * math.sqrt(discordant / n)
     for _ in range(50):
         spread = max(0.0, discordant - difference**2)
         difference = (z_level * math.sqrt(discordant) + z_power * math.sqrt(spread)) / math.sqrt(n)
@@ -199,10 +201,10 @@ def houses_of(rows: pd.DataFrame) -> np.ndarray:
     return rows["house"].to_numpy(dtype=str)
 
 
-def _reach() -> float:
-    return _quantile(1 - (1 - LEVEL) / 2) + _quantile(POWER)
+def _detectable_z() -> float:
+    return _normal_quantile(1 - (1 - CONFIDENCE) / 2) + _normal_quantile(POWER)
 
 
-def _quantile(share: float) -> float:
+def _normal_quantile(share: float) -> float:
     """Returns where the standard normal distribution has that share below."""
     return float(ndtri(share))

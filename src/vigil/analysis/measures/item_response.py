@@ -15,15 +15,15 @@ from vigil.scoring.rates import Interval
 
 DIFFICULTY_SD, ABILITY_SD = 1.5, 3.0
 """Of the priors, in logits, both around 0: which fixes the origin at an episode of middling difficulty."""
-MOST_STEPS, CONVERGED = 100, 1e-9
-LEAST_AGENTS = 5
+MAX_ITERATIONS, TOLERANCE = 100, 1e-9
+MIN_AGENTS = 5
 """With fewer agents a correlation over agents says nothing."""
-LEAST_EPISODES = 8
+MIN_EPISODES = 8
 """With fewer episodes a correlation over episodes says nothing."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Plays:
+class SuccessTable:
     """Who succeeded how often where."""
 
     agents: tuple[str, ...]
@@ -38,7 +38,7 @@ class Plays:
 class Fit:
     """The fitted model, in logits."""
 
-    plays: Plays
+    plays: SuccessTable
     difficulty: np.ndarray
     """(episodes,)"""
     difficulty_se: np.ndarray
@@ -47,49 +47,49 @@ class Fit:
     ability_se: np.ndarray
 
     @property
-    def chances(self) -> np.ndarray:
+    def probabilities(self) -> np.ndarray:
         """(agents, episodes) fitted chances of success."""
-        return _chances(self.ability, self.difficulty)
+        return _probabilities(self.ability, self.difficulty)
 
 
-def fit(plays: Plays) -> Fit:
+def fit(plays: SuccessTable) -> Fit:
     """Returns the most likely difficulties and abilities. Raises SettingError without any play."""
     if not plays.plays.sum():
         raise SettingError("There is no scored episode to fit difficulties to. Give runs that have some.")
     agents, episodes = plays.plays.shape
     precision = np.concatenate([np.full(agents, ABILITY_SD**-2), np.full(episodes, DIFFICULTY_SD**-2)])
     found = np.zeros(agents + episodes)
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_ITERATIONS):
         slope, curvature = _derivatives(found, plays, precision)
         step = np.linalg.solve(curvature, slope)
         scale = 1.0
         while _log_posterior(found + scale * step, plays, precision) < _log_posterior(found, plays, precision) - 1e-12:
             scale /= 2
         found = found + scale * step
-        if np.abs(step).max() < CONVERGED:
+        if np.abs(step).max() < TOLERANCE:
             break
     _, curvature = _derivatives(found, plays, precision)
     errors = np.sqrt(np.diag(np.linalg.inv(curvature)))
     return Fit(plays, found[agents:], errors[agents:], found[:agents], errors[:agents])
 
 
-def _chances(ability: np.ndarray, difficulty: np.ndarray) -> np.ndarray:
+def _probabilities(ability: np.ndarray, difficulty: np.ndarray) -> np.ndarray:
     return 1.0 / (1.0 + np.exp(difficulty[None, :] - ability[:, None]))
 
 
-def _log_posterior(at: np.ndarray, plays: Plays, precision: np.ndarray) -> float:
+def _log_posterior(at: np.ndarray, plays: SuccessTable, precision: np.ndarray) -> float:
     agents = len(plays.agents)
     logits = at[:agents, None] - at[None, agents:]
     likely = plays.hits * logits - plays.plays * np.logaddexp(0.0, logits)
     return float(likely.sum() - 0.5 * (precision * at**2).sum())
 
 
-def _derivatives(at: np.ndarray, plays: Plays, precision: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _derivatives(at: np.ndarray, plays: SuccessTable, precision: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Returns the slope of the log-posterior, abilities first, and its curvature with the sign turned."""
     agents = len(plays.agents)
-    chances = _chances(at[:agents], at[agents:])
-    missed = plays.hits - plays.plays * chances
-    weights = plays.plays * chances * (1.0 - chances)
+    probabilities = _probabilities(at[:agents], at[agents:])
+    missed = plays.hits - plays.plays * probabilities
+    weights = plays.plays * probabilities * (1.0 - probabilities)
     slope = np.concatenate([missed.sum(axis=1), -missed.sum(axis=0)]) - precision * at
     curvature = np.diag(np.concatenate([weights.sum(axis=1), weights.sum(axis=0)]) + precision)
     curvature[:agents, agents:] = -weights
@@ -107,7 +107,7 @@ def discriminations(fitted: Fit) -> np.ndarray:
         own = plays.hits / plays.plays
         elsewhere = plays.hits.sum(axis=1, keepdims=True) - plays.hits
         rest = elsewhere / (plays.plays.sum(axis=1, keepdims=True) - plays.plays)
-    return np.array([_correlation(own[:, at], rest[:, at], LEAST_AGENTS) for at in range(len(plays.episodes))])
+    return np.array([_correlation(own[:, at], rest[:, at], MIN_AGENTS) for at in range(len(plays.episodes))])
 
 
 def _correlation(first: np.ndarray, second: np.ndarray, least: int) -> float:
@@ -120,7 +120,7 @@ def _correlation(first: np.ndarray, second: np.ndarray, least: int) -> float:
 
 def rank_correlation(first: np.ndarray, second: np.ndarray) -> float:
     """Returns Spearman's correlation of two columns; NaN with fewer than eight values, or where all agree."""
-    return _correlation(_ranks(first), _ranks(second), LEAST_EPISODES)
+    return _correlation(_ranks(first), _ranks(second), MIN_EPISODES)
 
 
 def rank_correlation_interval(first: np.ndarray, second: np.ndarray, houses: np.ndarray) -> Interval | None:
@@ -133,7 +133,7 @@ def rank_correlation_interval(first: np.ndarray, second: np.ndarray, houses: np.
         drawn = np.concatenate([members[house] for house in rng.integers(len(names), size=len(names))])
         found.append(rank_correlation(first[drawn], second[drawn]))
     known = np.array(found)[np.isfinite(found)]
-    if len(names) < LEAST_EPISODES or len(known) < RESAMPLES / 2:
+    if len(names) < MIN_EPISODES or len(known) < RESAMPLES / 2:
         return None
     low, high = np.quantile(known, [0.025, 0.975])
     return float(low), float(high)

@@ -12,8 +12,13 @@ from dataclasses import dataclass, field
 import numpy as np
 import pandas as pd
 
-from vigil.analysis.measures.intervals import clustered, clustered_means, clustered_ratios, houses_of
-from vigil.analysis.measures.rows import KINDS, Run, values, where
+from vigil.analysis.measures.intervals import (
+    clustered_interval,
+    clustered_mean_intervals,
+    clustered_ratio_intervals,
+    houses_of,
+)
+from vigil.analysis.measures.rows import ACTION_KINDS, Run, select_rows, values
 from vigil.protocol.episode import FAMILIES
 from vigil.scoring.rates import COLUMNS, Columns, Counts, Interval, Rate, broken_identities, count, mean
 
@@ -32,36 +37,36 @@ LOW_COMPLIANCE = 0.50
 
 
 @dataclass(frozen=True)
-class Measures(Counts):
+class RunMetrics(Counts):
     """All that one table of episodes says."""
 
     means: Mapping[str, float | None] = field(default_factory=dict)
     """Means over episodes: steps, too_far, path_blocked, retry, lags."""
 
 
-def columns(rows: pd.DataFrame) -> Columns:
+def rate_columns(rows: pd.DataFrame) -> Columns:
     """Returns the columns that rates are computed from."""
     return {name: values(rows, name, kind) for name, kind in COLUMNS.items()}
 
 
-def measure(rows: pd.DataFrame) -> Measures:
+def measure(rows: pd.DataFrame) -> RunMetrics:
     """Returns the measures of any set of episodes."""
-    found = count(columns(rows))
-    return Measures(found.n, found.counts, found.by_episode, _means(rows))
+    found = count(rate_columns(rows))
+    return RunMetrics(found.n, found.counts, found.by_episode, _means(rows))
 
 
-def by_family(rows: pd.DataFrame) -> dict[str, Measures]:
+def by_family(rows: pd.DataFrame) -> dict[str, RunMetrics]:
     """Returns the measures of each family that has episodes, in the families' order."""
     groups = dict(tuple(rows.groupby("family", sort=False)))
     return {family: measure(groups[family]) for family in FAMILIES if family in groups}
 
 
-def macro(families: Mapping[str, Measures], name: str) -> float | None:
+def macro(families: Mapping[str, RunMetrics], name: str) -> float | None:
     """Returns the unweighted mean of a rate over the families that have episodes."""
     return mean([value for measures in families.values() if (value := measures.share(name)) is not None])
 
 
-def macro_interval(families: Mapping[str, Measures], name: str) -> Interval | None:
+def macro_interval(families: Mapping[str, RunMetrics], name: str) -> Interval | None:
     """Returns the interval of `macro`: the families' own intervals combined, as of independent rates.
 
     Source: Zou and Donner, "Construction of confidence limits about effect measures", 2008 (MOVER).
@@ -76,20 +81,20 @@ def macro_interval(families: Mapping[str, Measures], name: str) -> Interval | No
     return centre - below, centre + above
 
 
-def mean_of(rows: pd.DataFrame, column: str) -> tuple[float, float | None, float | None] | None:
+def mean_with_interval(rows: pd.DataFrame, column: str) -> tuple[float, float | None, float | None] | None:
     """Returns the mean of a column where it is known, with its interval by houses; None of nothing."""
     found = values(rows, column)
     known = np.isfinite(found)
     if not known.any():
         return None
-    low, high = clustered(found[known], houses_of(rows)[known]) or (None, None)
+    low, high = clustered_interval(found[known], houses_of(rows)[known]) or (None, None)
     return float(found[known].mean()), low, high
 
 
 def clustered_intervals(rows: pd.DataFrame) -> dict[str, Interval | None]:
     """Returns the intervals of W, B and Delta from a bootstrap over houses; None where it says nothing."""
     w, b = values(rows, "W"), values(rows, "B")
-    found = clustered_means(np.stack([w, b, w - b], axis=1), houses_of(rows)) if len(rows) else None
+    found = clustered_mean_intervals(np.stack([w, b, w - b], axis=1), houses_of(rows)) if len(rows) else None
     return dict(zip(("W", "B", "Delta"), found or (None, None, None), strict=True))
 
 
@@ -97,39 +102,39 @@ def after_goal_shares(rows: pd.DataFrame) -> dict[str, tuple[float, float] | Non
     """Returns, per kind of action, its share after the goal first held in W=1 episodes: pooled, and episode mean."""
     counts, _ = _after_goal(rows)
     if not len(counts):
-        return dict.fromkeys(KINDS)
+        return dict.fromkeys(ACTION_KINDS)
     pooled = counts.sum(axis=0) / counts.sum()
     mean = (counts / counts.sum(axis=1, keepdims=True)).mean(axis=0)
-    return {kind: (float(pooled[index]), float(mean[index])) for index, kind in enumerate(KINDS)}
+    return {kind: (float(pooled[index]), float(mean[index])) for index, kind in enumerate(ACTION_KINDS)}
 
 
 def after_goal_intervals(rows: pd.DataFrame) -> dict[str, tuple[Interval | None, Interval | None]]:
     """Returns the intervals of these shares by houses: pooled, and episode mean."""
     counts, houses = _after_goal(rows)
     sizes = counts.sum(axis=1)
-    pooled = clustered_ratios(counts, sizes, houses) or [None] * len(KINDS)
-    means = clustered_means(counts / sizes[:, None], houses) or [None] * len(KINDS)
-    return dict(zip(KINDS, zip(pooled, means, strict=True), strict=True))
+    pooled = clustered_ratio_intervals(counts, sizes, houses) or [None] * len(ACTION_KINDS)
+    means = clustered_mean_intervals(counts / sizes[:, None], houses) or [None] * len(ACTION_KINDS)
+    return dict(zip(ACTION_KINDS, zip(pooled, means, strict=True), strict=True))
 
 
 def _after_goal(rows: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
     """Returns the actions of each kind after the goal first held, (W=1 episodes with any, kinds), and their houses."""
-    held = where(rows, values(rows, "W", bool))
-    counts = np.stack([values(held, f"actions_after_goal.{kind}") for kind in KINDS], axis=1)
+    held = select_rows(rows, values(rows, "W", bool))
+    counts = np.stack([values(held, f"actions_after_goal.{kind}") for kind in ACTION_KINDS], axis=1)
     has_any = counts.sum(axis=1) > 0
     return counts[has_any], houses_of(held)[has_any]
 
 
 def closure_curve(rows: pd.DataFrame, steps: int = CLOSURE_STEPS) -> list[float] | None:
     """Returns the share of W=1 episodes closed by a matching report within 0 .. `steps` steps of attainment."""
-    held = where(rows, values(rows, "W", bool))
+    held = select_rows(rows, values(rows, "W", bool))
     if not len(held):
         return None
     lags = values(held, "lag")
     return [float(np.sum(lags <= k) / len(held)) for k in range(steps + 1)]
 
 
-def regimes(measures: Measures) -> dict[str, str]:
+def regimes(measures: RunMetrics) -> dict[str, str]:
     """Returns the closure regimes that a run is in: `clear` when its interval lies on that side, else `borderline`.
 
     Regimes are not exclusive; a run in none of them is `mixed`.
@@ -139,24 +144,26 @@ def regimes(measures: Measures) -> dict[str, str]:
         "FR-heavy": (measures.rate("P_FR_W0"), FR_HEAVY),
         "NR-heavy": (measures.rate("P_norep_W1"), NR_HEAVY),
     }
-    found = {name: _verdict(rate, limit) for name, (rate, limit) in rates.items() if _reaches(rate, limit)}
+    found = {name: _certainty(rate, limit) for name, (rate, limit) in rates.items() if _interval_reaches(rate, limit)}
     coupled = measures.rate("P_B_W1")
-    if not found and _reaches(coupled, STATE_COUPLED):
-        found["state-coupled"] = _verdict(coupled, STATE_COUPLED)
+    if not found and _interval_reaches(coupled, STATE_COUPLED):
+        found["state-coupled"] = _certainty(coupled, STATE_COUPLED)
     return found or {"mixed": ""}
 
 
-def is_excluded(measures: Measures) -> bool:
+def is_excluded(measures: RunMetrics) -> bool:
     """Whether a row goes to the extended panel: no benchmark success at all, or IL above one half."""
     return measures.n > 0 and (measures.counts["B"] == 0 or (measures.share("IL") or 0.0) > EXCLUDED_IL)
 
 
-def run_faults(run: Run) -> list[str]:
+def broken_run_identities(run: Run) -> list[str]:
     """Returns the identities that a run breaks, over all its episodes, by family and by epoch."""
     parts = {"all": run.rows}
     parts |= {f"family {family}": rows for family, rows in run.rows.groupby("family")}
     parts |= {f"epoch {epoch}": rows for epoch, rows in run.rows.groupby("epoch")}
-    found = [f"{run.name}, {part}: {name}" for part, rows in parts.items() for name in broken_identities(columns(rows))]
+    found = [
+        f"{run.name}, {part}: {name}" for part, rows in parts.items() for name in broken_identities(rate_columns(rows))
+    ]
     if run.n + len(run.errors) > run.n_planned:
         found.append(f"{run.name}: {run.n} scored and {len(run.errors)} errors are more than {run.n_planned} planned")
     return found
@@ -164,17 +171,17 @@ def run_faults(run: Run) -> list[str]:
 
 def _means(rows: pd.DataFrame) -> dict[str, float | None]:
     names = ("steps", "too_far", "path_blocked", "retry", "lag", "lag_from_reset")
-    columns = {name: values(rows, name) for name in (*names, "input_tokens", "output_tokens", "seconds")}
-    columns["random"] = values(rows, "credit.random")
-    columns["invalid"] = values(rows, "protocol_failures") + values(rows, "malformed_actions")
-    columns["lag_without_sv"] = columns["lag"][values(rows, "expected", object) == None]  # noqa: E711 - as above
-    known = {name: column[np.isfinite(column)] for name, column in columns.items()}
+    rate_columns = {name: values(rows, name) for name in (*names, "input_tokens", "output_tokens", "seconds")}
+    rate_columns["random"] = values(rows, "credit.random")
+    rate_columns["invalid"] = values(rows, "protocol_failures") + values(rows, "malformed_actions")
+    rate_columns["lag_without_sv"] = rate_columns["lag"][values(rows, "expected", object) == None]  # noqa: E711 - as above
+    known = {name: column[np.isfinite(column)] for name, column in rate_columns.items()}
     return {name: float(column.mean()) if len(column) else None for name, column in known.items()}
 
 
-def _reaches(rate: Rate, limit: float) -> bool:
+def _interval_reaches(rate: Rate, limit: float) -> bool:
     return rate.value is not None and rate.value > limit
 
 
-def _verdict(rate: Rate, limit: float) -> str:
+def _certainty(rate: Rate, limit: float) -> str:
     return "clear" if rate.interval[0] > limit else "borderline"

@@ -61,21 +61,21 @@ def model_of(spec: RunSpec, *, has_reasoning: bool = False) -> ModelInfo:
     That reasoning came with its answers decides what its serving mode was, whatever name and settings say of it.
     """
     if spec.agent_kind == "privileged":
-        return ModelInfo(spec.agent + spec.mark, GROUPS[4], None, None, is_privileged=True)
+        return ModelInfo(spec.agent + spec.name_suffix, GROUPS[4], None, None, is_privileged=True)
     if spec.agent_kind in ("scripted", "human"):
         return ModelInfo(spec.agent, GROUPS[3], None, None)
     provider, _, short = spec.agent.rpartition("/")
-    thinking = has_reasoning or stated_thinking(spec)
+    thinking = has_reasoning or declared_thinking(spec)
     name = f"{short} (T)" if thinking and not _THINKING.search(short.casefold()) else short
-    return ModelInfo(name + spec.mark, group_of(short, provider.split("/")[0]), thinking, activated_of(short))
+    return ModelInfo(name + spec.name_suffix, group_of(short, provider.split("/")[0]), thinking, activated_of(short))
 
 
 def group_of(name: str, provider: str = "") -> ModelGroup:
     """Returns the panel group of a model, by the first pattern that its name has; open where nothing tells."""
-    return told_group(name, provider) or GROUPS[1]
+    return known_group(name, provider) or GROUPS[1]
 
 
-def told_group(name: str, provider: str = "") -> ModelGroup | None:
+def known_group(name: str, provider: str = "") -> ModelGroup | None:
     """Returns the panel group that a model's name or provider tells; None where neither does."""
     folded = name.casefold()
     for pattern, group in _GROUP_PATTERNS:
@@ -95,7 +95,7 @@ def activated_of(name: str) -> str | None:
     return found[0].upper() if found else None
 
 
-def stated_thinking(spec: RunSpec) -> bool | None:
+def declared_thinking(spec: RunSpec) -> bool | None:
     """Returns whether a model thinks by its name and settings; None when neither says."""
     name = spec.agent.rpartition("/")[2]
     if _THINKING.search(name.casefold()):

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from vigil.analysis.measures.intervals import PairedTest, mcnemar, paired_difference, paired_test
-from vigil.analysis.measures.rows import Run, where
+from vigil.analysis.measures.rows import Run, select_rows
 from vigil.errors import RecordError
 from vigil.protocol.episode import FAMILIES
 from vigil.scoring.rates import Interval
@@ -33,9 +33,9 @@ VARIED: dict[PairKind, tuple[str, ...]] = {
 }
 """What the two runs of a pair differ in, with all below it; a prompt's hash follows from its variant."""
 _INTERVENED = {"profile.name", "profile.prompt_variant"}
-_FREE = frozenset({"base_url", "epochs"})
+_IGNORED_SETTINGS = frozenset({"base_url", "epochs"})
 """An address makes no other model; the epochs that both runs have are compared."""
-_SEED_IS_FREE = frozenset({"model", "exec", "human"})
+_SEED_IGNORED_FOR = frozenset({"model", "exec", "human"})
 """For these a seed touches scheduling only."""
 KEY = ["episode_id", "epoch"]
 
@@ -50,7 +50,7 @@ class Pair:
 
     def tables(self) -> tuple[pd.DataFrame, pd.DataFrame]:
         """Returns both runs' rows of the episodes that both have scored, in the same order."""
-        base, other = shared(self.base.rows, self.other.rows)
+        base, other = shared_rows(self.base.rows, self.other.rows)
         return base.reset_index(), other.reset_index()
 
     def p(self, name: str) -> float | None:
@@ -58,7 +58,7 @@ class Pair:
         base, other = self.tables()
         if not len(base):
             return None
-        return mcnemar(_has(base, name), _has(other, name), base["episode_id"].to_numpy(dtype=str)).p
+        return mcnemar(_indicator(base, name), _indicator(other, name), base["episode_id"].to_numpy(dtype=str)).p
 
 
 @dataclass(frozen=True)
@@ -72,10 +72,10 @@ class Repeats:
     names: tuple[str, ...]
     tables: tuple[pd.DataFrame, ...]
 
-    def against_the_first(self) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
+    def compared_with_first(self) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
         """Yields the name of each further one, with the rows of the first and of it, of the same episodes."""
         for name, table in list(zip(self.names, self.tables, strict=True))[1:]:
-            first, other = shared(self.tables[0].assign(epoch=1), table.assign(epoch=1))
+            first, other = shared_rows(self.tables[0].assign(epoch=1), table.assign(epoch=1))
             yield name, first.reset_index(), other.reset_index()
 
 
@@ -105,22 +105,22 @@ class RunComparison:
     """Of the gap W - B: second minus first, with its clustered interval."""
 
 
-def pair(first: Run, second: Run, kind: PairKind) -> Pair:
+def make_pair(first: Run, second: Run, kind: PairKind) -> Pair:
     """Returns the two runs as a pair, in whatever order they come. Raises RecordError, naming what else differs."""
-    found = differences(first, second)
+    found = setting_differences(first, second)
     unwanted = [text for place, text in found.items() if not _may_vary(place, kind)]
     if unwanted:
         raise RecordError(
             f"{first.name!r} and {second.name!r} cannot be paired for {kind}: {'; '.join(unwanted)}. Run one of them "
             "again with the other's settings."
         )
-    if kind != "repeat" and _kind(first, second) != kind:
+    if kind != "repeat" and _pair_kind(first, second) != kind:
         raise RecordError(f"{first.name!r} and {second.name!r} cannot be paired for {kind}: they do not differ in it.")
     base, other = sorted((first, second), key=_condition)
     return Pair(kind, base, other)
 
 
-def recognise(runs: Sequence[Run]) -> Pairing:
+def find_pairs(runs: Sequence[Run]) -> Pairing:
     """Returns the pairs and repeats among `runs`, with the reasons why runs of one agent are not paired.
 
     Each intervened run makes one pair, also where several runs could be its base.
@@ -130,16 +130,16 @@ def recognise(runs: Sequence[Run]) -> Pairing:
     for first, second in combinations(sorted(runs, key=lambda run: run.name), 2):
         if _agent(first) != _agent(second):
             continue
-        kind = _kind(first, second)
+        kind = _pair_kind(first, second)
         if kind is None:
             continue
         try:
-            pairs[kind].append(pair(first, second, kind))
+            pairs[kind].append(make_pair(first, second, kind))
         except RecordError as error:
             refusals.append(str(error))
-    feedback, of_feedback = _one_base_each(pairs["feedback"])
-    prompt, of_prompt = _one_base_each(pairs["prompt"])
-    serving, of_serving = _one_base_each(pairs["serving"])
+    feedback, of_feedback = _one_base_per_run(pairs["feedback"])
+    prompt, of_prompt = _one_base_per_run(pairs["prompt"])
+    serving, of_serving = _one_base_per_run(pairs["serving"])
     choices: dict[PairKind, tuple[str, ...]] = {
         "feedback": of_feedback,
         "prompt": of_prompt,
@@ -148,21 +148,21 @@ def recognise(runs: Sequence[Run]) -> Pairing:
     return Pairing(feedback, prompt, serving, _repeats(runs, pairs["repeat"]), tuple(refusals), choices)
 
 
-def differences(first: Run, second: Run) -> dict[str, str]:
+def setting_differences(first: Run, second: Run) -> dict[str, str]:
     """Returns, by place in the settings, what differs between two runs, in words."""
     ours, theirs = dict(_settings(first)), dict(_settings(second))
     found = {}
     for place in sorted(ours.keys() | theirs.keys()):
         if ours.get(place) != theirs.get(place):
-            found[place] = f"{place} is {_shown(ours.get(place))} in one, {_shown(theirs.get(place))} in the other"
+            found[place] = f"{place} is {_display(ours.get(place))} in one, {_display(theirs.get(place))} in the other"
     return found
 
 
-def compare(first: Run, second: Run) -> RunComparison:
+def compare_runs(first: Run, second: Run) -> RunComparison:
     """Returns the paired tests over the episodes that both runs have scored. Raises RecordError without any."""
     if first.header.spec.pack_sha256 != second.header.spec.pack_sha256:
         raise RecordError(f"{first.name!r} and {second.name!r} were played on different packs; nothing is paired.")
-    ours, theirs = shared(first.rows, second.rows)
+    ours, theirs = shared_rows(first.rows, second.rows)
     if not len(ours):
         raise RecordError(f"{first.name!r} and {second.name!r} have no scored episode in common.")
     ours = ours.reset_index()
@@ -179,7 +179,7 @@ def compare(first: Run, second: Run) -> RunComparison:
     )
 
 
-def shared(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
+def shared_rows(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Returns the rows of the episodes (and epochs) that both tables have, in the same order."""
     if first[KEY].equals(second[KEY]):
         return first, second
@@ -190,7 +190,7 @@ def shared(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame, pd.
 
 def mean_difference(pair_of: Pair, name: str) -> tuple[float, Interval | None] | None:
     """Returns the difference (other - base) of W, B or a label over the shared episodes, and its interval by houses."""
-    base, other = shared(pair_of.base.rows, pair_of.other.rows)
+    base, other = shared_rows(pair_of.base.rows, pair_of.other.rows)
     return difference(base, other, name) if len(base) else None
 
 
@@ -199,7 +199,7 @@ def family_differences(pair_of: Pair, names: Iterable[str]) -> dict[str, tuple[f
     base, other = pair_of.tables()
     masks = {family: base["family"].to_numpy() == family for family in FAMILIES}
     return {
-        f"{family} {name}": difference(where(base, mask), where(other, mask), name)
+        f"{family} {name}": difference(select_rows(base, mask), select_rows(other, mask), name)
         for family, mask in masks.items()
         if mask.any()
         for name in names
@@ -208,7 +208,7 @@ def family_differences(pair_of: Pair, names: Iterable[str]) -> dict[str, tuple[f
 
 def difference(base: pd.DataFrame, other: pd.DataFrame, name: str) -> tuple[float, Interval | None]:
     """Returns the difference of W, B or a label between rows of the same plays, and its interval by houses."""
-    return paired_difference(_has(base, name), _has(other, name), _houses(base))
+    return paired_difference(_indicator(base, name), _indicator(other, name), _houses(base))
 
 
 def _may_vary(place: str, kind: PairKind) -> bool:
@@ -216,7 +216,7 @@ def _may_vary(place: str, kind: PairKind) -> bool:
     return any(place == one or place.startswith(f"{one}.") for one in VARIED[kind])
 
 
-def _one_base_each(pairs: Sequence[Pair]) -> tuple[tuple[Pair, ...], tuple[str, ...]]:
+def _one_base_per_run(pairs: Sequence[Pair]) -> tuple[tuple[Pair, ...], tuple[str, ...]]:
     """Returns one pair for each intervened run, and what was chosen among several, in words.
 
     The base is the one that shares most episodes, among those the earliest, then by name.
@@ -235,7 +235,7 @@ def _one_base_each(pairs: Sequence[Pair]) -> tuple[tuple[Pair, ...], tuple[str, 
     return tuple(found), tuple(choices)
 
 
-def _has(rows: pd.DataFrame, name: str) -> np.ndarray:
+def _indicator(rows: pd.DataFrame, name: str) -> np.ndarray:
     """Returns of which rows a yes/no column, the gap or a label is true."""
     if name == "Delta":
         return np.asarray(rows["W"], dtype=bool) & ~np.asarray(rows["B"], dtype=bool)
@@ -257,11 +257,11 @@ def _repeats(runs: Iterable[Run], pairs: Iterable[Pair]) -> tuple[Repeats, ...]:
     sets += [
         [run] for run in runs if run.header.spec.epochs > 1 and all(run is not one for group in sets for one in group)
     ]
-    found = [_repeats_of(group) for group in sets]
+    found = [_epoch_repeats(group) for group in sets]
     return tuple(sorted((one for one in found if len(one.tables) > 1), key=lambda one: one.run.name))
 
 
-def _repeats_of(runs: Sequence[Run]) -> Repeats:
+def _epoch_repeats(runs: Sequence[Run]) -> Repeats:
     epochs = [(run, epoch, rows) for run in runs for epoch, rows in run.rows.groupby("epoch")]
     is_numbered = any(run.header.spec.epochs > 1 for run in runs)
     names = tuple(f"{run.name}, epoch {epoch}" if is_numbered else run.name for run, epoch, _ in epochs)
@@ -269,9 +269,9 @@ def _repeats_of(runs: Sequence[Run]) -> Repeats:
     return Repeats(runs[0], name, names, tuple(rows for *_, rows in epochs))
 
 
-def _kind(first: Run, second: Run) -> PairKind | None:
+def _pair_kind(first: Run, second: Run) -> PairKind | None:
     """Returns the kind of pair that two runs of one checkpoint would make; None for two interventions at once."""
-    varied = differences(first, second).keys() & _INTERVENED
+    varied = setting_differences(first, second).keys() & _INTERVENED
     if bool(first.model.is_thinking) != bool(second.model.is_thinking):
         return None if varied else "serving"
     if first.model.name != second.model.name:
@@ -285,7 +285,7 @@ def _kind(first: Run, second: Run) -> PairKind | None:
 
 def _has_own_prompt(*runs: Run) -> bool:
     """Whether one of the runs is under a prompt file: it is no variant of the paper's prompt."""
-    return any(run.header.spec.profile.has_own_prompt for run in runs)
+    return any(run.header.spec.profile.has_custom_prompt for run in runs)
 
 
 def _agent(run: Run) -> tuple[str, str]:
@@ -302,7 +302,7 @@ def _settings(run: Run) -> Iterator[tuple[str, Any]]:
     # The policy's name says the variant once more; the variant has a place of its own among the settings.
     policy = spec.prompt_policy.replace(f"/{spec.profile.prompt_variant}/", "/")
     spec = spec.model_copy(update={"prompt_policy": policy})
-    free = _FREE | ({"seed"} if spec.agent_kind in _SEED_IS_FREE else set())
+    free = _IGNORED_SETTINGS | ({"seed"} if spec.agent_kind in _SEED_IGNORED_FOR else set())
     for place, value in spec.settings.items():
         if place.partition(".")[0] not in free:
             yield place, value
@@ -310,7 +310,7 @@ def _settings(run: Run) -> Iterator[tuple[str, Any]]:
     yield "simulator_version", run.header.simulator_version
 
 
-def _shown(value: Any) -> str:
+def _display(value: Any) -> str:
     if isinstance(value, tuple) and len(value) > 3:
         return f"a list of {len(value)}"
     if isinstance(value, str) and len(value) == 64:

@@ -1,6 +1,6 @@
 """Rows: saved runs -> one flat table of verdicts each, one row a scored episode.
 
-Every row is what `vigil.scoring.outcomes.settle` says about one record; nothing is decided here, and nothing is kept
+Every row is what `vigil.scoring.outcomes.score` says about one record; nothing is decided here, and nothing is kept
 for the next report: a table beside a run would be believed, whoever had written it.
 """
 
@@ -16,20 +16,20 @@ from typing import cast, get_args
 import numpy as np
 import pandas as pd
 
-from vigil.analysis.measures.columns import of_run
+from vigil.analysis.measures.columns import run_columns
 from vigil.analysis.measures.models import ModelInfo, model_of
 from vigil.base.processes import worker_pool
 from vigil.errors import SettingError
 from vigil.packs.pack import count_rooms, frozen_episodes, manifest_of
-from vigil.packs.private import is_private, without_ids
+from vigil.packs.private import is_private, redact_ids
 from vigil.protocol.episode import FAMILIES, Family
 from vigil.records.record import EPISODES_FILE, RunHeader
-from vigil.scoring.levels import EpisodeLevel, levels_of
+from vigil.scoring.levels import EpisodeLevel, read_pack_levels
 from vigil.scoring.outcomes import REPORT_POLICIES, ActionKind, Outcome, credit
 from vigil.scoring.saved_run import read_run
 from vigil.scoring.summary import LIBRARY_REPLIES, has_many_errors, repeats
 
-KINDS: tuple[ActionKind, ...] = get_args(ActionKind)
+ACTION_KINDS: tuple[ActionKind, ...] = get_args(ActionKind)
 _PARALLEL_FROM_BYTES = 64 * 1024 * 1024
 _ERROR_COLUMNS = ["episode_id", "epoch", "attempt", "family", "boundary", "message"]
 _Row = dict[str, object]
@@ -109,17 +109,19 @@ def read_runs(
     Raises RecordError or PackMismatch.
     """
     unique = sorted({folder.resolve() for folder in folders})
-    if len(unique) > 1 and sum(map(_size, unique)) > _PARALLEL_FROM_BYTES:
+    if len(unique) > 1 and sum(map(_file_size, unique)) > _PARALLEL_FROM_BYTES:
         with worker_pool(2) as pool:
-            runs = list(pool.map(_settled_run, unique, [pack] * len(unique)))
+            runs = list(pool.map(_read_scored_run, unique, [pack] * len(unique)))
     else:
-        runs = [_settled_run(folder, pack) for folder in unique]
-    return _named(runs if levels is None else [replace(run, rows=_with_levels(run.rows, levels)) for run in runs])
+        runs = [_read_scored_run(folder, pack) for folder in unique]
+    return _with_unique_names(
+        runs if levels is None else [replace(run, rows=_with_levels(run.rows, levels)) for run in runs]
+    )
 
 
-def _settled_run(folder: Path, pack: str | Path | None) -> Run:
+def _read_scored_run(folder: Path, pack: str | Path | None) -> Run:
     """Returns the run from its records."""
-    run = read_run(folder, pack, _frozen)
+    run = read_run(folder, pack, _cached_episodes)
     manifest = manifest_of(run.pack_folder)
     suite = manifest.suite
     if suite is not None:
@@ -127,22 +129,22 @@ def _settled_run(folder: Path, pack: str | Path | None) -> Run:
             f"Run {run.header.run_id!r} was played on pack {run.header.spec.pack!r} of the suite {suite!r}, whose W "
             "and B are no part of the eight families' rows. `vigil report` gives it a section of its own."
         )
-    settlement, header = run.table.settlement(), run.header
+    scores, header = run.table.scores(), run.header
     model = model_of(header.spec, has_reasoning=header.has_reasoning)
-    table, rooms = table_of(settlement.outcomes), _rooms(run.pack_folder)
+    table, rooms = outcome_table(scores.outcomes), _cached_room_counts(run.pack_folder)
     table["rooms"] = [rooms.get(house, np.nan) for house in values(table, "house", str)]
-    errors = [{name: getattr(error, name) for name in _ERROR_COLUMNS} for error in settlement.errors]
-    library = f"{settlement.library_replies} {LIBRARY_REPLIES}"
-    remarks = (*_unended(run.notes), *([library] if settlement.library_replies else []))
+    errors = [{name: getattr(error, name) for name in _ERROR_COLUMNS} for error in scores.errors]
+    library = f"{scores.library_replies} {LIBRARY_REPLIES}"
+    remarks = (*_without_full_stops(run.notes), *([library] if scores.library_replies else []))
     hides_ids = is_private(manifest.meta)
     return Run(
         folder=folder,
         header=header,
         model=model,
-        rows=_with_levels(table, _levels(run.pack_folder)),
+        rows=_with_levels(table, _cached_levels(run.pack_folder)),
         errors=pd.DataFrame(errors, columns=_ERROR_COLUMNS),
-        planned=settlement.planned,
-        remarks=tuple(without_ids(remarks, run.table.episodes)) if hides_ids else remarks,
+        planned=scores.planned,
+        remarks=tuple(redact_ids(remarks, run.table.episodes)) if hides_ids else remarks,
         name=model.name,
         is_private=hides_ids,
     )
@@ -155,15 +157,15 @@ def _with_levels(table: pd.DataFrame, levels: Mapping[str, EpisodeLevel]) -> pd.
     return table.assign(level=texts, level_index=[np.nan if one is None else one.index for one in found])
 
 
-def _unended(notes: Iterable[str]) -> list[str]:
+def _without_full_stops(notes: Iterable[str]) -> list[str]:
     """Returns the notes as remarks: what prints them ends them with a full stop."""
     return [note.removesuffix(".") for note in notes]
 
 
-def frame_of(runs: Iterable[Run]) -> pd.DataFrame:
+def combined_rows(runs: Iterable[Run]) -> pd.DataFrame:
     """Returns the rows of all runs in one table, with what the header says of each run before them."""
     found = list(runs)
-    headers = [{"run": run.name, "model": run.model.name, **of_run(run.header)} for run in found]
+    headers = [{"run": run.name, "model": run.model.name, **run_columns(run.header)} for run in found]
     tables = [run.rows.assign(**header) for run, header in zip(found, headers, strict=True)]
     whole = pd.concat([table for table in tables if len(table)] or tables[:1], ignore_index=True)
     whole["temperature"] = whole["temperature"].astype("float64")
@@ -171,7 +173,7 @@ def frame_of(runs: Iterable[Run]) -> pd.DataFrame:
     return whole.reindex(columns=[*first, *(column for column in whole.columns if column not in first)])
 
 
-def where(rows: pd.DataFrame, mask: np.ndarray) -> pd.DataFrame:
+def select_rows(rows: pd.DataFrame, mask: np.ndarray) -> pd.DataFrame:
     """Returns the rows for which `mask` is true."""
     return cast(pd.DataFrame, rows[mask])
 
@@ -181,7 +183,7 @@ def values(rows: pd.DataFrame, column: str, kind: type = float) -> np.ndarray:
     return np.asarray(rows[column], dtype=kind)
 
 
-def flat(outcome: Outcome) -> _Row:
+def flat_row(outcome: Outcome) -> _Row:
     """Returns an outcome as one flat row: counts by kind of action, and B under each report policy, a column each.
 
     The reasons of invalid actions are one JSON object.
@@ -192,16 +194,16 @@ def flat(outcome: Outcome) -> _Row:
         if field.name == "invalid_reasons":
             row[field.name] = json.dumps(value)
         elif isinstance(value, dict):
-            row.update({f"{field.name}.{kind}": value[kind] for kind in KINDS})
+            row.update({f"{field.name}.{kind}": value[kind] for kind in ACTION_KINDS})
         else:
             row[field.name] = value
     credits = {f"credit.{policy}": credit(outcome, policy) for policy in REPORT_POLICIES}
     return {**row, **credits, "is_reported": outcome.is_reported, "zero_progress": outcome.is_at_zero_progress}
 
 
-def table_of(outcomes: Iterable[Outcome]) -> pd.DataFrame:
+def outcome_table(outcomes: Iterable[Outcome]) -> pd.DataFrame:
     """Returns outcomes as a flat table with stable column types, sorted by episode and epoch."""
-    rows = [flat(outcome) for outcome in outcomes]
+    rows = [flat_row(outcome) for outcome in outcomes]
     table = _typed(pd.DataFrame(rows, columns=list(_SCHEMA)))
     return table.sort_values(["episode_id", "epoch"], ignore_index=True)
 
@@ -219,7 +221,7 @@ def _schema() -> dict[str, str]:
     for field in fields(Outcome):
         shown = str(field.type)
         if field.name.startswith("actions"):
-            kinds.update({f"{field.name}.{kind}": "int64" for kind in KINDS})
+            kinds.update({f"{field.name}.{kind}": "int64" for kind in ACTION_KINDS})
         elif "int | None" in shown or "float | None" in shown:
             kinds[field.name] = "float64"
         elif field.type in (bool, int, float):
@@ -234,29 +236,31 @@ def _schema() -> dict[str, str]:
 _SCHEMA = _schema()
 
 
-_frozen = cache(frozen_episodes)
+_cached_episodes = cache(frozen_episodes)
 """Many runs of a report are of one pack."""
-_rooms, _levels = cache(count_rooms), cache(levels_of)
+_cached_room_counts, _cached_levels = cache(count_rooms), cache(read_pack_levels)
 
 
-def _size(folder: Path) -> int:
+def _file_size(folder: Path) -> int:
     file = folder / EPISODES_FILE
     return file.stat().st_size if file.is_file() else 0
 
 
-def _named(runs: Iterable[Run]) -> list[Run]:
+def _with_unique_names(runs: Iterable[Run]) -> list[Run]:
     """Returns the runs with unique names, sorted by them: the model's, then what distinguishes it from runs of the same
     model. A prompt of one's own is always named."""
     found = list(runs)
     models = Counter(run.model.name for run in found)
     names = [
-        run.marked_name if models[run.model.name] > 1 or run.header.spec.profile.has_own_prompt else run.model.name
+        run.marked_name if models[run.model.name] > 1 or run.header.spec.profile.has_custom_prompt else run.model.name
         for run in found
     ]
     above = Path(os.path.commonpath([run.folder for run in found] or [""]))
     for more in ([run.header.run_id for run in found], [str(run.folder.relative_to(above)) for run in found]):
-        told = Counter(name for name, _ in set(zip(names, more, strict=True)))
-        names = [f"{name} · {extra}" if told[name] > 1 else name for name, extra in zip(names, more, strict=True)]
+        name_counts = Counter(name for name, _ in set(zip(names, more, strict=True)))
+        names = [
+            f"{name} · {extra}" if name_counts[name] > 1 else name for name, extra in zip(names, more, strict=True)
+        ]
     named = [replace(run, name=name) for run, name in zip(found, names, strict=True)]
     return sorted(named, key=lambda run: run.name)
 

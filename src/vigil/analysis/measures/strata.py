@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from vigil.analysis.measures.metrics import columns
+from vigil.analysis.measures.metrics import rate_columns
 from vigil.analysis.measures.rows import values
 from vigil.protocol.episode import FAMILIES, Family
-from vigil.scoring.rates import Counts, count, selected
-from vigil.scoring.strata import DISTANCE_BANDS_M, SIZE_OF_CATEGORY, distance_band
+from vigil.scoring.rates import Counts, count, select_rows
+from vigil.scoring.target_strata import DISTANCE_BANDS_M, SIZE_OF_CATEGORY, distance_band
 
 _SIZES = ("large", "medium", "small")
 _BANDS = tuple(distance_band(distance_m) for distance_m in (0.0, *DISTANCE_BANDS_M))
@@ -27,26 +27,28 @@ class Stratum:
 
 def by_stratum(rows: pd.DataFrame) -> dict[str, list[Stratum]]:
     """Returns, for each way of telling episodes apart, those strata that have any."""
-    facts = columns(rows)
+    facts = rate_columns(rows)
     found = {way: names_of(rows) for way, names_of in STRATA.items()}
     return {
-        way: [Stratum(name, count(selected(facts, names == name))) for name in sorted(set(names) - {""}, key=_place)]
+        way: [
+            Stratum(name, count(select_rows(facts, names == name))) for name in sorted(set(names) - {""}, key=_sort_key)
+        ]
         for way, names in found.items()
     }
 
 
-def _place(name: str) -> tuple[int, str]:
+def _sort_key(name: str) -> tuple[int, str]:
     """Returns where a stratum stands among its like: sizes and bands in their order, templates by family."""
     known = (*_SIZES, *_BANDS, *FAMILIES)
     word = name if name in known else name.split()[0]
     return known.index(word) if word in known else len(known), name
 
 
-def _in(rows: pd.DataFrame, *families: Family) -> np.ndarray:
+def _is_of_family(rows: pd.DataFrame, *families: Family) -> np.ndarray:
     return np.isin(values(rows, "family", str), families)
 
 
-def _named(wanted: np.ndarray, names: list[str]) -> np.ndarray:
+def _names_where(wanted: np.ndarray, names: list[str]) -> np.ndarray:
     """Returns the names of those episodes that are wanted; empty for the others."""
     return np.where(wanted, np.array(names, dtype=object), "")
 
@@ -54,27 +56,27 @@ def _named(wanted: np.ndarray, names: list[str]) -> np.ndarray:
 def _size(rows: pd.DataFrame) -> np.ndarray:
     """Returns the size by the rule, and as the pack says where the rule needs a measure."""
     pairs = zip(values(rows, "target", object), values(rows, "difficulty", object), strict=True)
-    return _named(_in(rows, "PG"), [SIZE_OF_CATEGORY.get(target, said) or "" for target, said in pairs])
+    return _names_where(_is_of_family(rows, "PG"), [SIZE_OF_CATEGORY.get(target, said) or "" for target, said in pairs])
 
 
 def _template(rows: pd.DataFrame) -> np.ndarray:
     pairs = zip(values(rows, "family", str), values(rows, "template", object), strict=True)
     names = [f"{family} {template}" if template else "" for family, template in pairs]
-    return _named(_in(rows, *_WITH_TEMPLATE), names)
+    return _names_where(_is_of_family(rows, *_WITH_TEMPLATE), names)
 
 
 def _constraint(rows: pd.DataFrame) -> np.ndarray:
-    return _named(_in(rows, "CR"), list(values(rows, "template", object)))
+    return _names_where(_is_of_family(rows, "CR"), list(values(rows, "template", object)))
 
 
 def _rooms(rows: pd.DataFrame) -> np.ndarray:
     rooms = values(rows, "rooms")
-    return _named(np.isfinite(rooms), [f"{count:.0f}" for count in rooms])
+    return _names_where(np.isfinite(rooms), [f"{count:.0f}" for count in rooms])
 
 
 def _distance(rows: pd.DataFrame) -> np.ndarray:
     distances = values(rows, "distance_m")
-    return _named(np.isfinite(distances), [distance_band(distance_m) for distance_m in distances])
+    return _names_where(np.isfinite(distances), [distance_band(distance_m) for distance_m in distances])
 
 
 STRATA: dict[str, Callable[[pd.DataFrame], np.ndarray]] = {
@@ -82,7 +84,7 @@ STRATA: dict[str, Callable[[pd.DataFrame], np.ndarray]] = {
     "Template (VS, SV, AI, SI, SM)": _template,
     "Constraint (CR)": _constraint,
     "Rooms of the house (all families)": _rooms,
-    "Distance from start to target (DA)": lambda rows: np.where(_in(rows, "DA"), _distance(rows), ""),
+    "Distance from start to target (DA)": lambda rows: np.where(_is_of_family(rows, "DA"), _distance(rows), ""),
     "Distance from start to target (all families)": _distance,
 }
 """Each way of telling episodes apart, with the name of every episode's stratum; empty where it has none."""

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from vigil.analysis.measures.metrics import COMPARABLE_W_PP, Measures, by_family, is_excluded, measure
-from vigil.analysis.measures.models import GROUPS, stated_thinking
-from vigil.analysis.measures.pairs import Pairing, RunComparison, compare, recognise, shared
+from vigil.analysis.measures.metrics import COMPARABLE_W_PP, RunMetrics, by_family, is_excluded, measure
+from vigil.analysis.measures.models import GROUPS, declared_thinking
+from vigil.analysis.measures.pairs import Pairing, RunComparison, compare_runs, find_pairs, shared_rows
 from vigil.analysis.measures.paper import Paper, paper
 from vigil.analysis.measures.rows import Run
 from vigil.protocol.profile import BASELINE
@@ -20,8 +20,8 @@ class RunEntry:
     """One run with its measures."""
 
     run: Run
-    overall: Measures
-    families: dict[str, Measures]
+    overall: RunMetrics
+    families: dict[str, RunMetrics]
 
     @property
     def name(self) -> str:
@@ -65,7 +65,7 @@ class Study:
 
     def base(self) -> list[RunEntry]:
         """Returns the entries under the default contract, best B first."""
-        return by_b(entry for entry in self.entries if entry.is_base)
+        return sorted_by_b(entry for entry in self.entries if entry.is_base)
 
     def entry(self, run: Run) -> RunEntry:
         """Returns the entry of a run, by its name."""
@@ -83,26 +83,32 @@ class Study:
 def study(runs: Sequence[Run], *, with_paper: bool = True) -> Study:
     """Returns the runs measured, paired and compared."""
     entries = tuple(RunEntry(run, measure(run.rows), by_family(run.rows)) for run in runs)
-    pairing = recognise(runs)
+    pairing = find_pairs(runs)
     faults = [fault for run in runs for fault in run.faults]
     return Study(
         entries=entries,
         pairing=pairing,
         comparisons=tuple(_comparisons(entries)),
         published=paper() if with_paper else None,
-        warnings=(*faults, *_copies(runs), *_contradictions(runs), *_mixtures(runs), *pairing.refusals),
+        warnings=(
+            *faults,
+            *_duplicate_runs(runs),
+            *_thinking_contradictions(runs),
+            *_mixed_settings(runs),
+            *pairing.refusals,
+        ),
     )
 
 
-def by_b(entries: Iterable[RunEntry]) -> list[RunEntry]:
+def sorted_by_b(entries: Iterable[RunEntry]) -> list[RunEntry]:
     """Returns entries, best benchmark success first; ties by name."""
     return sorted(entries, key=lambda entry: (-(entry.overall.share("B") or 0.0), entry.name))
 
 
-def by_group(entries: Iterable[RunEntry]) -> list[RunEntry]:
+def sorted_by_group(entries: Iterable[RunEntry]) -> list[RunEntry]:
     """Returns entries in the order of the panels' groups, best B first in each."""
     order = {group: index for index, group in enumerate(GROUPS)}
-    return sorted(by_b(entries), key=lambda entry: order[entry.run.model.group])
+    return sorted(sorted_by_b(entries), key=lambda entry: order[entry.run.model.group])
 
 
 def _comparisons(entries: Sequence[RunEntry]) -> Iterable[RunComparison]:
@@ -111,21 +117,21 @@ def _comparisons(entries: Sequence[RunEntry]) -> Iterable[RunComparison]:
         if entry.run.n:
             packs.setdefault(entry.run.header.spec.pack_sha256, []).append(entry)
     for alike in packs.values():
-        ranked = by_b(alike)
+        ranked = sorted_by_b(alike)
         for index, first in enumerate(ranked):
             for place, second in enumerate(ranked[index + 1 :]):
-                is_wanted = len(ranked) <= COMPARE_ALL_UP_TO or place == 0 or _are_alike(first, second)
-                if is_wanted and len(shared(first.run.rows, second.run.rows)[0]):
-                    yield compare(first.run, second.run)
+                is_wanted = len(ranked) <= COMPARE_ALL_UP_TO or place == 0 or _have_comparable_w(first, second)
+                if is_wanted and len(shared_rows(first.run.rows, second.run.rows)[0]):
+                    yield compare_runs(first.run, second.run)
 
 
-def _are_alike(first: RunEntry, second: RunEntry) -> bool:
+def _have_comparable_w(first: RunEntry, second: RunEntry) -> bool:
     """Whether two runs have comparable W, so that their difference in B is worth a test."""
     apart = abs((first.overall.share("W") or 0.0) - (second.overall.share("W") or 0.0))
     return 100 * apart <= COMPARABLE_W_PP + 1e-9
 
 
-def _copies(runs: Sequence[Run]) -> list[str]:
+def _duplicate_runs(runs: Sequence[Run]) -> list[str]:
     """Returns which runs are the same one twice: side by side they would pass for a perfect repeat."""
     return [
         f"{first.name} and {second.name} are copies of one run, not repeats of it. Give one of them only."
@@ -134,10 +140,10 @@ def _copies(runs: Sequence[Run]) -> list[str]:
     ]
 
 
-def _contradictions(runs: Sequence[Run]) -> Iterator[str]:
+def _thinking_contradictions(runs: Sequence[Run]) -> Iterator[str]:
     """Yields which models were served otherwise than their names or settings say: their answers tell."""
     for run in runs:
-        said, (reasoned, replies) = stated_thinking(run.header.spec), run.header.replies_with_reasoning
+        said, (reasoned, replies) = declared_thinking(run.header.spec), run.header.replies_with_reasoning
         if said is False and reasoned:
             yield (
                 f"{run.name} is not to think by its name or settings, but {reasoned} of its {replies} replies came "
@@ -152,7 +158,7 @@ def _contradictions(runs: Sequence[Run]) -> Iterator[str]:
             )
 
 
-def _mixtures(runs: Sequence[Run]) -> list[str]:
+def _mixed_settings(runs: Sequence[Run]) -> list[str]:
     """Returns what differs between runs that a reader would take to be alike."""
     found = []
     checks = {

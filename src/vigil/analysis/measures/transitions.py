@@ -21,13 +21,13 @@ class Transition:
 
     source: str
     target: str
-    there: int
-    back: int
+    forward: int
+    backward: int
     net: float
-    """The share of episodes by which `there` exceeds `back`."""
+    """The share of episodes by which `forward` exceeds `backward`."""
     interval: Interval | None
     p: float
-    """Exact McNemar test of `there` against `back`; the epochs of an episode change sign together."""
+    """Exact McNemar test of `forward` against `backward`; the epochs of an episode change sign together."""
 
 
 def label_matrix(base: pd.DataFrame, other: pd.DataFrame) -> dict[str, dict[str, int]]:
@@ -42,10 +42,10 @@ def transitions(base: pd.DataFrame, other: pd.DataFrame) -> list[Transition]:
     houses, episodes = houses_of(base), values(base, "episode_id", str)
     found = []
     for source, target in combinations(LABELS, 2):
-        there, back = (before == source) & (after == target), (before == target) & (after == source)
-        if there.any() or back.any():
-            net = paired_test(back, there, episodes=episodes, houses=houses)
-            counts = int(there.sum()), int(back.sum())
+        forward, backward = (before == source) & (after == target), (before == target) & (after == source)
+        if forward.any() or backward.any():
+            net = paired_test(backward, forward, episodes=episodes, houses=houses)
+            counts = int(forward.sum()), int(backward.sum())
             found.append(Transition(source, target, *counts, net.difference, net.interval, net.test.p))
     return found
 

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 from vigil.analysis.plots.style import FAINT, INK, LABEL_COLOURS, canvas, styled
-from vigil.analysis.plots.trajectory import AgentTrajectory, key_steps, said
+from vigil.analysis.plots.trajectory import AgentTrajectory, key_steps, step_caption
 from vigil.protocol.episode import FAMILIES, Episode, Family
 from vigil.scoring.outcomes import Outcome
 
@@ -21,9 +21,9 @@ _TIER_TEXTS = {
 _HEIGHT = 49.0
 """Of the pipeline's drawing, in tenths of an inch."""
 _BOXES_TOP = 19.0
-_WIDEST = 21.2
+_MAX_WIDTH = 21.2
 """Of a picture with the gap beside it: a wider one would reach down into the boxes."""
-_TESTS: dict[Family, str] = {
+_FAMILY_SUMMARIES: dict[Family, str] = {
     "PG": "point at the named object",
     "DA": "walk up to it",
     "VS": "bring it into view",
@@ -41,7 +41,7 @@ def protocol_figure(frames: Mapping[Family, np.ndarray], episodes: Mapping[Famil
         figure = canvas(11.0, 6.9)
         grid = figure.subplots(2, 4)
         for row, tier in enumerate(_TIER_COLOURS):
-            families: list[Family] = [family for family in _TESTS if FAMILIES[family].tier == tier]
+            families: list[Family] = [family for family in _FAMILY_SUMMARIES if FAMILIES[family].tier == tier]
             for column, family in enumerate(families):
                 _card(grid[row][column], family, frames.get(family), episodes.get(family))
             heading = grid[row][0].annotate(
@@ -80,7 +80,7 @@ def pipeline_figure(episode: Episode, track: AgentTrajectory, columns: int = 5) 
         axes.text(108, top - 2.6, name, fontsize=8.5, color=FAINT, va="center", ha="right")
         axes.text(2, top - 5.2, _wrapped(f"“{episode.instruction}”", 145, 1), fontsize=8.5, color=FAINT, va="center")
         pitch = 106 / len(chosen)
-        width = min(pitch, _WIDEST) - 2.5
+        width = min(pitch, _MAX_WIDTH) - 2.5
         for place, index in enumerate(chosen):
             left = 2 + place * pitch
             _step(figure, axes, track, index, left=left, width=width)
@@ -101,7 +101,9 @@ def _card(axes: Axes, family: Family, frame: np.ndarray | None, episode: Episode
     axes.set_title(f"\n{family}  {spec.name}", fontsize=9.5)
     seen = "target in view" if spec.visible_at_start else "target out of view"
     instruction = "" if episode is None else f"\n“{_wrapped(episode.instruction, 46)}”"
-    text = f"{_TESTS[family]}; {seen}\n{spec.max_steps} steps, {spec.max_invalid} invalid replies{instruction}"
+    text = (
+        f"{_FAMILY_SUMMARIES[family]}; {seen}\n{spec.max_steps} steps, {spec.max_invalid} invalid replies{instruction}"
+    )
     axes.set_xlabel(text, fontsize=7.3, loc="left", linespacing=1.35)
 
 
@@ -116,7 +118,9 @@ def _step(figure: Figure, axes: Axes, track: AgentTrajectory, index: int, *, lef
     hidden = "hidden: goal met" if held else "hidden: not met"
     axes.text(left + width, top + 0.5, hidden, fontsize=7, ha="right", color=LABEL_COLOURS["B"] if held else FAINT)
     step = track.record.steps[index]
-    axes.text(left + width / 2, top - height - 0.9, said(step), fontsize=8, ha="center", va="top", fontweight="bold")
+    axes.text(
+        left + width / 2, top - height - 0.9, step_caption(step), fontsize=8, ha="center", va="top", fontweight="bold"
+    )
     reply = _wrapped(
         " ".join(step.reply.text.replace(",", ", ").replace(":", ": ").split()),
         int(1.9 * width),

@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from vigil.analysis.measures.metrics import CLOSURE_STEPS, LABELS, Measures, after_goal_shares, closure_curve, measure
-from vigil.analysis.measures.rows import KINDS
-from vigil.analysis.measures.study import RunEntry, Study, by_b
-from vigil.analysis.plots.place_labels import place_labels
+from vigil.analysis.measures.metrics import CLOSURE_STEPS, LABELS, RunMetrics, after_goal_shares, closure_curve, measure
+from vigil.analysis.measures.rows import ACTION_KINDS
+from vigil.analysis.measures.study import RunEntry, Study, sorted_by_b
+from vigil.analysis.plots.label_placement import place_labels
 from vigil.analysis.plots.style import (
     CYCLE,
     DASHES,
@@ -43,7 +43,7 @@ _W_AXIS, _B_AXIS = "W: the world reached the goal (%)", "B: reached, and closed 
 
 def outcome_partition(study: Study) -> Figure | None:
     """Draws B, FR, Other, NR and IL as stacked bars, best B first, with W marked: its distance from B is W - B."""
-    entries = [entry for entry in by_b(study.entries) if entry.overall.n]
+    entries = [entry for entry in sorted_by_b(study.entries) if entry.overall.n]
     if not entries:
         return None
     with styled():
@@ -65,7 +65,7 @@ def outcome_partition(study: Study) -> Figure | None:
 
 def belief_closure(study: Study) -> Figure | None:
     """Draws (a) the mean belief lag and (b) the shares of actions after attainment, both sorted by B."""
-    entries = [entry for entry in by_b(study.entries) if entry.overall.counts["W"]]
+    entries = [entry for entry in sorted_by_b(study.entries) if entry.overall.counts["W"]]
     if not entries:
         return None
     with styled():
@@ -73,8 +73,10 @@ def belief_closure(study: Study) -> Figure | None:
         left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.5), sharey=True)
         _lags(left, entries)
         shares = [after_goal_shares(entry.run.rows) for entry in entries]
-        values = np.array([[100 * (pair[0] if (pair := share[kind]) else 0.0) for kind in KINDS] for share in shares])
-        _stack(right, values, [(KIND_COLOURS[kind], KIND_HATCHES[kind]) for kind in KINDS])
+        values = np.array(
+            [[100 * (pair[0] if (pair := share[kind]) else 0.0) for kind in ACTION_KINDS] for share in shares]
+        )
+        _stack(right, values, [(KIND_COLOURS[kind], KIND_HATCHES[kind]) for kind in ACTION_KINDS])
         for row, entry in enumerate(entries):
             right.text(101, row, f"n={entry.overall.counts['W']:,}\u2002", va="center", fontsize=7.5)
         right.tick_params(left=False)
@@ -82,7 +84,7 @@ def belief_closure(study: Study) -> Figure | None:
         right.set_title("(b) What follows attainment (W=1, pooled)")
         handles = [
             Patch(facecolor=KIND_COLOURS[kind], hatch=KIND_HATCHES[kind], edgecolor="white", label=kind)
-            for kind in KINDS
+            for kind in ACTION_KINDS
         ]
         figure.legend(handles=handles, loc="outside lower center", ncols=5, handlelength=1.6, columnspacing=1.2)
         return figure
@@ -109,7 +111,9 @@ def plane(study: Study) -> Figure | None:
 
 def closure_curves(study: Study) -> Figure | None:
     """Draws the share of W=1 episodes closed by a matching report within k steps of attainment."""
-    curves = [(entry, curve) for entry in by_b(study.entries) if (curve := closure_curve(entry.run.rows)) is not None]
+    curves = [
+        (entry, curve) for entry in sorted_by_b(study.entries) if (curve := closure_curve(entry.run.rows)) is not None
+    ]
     if not curves:
         return None
     with styled():
@@ -256,7 +260,7 @@ def _point(entry: RunEntry) -> tuple[float, float]:
     return _place(entry.overall)
 
 
-def _place(measures: Measures) -> tuple[float, float]:
+def _place(measures: RunMetrics) -> tuple[float, float]:
     """Returns W and B in percent: a place in the plane."""
     return 100 * (measures.share("W") or 0.0), 100 * (measures.share("B") or 0.0)
 

@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from vigil.base.markup import holdable
+from vigil.base.markup import replace_invalid
 
 GROUND = "#fbfaf7"
 INK = "#23262b"
@@ -91,7 +91,7 @@ def canvas(width: float, height: float, *, is_free: bool = False) -> Figure:
     return figure
 
 
-def saved(figure: Figure, kind: str) -> bytes:
+def figure_bytes(figure: Figure, kind: str) -> bytes:
     """Returns a figure as the bytes of a file: png, svg or pdf; the same figure gives the same bytes."""
     buffer = io.BytesIO()
     dates = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
@@ -103,13 +103,15 @@ def saved(figure: Figure, kind: str) -> bytes:
             figure.set_layout_engine(None)
         figure.savefig(buffer, format=kind, dpi=DPI, metadata=dates[kind])
     written = buffer.getvalue()
-    return holdable(written.decode()).encode() if kind == "svg" else written  # labels of axes are made while it draws
+    return (
+        replace_invalid(written.decode()).encode() if kind == "svg" else written
+    )  # labels of axes are made while it draws
 
 
 def _clean(text: Any) -> None:
     """Takes out of a text of a figure what no font and no file can hold."""
     said = text.get_text()
-    clean = holdable(said).replace("\t", " ").replace("\r", " ")
+    clean = replace_invalid(said).replace("\t", " ").replace("\r", " ")
     if clean != said:
         text.set_text(clean)
 

@@ -21,11 +21,11 @@ from vigil.protocol.actions import Action, InteractPixel, Navigate, Report
 from vigil.protocol.episode import FAMILIES, Episode
 from vigil.records.record import EpisodeRecord, Key, StepRecord
 from vigil.scoring.goal_check import check
-from vigil.scoring.outcomes import Label, Outcome, settle
+from vigil.scoring.outcomes import Label, Outcome, score
 from vigil.scoring.saved_run import RecordTable
 
-HELD = LABEL_COLOURS["B"]
-CLICK = "#ff2d95"
+GOAL_COLOUR = LABEL_COLOURS["B"]
+CLICK_COLOUR = "#ff2d95"
 DEFAULT_COLUMNS = 6
 ANIMATION_MS = 900
 FINAL_MS = 3000
@@ -63,19 +63,21 @@ def find_record(run: Run, episodes: Iterable[Episode], key: Key) -> EpisodeRecor
     return table.record(key)
 
 
-def track(name: str, episode: Episode, record: EpisodeRecord, frames: Sequence[np.ndarray]) -> AgentTrajectory:
+def make_trajectory(
+    name: str, episode: Episode, record: EpisodeRecord, frames: Sequence[np.ndarray]
+) -> AgentTrajectory:
     """Returns a record with its frames, settled. Raises RecordError when they are not one frame a step."""
     if len(frames) != len(record.steps):
         raise RecordError(f"{name!r}: {len(frames)} frames for {len(record.steps)} steps of episode {episode.id!r}.")
     truth = tuple(row.semantic for row in check(episode.goal, record).rows)
-    return AgentTrajectory(name, record, settle(episode, record), truth, frames)
+    return AgentTrajectory(name, record, score(episode, record), truth, frames)
 
 
 def trajectory_figure(episode: Episode, tracks: Sequence[AgentTrajectory], columns: int = DEFAULT_COLUMNS) -> Figure:
     """Draws one row an agent: the frames of its first, telling and last steps, with actions and verdicts."""
     width = max(2, min(columns, max(len(one.record.steps) for one in tracks)))
     with styled():
-        width_in = width_in_of(width)
+        width_in = figure_width_in(width)
         title = _title(episode, tracks, width_in)
         figure = canvas(width_in, 0.35 + 0.2 * len(title.splitlines()) + len(tracks) * (_PANEL_IN * 0.75 + 0.42))
         figure.suptitle(title, x=0.008, ha="left", fontsize=9.5, fontweight="bold", linespacing=1.5)
@@ -91,7 +93,7 @@ def trajectory_figure(episode: Episode, tracks: Sequence[AgentTrajectory], colum
         return figure
 
 
-def width_in_of(columns: int) -> float:
+def figure_width_in(columns: int) -> float:
     """Returns how wide (inches) a figure of so many frames a row is."""
     return _NAME_IN + _PANEL_IN * columns
 
@@ -114,7 +116,7 @@ def key_steps(one: AgentTrajectory, count: int) -> list[int]:
 def trajectory_animation(episode: Episode, tracks: Sequence[AgentTrajectory], kind: str) -> bytes:
     """Returns all steps of all agents, side by side, as an animated file: gif or webp."""
     length = max(len(one.record.steps) for one in tracks)
-    frames = [_moment(episode, tracks, step) for step in range(length)]
+    frames = [_animation_frame(episode, tracks, step) for step in range(length)]
     durations = [ANIMATION_MS] * (length - 1) + [FINAL_MS]
     buffer = io.BytesIO()
     if kind == "gif":
@@ -125,19 +127,19 @@ def trajectory_animation(episode: Episode, tracks: Sequence[AgentTrajectory], ki
     return buffer.getvalue()
 
 
-def said(step: StepRecord) -> str:
+def step_caption(step: StepRecord) -> str:
     """Returns a step's action in a few words."""
-    return "invalid: " + step.invalid.reason.replace("_", " ") if step.invalid else worded(step.action)
+    return "invalid: " + step.invalid.reason.replace("_", " ") if step.invalid else action_caption(step.action)
 
 
-def worded(action: Action | None) -> str:
+def action_caption(action: Action | None) -> str:
     """Returns an action in a few words."""
     match action:
         case None:
             return ""
         case Navigate():
-            way = action.mode.replace("turn_", "turn ")
-            return f"{way} {action.magnitude:g}{'°' if 'turn' in way else ' steps'}"
+            mode_words = action.mode.replace("turn_", "turn ")
+            return f"{mode_words} {action.magnitude:g}{'°' if 'turn' in mode_words else ' steps'}"
         case InteractPixel():
             where = "" if action.x is None else f" ({action.x}, {action.y})"
             return f"{action.intent.replace('_', ' ')}{where}"
@@ -147,7 +149,7 @@ def worded(action: Action | None) -> str:
             return f"look {action.direction} {action.magnitude:g}°"
 
 
-def verdict(one: AgentTrajectory) -> str:
+def verdict_caption(one: AgentTrajectory) -> str:
     """Returns how an episode ended and what that is worth."""
     outcome = one.outcome
     w, b = f"W={int(outcome.W)}", f"B={int(outcome.B)}"
@@ -166,9 +168,9 @@ def _title(episode: Episode, tracks: Sequence[AgentTrajectory], width_in: float)
 def _name(axes: Axes, one: AgentTrajectory) -> None:
     axes.axis("off")
     axes.set(xlim=(0, 1), ylim=(0, 1))
-    axes.text(0, 0.98, _folded(one.name), va="top", fontsize=8.5, fontweight="bold")
+    axes.text(0, 0.98, _wrapped_name(one.name), va="top", fontsize=8.5, fontweight="bold")
     colour = LABEL_COLOURS[one.outcome.label]
-    axes.text(0, 0.52, verdict(one), va="top", fontsize=8, color=INK, linespacing=1.4)
+    axes.text(0, 0.52, verdict_caption(one), va="top", fontsize=8, color=INK, linespacing=1.4)
     axes.add_patch(Rectangle((0, 0.56), 0.6, 0.03, color=colour, transform=axes.transAxes))
 
 
@@ -178,16 +180,16 @@ def _panel(axes: Axes, one: AgentTrajectory, index: int) -> None:
     action = step.action
     if isinstance(action, InteractPixel) and action.x is not None and action.y is not None:
         axes.plot(action.x, action.y, "+", color="white", ms=13, mew=3.4)
-        axes.plot(action.x, action.y, "+", color=CLICK, ms=12, mew=1.8)
+        axes.plot(action.x, action.y, "+", color=CLICK_COLOUR, ms=12, mew=1.8)
     held = one.holds[index + 1]
     if held:
-        axes.add_patch(Rectangle((0, 0), 639, 479, fill=False, ec=HELD, lw=4.0))
+        axes.add_patch(Rectangle((0, 0), 639, 479, fill=False, ec=GOAL_COLOUR, lw=4.0))
     is_last = index == len(one.record.steps) - 1
-    text = said(step)
+    text = step_caption(step)
     axes.set_title(
         f"step {index + 1}{'  → goal holds' if held else ''}",
         fontsize=7,
-        color=HELD if held else FAINT,
+        color=GOAL_COLOUR if held else FAINT,
         pad=2,
         fontweight="normal",
     )
@@ -205,7 +207,7 @@ def _panel(axes: Axes, one: AgentTrajectory, index: int) -> None:
     )
 
 
-def _moment(episode: Episode, tracks: Sequence[AgentTrajectory], step: int) -> Image.Image:
+def _animation_frame(episode: Episode, tracks: Sequence[AgentTrajectory], step: int) -> Image.Image:
     """Returns one image of the animation: every agent at `step`; who has ended stays at the last one, paler."""
     columns = min(2, len(tracks)) if len(tracks) <= 4 else 3
     rows = -(-len(tracks) // columns)
@@ -223,7 +225,7 @@ def _moment(episode: Episode, tracks: Sequence[AgentTrajectory], step: int) -> I
                 place.text(
                     320,
                     240,
-                    verdict(one),
+                    verdict_caption(one),
                     ha="center",
                     va="center",
                     fontsize=13,
@@ -238,7 +240,7 @@ def _moment(episode: Episode, tracks: Sequence[AgentTrajectory], step: int) -> I
         return Image.fromarray(np.asarray(figure.canvas.buffer_rgba())[..., :3])  # type: ignore[attr-defined]
 
 
-def _folded(name: str, width: int = 16) -> str:
+def _wrapped_name(name: str, width: int = 16) -> str:
     """Returns a name on several lines, broken at spaces, hyphens and underscores."""
     lines, line = [], ""
     for word in name.replace("-", "- ").replace("_", "_ ").split(" "):

@@ -10,9 +10,9 @@ from itertools import combinations
 from vigil.analysis.measures.intervals import holm, smallest_difference, smallest_paired_difference
 from vigil.analysis.measures.metrics import COMPARABLE_W_PP, clustered_intervals
 from vigil.analysis.measures.pairs import RunComparison
-from vigil.analysis.measures.study import Study, by_b
-from vigil.analysis.tables.own import MODEL, row_of, shown_name
+from vigil.analysis.measures.study import Study, sorted_by_b
 from vigil.analysis.tables.paired import DISAGREEMENT_NOTE
+from vigil.analysis.tables.run_tables import MODEL, row_of, shown_name
 from vigil.analysis.tables.table import Column, Table, TableRow, counts, intervals, numbers, percent, points, texts
 
 
@@ -25,7 +25,7 @@ def clustered(study: Study) -> Table:
         *(Column(name, f"{shown_name(name)} [95\u00a0%]", "rate") for name in names),
     )
     rows = []
-    for entry in by_b(study.entries):
+    for entry in sorted_by_b(study.entries):
         clusters = clustered_intervals(entry.run.rows)
         cells = {name: points(entry.overall.share(name), clusters[name]) for name in names}
         rows.append(row_of(entry, n=entry.overall.n, houses=entry.run.rows["house"].nunique(), **cells))
@@ -98,15 +98,15 @@ def power(study: Study) -> Table:
         ),
     )
     rows = []
-    for entry in by_b(study.entries):
+    for entry in sorted_by_b(study.entries):
         m = entry.overall
-        smallest = min((part.rate("W").worth for part in entry.families.values()), default=0)
+        smallest = min((part.rate("W").effective_n for part in entry.families.values()), default=0)
         rows.append(
             row_of(
                 entry,
                 n=m.n,
-                W=percent(smallest_difference(m.rate("W").worth, _inside(m.share("W")))),
-                B=percent(smallest_difference(m.rate("B").worth, _inside(m.share("B")))),
+                W=percent(smallest_difference(m.rate("W").effective_n, _inside(m.share("W")))),
+                B=percent(smallest_difference(m.rate("B").effective_n, _inside(m.share("B")))),
                 B_paired=percent(smallest_paired_difference(m.episodes, 0.1)),
                 family=percent(smallest_difference(smallest, 0.5)),
             )

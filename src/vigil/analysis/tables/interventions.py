@@ -12,7 +12,7 @@ import pandas as pd
 from vigil.analysis.measures.metrics import measure
 from vigil.analysis.measures.pairs import Pair
 from vigil.analysis.measures.paper import NR_NOTE
-from vigil.analysis.measures.study import Study, by_group
+from vigil.analysis.measures.study import Study, sorted_by_group
 from vigil.analysis.tables.paired import (
     DISAGREEMENT_NOTE,
     INTERVAL_NOTE,
@@ -50,7 +50,7 @@ from vigil.analysis.tables.table import (
 )
 
 REPEATED = ("W", "B", "Delta", "FR", "NR", "NoRep")
-STEADY_PP = 1.0
+STABLE_PP = 1.0
 """Half-ranges and shifts below this are what the paper calls stable."""
 _EVENTS = ("too_far", "path_blocked", "retry")
 
@@ -90,7 +90,7 @@ def proprio_minimal(study: Study) -> Table:
 def prompt_sensitivity(study: Study) -> Table:
     """Returns W/B under the neutral prompt, grouped as in the paper."""
     columns = (MODEL, ALL, *family_columns())
-    entries = by_group(study.entry(pair.other) for pair in study.pairing.prompt)
+    entries = sorted_by_group(study.entry(pair.other) for pair in study.pairing.prompt)
     rows = [run_row(entry, cross_section(entry), group=entry.group) for entry in entries]
     if study.published:
         rows += [
@@ -153,7 +153,7 @@ def stability(study: Study) -> Table:
     """Returns how many shifts between prompts and half-ranges between repeats are small, and the largest of each."""
     columns = (
         *texts(change="Between", rate="Rate"),
-        *counts(n="Configurations", steady=f"Under {STEADY_PP:.0f} pp"),
+        *counts(n="Configurations", steady=f"Under {STABLE_PP:.0f} pp"),
         *numbers(largest="Largest (pp)"),
         *texts(whose="Whose"),
     )
@@ -170,7 +170,7 @@ def stability(study: Study) -> Table:
             kept = [row for row in found if row.is_published is is_published]
             for name in SHIFTED:
                 moved = [(row.cells["model"], first_number(cell_of(row, name))) for row in kept]
-                rows += _steadiness(change, name, moved, is_published)
+                rows += _stability_rows(change, name, moved, is_published)
     notes = (
         "Shifts and half-ranges of the aggregate rates, without their sign. Published: derived from printed figures.",
     )
@@ -199,13 +199,13 @@ def _heading(name: str) -> str:
     return "Δ (pp)" if name == "Delta" else f"{name} %"
 
 
-def _steadiness(
+def _stability_rows(
     change: str, name: str, moved: Iterable[tuple[str, float | None]], is_published: bool
 ) -> Iterator[TableRow]:
     sizes = [(abs(size), model) for model, size in moved if size is not None]
     if sizes:
         largest, whose = max(sizes, key=lambda pair: pair[0])
-        steady = sum(size < STEADY_PP - 1e-9 for size, _ in sizes)
+        steady = sum(size < STABLE_PP - 1e-9 for size, _ in sizes)
         cells = {"change": change, "rate": _heading(name), "n": len(sizes), "steady": steady}
         group = PUBLISHED if is_published else ""
         yield TableRow({**cells, "largest": largest, "whose": whose}, group, is_published)

@@ -10,9 +10,9 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from vigil.analysis.tables.table import WITH_INTERVAL, Column, Table, TableRow
-from vigil.analysis.tables.text import CODE, NO_ROWS, named
+from vigil.analysis.tables.text import CODE, NO_ROWS, marked_cell
 from vigil.base.glossary import RESULTS, term_of
-from vigil.base.markup import finalized
+from vigil.base.markup import finalize
 
 _INTERVAL = re.compile(r"(.*) (\[.*\])")
 
@@ -76,7 +76,7 @@ class _Cell:
 
 
 @dataclass(frozen=True, slots=True)
-class _Line:
+class _HtmlRow:
     classes: str
     cells: tuple[_Cell, ...]
 
@@ -84,7 +84,8 @@ class _Line:
 def html_table(table: Table) -> str:
     """Returns a table as HTML: a section with a heading, the table in a scrolling box, its notes."""
     groups = [
-        (group, [_line(table, row) for row in rows]) for group, rows in groupby(table.rows, key=lambda row: row.group)
+        (group, [_html_row(table, row) for row in rows])
+        for group, rows in groupby(table.rows, key=lambda row: row.group)
     ]
     return _TEMPLATES.get_template("table.html").render(table=table, groups=groups, no_rows=NO_ROWS)
 
@@ -96,14 +97,14 @@ def html_page(page: Page) -> str:
     )
 
 
-def _line(table: Table, row: TableRow) -> _Line:
+def _html_row(table: Table, row: TableRow) -> _HtmlRow:
     classes = {"published": row.is_published, "privileged": row.is_privileged}
     cells = tuple(_cell(table, row, column) for column in table.columns)
-    return _Line(" ".join(name for name, applies in classes.items() if applies), cells)
+    return _HtmlRow(" ".join(name for name, applies in classes.items() if applies), cells)
 
 
 def _cell(table: Table, row: TableRow, column: Column) -> _Cell:
-    text, interval = named(table, row, column), ""
+    text, interval = marked_cell(table, row, column), ""
     if column.kind in WITH_INTERVAL and (found := _INTERVAL.fullmatch(text)):
         text, interval = found.groups()
     classes = f"{column.kind} tint-{row.tints[column.key]}" if column.key in row.tints else column.kind
@@ -128,7 +129,7 @@ _TEMPLATES = Environment(
     loader=PackageLoader("vigil.analysis.tables"),
     autoescape=True,
     undefined=StrictUndefined,
-    finalize=finalized,
+    finalize=finalize,
     keep_trailing_newline=True,
 )
 _TEMPLATES.filters |= {"content": _content, "prose": prose, "term": term_of}

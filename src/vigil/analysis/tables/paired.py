@@ -10,11 +10,11 @@ from typing import Any
 import pandas as pd
 
 from vigil.analysis.measures.intervals import holm
-from vigil.analysis.measures.metrics import LABELS, mean_of, measure
+from vigil.analysis.measures.metrics import LABELS, mean_with_interval, measure
 from vigil.analysis.measures.models import checkpoint_of
 from vigil.analysis.measures.pairs import Pair, family_differences, mean_difference
 from vigil.analysis.measures.paper import Paper
-from vigil.analysis.measures.study import Study, by_group
+from vigil.analysis.measures.study import Study, sorted_by_group
 from vigil.analysis.measures.transitions import homogeneity, label_matrix, transitions
 from vigil.analysis.tables.results import MODEL, published_group, published_row, run_row
 from vigil.analysis.tables.table import (
@@ -23,9 +23,9 @@ from vigil.analysis.tables.table import (
     Table,
     TableRow,
     counts,
+    formatted,
     intervals,
     points,
-    printed,
     rate_cells,
     texts,
 )
@@ -91,7 +91,7 @@ def serving_modes(study: Study) -> Table:
         for side, table in zip(sides, pair.tables(), strict=True):
             rates = rate_cells(measure(table), "WB")
             cells |= {f"{name}_{side}": rate for name, rate in rates.items()}
-            cells[f"steps_{side}"] = mean_of(table, "steps")
+            cells[f"steps_{side}"] = mean_with_interval(table, "steps")
         entry = study.entry(pair.other)
         rows.append(run_row(entry, cells, group=entry.group))
     if study.published:
@@ -128,7 +128,7 @@ def feedback_events(study: Study) -> Table:
         base, other = pair.tables()
         cells: dict[str, Any] = {"n": len(base)}
         for name in names:
-            before, after = mean_of(base, name), mean_of(other, name)
+            before, after = mean_with_interval(base, name), mean_with_interval(other, name)
             cells |= {f"{name} base": before, f"{name} fb": after, f"{name} change": _change(before, after)}
         rows.append(run_row(study.entry(pair.base), cells))
     notes = (
@@ -174,7 +174,7 @@ def transition_tests(study: Study) -> Table:
             rows.append(TableRow({"model": "all labels", "test": shown, "p": whole.p}, group=name))
         found = transitions(base, other)
         for one, adjusted in zip(found, holm([one.p for one in found]), strict=True):
-            cells = {"there": one.there, "back": one.back, "net": points(one.net, one.interval), "p": one.p}
+            cells = {"there": one.forward, "back": one.backward, "net": points(one.net, one.interval), "p": one.p}
             cells |= {"test": "McNemar, exact", "p_holm": adjusted}
             rows.append(TableRow({"model": f"{one.source} → {one.target}", **cells}, group=name))
     notes = (
@@ -200,7 +200,7 @@ def p_values(pair: Pair) -> dict[str, float | None]:
 
 def _grouped(study: Study, pairs: Sequence[Pair]) -> list[Pair]:
     """Returns pairs in the order of the panels' groups, best B first in each."""
-    order = [entry.name for entry in by_group(study.entries)]
+    order = [entry.name for entry in sorted_by_group(study.entries)]
     return sorted(pairs, key=lambda pair: order.index(pair.other.name))
 
 
@@ -212,7 +212,7 @@ def _named_tables(study: Study) -> Iterator[tuple[str, pd.DataFrame, pd.DataFram
         if len(base):
             yield f"{pair.base.name} → {pair.other.name} ({_KINDS[pair.kind]})", base, other
     for repeats in pairing.repeats:
-        for name, base, other in repeats.against_the_first():
+        for name, base, other in repeats.compared_with_first():
             if len(base):
                 yield f"{repeats.names[0]} → {name} (repeat)", base, other
 
@@ -232,8 +232,8 @@ def _largest(moved: dict[str, RateCell]) -> str | None:
         return None
     place = max(known, key=lambda place: abs(known[place][0]))
     size, low, high = known[place]
-    ends = "" if low is None or high is None else f" [{printed(low, 'signed1')}, {printed(high, 'signed1')}]"
-    return f"{place} {printed(size, 'signed1')}{ends}" if size else "none"
+    ends = "" if low is None or high is None else f" [{formatted(low, 'signed1')}, {formatted(high, 'signed1')}]"
+    return f"{place} {formatted(size, 'signed1')}{ends}" if size else "none"
 
 
 def _published_prompt_shifts(paper: Paper) -> Iterator[TableRow]:

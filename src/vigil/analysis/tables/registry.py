@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 from vigil.analysis.measures.study import Study
-from vigil.analysis.tables import comparison, interventions, own, paired, protocol, results
-from vigil.analysis.tables.levels import levels
-from vigil.analysis.tables.strata import strata
+from vigil.analysis.tables import comparison, interventions, paired, protocol, results, run_tables
+from vigil.analysis.tables.level_table import levels
+from vigil.analysis.tables.strata_table import strata
 from vigil.analysis.tables.table import Table
 
 TableBuilder = Callable[[Study], Table]
@@ -32,9 +32,9 @@ _PAPERS_PROTOCOL: dict[str, TableBuilder] = {
 }
 SECTIONS: dict[str, dict[str, TableBuilder]] = {
     "Findings at a glance": {
-        "overview": own.overview,
-        "regimes": own.regime_table,
-        "outcome_partition": own.outcome_partition,
+        "overview": run_tables.overview,
+        "regimes": run_tables.regime_table,
+        "outcome_partition": run_tables.outcome_partition,
         "clustered": comparison.clustered,
         "comparisons": comparison.comparisons,
         "comparable_pairs": comparison.comparable_pairs,
@@ -51,16 +51,16 @@ SECTIONS: dict[str, dict[str, TableBuilder]] = {
         "stability": interventions.stability,
     },
     "Further analyses": {
-        "runs": own.runs,
-        "models": own.models,
-        "family_rates": own.family_rates,
+        "runs": run_tables.runs,
+        "models": run_tables.models,
+        "family_rates": run_tables.family_rates,
         "strata": strata,
         "levels": levels,
-        "after_goal": own.after_goal,
-        "sv_statuses": own.sv_statuses,
-        "composition": own.composition,
-        "stop_only": own.stop_only,
-        "invalid_replies": own.invalid_replies,
+        "after_goal": run_tables.after_goal,
+        "sv_statuses": run_tables.sv_statuses,
+        "composition": run_tables.composition,
+        "stop_only": run_tables.stop_only,
+        "invalid_replies": run_tables.invalid_replies,
     },
     "Protocol and pack": _PAPERS_PROTOCOL,
 }

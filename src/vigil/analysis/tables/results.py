@@ -6,10 +6,10 @@ Own rows first, then the published ones, marked. Each function takes a Study and
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from vigil.analysis.measures.metrics import Measures, clustered_intervals, mean_of
+from vigil.analysis.measures.metrics import RunMetrics, clustered_intervals, mean_with_interval
 from vigil.analysis.measures.paper import NOTE, NR_NOTE, Panel, PublishedModel
-from vigil.analysis.measures.rows import where
-from vigil.analysis.measures.study import RunEntry, Study, by_group
+from vigil.analysis.measures.rows import select_rows
+from vigil.analysis.measures.study import RunEntry, Study, sorted_by_group
 from vigil.analysis.tables.table import (
     Column,
     RateCell,
@@ -69,7 +69,7 @@ def full_panel(study: Study) -> Table:
     columns = (MODEL, *texts(activated="Activated"), ALL, *family_columns())
     rows = [
         run_row(entry, {**cross_section(entry), "activated": entry.run.model.activated}, group=entry.group)
-        for entry in by_group(study.main_panel())
+        for entry in sorted_by_group(study.main_panel())
     ]
     if study.published:
         rows += [
@@ -105,11 +105,11 @@ def counterfactual(study: Study) -> Table:
 
     def row(entry: RunEntry, group: str) -> TableRow:
         m = entry.overall
-        oracle = rate_cell(m.rate("W"))
+        view = rate_cell(m.rate("W"))
         cells = {
             **rate_cells(m, ("B", "Always")),
-            "Rand": None if oracle is None else tuple(end / 2 for end in oracle),
-            "Oracle": oracle,
+            "Rand": None if view is None else tuple(end / 2 for end in view),
+            "Oracle": view,
             "AlwaysReported": rate_cell(m.rate("Always_reported")),
         }
         return run_row(entry, cells, group=group, bold=_beats(cells["Always"], cells["B"]))
@@ -142,9 +142,9 @@ def belief_lag(study: Study) -> Table:
         m, table = entry.overall, entry.run.rows
         sizes = {name: m.counts[name] for name in ("NoRep_W1", "NR_W1", "IL_W1", "FS")}
         lags = {
-            "lag": mean_of(table, "lag"),
-            "lag_without_sv": mean_of(where(table, table["expected"].isna().to_numpy()), "lag"),
-            "lag_from_reset": mean_of(table, "lag_from_reset"),
+            "lag": mean_with_interval(table, "lag"),
+            "lag_without_sv": mean_with_interval(select_rows(table, table["expected"].isna().to_numpy()), "lag"),
+            "lag_from_reset": mean_with_interval(table, "lag_from_reset"),
         }
         shares = {"FS_zero": rate_cell(m.rate("P_zero_FS")), "FS_high": rate_cell(m.rate("P_high_FS"))}
         return run_row(entry, {"W_plus": m.counts["W"], **sizes, **lags, **shares}, group=group)
@@ -192,11 +192,11 @@ def conditional_report(study: Study) -> Table:
 def all_rates(entry: RunEntry) -> dict[str, RateCell]:
     """Returns every rate of a run, in percent with its interval, and the mean steps."""
     delta = clustered_intervals(entry.run.rows)["Delta"]
-    cells = {**rate_cells(entry.overall, RATES), "mean_steps": mean_of(entry.run.rows, "steps")}
+    cells = {**rate_cells(entry.overall, RATES), "mean_steps": mean_with_interval(entry.run.rows, "steps")}
     return {**cells, "Delta": points(entry.overall.share("Delta"), delta)}
 
 
-def w_and_b(measures: Measures) -> tuple[float | None, float | None]:
+def w_and_b(measures: RunMetrics) -> tuple[float | None, float | None]:
     """Returns W and B in percent."""
     return percent(measures.share("W")), percent(measures.share("B"))
 

@@ -7,7 +7,7 @@ from typing import Any, Literal
 from vigil.scoring.rates import Counts, Interval, Rate
 
 CellKind = Literal["text", "count", "number1", "number2", "signed1", "pair", "rate", "mean", "spread", "p"]
-NONE = "–"
+DASH = "–"
 PARTS: dict[CellKind, tuple[str, ...]] = {
     "pair": ("W", "B"),
     "rate": ("", "low", "high"),
@@ -55,7 +55,7 @@ class Table:
 
     def cell(self, row: TableRow, column: Column) -> str:
         """Returns a cell as printed."""
-        return printed(row.cells.get(column.key), column.kind)
+        return formatted(row.cells.get(column.key), column.kind)
 
     def flat_columns(self) -> list[tuple[str, Column, int | None]]:
         """Returns (name, column, part) for every number on its own, as CSV and JSON have them."""
@@ -101,9 +101,9 @@ def intervals(**headings: str) -> tuple[Column, ...]:
     return tuple(Column(key, f"{heading} [95\u00a0%]", "rate") for key, heading in headings.items())
 
 
-def printed(value: Any, kind: CellKind) -> str:
+def formatted(value: Any, kind: CellKind) -> str:
     """Returns a value as printed; a dash where there is none."""
-    return NONE if first_number(value) is None else _printed(value, kind)
+    return DASH if first_number(value) is None else _format(value, kind)
 
 
 def first_number(value: Any) -> Any:
@@ -111,7 +111,7 @@ def first_number(value: Any) -> Any:
     return value[0] if isinstance(value, tuple | list) else value
 
 
-def _printed(value: Any, kind: CellKind) -> str:
+def _format(value: Any, kind: CellKind) -> str:
     match kind:
         case "count":
             return f"{value:,}"
@@ -180,11 +180,11 @@ def with_best_bold(
             best = (min if column.key in lowest else max)(values.values())
             for i, value in values.items():
                 if value == best:
-                    marked[i] = _bolder(marked[i], column.key)
+                    marked[i] = _with_bold(marked[i], column.key)
     return marked
 
 
-def _bolder(row: TableRow, key: str) -> TableRow:
+def _with_bold(row: TableRow, key: str) -> TableRow:
     return TableRow(row.cells, row.group, row.is_published, row.is_privileged, row.bold | {key}, row.tints)
 
 

@@ -8,7 +8,7 @@ import pandas as pd
 from pandas.api.types import is_numeric_dtype
 
 from vigil.analysis.tables.table import Column, Table, TableRow
-from vigil.base.markup import holdable
+from vigil.base.markup import replace_invalid
 
 MARKS = {"published": "†", "privileged": "‡"}
 LEGEND = "† published in the paper, on another pack and simulator. ‡ privileged: the agent sees hidden state."
@@ -33,7 +33,7 @@ _LATEX = {
     "←": r"$\leftarrow$",
     "\u00a0": "~",
 }
-ROWS_OF_A_PAGE = 60
+ROWS_PER_PAGE = 60
 LONG_TEXT, LONG_TEXT_CM = 80, 11
 """Texts of more letters are folded to that width in LaTeX."""
 CODE = re.compile(r"`([^`]+)`")
@@ -58,8 +58,8 @@ def latex(table: Table) -> str:
     """Returns a table as LaTeX with booktabs, labelled `tab:NAME`; a long one runs over pages (package longtable)."""
     caption = rf"\caption{{{latex_text(' '.join((table.title + '.', *table.notes)))}}}\label{{tab:{table.name}}}"
     kinds = "".join(_tex_kind(table, column) for column in table.columns)
-    head = [r"\toprule", " & ".join(escaped(column.heading) for column in table.columns) + r" \\", r"\midrule"]
-    if len(table.rows) > ROWS_OF_A_PAGE:
+    head = [r"\toprule", " & ".join(latex_escaped(column.heading) for column in table.columns) + r" \\", r"\midrule"]
+    if len(table.rows) > ROWS_PER_PAGE:
         begin = [r"{\tiny\setlength{\tabcolsep}{2pt}", rf"\begin{{longtable}}{{{kinds}}}", caption + r" \\"]
         lines = [
             *begin,
@@ -78,7 +78,7 @@ def latex(table: Table) -> str:
     return "\n".join(lines) + "\n"
 
 
-FORMULA_MARKS = ("=", "+", "-", "@", "\t", "\r", "\n")
+FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n")
 """What a cell begins with that spreadsheets take for a formula."""
 
 
@@ -87,14 +87,14 @@ def csv_text(table: pd.DataFrame) -> str:
 
     A carriage return, which begins a row where it is not quoted, is a newline, which always is.
     """
-    texts = {name: table[name].map(_unformulated) for name in table.columns if not is_numeric_dtype(table[name])}
+    texts = {name: table[name].map(_without_formula) for name in table.columns if not is_numeric_dtype(table[name])}
     return table.assign(**texts).to_csv(index=False)
 
 
-def _unformulated(value: object) -> object:
+def _without_formula(value: object) -> object:
     if not isinstance(value, str):
         return value
-    text = f"'{value}" if value.startswith(FORMULA_MARKS) else value
+    text = f"'{value}" if value.startswith(FORMULA_STARTS) else value
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
@@ -104,19 +104,19 @@ def mark(row: TableRow) -> str:
     return "".join([*marks, *([MARKS["privileged"]] if row.is_privileged else [])])
 
 
-def named(table: Table, row: TableRow, column: Column) -> str:
+def marked_cell(table: Table, row: TableRow, column: Column) -> str:
     """Returns what a cell shows; the first of a row carries the row's mark."""
     text = table.cell(row, column)
     return text + mark(row) if column is table.columns[0] else text
 
 
 def _md(text: str) -> str:
-    text = holdable(text).replace("|", "\\|").replace("\n", " ")
+    text = replace_invalid(text).replace("|", "\\|").replace("\n", " ")
     return text.replace("<", "&lt;").replace("*", "\\*").replace("_", "\\_")
 
 
 def _md_cell(table: Table, row: TableRow, column: Column) -> str:
-    text = _md(named(table, row, column))
+    text = _md(marked_cell(table, row, column))
     if column.key in row.bold:
         text = f"**{text}**"
     return f"{text} ({row.tints[column.key]})" if column.key in row.tints else text
@@ -126,14 +126,14 @@ def _rule(column: Column) -> str:
     return "---" if column.kind == "text" else "---:"
 
 
-def escaped(text: str) -> str:
+def latex_escaped(text: str) -> str:
     """Returns a text as LaTeX."""
-    return "".join(_LATEX.get(character, character) for character in holdable(text))
+    return "".join(_LATEX.get(character, character) for character in replace_invalid(text))
 
 
 def latex_text(text: str) -> str:
     """Returns a sentence as LaTeX; what stands between back-ticks is set as code."""
-    return CODE.sub(r"\\texttt{\1}", escaped(text))
+    return CODE.sub(r"\\texttt{\1}", latex_escaped(text))
 
 
 def _tex_kind(table: Table, column: Column) -> str:
@@ -148,13 +148,13 @@ def _tex_rows(table: Table) -> Iterator[str]:
         if index:
             yield r"\midrule"
         if group:
-            yield rf"\multicolumn{{{len(table.columns)}}}{{l}}{{\emph{{{escaped(group)}}}}} \\"
+            yield rf"\multicolumn{{{len(table.columns)}}}{{l}}{{\emph{{{latex_escaped(group)}}}}} \\"
         for row in rows:
             yield " & ".join(_tex_cell(table, row, column) for column in table.columns) + r" \\"
 
 
 def _tex_cell(table: Table, row: TableRow, column: Column) -> str:
-    text = escaped(named(table, row, column))
+    text = latex_escaped(marked_cell(table, row, column))
     if column.key in row.bold:
         text = rf"\textbf{{{text}}}"
     if column.key in row.tints:

@@ -21,7 +21,7 @@ def lengthwise(maker: Maker) -> Maker:
     def make(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
         if size.x <= size.z:
             return maker(size, rng, levels)
-        return turned(maker(Vec3(size.z, size.y, size.x), rng, levels), "y", 90)
+        return quarter_turned(maker(Vec3(size.z, size.y, size.x), rng, levels), "y", 90)
 
     return make
 
@@ -33,12 +33,12 @@ def along_longest(maker: Maker) -> Maker:
     def make(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
         if size.y <= max(size.x, size.z):
             return lying(size, rng, levels)
-        return turned(maker(Vec3(size.x, size.z, size.y), rng, levels), "x", -90)
+        return quarter_turned(maker(Vec3(size.x, size.z, size.y), rng, levels), "x", -90)
 
     return make
 
 
-def turned(asset: Asset, axis: shapes.Axis, degrees: int) -> Asset:
+def quarter_turned(asset: Asset, axis: shapes.Axis, degrees: int) -> Asset:
     """Returns the asset turned by a quarter; one turned about x or z loses its surfaces."""
     matrix = np.round(shapes.rotation(axis, degrees))
 
@@ -68,7 +68,7 @@ def turned(asset: Asset, axis: shapes.Axis, degrees: int) -> Asset:
     )
 
 
-def settled(asset: Asset, size: Vec3, forward: float = 0.0) -> Asset:
+def lowered_into(asset: Asset, size: Vec3, forward: float = 0.0) -> Asset:
     """Returns the asset at the bottom of a larger box, `forward` (m) of its middle: for boxes measured while open."""
     drop = (asset.size.y - size.y) / 2
 
@@ -92,7 +92,7 @@ def settled(asset: Asset, size: Vec3, forward: float = 0.0) -> Asset:
     )
 
 
-def turning(profile: Silhouette, width: float, depth: float, segments: int = 18) -> Mesh:
+def lathed_oval(profile: Silhouette, width: float, depth: float, segments: int = 18) -> Mesh:
     """Returns a lathed profile whose radii are fractions of half the width, stretched to an oval of `depth`."""
     part = shapes.lathe([(radius * width / 2, y) for radius, y in profile], segments=segments)
     return part if abs(width - depth) < 1e-6 else shapes.scale(part, (1.0, 1.0, depth / width))

@@ -109,7 +109,7 @@ class Builder:
         """Returns the asset, stretched to its size; a body without solids is a box, if the asset `takes_room`."""
         merged = {look: merge(parts) for look, parts in self._meshes.items()}
         low, high = bounds(whole for look, whole in merged.items() if look.shown != "on")
-        fit = _Fit(low, high, np.asarray(self._size, np.float64))
+        fit = _BoxFit(low, high, np.asarray(self._size, np.float64))
         parts = tuple(
             _part(f"{look.joint or 'body'}_{n}", look, fit.mesh(merged[look])) for n, look in enumerate(merged)
         )
@@ -147,7 +147,7 @@ def _part(name: str, look: PartStyle, whole: Mesh) -> Part:
     )
 
 
-class _Fit:
+class _BoxFit:
     """The stretch and shift that take a box to the one of a given size about the origin."""
 
     def __init__(self, low: np.ndarray, high: np.ndarray, size: np.ndarray) -> None:

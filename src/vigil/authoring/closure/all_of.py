@@ -5,33 +5,33 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import numpy as np
 
-from vigil.authoring.closure.ajar import DRAWERS_AND_DOORS, left_ajar, may_stand_ajar
-from vigil.authoring.closure.tasks import FLAMES, LEVEL_DEG, ClosureTask, Tasks, in_turn, refused
+from vigil.authoring.closure.partly_open import DRAWERS_AND_DOORS, can_be_partly_open, random_partial_openness
+from vigil.authoring.closure.tasks import FLAMES, LEVEL_DEG, ClosureTask, Tasks, interleave, rejection
 from vigil.authoring.drafting.drafts import Rejection
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import allows, goal_for, is_target, setup_for
-from vigil.authoring.language.ordinals import bare
+from vigil.authoring.language.drawer_names import without_position
 from vigil.authoring.language.referring import ROOM_NAMES, Phrase, referents
 from vigil.authoring.language.wording import VERBS, Act, say
-from vigil.authoring.ways.goal_kinds import closed_around
+from vigil.authoring.solving.goal_actions import closed_containers_around
 from vigil.base.geometry import Pose
 from vigil.protocol.goals import AllOf, ObjectInState
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Thing
 
-FEWEST, MOST = 2, 5
+MIN_TARGETS, MAX_TARGETS = 2, 5
 """Targets of an `all_of` task."""
-FEWEST_STANDING = 3
+MIN_TARGETS_BY_STATE = 3
 """The same, where they are told by their state: one must look around for each."""
-FEWEST_IN: dict[Act, tuple[int, int]] = {"turn_off": (5, 9), "close": (8, 14)}
+MIN_CANDIDATES: dict[Act, tuple[int, int]] = {"turn_off": (5, 9), "close": (8, 14)}
 """How many things may be on, or open, at least, where all that are so are asked about: in a room, and in the home."""
 TRIED_STARTS = 40
 TRIED_CHOICES = 3
 """Choices of what is on or open, tried in a place."""
-AJAR_SHARE = 0.6
+PARTLY_OPEN_SHARE = 0.6
 """Of what stands open, so much is ajar; the rest is wide open."""
 ALL_ACTS: tuple[Act, ...] = ("turn_off", "close", "turn_on", "open")
-AT_REST: dict[Act, ObjectSetup] = {"turn_off": ObjectSetup(is_toggled=False), "close": ObjectSetup(openness=0.0)}
+FINISHED_STATE: dict[Act, ObjectSetup] = {"turn_off": ObjectSetup(is_toggled=False), "close": ObjectSetup(openness=0.0)}
 """How a thing is that is not to be acted on, by what is asked for of the others."""
 EVERY = (
     "{Verb} every {name} in the {room}.",
@@ -57,15 +57,15 @@ LIGHTS = frozenset({"CeilingLamp", "LightSwitch"})
 HOME = "this home"
 """What all rooms together are called."""
 _ROOM = f"(?P<room>{'|'.join(ROOM_NAMES.values())})"
-NAMED = re.compile(rf"\bevery (?P<name>[\w -]+?) in the {_ROOM}\b")
-STANDING = re.compile(
+BY_NAME_PATTERN = re.compile(rf"\bevery (?P<name>[\w -]+?) in the {_ROOM}\b")
+BY_STATE_PATTERN = re.compile(
     rf"\bevery(?:thing|.* door).* in (?:the {_ROOM}|{HOME}) that (?P<state>is on|is not fully closed|stands open)\b"
 )
 
 
 def all_of(context: HouseContext) -> Tasks:
     """Yields tasks about several things: all of a name, or all that are on or stand open."""
-    yield from in_turn(
+    yield from interleave(
         context,
         _by_name(context),
         *(_by_state(context, act, over) for act in EVERYTHING for over in (rooms_named_once, home)),
@@ -75,69 +75,71 @@ def all_of(context: HouseContext) -> Tasks:
 def _by_name(context: HouseContext) -> Tasks:
     for act in ALL_ACTS:
         groups: dict[tuple[str, str, str], list[Thing]] = {}
-        for thing in context.shuffled([each for each in context.oracle.scene.things.values() if each.is_present]):
+        for thing in context.shuffled([each for each in context.view.scene.things.values() if each.is_present]):
             item = context.items[thing.id]
             if may_be_asked(thing, act) and item.room and item.room_id:
-                groups.setdefault((bare(item.name), item.room, item.room_id), []).append(thing)
+                groups.setdefault((without_position(item.name), item.room, item.room_id), []).append(thing)
         for (name, room, room_id), things in groups.items():
-            if len(things) < FEWEST:
+            if len(things) < MIN_TARGETS:
                 continue
             if not _are_all(context, name, room, {thing.id for thing in things}):
-                yield refused(context, "all_of", "told_apart", f"every {name} in the {room}: others answer to it too")
-            elif len(things) > MOST:
-                yield refused(context, "all_of", "few_enough", f"{len(things)} things are a {name} in {room_id}")
+                yield rejection(context, "all_of", "told_apart", f"every {name} in the {room}: others answer to it too")
+            elif len(things) > MAX_TARGETS:
+                yield rejection(context, "all_of", "few_enough", f"{len(things)} things are a {name} in {room_id}")
             else:
                 verb = VERBS[act][int(context.rng.integers(len(VERBS[act])))].replace(" {}", "")
                 sentence = say(EVERY, context.rng, verb=verb, name=name, room=room)
-                objects = {key: change for each in things for key, change in standing_setup(context, each, act).items()}
-                yield _about_all(context, act, sentence, things, Setup(objects=objects), "named")
+                objects = {
+                    key: change for each in things for key, change in setup_on_or_open(context, each, act).items()
+                }
+                yield _task_about_all(context, act, sentence, things, Setup(objects=objects), "named")
 
 
-Over = Callable[[HouseContext], Iterator[tuple[str, list[Thing]]]]
+PlaceObjects = Callable[[HouseContext], Iterator[tuple[str, list[Thing]]]]
 """Yields places that "everything" may be said of, each with the things that are there."""
 
 
-def _by_state(context: HouseContext, act: Act, over: Over) -> Tasks:
+def _by_state(context: HouseContext, act: Act, over: PlaceObjects) -> Tasks:
     for place, things in over(context):
         fit = [each for each in things if is_counted(each, act) and not is_shut_away(context, each)]
         rooms = {context.items[each.id].room_id for each in fit}
-        if len(fit) < FEWEST_IN[act][place == HOME] or (place == HOME and len(rooms) < 2):
-            yield refused(context, "all_of", "few_enough", f"{len(fit)} things can be asked for in {place}")
+        if len(fit) < MIN_CANDIDATES[act][place == HOME] or (place == HOME and len(rooms) < 2):
+            yield rejection(context, "all_of", "few_enough", f"{len(fit)} things can be asked for in {place}")
             continue
         for _ in range(TRIED_CHOICES):
-            most = min(MOST, len(fit))
-            chosen = _of_several_rooms(context, fit, int(context.rng.integers(FEWEST_STANDING, most + 1)))
-            asked = {key: change for thing in chosen for key, change in standing_setup(context, thing, act).items()}
-            others = {each.id: AT_REST[act] for each in standing(things, act) if each.id not in asked}
+            most = min(MAX_TARGETS, len(fit))
+            chosen = _of_several_rooms(context, fit, int(context.rng.integers(MIN_TARGETS_BY_STATE, most + 1)))
+            asked = {key: change for thing in chosen for key, change in setup_on_or_open(context, thing, act).items()}
+            others = {each.id: FINISHED_STATE[act] for each in on_or_open(things, act) if each.id not in asked}
             sentence = say(EVERYTHING[act], context.rng, place=place)
-            form = in_place("on" if act == "turn_off" else "open", place)
-            yield _about_all(context, act, sentence, chosen, Setup(objects={**others, **asked}), form)
+            form = form_for_place("on" if act == "turn_off" else "open", place)
+            yield _task_about_all(context, act, sentence, chosen, Setup(objects={**others, **asked}), form)
 
 
-def in_place(form: str, place: str) -> str:
+def form_for_place(form: str, place: str) -> str:
     """Returns the name of a form about one room, or about the home."""
     return f"{form}_home" if place == HOME else f"{form}_room"
 
 
 def home(context: HouseContext) -> Iterator[tuple[str, list[Thing]]]:
     """Yields the whole home, where it has several rooms, with the things that are in them."""
-    if len(context.oracle.scene.rooms) > 1:
+    if len(context.view.scene.rooms) > 1:
         yield HOME, [context.thing(item.id) for item in context.items.values() if item.room_id is not None]
 
 
 def rooms_named_once(context: HouseContext) -> Iterator[tuple[str, list[Thing]]]:
     """Yields the rooms that alone bear their name, each as it is said and with the things that are there."""
-    rooms = context.oracle.scene.rooms
+    rooms = context.view.scene.rooms
     for room in rooms:
         name = ROOM_NAMES.get(room.room_type)
         if name is not None and sum(each.room_type == room.room_type for each in rooms) == 1:
             yield f"the {name}", [context.thing(item.id) for item in context.items.values() if item.room_id == room.id]
 
 
-def standing_setup(context: HouseContext, thing: Thing, act: Act) -> dict[str, ObjectSetup]:
+def setup_on_or_open(context: HouseContext, thing: Thing, act: Act) -> dict[str, ObjectSetup]:
     """Returns the setup in which an act is still to be done: what is to be closed stands ajar or wide open."""
-    if act == "close" and may_stand_ajar(thing) and context.rng.random() < AJAR_SHARE:
-        return {thing.id: ObjectSetup(openness=left_ajar(thing, context.rng))}
+    if act == "close" and can_be_partly_open(thing) and context.rng.random() < PARTLY_OPEN_SHARE:
+        return {thing.id: ObjectSetup(openness=random_partial_openness(thing, context.rng))}
     return dict(setup_for(thing, act).objects)
 
 
@@ -158,7 +160,7 @@ def _is_meant(thing: Thing, act: Act) -> bool:
 
 def is_shut_away(context: HouseContext, thing: Thing) -> bool:
     """Whether a thing lies in something closed, so that nobody sees how it is."""
-    return bool(closed_around(context.oracle, thing.id))
+    return bool(closed_containers_around(context.view, thing.id))
 
 
 def _of_several_rooms(context: HouseContext, things: list[Thing], count: int) -> list[Thing]:
@@ -169,7 +171,7 @@ def _of_several_rooms(context: HouseContext, things: list[Thing], count: int) ->
     return [chosen[0], elsewhere, *(each for each in chosen[1:] if each is not elsewhere)][:count]
 
 
-def standing(things: Iterable[Thing], act: Act) -> list[Thing]:
+def on_or_open(things: Iterable[Thing], act: Act) -> list[Thing]:
     """Returns which things are on, ceiling lights and flames apart, or have a drawer or door that stands open."""
     meant = [thing for thing in things if _is_meant(thing, act)]
     return [thing for thing in meant if (thing.is_toggled if act == "turn_off" else thing.openness > 0.0)]
@@ -180,16 +182,16 @@ def _are_all(context: HouseContext, name: str, room: str, ids: set[str]) -> bool
     return {item.id for item in referents(Phrase(name, room=room), context.items.values())} == ids
 
 
-def _about_all(
+def _task_about_all(
     context: HouseContext, act: Act, sentence: str, things: list[Thing], setup: Setup, form: str
 ) -> ClosureTask | Rejection:
     parts = [part for thing in things if isinstance(part := goal_for(thing, act), ObjectInState)]
     if not context.can_begin(setup):
-        return refused(context, "all_of", "can_be_set_up", sentence)
+        return rejection(context, "all_of", "can_be_set_up", sentence)
     start = _start_missing_some(context, things)
     context.begin(Setup())
     if start is None:
-        return refused(context, "all_of", "some_out_of_view", sentence)
+        return rejection(context, "all_of", "some_out_of_view", sentence)
     task = TaskSpec(
         start=start,
         setup=setup,
@@ -203,14 +205,14 @@ def _about_all(
 
 def _start_missing_some(context: HouseContext, things: list[Thing]) -> Pose | None:
     """Returns a start pose in the first thing's room that sees some of them, half at most; None without one."""
-    home = context.oracle.room_at(things[0].position)
+    home = context.view.room_at(things[0].position)
     for place in context.starts(lambda places: np.full(len(places), True), TRIED_STARTS):
-        if context.oracle.room_at(place) != home:
+        if context.view.room_at(place) != home:
             continue
         pose = context.facing(place, things[0], LEVEL_DEG, 40.0)
-        with context.oracle.standing_at(pose):
-            seen = [context.oracle.state_of(thing.id).visible_px for thing in things]
-        if max(seen) > 0 and hides_half(seen) and context.has_room(pose):
+        with context.view.at_pose(pose):
+            seen = [context.view.state_of(thing.id).visible_px for thing in things]
+        if max(seen) > 0 and hides_half(seen) and context.has_room_to_move(pose):
             return pose
     return None
 

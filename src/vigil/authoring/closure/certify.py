@@ -9,24 +9,30 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vigil.authoring.closure.ajar import gap_of, is_ajar, may_stand_ajar
-from vigil.authoring.closure.all_of import NAMED, STANDING, hides_half, standing
-from vigil.authoring.closure.already import EVERYTHING_FORMS, NOTHING_IN, may_be_meant
-from vigil.authoring.closure.refusals import FULL, is_full
-from vigil.authoring.closure.rooms import has_room
+from vigil.authoring.closure.all_of import BY_NAME_PATTERN, BY_STATE_PATTERN, hides_half, on_or_open
+from vigil.authoring.closure.already_done import EVERYTHING_FORMS, MAKE_SURE_ALL_PATTERN, objects_meant
+from vigil.authoring.closure.attribute_phrases import referents_in
+from vigil.authoring.closure.partly_open import can_be_partly_open, gap_evidence, is_partly_open
+from vigil.authoring.closure.receptacle_space import fits_on
+from vigil.authoring.closure.silent_refusals import FULL, is_full
 from vigil.authoring.closure.tasks import ClosureTask
-from vigil.authoring.closure.telling import told
-from vigil.authoring.closure.twins import STRICT_SINCE, BrokenRule, check_hidden, check_same, where_gone
+from vigil.authoring.closure.twins import (
+    STRICT_SINCE,
+    BrokenRule,
+    check_hidden,
+    check_single_difference,
+    reason_for_absence,
+)
 from vigil.authoring.language.referring import Phrase, items_of, referents
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.robustness import shows_one_wall
 from vigil.authoring.review.rules import ALMOST_CLOSED, MARGIN_PX, WIDE_OPEN
 from vigil.authoring.review.validate import BUDGET_SHARE, Finding, Validator
-from vigil.authoring.solving.aim import surface_points
+from vigil.authoring.solving.goal_actions import is_doable
+from vigil.authoring.solving.look_targets import surface_points
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
-from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.viewpoints import Viewpoint, ViewpointQuery, viewpoints
-from vigil.authoring.ways.goal_kinds import is_doable
 from vigil.base.geometry import Pose, floor_distance
 from vigil.base.versions import RULES_VERSION
 from vigil.errors import EpisodeError
@@ -35,47 +41,47 @@ from vigil.protocol.actions import Action, Report, Status
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import AllOf, ObjectAtReceptacle, ObjectInState, is_observable
 from vigil.protocol.house import House
-from vigil.scene.geometry import box_distances, box_of
+from vigil.scene.geometry import body_box, box_distances
 from vigil.scene.things import Thing
 from vigil.scoring.closure import (
-    ALIKE,
     CONCEDED,
+    DISTRACTOR,
+    FAIL_REASONS,
     PAIRED,
     SUITE,
-    TRIED_IN_VAIN,
     Certificate,
     ClosureAnswer,
     Evidence,
     Reason,
     is_in_picture,
-    settle_closure,
+    score_closure,
 )
 from vigil.sim.privileged import PrivilegedSimulator
 
-_WORDS = frozenset({"target_named", "unambiguous"})
+_WORDING_RULES = frozenset({"target_named", "unambiguous"})
 EXEMPT: dict[str, frozenset[str]] = {
-    "all_of": frozenset({"protocol", "hidden_at_start", "settled_openness", *_WORDS}),
+    "all_of": frozenset({"protocol", "hidden_at_start", "settled_openness", *_WORDING_RULES}),
     "already": frozenset({"settled_openness"}),
-    **{f"already {form}": frozenset({"protocol", "settled_openness", *_WORDS}) for form in EVERYTHING_FORMS},
+    **{f"already {form}": frozenset({"protocol", "settled_openness", *_WORDING_RULES}) for form in EVERYTHING_FORMS},
     "if_so": frozenset({"protocol", "hidden_at_start", "settled_openness"}),
     "impossible put": frozenset({"protocol", "hidden_at_start"}),
     "silent_refusal full_shelf": frozenset({"protocol", "hidden_at_start"}),
     "out_of_sight": frozenset({"protocol", "hidden_at_start"}),
-    **{f"look_alike {form}": _WORDS for form in ("state", "bearing", "size")},
+    **{f"look_alike {form}": _WORDING_RULES for form in ("state", "bearing", "size")},
 }
 """Rules of the families that a kind, or one of its forms, breaks by intent; `protocol` is then checked as a suite's."""
-TOLD_OTHERWISE = ("state", "bearing", "size")
+FORMS_READ_BACK = ("state", "bearing", "size")
 """Forms of look-alikes that are said in words of their own."""
-UNSAID = frozenset({ALIKE, "place", "blocker", "hog"})
+UNMENTIONED_ROLES = frozenset({DISTRACTOR, "place", "blocker", "hog"})
 """Roles of what an episode records and its instruction does not name."""
-LEAST_LOOKS = 0.5
+MIN_LOOKING_SHARE = 0.5
 """Share of the budget that looking at everything that is asked about takes, at least."""
-MOST_ACTS = 0.6
+MAX_ACTING_SHARE = 0.6
 """Share of the budget that acting takes, at most, where one must look around for what is to be acted on."""
-LOOK_M = (0.5, 4.0)
-MOST_LOOKS = 80
+EVIDENCE_DISTANCE_M = (0.5, 4.0)
+MAX_LOOKS = 80
 SUMMARY = "Done."
-Broken = Iterator[tuple[str, str]]
+BrokenRules = Iterator[tuple[str, str]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +108,7 @@ class Certifier:
         self._is_strict = rules >= STRICT_SINCE
         self._simulator = simulator
         self._validator = Validator(simulator)
-        self._oracle = Oracle(simulator)
+        self._view = PrivilegedView(simulator)
 
     def certify(
         self, task: ClosureTask, house: House, recorded: tuple[tuple[Action, ...], ...] = ()
@@ -112,7 +118,7 @@ class Certifier:
         `recorded` are the actions of each side in a frozen pack; without them they are sought.
         """
         first = task.episodes[0]
-        actions, found = self._done(task, first, house, recorded[0] if recorded else None)
+        actions, found = self._solve_side(task, first, house, recorded[0] if recorded else None)
         if found:
             return [], found
         answers = [] if len(task.episodes) > 1 else [ClosureAnswer(episode_id=first.id, kind=task.kind, form=task.form)]
@@ -139,29 +145,34 @@ class Certifier:
     ) -> tuple[tuple[Action, ...], list[Finding]]:
         """Returns what closes the second of two twins rightly, or what is wrong with it. May raise BrokenRule."""
         if task.kind == "if_so":
-            return self._done(task, second, house, recorded)
-        actions = recorded or self._look_and_say(second, answer)
-        return actions, [Finding(second.id, *broken) for broken in self._second(second, answer, house, actions)]
+            return self._solve_side(task, second, house, recorded)
+        actions = recorded or self._show_evidence_and_report(second, answer)
+        return actions, [
+            Finding(second.id, *broken) for broken in self._faults_of_second_side(second, answer, house, actions)
+        ]
 
-    def _done(
+    def _solve_side(
         self, task: ClosureTask, episode: Episode, house: House, recorded: tuple[Action, ...] | None
     ) -> tuple[tuple[Action, ...], list[Finding]]:
         """Returns the solution of a side that the families' rules bind, or what is wrong with it."""
-        said = {role: each for role, each in episode.bindings.items() if role not in UNSAID}
-        bare = episode.model_copy(update={"bindings": said})
+        mentioned = {role: each for role, each in episode.bindings.items() if role not in UNMENTIONED_ROLES}
+        bare = episode.model_copy(update={"bindings": mentioned})
         exempt = exempt_of(task)
         result = self._validator.validate(bare, house, recorded, exempt=exempt)
         found = list(result.findings)
         if not found:
             self._simulator.reset(episode.start, episode.setup)
             found = [Finding(episode.id, *broken) for broken in self._faults(task, episode)]
-            if STANDING.search(episode.instruction) and len(result.actions) > MOST_ACTS * episode.max_steps:
+            if (
+                BY_STATE_PATTERN.search(episode.instruction)
+                and len(result.actions) > MAX_ACTING_SHARE * episode.max_steps
+            ):
                 found.append(Finding(episode.id, "time_to_look", f"{len(result.actions)} of {episode.max_steps} steps"))
-            if shows_one_wall(EpisodeStart(episode, house, self._oracle)):
+            if shows_one_wall(EpisodeStart(episode, house, self._view)):
                 found.append(Finding(episode.id, "more_than_a_wall", "the first frame shows one wall"))
         return result.actions, found
 
-    def _faults(self, task: ClosureTask, episode: Episode) -> Broken:
+    def _faults(self, task: ClosureTask, episode: Episode) -> BrokenRules:
         """Yields what a side breaks of the rules of its own kind."""
         yield from (("protocol", fault) for fault in protocol_faults(episode, SUITE))
         if "settled_openness" in exempt_of(task):
@@ -175,69 +186,69 @@ class Certifier:
         if task.form == FULL and isinstance(episode.goal, ObjectAtReceptacle):
             yield from self._faults_of_full(episode.goal)
 
-    def _faults_of_full(self, goal: ObjectAtReceptacle) -> Broken:
-        if not is_full(self._oracle, goal.object_id, goal.receptacle_id):
+    def _faults_of_full(self, goal: ObjectAtReceptacle) -> BrokenRules:
+        if not is_full(self._view, goal.object_id, goal.receptacle_id):
             yield "obvious_is_full", f"{goal.receptacle_id!r} has room where one tries first, or none at all"
 
-    def _faults_of_alike(self, task: ClosureTask, episode: Episode) -> Broken:
-        alike, target = episode.bindings[ALIKE], episode.goal.object_id
-        things = self._oracle.scene.things
+    def _faults_of_alike(self, task: ClosureTask, episode: Episode) -> BrokenRules:
+        alike, target = episode.bindings[DISTRACTOR], episode.goal.object_id
+        things = self._view.scene.things
         if things[alike].category != things[target].category or not things[alike].is_present:
             yield "told_apart", f"{alike!r} is not of the kind of {target!r}"
-        if task.form in TOLD_OTHERWISE:
-            meant = told(episode.instruction, items_of(self._oracle.scene).values(), self._oracle)
+        if task.form in FORMS_READ_BACK:
+            meant = referents_in(episode.instruction, items_of(self._view.scene).values(), self._view)
             if meant != {target}:
                 yield "told_apart", f"the words mean {', '.join(sorted(meant)) or 'nothing'}"
 
-    def _faults_of_gaps(self, episode: Episode) -> Broken:
+    def _faults_of_gaps(self, episode: Episode) -> BrokenRules:
         """Yields which things stand neither closed, nor wide open, nor ajar so that it can be told from near by."""
-        for thing in (self._oracle.scene.things[name] for name in sorted(episode.setup.objects)):
+        for thing in (self._view.scene.things[name] for name in sorted(episode.setup.objects)):
             if thing.openness <= ALMOST_CLOSED or thing.openness >= WIDE_OPEN:
                 continue
-            if not (may_stand_ajar(thing) and is_ajar(thing.openness)):
+            if not (can_be_partly_open(thing) and is_partly_open(thing.openness)):
                 yield "gap_can_be_told", f"{thing.id!r} starts at openness {thing.openness}"
                 continue
             try:
-                self._view((gap_of(thing, thing.openness),))
+                self._viewpoint_showing((gap_evidence(thing, thing.openness),))
             except Unsolvable:
                 yield "gap_can_be_told", f"no reachable place shows the free edge of {thing.id!r} from near by"
 
-    def _faults_of_all(self, episode: Episode, goal: AllOf) -> Broken:
+    def _faults_of_all(self, episode: Episode, goal: AllOf) -> BrokenRules:
         ids = {part.object_id for part in goal.parts}
-        yield from _told_apart(self._meant_by(episode.instruction), ids)
-        states = self._oracle.world(ids).objects.values()
+        yield from _referent_faults(self._meant_by(episode.instruction), ids)
+        states = self._view.world(ids).objects.values()
         if not hides_half([state.visible_px for state in states]):
             yield "some_out_of_view", f"more than half of the {len(ids)} targets are in view at the start"
 
     def _meant_by(self, instruction: str) -> set[str]:
         """Returns the ids of all things that the words "every ..." or "everything that ..." mean now."""
-        items = items_of(self._oracle.scene)
-        if named := NAMED.search(instruction):
+        items = items_of(self._view.scene)
+        if named := BY_NAME_PATTERN.search(instruction):
             return {item.id for item in referents(Phrase(named["name"], room=named["room"]), items.values())}
-        if found := STANDING.search(instruction):
+        if found := BY_STATE_PATTERN.search(instruction):
             here = self._in_room(found["room"])
-            return {thing.id for thing in standing(here, "turn_off" if found["state"] == "is on" else "close")}
+            return {thing.id for thing in on_or_open(here, "turn_off" if found["state"] == "is on" else "close")}
         return set()
 
-    def _faults_of_everything(self, episode: Episode, goal: AllOf) -> Broken:
-        found = NOTHING_IN.search(episode.instruction)
+    def _faults_of_everything(self, episode: Episode, goal: AllOf) -> BrokenRules:
+        found = MAKE_SURE_ALL_PATTERN.search(episode.instruction)
         is_open = isinstance(goal.parts[0], ObjectInState) and goal.parts[0].state == "is_open"
         here = self._in_room(found["room"]) if found else []
-        meant = may_be_meant(here, "close" if is_open else "turn_off")
-        yield from _told_apart({thing.id for thing in meant}, {part.object_id for part in goal.parts})
+        meant = objects_meant(here, "close" if is_open else "turn_off")
+        yield from _referent_faults({thing.id for thing in meant}, {part.object_id for part in goal.parts})
 
     def _in_room(self, room: str | None) -> list[Thing]:
         """Returns the things of the rooms of a name, or of all rooms where it is None."""
-        items = items_of(self._oracle.scene).values()
-        return [self._oracle.scene.things[item.id] for item in items if item.room_id and room in (None, item.room)]
+        items = items_of(self._view.scene).values()
+        return [self._view.scene.things[item.id] for item in items if item.room_id and room in (None, item.room)]
 
     def _answers(self, task: ClosureTask, second: Episode, house: House) -> list[ClosureAnswer]:
         """Returns the answers of twins. Raises BrokenRule where they are none, or the second side can be done."""
         first = task.episodes[0]
-        check_same(task, second)
+        check_single_difference(task, second)
         for side in task.episodes if self._is_strict and task.kind != "if_so" else ():
             self._begin(side)
-            check_hidden(task, side, self._oracle, is_searched="hidden_at_start" not in exempt_of(task))
+            check_hidden(task, side, self._view, is_searched="hidden_at_start" not in exempt_of(task))
         sides, pair = PAIRED[task.kind], f"pair:{first.id}"
         facts = {"kind": task.kind, "form": task.form, "pair": pair, "evidence": task.evidence}
         plan = Certificate(removed=task.removed, has_plan=True)
@@ -246,9 +257,9 @@ class Certifier:
             self._begin(second)
             return [answer, ClosureAnswer(episode_id=second.id, side=sides[1], certificate=plan, **facts)]
         reason = self._reason(task, second, house)
-        refusal = self._why_not(second)
+        refusal = self._search_refusal(second)
         certificate = Certificate(removed=task.removed, has_plan=False, refusal=refusal)
-        exact: tuple[Status, ...] = CONCEDED if reason in TRIED_IN_VAIN else CONCEDED[::-1]
+        exact: tuple[Status, ...] = CONCEDED if reason in FAIL_REASONS else CONCEDED[::-1]
         facts |= {"side": sides[1], "accepted": exact, "reason": reason, "certificate": certificate}
         return [answer, ClosureAnswer(episode_id=second.id, **facts)]
 
@@ -256,9 +267,9 @@ class Certifier:
         """Returns why the second side is impossible. Raises BrokenRule where something still answers."""
         first = task.episodes[0]
         self._begin(first)
-        start = EpisodeStart(first, house, self._oracle)
+        start = EpisodeStart(first, house, self._view)
         meant = [phrase for phrase, items in start.mentioned if [item.id for item in items] == [first.goal.object_id]]
-        removed = self._oracle.scene.things[task.removed]
+        removed = self._view.scene.things[task.removed]
         self._begin(second)
         if task.removed != first.goal.object_id:
             if removed.is_pickupable or not removed.is_present:
@@ -268,16 +279,16 @@ class Certifier:
             if not removed.is_broken:
                 raise BrokenRule("twin_impossible", f"{task.removed!r} is there, and not broken")
             return "broken"
-        return where_gone(meant, items_of(self._oracle.scene).values(), is_strict=self._is_strict)
+        return reason_for_absence(meant, items_of(self._view.scene).values(), is_strict=self._is_strict)
 
-    def _why_not(self, second: Episode) -> str:
+    def _search_refusal(self, second: Episode) -> str:
         """Returns what the exhaustive search says. Raises BrokenRule where it finds a way."""
-        macro_actions = MacroActions(self._oracle, may_tilt=True, is_exhaustive=True)
-        goal, target = second.goal, self._oracle.scene.things[second.goal.object_id]
+        macro_actions = MacroActions(self._view, may_tilt=True, is_exhaustive=True)
+        goal, target = second.goal, self._view.scene.things[second.goal.object_id]
         if not target.is_present:
             return f"{target.id!r} is not in the house."
         if isinstance(goal, ObjectAtReceptacle):
-            if has_room(self._oracle.scene, target.id, goal.receptacle_id):
+            if fits_on(self._view.scene, target.id, goal.receptacle_id):
                 raise BrokenRule(
                     "twin_impossible", f"{target.id!r} has room on {goal.receptacle_id!r} on this side too"
                 )
@@ -288,62 +299,62 @@ class Certifier:
             return f"{target.id!r} is out of order."
         return f"No reachable place from which it works on {target.id!r}."
 
-    def _look_and_say(self, second: Episode, answer: ClosureAnswer) -> tuple[Action, ...]:
+    def _show_evidence_and_report(self, second: Episode, answer: ClosureAnswer) -> tuple[Action, ...]:
         """Returns the actions that show all evidence and then report. Raises BrokenRule where it cannot be seen."""
         self._begin(second)
         actions: list[Action] = []
-        with self._oracle.rehearsal():
-            macro_actions = MacroActions(self._oracle, may_tilt=True)
+        with self._view.rollback():
+            macro_actions = MacroActions(self._view, may_tilt=True)
             try:
-                for action in self._looks(macro_actions, answer):
+                for action in self._show_evidence(macro_actions, answer):
                     actions.append(action)
                     if not isinstance(action, Report):
-                        self._oracle.step(action)
+                        self._view.step(action)
             except Unsolvable as error:
                 raise BrokenRule("evidence_seen", str(error)) from None
         return (*actions, Report(status=answer.accepted[0], summary=SUMMARY))
 
-    def _looks(self, macro_actions: MacroActions, answer: ClosureAnswer) -> Iterator[Action]:
+    def _show_evidence(self, macro_actions: MacroActions, answer: ClosureAnswer) -> Iterator[Action]:
         """Yields the actions that show all evidence: at once, or of many things what is nearest first. Raises
         Unsolvable."""
         is_of_many = answer.form in EVERYTHING_FORMS
         left = [(each,) for each in answer.evidence] if is_of_many else [answer.evidence]
         while left:
-            nearest = min(left, key=lambda evidence: self._away(evidence[0]))
-            for action in macro_actions.go(self._view(nearest)):
+            nearest = min(left, key=lambda evidence: self._distance_to(evidence[0]))
+            for action in macro_actions.go(self._viewpoint_showing(nearest)):
                 yield action
-                left = [evidence for evidence in left if not self._shows_all(self._oracle.agent, evidence)]
+                left = [evidence for evidence in left if not self._shows_all(self._view.agent, evidence)]
             if nearest in left:
                 raise Unsolvable(f"Where the walk to {nearest[0].object_id!r} ends, its evidence is not seen.")
 
-    def _away(self, evidence: Evidence) -> tuple[float, str]:
+    def _distance_to(self, evidence: Evidence) -> tuple[float, str]:
         """Returns how far a thing is from the agent, with its id to break ties."""
-        thing = self._oracle.scene.things[evidence.object_id]
-        return floor_distance(self._oracle.agent.position, thing.position), thing.id
+        thing = self._view.scene.things[evidence.object_id]
+        return floor_distance(self._view.agent.position, thing.position), thing.id
 
-    def _view(self, evidence: tuple[Evidence, ...]) -> Viewpoint:
+    def _viewpoint_showing(self, evidence: tuple[Evidence, ...]) -> Viewpoint:
         """Returns the nearest view from which all evidence is clearly seen at once. Raises Unsolvable."""
-        thing = self._oracle.scene.things[evidence[0].object_id]
+        thing = self._view.scene.things[evidence[0].object_id]
         spots = [each.spot for each in evidence if each.object_id == thing.id and each.spot is not None]
         points = np.array(spots) if spots else surface_points(thing)
-        box, most = box_of(thing), min(LOOK_M[1], *(each.within_m for each in evidence))
+        box, most = body_box(thing), min(EVIDENCE_DISTANCE_M[1], *(each.within_m for each in evidence))
 
         def near(places: np.ndarray) -> np.ndarray:
             away = box_distances(box, places)
-            return np.where((away >= LOOK_M[0]) & (away <= most), 0.0, np.inf)
+            return np.where((away >= EVIDENCE_DISTANCE_M[0]) & (away <= most), 0.0, np.inf)
 
         query = ViewpointQuery(thing.id, points, near, may_tilt=True, least_seen=1, through_glass=True)
-        for number, view in enumerate(viewpoints(self._oracle, self._oracle.walks(), query)):
-            if number >= MOST_LOOKS:
+        for number, viewpoint in enumerate(viewpoints(self._view, self._view.walks(), query)):
+            if number >= MAX_LOOKS:
                 break
-            if self._shows_all(view.pose, evidence):
-                return view
+            if self._shows_all(viewpoint.pose, evidence):
+                return viewpoint
         raise Unsolvable("No reachable place from which all evidence is seen at once.")
 
     def _shows_all(self, pose: Pose, evidence: tuple[Evidence, ...]) -> bool:
         """Whether all evidence is clearly seen from a pose."""
-        with self._oracle.standing_at(pose):
-            states = self._oracle.world({each.object_id for each in evidence}).objects
+        with self._view.at_pose(pose):
+            states = self._view.world({each.object_id for each in evidence}).objects
         clear = [
             is_observable(states[each.object_id]) and states[each.object_id].visible_px >= each.least_px + MARGIN_PX
             for each in evidence
@@ -351,9 +362,11 @@ class Certifier:
         places = [(each.spot, each.within_m) for each in evidence if each.spot is not None]
         return all(clear) and all(is_in_picture(pose, *place) for place in places)
 
-    def _second(self, second: Episode, answer: ClosureAnswer, house: House, actions: tuple[Action, ...]) -> Broken:
+    def _faults_of_second_side(
+        self, second: Episode, answer: ClosureAnswer, house: House, actions: tuple[Action, ...]
+    ) -> BrokenRules:
         """Yields what is wrong with the second side of twins and the actions that are to close it."""
-        if answer.form in EVERYTHING_FORMS and len(actions) < LEAST_LOOKS * second.max_steps:
+        if answer.form in EVERYTHING_FORMS and len(actions) < MIN_LOOKING_SHARE * second.max_steps:
             yield "enough_to_look_at", f"{len(actions)} steps of {second.max_steps} to see all that is asked about"
         if len(actions) > BUDGET_SHARE * second.max_steps:
             yield "evidence_seen", f"{len(actions)} steps of {second.max_steps} to see the evidence"
@@ -361,7 +374,7 @@ class Certifier:
         if record.end == "error":
             yield "closes_rightly", record.error.message if record.error else "it ended as an error"
             return
-        verdict = settle_closure(answer, second, record)
+        verdict = score_closure(answer, second, record)
         if verdict.evidence_seen != 1.0:
             yield "evidence_seen", f"{verdict.evidence_seen} of the evidence is seen"
         if not verdict.C or verdict.is_needless or verdict.outcome.W is answer.is_impossible:
@@ -375,6 +388,6 @@ class Certifier:
             raise BrokenRule("can_be_set_up", str(error)) from None
 
 
-def _told_apart(meant: set[str], ids: set[str]) -> Broken:
+def _referent_faults(meant: set[str], ids: set[str]) -> BrokenRules:
     if meant != ids:
         yield "told_apart", f"{len(meant)} things are meant, {len(ids)} the goal is about"

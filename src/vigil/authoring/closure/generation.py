@@ -8,13 +8,13 @@ from itertools import islice
 
 import numpy as np
 
-from vigil.authoring.closure.alike import look_alike
 from vigil.authoring.closure.all_of import all_of
-from vigil.authoring.closure.already import already, if_so
+from vigil.authoring.closure.already_done import already, if_so
 from vigil.authoring.closure.certify import Certified, Certifier
+from vigil.authoring.closure.distractors import look_alike
 from vigil.authoring.closure.impossible import impossible
 from vigil.authoring.closure.out_of_sight import out_of_sight
-from vigil.authoring.closure.refusals import silent_refusal
+from vigil.authoring.closure.silent_refusals import silent_refusal
 from vigil.authoring.closure.tasks import ClosureTask, Tasks
 from vigil.authoring.drafting.drafts import (
     ClosureDraft,
@@ -25,9 +25,9 @@ from vigil.authoring.drafting.drafts import (
     Rejection,
     draft_id,
 )
-from vigil.authoring.drafting.generation import Found, GenerationSettings, facts_of, without_house
+from vigil.authoring.drafting.generation import GenerationSettings, HouseResult, facts_of, lines_without_house
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.sources import Source
+from vigil.authoring.drafting.sources import HouseSource
 from vigil.errors import EpisodeError, HouseError, SettingError
 from vigil.protocol.episode import Episode, Family
 from vigil.protocol.world import Setup
@@ -56,7 +56,7 @@ class ClosureGenerator:
         self._simulator = settings.simulator()
         self._certifier = Certifier(self._simulator)
 
-    def work(self, source: Source, families: tuple[Family, ...]) -> Found:
+    def work(self, source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
         """Returns a house and what came of proposing all kinds in it."""
         begun = time.monotonic()
         try:
@@ -64,7 +64,7 @@ class ClosureGenerator:
             context = HouseContext(self._simulator, house, np.random.default_rng(self._settings.seed))
             context.forms = self._settings.forms
         except (HouseError, EpisodeError, SettingError) as error:
-            return None, list(without_house(source.name, families, str(error), time.monotonic() - begun))
+            return None, list(lines_without_house(source.name, families, str(error), time.monotonic() - begun))
         found = [line for kind in KINDS for line in self._kind(context, kind)]
         rules = Counter(line.rule for line in found if isinstance(line, Rejection))
         done = FamilyDone(
@@ -119,7 +119,7 @@ class ClosureGenerator:
         return ClosureDraft(kind=task.kind, drafts=drafts, answers=answers)
 
 
-def closure_bench(settings: GenerationSettings) -> ClosureGenerator:
+def closure_worker(settings: GenerationSettings) -> ClosureGenerator:
     """Returns the suite's grammar with its simulator."""
     return ClosureGenerator(settings)
 

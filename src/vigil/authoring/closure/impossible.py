@@ -5,17 +5,26 @@ from itertools import islice
 import numpy as np
 
 from vigil.assets.catalog import CATALOG
-from vigil.assets.notice import notice_of, notice_spot
-from vigil.authoring.closure.rooms import has_room
-from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, ClosureTask, Tasks, hides, in_turn, plain, refused
-from vigil.authoring.drafting.constraints import fits_on_floor, is_furniture, spots_before
+from vigil.assets.notice import notice_centre, notice_parts
+from vigil.authoring.closure.receptacle_space import fits_on
+from vigil.authoring.closure.tasks import (
+    LEVEL_DEG,
+    NEAR_M,
+    ClosureTask,
+    Tasks,
+    interleave,
+    is_out_of_view_from,
+    object_evidence,
+    rejection,
+)
+from vigil.authoring.drafting.constraints import fits_on_floor, is_furniture, placements_in_front_of
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen, is_target, seeking
 from vigil.authoring.language.referring import DescribedThing, Phrase, referents
 from vigil.authoring.language.sentences import SEARCH_ORDERS, Sentences
-from vigil.authoring.language.wording import order, say, spoken_of
-from vigil.authoring.ways.synthetic_records import with_change
-from vigil.authoring.ways.wrong_places import upon
+from vigil.authoring.language.wording import order_slots, pronoun_slots, say
+from vigil.authoring.review.placements import placements_on
+from vigil.authoring.review.synthetic_records import changed_setup
 from vigil.base.geometry import EYE_HEIGHT_M, Vec3
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import ObjectAtReceptacle
@@ -26,7 +35,7 @@ from vigil.scene.things import Thing
 from vigil.scoring.closure import Evidence
 
 TRIED_FURNITURE = 4
-READ_M = 2.0
+NOTICE_READABLE_M = 2.0
 """How far from the camera a notice is read."""
 BELOW_EYES_M = 0.2
 """How far below the eyes a surface must be to be looked at from above."""
@@ -34,13 +43,13 @@ SPOT_SHARES = (-0.3, 0.3)
 """Where on a surface, from its middle and as shares of its size, evidence is looked for."""
 STANDS = ("SideTable", "Stool", "Chair", "Ottoman", "CoffeeTable", "Shelf", "Cart", "TVStand", "Dresser", "Desk")
 """What something is to be put on that may have no room for it."""
-HOGS = ("Television", "Desktop", "CoffeeMachine", "Safe", "Microwave")
+OCCUPANTS = ("Television", "Desktop", "CoffeeMachine", "Safe", "Microwave")
 """What may take up the room, and plainly is not for carrying."""
-HOGS_SHARE = 0.5
+MIN_OCCUPIED_SHARE = 0.5
 """Of the surface that it stands on, at least so much is taken up: a reader must see that it is full."""
-BARS = ("Ottoman", "ArmChair", "SideTable", "CoffeeTable", "Cart")
+BLOCKERS = ("Ottoman", "ArmChair", "SideTable", "CoffeeTable", "Cart")
 """What may stand before a door or drawer, and plainly is not for carrying: a reader takes a chair or a lamp away."""
-TRIED_TARGETS, TRIED_HOGS = 6, 3
+TRIED_TARGETS, MAX_OCCUPANTS_TRIED = 6, 3
 _CLAIMS = ("I do not know where {target} is", "Where is {target}?")
 PLACED_ORDERS = Sentences(
     *(
@@ -60,34 +69,38 @@ PUT_ON = (
 
 def impossible(context: HouseContext) -> Tasks:
     """Yields twins of which one cannot be done."""
-    yield from in_turn(context, _gone(context), _locked(context), _broken(context), _no_fit(context))
+    yield from interleave(
+        context, _absent_tasks(context), _blocked_tasks(context), _broken_tasks(context), _no_room_tasks(context)
+    )
 
 
-def _gone(context: HouseContext) -> Tasks:
+def _absent_tasks(context: HouseContext) -> Tasks:
     for episode in seeking(context, "pick"):
         target = context.thing(episode.goal.object_id)
         item = context.items[target.id]
-        phrase, support = placed(context, item), context.oracle.scene.things.get(target.parent or "")
+        phrase, support = phrase_by_support(context, item), context.view.scene.things.get(target.parent or "")
         if phrase is None or support is None:
-            yield refused(context, "impossible", "told_apart", f"{target.id!r} cannot be told by where it lies")
+            yield rejection(context, "impossible", "told_apart", f"{target.id!r} cannot be told by where it lies")
             continue
         spots = _spots(support, target)
-        if not spots or children(context.oracle.scene, target.id):
-            yield refused(context, "impossible", "place_can_be_seen", f"{support.id!r} cannot be looked at from above")
+        if not spots or children(context.view.scene, target.id):
+            yield rejection(
+                context, "impossible", "place_can_be_seen", f"{support.id!r} cannot be looked at from above"
+            )
             continue
-        words = order("pick", target.category, str(phrase), context.rng) | spoken_of(target.category)
+        words = order_slots("pick", target.category, str(phrase), context.rng) | pronoun_slots(target.category)
         first = episode.model_copy(
             update={
                 "instruction": context.say(PLACED_ORDERS, target=str(phrase), **words),
                 "bindings": {"target": target.id, "place": support.id},
             }
         )
-        gone = with_change(first.setup, target.id, is_absent=True)
+        gone = changed_setup(first.setup, target.id, is_absent=True)
         evidence = tuple(Evidence(object_id=support.id, spot=spot) for spot in spots)
         yield ClosureTask("impossible", (first, first.model_copy(update={"setup": gone})), target.id, evidence)
 
 
-def placed(context: HouseContext, item: DescribedThing, *, may_colour: bool = True) -> Phrase | None:
+def phrase_by_support(context: HouseContext, item: DescribedThing, *, may_colour: bool = True) -> Phrase | None:
     """Returns what to call a thing by what it lies on or in; None when that does not single it out."""
     items = list(context.items.values())
     if item.support is None or {each.id for each in referents(Phrase(item.support), items)} != {item.support_id}:
@@ -117,69 +130,71 @@ def _spots(support: Thing, target: Thing) -> list[Vec3]:
     return []
 
 
-def _locked(context: HouseContext) -> Tasks:
+def _blocked_tasks(context: HouseContext) -> Tasks:
     for episode in seeking(context, "open"):
         target = context.thing(episode.goal.object_id)
         if target.is_structure or target.is_pickupable or not is_furniture(target):
             continue
-        room = context.oracle.room_at(target.position)
-        furniture = context.things(lambda thing, room=room, target=target: _may_bar(context, thing, target, room))
+        room = context.view.room_at(target.position)
+        furniture = context.things(lambda thing, room=room, target=target: _may_block(context, thing, target, room))
         for blocker in islice(furniture, TRIED_FURNITURE):
             spot = next(
                 (
                     spot
-                    for spot in spots_before(target, blocker)
+                    for spot in placements_in_front_of(target, blocker)
                     if fits_on_floor(context, blocker, spot, episode.setup)
-                    and _is_out_of_view(context, episode, blocker, spot)
+                    and _is_never_in_view(context, episode, blocker, spot)
                 ),
                 None,
             )
             if spot is None:
                 continue
             first = episode.model_copy(update={"bindings": {"target": target.id, "blocker": blocker.id}})
-            barred = with_change(first.setup, blocker.id, placement=spot)
-            evidence = plain(target.id), plain(blocker.id)
+            barred = changed_setup(first.setup, blocker.id, placement=spot)
+            evidence = object_evidence(target.id), object_evidence(blocker.id)
             yield ClosureTask("impossible", (first, first.model_copy(update={"setup": barred})), blocker.id, evidence)
 
 
-def _is_out_of_view(context: HouseContext, episode: Episode, thing: Thing, moved: Placement) -> bool:
+def _is_never_in_view(context: HouseContext, episode: Episode, thing: Thing, moved: Placement) -> bool:
     """Whether nothing of a thing is in view at the start of an episode, neither where it stands nor moved."""
-    setups = episode.setup, with_change(episode.setup, thing.id, placement=moved)
-    found = all(context.can_begin(setup) and hides(context, episode.start, thing.id) for setup in setups)
+    setups = episode.setup, changed_setup(episode.setup, thing.id, placement=moved)
+    found = all(context.can_begin(setup) and is_out_of_view_from(context, episode.start, thing.id) for setup in setups)
     context.begin(Setup())
     return found
 
 
-def _may_bar(context: HouseContext, thing: Thing, target: Thing, room: str | None) -> bool:
-    is_kind = thing.category in BARS and not thing.is_pickupable and thing.parent is None
-    is_bare = not children(context.oracle.scene, thing.id)
-    return is_kind and is_bare and thing.id != target.id and context.oracle.room_at(thing.position) == room
+def _may_block(context: HouseContext, thing: Thing, target: Thing, room: str | None) -> bool:
+    is_kind = thing.category in BLOCKERS and not thing.is_pickupable and thing.parent is None
+    is_bare = not children(context.view.scene, thing.id)
+    return is_kind and is_bare and thing.id != target.id and context.view.room_at(thing.position) == room
 
 
-def _broken(context: HouseContext) -> Tasks:
+def _broken_tasks(context: HouseContext) -> Tasks:
     for episode in seeking(context, "turn_on"):
         target = context.thing(episode.goal.object_id)
-        spot = notice_spot(target.asset) if notice_of(target.asset) else None
+        spot = notice_centre(target.asset) if notice_parts(target.asset) else None
         if spot is None:
             continue
         middle = place_of(target)(np.array(spot)[None])[0]
         place = Vec3(*(round(float(value), 3) for value in middle))
-        evidence = (Evidence(object_id=target.id, spot=place, within_m=READ_M),)
-        broken = with_change(episode.setup, target.id, is_broken=True)
+        evidence = (Evidence(object_id=target.id, spot=place, within_m=NOTICE_READABLE_M),)
+        broken = changed_setup(episode.setup, target.id, is_broken=True)
         yield ClosureTask("impossible", (episode, episode.model_copy(update={"setup": broken})), target.id, evidence)
 
 
-def _no_fit(context: HouseContext) -> Tasks:
+def _no_room_tasks(context: HouseContext) -> Tasks:
     for stand in context.things(
         lambda thing: thing.category in STANDS and thing.is_receptacle and thing.parent is None
     ):
-        for hog in islice(context.things(lambda thing, stand=stand: _may_hog(context, thing, stand)), TRIED_HOGS):
-            taken = next(islice(upon(stand, hog, inside=False), 1), None)
-            if taken is None or not _takes_up(stand, hog):
+        for occupant in islice(
+            context.things(lambda thing, stand=stand: _may_occupy(context, thing, stand)), MAX_OCCUPANTS_TRIED
+        ):
+            taken = next(islice(placements_on(stand, occupant, inside=False), 1), None)
+            if taken is None or not _takes_up(stand, occupant):
                 continue
             targets = context.things(lambda thing, stand=stand: _may_go_on(context, thing, stand))
             for target in targets[:TRIED_TARGETS]:
-                task = _crowded(context, stand, hog, taken, target)
+                task = _no_room_task(context, stand, occupant, taken, target)
                 if task is not None:
                     yield task
                     break
@@ -191,41 +206,43 @@ def _put_on(target: Phrase | None) -> tuple[str, ...]:
     return tuple(each for each in PUT_ON if not is_told_by_place or " it " in each)
 
 
-def _takes_up(stand: Thing, hog: Thing) -> bool:
+def _takes_up(stand: Thing, occupant: Thing) -> bool:
     """Whether a thing takes up most of the surface on top of a stand."""
     tops = [surface for surface, _ in level_surfaces(stand) if not surface.is_inside]
     area = max((top.size_x * top.size_z for top in tops), default=0.0)
-    return hog.asset.size.x * hog.asset.size.z >= HOGS_SHARE * area
+    return occupant.asset.size.x * occupant.asset.size.z >= MIN_OCCUPIED_SHARE * area
 
 
-def _may_hog(context: HouseContext, thing: Thing, stand: Thing) -> bool:
-    is_bare = not children(context.oracle.scene, thing.id) and not thing.is_structure
-    return thing.category in HOGS and not thing.is_pickupable and is_bare and thing.parent != stand.id
+def _may_occupy(context: HouseContext, thing: Thing, stand: Thing) -> bool:
+    is_bare = not children(context.view.scene, thing.id) and not thing.is_structure
+    return thing.category in OCCUPANTS and not thing.is_pickupable and is_bare and thing.parent != stand.id
 
 
 def _may_go_on(context: HouseContext, thing: Thing, stand: Thing) -> bool:
     is_free = thing.is_pickupable and is_target(thing) and thing.parent != stand.id
-    takes = CATALOG[stand.category].takes(CATALOG[thing.category])
-    return is_free and takes and not children(context.oracle.scene, thing.id)
+    takes = CATALOG[stand.category].can_hold(CATALOG[thing.category])
+    return is_free and takes and not children(context.view.scene, thing.id)
 
 
-def _crowded(context: HouseContext, stand: Thing, hog: Thing, taken: Placement, target: Thing) -> ClosureTask | None:
+def _no_room_task(
+    context: HouseContext, stand: Thing, occupant: Thing, taken: Placement, target: Thing
+) -> ClosureTask | None:
     """Returns the twins in which a thing fits on a stand, or does not because something heavy stands there."""
     setup = Setup()
-    full = with_change(setup, hog.id, placement=taken)
+    full = changed_setup(setup, occupant.id, placement=taken)
     if not context.can_begin(full):
         return None
-    is_full = not has_room(context.oracle.scene, target.id, stand.id)
+    is_full = not fits_on(context.view.scene, target.id, stand.id)
     context.begin(setup)
-    if not is_full or not has_room(context.oracle.scene, target.id, stand.id, may_clear=False):
+    if not is_full or not fits_on(context.view.scene, target.id, stand.id, may_clear=False):
         return None
     phrases = context.phrase(target.id), context.phrase(stand.id)
     context.begin(full)
     start = context.start_seeing(
-        target, NEAR_M, LEVEL_DEG, is_seen(CLEAR_PX), lambda pose: hides(context, pose, hog.id)
+        target, NEAR_M, LEVEL_DEG, is_seen(CLEAR_PX), lambda pose: is_out_of_view_from(context, pose, occupant.id)
     )
     context.begin(setup)
-    if start is None or None in phrases or not hides(context, start, hog.id):
+    if start is None or None in phrases or not is_out_of_view_from(context, start, occupant.id):
         return None
     first = context.draft(
         "SI",
@@ -234,10 +251,10 @@ def _crowded(context: HouseContext, stand: Thing, hog: Thing, taken: Placement, 
             setup=setup,
             instruction=say(_put_on(phrases[0]), context.rng, target=str(phrases[0]), receptacle=str(phrases[1])),
             goal=ObjectAtReceptacle(object_id=target.id, receptacle_id=stand.id),
-            bindings={"target": target.id, "receptacle": stand.id, "hog": hog.id},
+            bindings={"target": target.id, "receptacle": stand.id, "hog": occupant.id},
             template="put",
         ),
     )
-    second = first.model_copy(update={"setup": with_change(first.setup, hog.id, placement=taken)})
-    evidence = plain(stand.id), plain(hog.id)
-    return ClosureTask("impossible", (first, second), hog.id, evidence)
+    second = first.model_copy(update={"setup": changed_setup(first.setup, occupant.id, placement=taken)})
+    evidence = object_evidence(stand.id), object_evidence(occupant.id)
+    return ClosureTask("impossible", (first, second), occupant.id, evidence)

@@ -4,7 +4,7 @@ from vigil.assets.catalog import CATALOG
 from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, ClosureTask, Tasks
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen, is_target
-from vigil.authoring.language.wording import opened, say
+from vigil.authoring.language.wording import opening_phrase, say
 from vigil.authoring.review.containers import BELONGS_IN
 from vigil.protocol.goals import AllOf, ObjectAtReceptacle, ObjectInState
 from vigil.protocol.world import ObjectSetup, Setup
@@ -33,10 +33,10 @@ def out_of_sight(context: HouseContext) -> Tasks:
 
 
 def _may_go_in(context: HouseContext, thing: Thing, container: Thing) -> bool:
-    takes = CATALOG[container.category].takes(CATALOG[thing.category])
+    takes = CATALOG[container.category].can_hold(CATALOG[thing.category])
     suits = thing.category in BELONGS_IN[container.category] and takes
     is_free = thing.is_pickupable and is_target(thing) and thing.parent != container.id
-    return suits and is_free and not children(context.oracle.scene, thing.id)
+    return suits and is_free and not children(context.view.scene, thing.id)
 
 
 def _put_away(context: HouseContext, target: Thing, container: Thing) -> ClosureTask | None:
@@ -52,7 +52,7 @@ def _put_away(context: HouseContext, target: Thing, container: Thing) -> Closure
     context.begin(Setup())
     if start is None or None in phrases:
         return None
-    parts = opened(container.category, str(phrases[1]))
+    parts = opening_phrase(container.category, str(phrases[1]))
     shut = parts.whole if parts.piece == "it" else parts.piece  # "it" would be what is put away
     is_in = ObjectAtReceptacle(object_id=target.id, receptacle_id=container.id, inside=True)
     is_shut = ObjectInState(object_id=container.id, state="is_open", value=False)

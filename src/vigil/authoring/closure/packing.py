@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import vigil
-from vigil.authoring.drafting.drafts import ClosureDraft, Draft, DraftsFile, Proposed
+from vigil.authoring.drafting.drafts import ClosureDraft, Draft, DraftsContent, DraftsFile
 from vigil.authoring.packing.assemble import FACTS, seed_facts
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.review.reviews import Review, apply_reviews, decisions
 from vigil.authoring.review.validate import Finding
 from vigil.errors import EpisodeError
 from vigil.housegen.document import generators_of
-from vigil.packs.freeze import check_free, freeze
+from vigil.packs.freeze import check_can_freeze, freeze
 from vigil.packs.pack import ANSWERS, Pack
 from vigil.protocol.actions import Status
 from vigil.protocol.episode import Solution
@@ -169,7 +169,7 @@ def freeze_closure(
 
     Raises EpisodeError when the drafts are too few, SettingError when the folder is not empty or the name unfit.
     """
-    check_free(out, request.name)
+    check_can_freeze(out, request.name)
     for file in files:
         file.check_assets(request.asset_database_sha256)
     read = [file.read() for file in files]
@@ -233,7 +233,7 @@ def _review_counts(
     }
 
 
-def _house_facts(read: Sequence[Proposed], names: Sequence[str], request: ClosureRequest) -> dict[str, Any]:
+def _house_facts(read: Sequence[DraftsContent], names: Sequence[str], request: ClosureRequest) -> dict[str, Any]:
     """Returns where houses are from that were not generated, and what gave their things sizes, as far as there is."""
     origins = {origin.name: origin for proposed in read for origin in proposed.origins}
     sources = {

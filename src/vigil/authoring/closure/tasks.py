@@ -18,7 +18,7 @@ LEVEL_DEG = 15.0
 """Camera pitch of a start that sees what is to be acted on."""
 NEAR_M = (0.7, 4.0)
 """How far such a start is from it."""
-PLAIN_PX = 300
+EVIDENCE_PX = 300
 """Pixels in which a thing's state, or that it bars the way, is plain to see."""
 FLAMES = frozenset({"Candle"})
 """Nobody says that it is on or off."""
@@ -40,7 +40,7 @@ class ClosureTask:
 Tasks = Iterator[ClosureTask | Rejection]
 
 
-def in_turn(context: HouseContext, *proposals: Tasks) -> Tasks:
+def interleave(context: HouseContext, *proposals: Tasks) -> Tasks:
     """Yields one task of each in turn, with what was refused before it, until none has any left.
 
     Which is the first is drawn for each house, so that no form comes short where few tasks are kept.
@@ -58,16 +58,16 @@ def in_turn(context: HouseContext, *proposals: Tasks) -> Tasks:
                 left.remove(each)
 
 
-def plain(thing_id: str) -> Evidence:
+def object_evidence(thing_id: str) -> Evidence:
     """Returns the evidence that a thing gives by itself to who sees it plainly."""
-    return Evidence(object_id=thing_id, least_px=PLAIN_PX)
+    return Evidence(object_id=thing_id, least_px=EVIDENCE_PX)
 
 
-def hides(context: HouseContext, pose: Pose, thing_id: str) -> bool:
+def is_out_of_view_from(context: HouseContext, pose: Pose, thing_id: str) -> bool:
     """Whether nothing of a thing is in view from a pose."""
     return context.seen_from(pose, thing_id).visible_px == 0
 
 
-def refused(context: HouseContext, kind: Kind, rule: str, message: str) -> Rejection:
+def rejection(context: HouseContext, kind: Kind, rule: str, message: str) -> Rejection:
     """Returns the line that says why something was not proposed."""
     return Rejection(family="SI", kind=kind, house=context.house.name, rule=rule, message=message)

@@ -8,7 +8,7 @@ from typing import Literal
 
 from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.language.referring import DescribedThing, Phrase, referents
-from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.errors import EpisodeError
 from vigil.protocol.episode import Episode
 
@@ -24,7 +24,7 @@ class BrokenRule(EpisodeError):
         self.rule = rule
 
 
-def check_same(task: ClosureTask, second: Episode) -> None:
+def check_single_difference(task: ClosureTask, second: Episode) -> None:
     """Raises BrokenRule where twins differ in more than the setup of one thing."""
     first = task.episodes[0]
     same = ("family", "house", "start", "instruction", "bindings", "max_steps", "max_invalid")
@@ -39,7 +39,7 @@ def check_same(task: ClosureTask, second: Episode) -> None:
         raise BrokenRule("twins_differ_in_one", f"they differ in {', '.join([*apart, *sorted(ids)])}")
 
 
-def check_hidden(task: ClosureTask, episode: Episode, oracle: Oracle, *, is_searched: bool) -> None:
+def check_hidden(task: ClosureTask, episode: Episode, view: PrivilegedView, *, is_searched: bool) -> None:
     """Raises BrokenRule where the first frame of a side shows what it must not; the oracle has just been reset to it.
 
     That is the target where it `is_searched` for, and what bars the way or takes the place.
@@ -49,11 +49,11 @@ def check_hidden(task: ClosureTask, episode: Episode, oracle: Oracle, *, is_sear
     if task.removed != target:
         wanted[task.removed] = "difference_hidden"
     for object_id, rule in wanted.items():
-        if oracle.scene.things[object_id].is_present and (pixels := oracle.state_of(object_id).visible_px):
+        if view.scene.things[object_id].is_present and (pixels := view.state_of(object_id).visible_px):
             raise BrokenRule(rule, f"{pixels} px of {object_id!r} are in view at the start of {episode.id!r}")
 
 
-def where_gone(
+def reason_for_absence(
     phrases: Sequence[Phrase], items: Iterable[DescribedThing], *, is_strict: bool = True
 ) -> Literal["absent", "elsewhere"]:
     """Returns whether nothing of the name of what is gone is left, or another one lies elsewhere.
@@ -65,5 +65,5 @@ def where_gone(
     for phrase in phrases:
         for other in referents(phrase, everything)[:1]:
             raise BrokenRule("told_apart", f"{str(phrase)!r} fits {other.id!r} still")
-    left = [(phrase.name, each.name) for phrase in phrases for each in referents(phrase.placeless, everything)]
+    left = [(phrase.name, each.name) for phrase in phrases for each in referents(phrase.without_place, everything)]
     return "elsewhere" if any(name == found or not is_strict for name, found in left) else "absent"

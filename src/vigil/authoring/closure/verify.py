@@ -10,7 +10,7 @@ from vigil.authoring.review.validate import Finding
 from vigil.packs.pack import Pack
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
-from vigil.scoring.closure import PAIRED, ClosureAnswer, answers_of
+from vigil.scoring.closure import PAIRED, ClosureAnswer, closure_answers
 from vigil.sim.privileged import PrivilegedSimulator
 
 OnTask = Callable[[int, int, int], None]
@@ -21,7 +21,7 @@ def verify_closure(
     pack: Pack, simulator: PrivilegedSimulator, on_task: OnTask = lambda done, of, faulty: None
 ) -> list[Finding]:
     """Returns what is wrong with the tasks of a pack of the suite, sorted by episode. Raises PackMismatch."""
-    answers = answers_of(pack.folder)
+    answers = closure_answers(pack.folder)
     findings = [Finding(episode.id, "closes_rightly", "it has no answer") for episode in pack.episodes
                 if episode.id not in answers]  # fmt: skip
     tasks = [] if findings else list(_tasks(pack, answers))
@@ -52,7 +52,7 @@ def task_of(episodes: Sequence[Episode], answers: Sequence[ClosureAnswer]) -> Cl
     return ClosureTask(first.kind, tuple(episode for _, episode in ordered), removed, first.evidence, first.form)
 
 
-def certified_anew(simulator: PrivilegedSimulator, house_of: Callable[[Episode], House]) -> TaskCheck:
+def recertifier(simulator: PrivilegedSimulator, house_of: Callable[[Episode], House]) -> TaskCheck:
     """Returns the function that certifies a task with its recorded solutions, and gives back what is wrong with it."""
     certifier = Certifier(simulator)
 

@@ -91,7 +91,7 @@ dataset of the library LeRobot, format v3.0.""",
 
 def card_of(facts: Mapping[str, Any], table: str) -> str:
     """Returns the text of the README."""
-    told = {
+    slots = {
         "profile": facts["profile"]["name"],
         "prompt": facts["prompt"],
         "where": "" if facts["format"] == "parquet" else "; a path in this folder",
@@ -105,7 +105,7 @@ def card_of(facts: Mapping[str, Any], table: str) -> str:
         rows=_table({**facts["rows"], "of these privileged": facts["privileged_rows"]}),
         families=_table(facts["episodes"]),
         quality=facts["quality"],
-        **{name: text.format(**told) for name, text in texts.items()},
+        **{name: text.format(**slots) for name, text in texts.items()},
     )
 
 

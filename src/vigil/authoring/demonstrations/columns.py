@@ -75,8 +75,8 @@ def _arrow_type(feature: Feature) -> pa.DataType:
 def columns_of(example: Example) -> dict[str, Any]:
     """Returns what an example says itself; where it stands in the dataset is not of it."""
     name = f"frame-{example.step - 1:06d}.{example.picture.format}"
-    told = example.feedback
-    state = {} if told is None else {STATE: [float(said) for said in told.model_dump().values()]}
+    feedback = example.feedback
+    state = {} if feedback is None else {STATE: [float(said) for said in feedback.model_dump().values()]}
     return {
         CAMERA: {"bytes": example.picture.data, "path": name},
         **state,

@@ -13,7 +13,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from vigil.agents.picture import decode
+from vigil.agents.frame_encoding import decode_frame
 from vigil.authoring.demonstrations.columns import CAMERA, FPS, Feature, columns_of, features_of, schema_of
 from vigil.authoring.demonstrations.play import Example
 from vigil.authoring.demonstrations.statistics import LEVELS, Statistics, of_columns, pixel_counts
@@ -27,7 +27,7 @@ DATA_FILES = "data/*/*.parquet"
 INFO, STATS, TASKS = "meta/info.json", "meta/stats.json", "meta/tasks.parquet"
 
 
-class LeRobotRows:
+class LeRobotWriter:
     """Parquet files with the pictures inside, a row group an episode; a new file begins where one would be too large.
 
     Takes no corrections: a dataset of actions has no place for an action that is not to be done.
@@ -68,7 +68,7 @@ class LeRobotRows:
             for name, feature in self._features.items()
             if feature["dtype"] not in ("image", "string")
         }
-        pixels = np.sum([pixel_counts(decode(example.picture.data)) for example in examples], axis=0)
+        pixels = np.sum([pixel_counts(decode_frame(example.picture.data)) for example in examples], axis=0)
         self._episodes.append(self._episode(examples, of_columns(numbers, CAMERA, pixels)))
         self._numbers.append(numbers)
         self._pixels += pixels

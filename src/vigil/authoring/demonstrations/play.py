@@ -1,7 +1,7 @@
 """One episode of a stream as examples: each request that a model would have been sent, with the solver's answer.
 
 The episode is played twice: first for what each action meets, then with pictures, each request made by the very class
-that makes a model's (`vigil.agents.model.Conversation`). A false report is kept only when the scoring of any run calls
+that makes a model's (`vigil.agents.conversation.Conversation`). A false report is kept only when the scoring of any run calls
 it false.
 """
 
@@ -11,10 +11,10 @@ from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
-from vigil.agents.model import Conversation, Message
-from vigil.agents.picture import Picture, encode
-from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.demonstrations.words import GIVEN_UP, phrases_in, report_of, subject_in, thought_of
+from vigil.agents.conversation import Conversation, Message
+from vigil.agents.frame_encoding import EncodedFrame, encode_frame
+from vigil.assets.database import AssetDatabase
+from vigil.authoring.demonstrations.utterances import GAVE_UP, phrases_mentioned, report_text, subject_in, thought_text
 from vigil.authoring.language.referring import Phrase
 from vigil.authoring.streaming.stream import StreamItem
 from vigil.env import Env
@@ -24,7 +24,7 @@ from vigil.protocol.goals import STATE_LABELS, ReportStatus
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback, Quality
 from vigil.protocol.profile import Profile
 from vigil.records.record import EpisodeRecord
-from vigil.scoring.outcomes import settle
+from vigil.scoring.outcomes import score
 from vigil.sim import make_simulator
 
 Fault = Literal["premature_success", "wrong_state", "false_fail"]
@@ -57,7 +57,7 @@ class Example:
     fault: Fault | None = None
 
     @property
-    def picture(self) -> Picture:
+    def picture(self) -> EncodedFrame:
         """What is seen."""
         picture = self.messages[-1].picture
         assert picture is not None
@@ -84,7 +84,7 @@ class Demonstrator:
         self._item = item
         actions = item.draft.actions
         record = self._record([self._answer(action, "") for action in actions])
-        if not settle(item.episode, record).B:
+        if not score(item.episode, record).B:
             raise SimulatorError(f"Episode {item.episode.id!r}: its solution, played again, does not solve it.")
         shown = self._shown(actions, record)
         return [*shown, *self._corrections(shown, record)] if with_corrections else shown
@@ -108,12 +108,12 @@ class Demonstrator:
         conversation = Conversation(self._profile, episode.instruction)
         observation = self._env.reset(episode)
         at_first = Feedback(too_far=False, path_blocked=False) if self._profile.has_feedback else None
-        self._phrases = phrases_in(episode.instruction, self._simulator.scene(), episode.setup.held)
+        self._phrases = phrases_mentioned(episode.instruction, self._simulator.scene(), episode.setup.held)
         for index, action in enumerate(actions):
             if observation is None:
                 raise SimulatorError(f"Episode {episode.id!r}: the simulator failed.")
             feedback = observation.feedback
-            messages = conversation.messages(encode(observation.rgb, self._profile.image_format), feedback)
+            messages = conversation.messages(encode_frame(observation.rgb, self._profile.image_format), feedback)
             said, thought = self._worded(action, index, record)
             example = Example(
                 episode_id=episode.id,
@@ -150,9 +150,9 @@ class Demonstrator:
         x = float(pixels[:, 0].mean()) if len(pixels) else None
         subject = subject_in(world.objects[about], self._phrases[about], x)
         if not isinstance(action, Report):
-            return action, thought_of(action, subject, "")
-        said = report_of(goal, self._phrases, action.status)
-        return action.model_copy(update={"summary": said}), thought_of(action, subject, said)
+            return action, thought_text(action, subject, "")
+        said = report_text(goal, self._phrases, action.status)
+        return action.model_copy(update={"summary": said}), thought_text(action, subject, said)
 
     def _corrections(self, shown: Sequence[Example], record: EpisodeRecord) -> list[Example]:
         """Returns requests at which a false report may be given, each with that report and the right answer."""
@@ -162,12 +162,12 @@ class Demonstrator:
         if isinstance(goal, ReportStatus):
             positive, negative = STATE_LABELS[goal.state]
             other = negative if closing.status == positive else positive
-            false = self._report(other, report_of(goal, self._phrases, other))
+            false = self._report(other, report_text(goal, self._phrases, other))
             return self._kept(shown, [(last, "wrong_state", false)])
         early = shown[zlib.crc32(last.episode_id.encode()) % (len(shown) - 1)]
-        claim = self._report("success", report_of(goal, self._phrases, "success"))
+        claim = self._report("success", report_text(goal, self._phrases, "success"))
         return self._kept(
-            shown, [(early, "premature_success", claim), (last, "false_fail", self._report("fail", GIVEN_UP))]
+            shown, [(early, "premature_success", claim), (last, "false_fail", self._report("fail", GAVE_UP))]
         )
 
     def _kept(self, shown: Sequence[Example], wanted: Sequence[tuple[Example, Fault, str]]) -> list[Example]:
@@ -175,7 +175,7 @@ class Demonstrator:
         found: list[Example] = []
         for example, fault, false in wanted:
             before = [each.answer for each in shown[: example.step - 1]]
-            if not settle(self._now().episode, self._record([*before, false])).B:
+            if not score(self._now().episode, self._record([*before, false])).B:
                 found.append(replace(example, rejected=false, fault=fault))
         return found
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from vigil.authoring.demonstrations.card import card_of
-from vigil.authoring.demonstrations.forms import FORMS, Format
+from vigil.authoring.demonstrations.formats import FORMATS, Format
 from vigil.authoring.demonstrations.play import Demonstrator
 from vigil.authoring.streaming.address import is_stream, seed_in
 from vigil.authoring.streaming.folder import header_of
@@ -55,11 +55,11 @@ def write_demonstrations(
 
     Raises SettingError when the folder is not empty or the stream ends before, SimulatorError.
     """
-    if form not in FORMS:
-        raise SettingError(f"Format {form!r} does not exist. Choose one of: {', '.join(FORMS)}.")
+    if form not in FORMATS:
+        raise SettingError(f"Format {form!r} does not exist. Choose one of: {', '.join(FORMATS)}.")
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise SettingError(f"{str(out)!r} is not empty, or no folder. Write into a new one.")
-    chosen = FORMS[form]
+    chosen = FORMATS[form]
     rows, episodes, privileged = Counter[str](), Counter[str](), 0
     with _whole(out) as folder, closing(stream.items()) as items, closing(Demonstrator(profile, quality)) as player:
         with closing(chosen.rows(folder)) as writer:

@@ -10,7 +10,15 @@ from itertools import islice
 
 from vigil.authoring.drafting.constraints import acts_for
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
-from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, goal_for, is_seen, is_target, may_be_sought, setup_for
+from vigil.authoring.drafting.proposals import (
+    CLEAR_PX,
+    Drafts,
+    can_be_searched_for,
+    goal_for,
+    is_seen,
+    is_target,
+    setup_for,
+)
 from vigil.authoring.drafting.sequences import (
     PUT_INTO,
     SEATS,
@@ -23,11 +31,11 @@ from vigil.authoring.drafting.sequences import (
     suits,
 )
 from vigil.authoring.language.chain_sentences import CHAINS
-from vigil.authoring.language.wording import Act, opened, order, spoken_of
+from vigil.authoring.language.wording import Act, opening_phrase, order_slots, pronoun_slots
 from vigil.authoring.review.containers import BELONGS_IN
 from vigil.base.geometry import floor_distance
-from vigil.protocol.episode import LOOKING_DOWN_DEG
-from vigil.protocol.goals import AllOf, Goal, GoalPart, Link, ObjectAtReceptacle, ObjectHeld, ObjectInState
+from vigil.protocol.episode import DEFAULT_HORIZON_DEG
+from vigil.protocol.goals import AllOf, ChainLink, Goal, GoalPart, ObjectAtReceptacle, ObjectHeld, ObjectInState
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.supports import children, level_surfaces
 from vigil.scene.things import Thing
@@ -52,7 +60,7 @@ class ChainPlan:
     template: str
     setup: Setup
     roles: dict[str, Thing]
-    chain: tuple[Link, ...]
+    chain: tuple[ChainLink, ...]
     goal: Goal
     leaf: Thing | None = None
     """What is opened, and closed again."""
@@ -91,7 +99,7 @@ def put_and_close(context: HouseContext) -> Drafts:
     for container in context.things(lambda thing: thing.category in BELONGS_IN and thing.is_openable):
         closed = Setup(objects={container.id: ObjectSetup(openness=0.0)})
         for target in context.things(lambda thing, container=container: may_go_in(container, thing)):
-            if may_be_sought(context, target) and _is_near(context, container, target):
+            if can_be_searched_for(context, target) and _is_near(context, container, target):
                 inside = _at(target, container, inside=True)
                 yield from _draft(context, ChainPlan(
                     "put_and_close", closed, {"target": target, "receptacle": container},
@@ -189,19 +197,19 @@ def _draft(context: HouseContext, plan: ChainPlan) -> Drafts:
     named = {role: phrase for role, phrase in phrases.items() if phrase is not None}
     first = context.thing(plan.chain[0].object_id)
     is_sayable = len(named) == len(phrases) and not is_wordy(named)
-    start = context.start_seeing(first, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(CLEAR_PX)) if is_sayable else None
+    start = context.start_seeing(first, START_AWAY_M, DEFAULT_HORIZON_DEG, is_seen(CLEAR_PX)) if is_sayable else None
     context.begin(Setup())
     if start is None:
         return
     words = {role: str(phrase) for role, phrase in named.items()}
-    words |= spoken_of(plan.roles["target"].category, "target_")
+    words |= pronoun_slots(plan.roles["target"].category, "target_")
     said = {plan.roles[role].id: text for role, text in words.items() if role in plan.roles}
     if plan.leaf is not None:
-        words |= opened(plan.leaf.category, said[plan.leaf.id]).slots()
+        words |= opening_phrase(plan.leaf.category, said[plan.leaf.id]).slots()
     if plan.other is not None:
-        words["other"] = opened(plan.other.category, said[plan.other.id]).whole
+        words["other"] = opening_phrase(plan.other.category, said[plan.other.id]).whole
     for name, (thing, act) in zip(("order_a", "order_b"), plan.acts, strict=False):
-        words[name] = order(act, thing.category, said[thing.id], context.rng)["order"]
+        words[name] = order_slots(act, thing.category, said[thing.id], context.rng)["order"]
     words["into"] = "into" if plan.inside else "onto"
     yield context.draft(
         "SM",
@@ -219,7 +227,7 @@ def _draft(context: HouseContext, plan: ChainPlan) -> Drafts:
 def _movable(context: HouseContext) -> list[Thing]:
     """Returns what can be picked up from where it rests, in a random order."""
     return context.things(
-        lambda thing: thing.is_pickupable and thing.parent is not None and may_be_sought(context, thing)
+        lambda thing: thing.is_pickupable and thing.parent is not None and can_be_searched_for(context, thing)
     )
 
 
@@ -233,7 +241,7 @@ def _has_room(context: HouseContext, receptacle: Thing, *things: Thing) -> bool:
     """Whether things are likely to find room on a receptacle, besides what lies there."""
     level = [surface for surface, _ in level_surfaces(receptacle)]
     tops = [surface for surface in level if not surface.is_inside] or level
-    there = children(context.oracle.scene, receptacle.id)
+    there = children(context.view.scene, receptacle.id)
     free_m2 = sum(surface.size_x * surface.size_z for surface in tops) - sum(map(_area_m2, there))
     return free_m2 >= ROOM_FACTOR * sum(map(_area_m2, things))
 
@@ -244,7 +252,7 @@ def _area_m2(thing: Thing) -> float:
 
 def _is_near(context: HouseContext, first: Thing, *others: Thing) -> bool:
     """Whether things are in one room and near enough for one sequence."""
-    room_at, home = context.oracle.room_at, context.oracle.room_at(first.position)
+    room_at, home = context.view.room_at, context.view.room_at(first.position)
     return all(
         room_at(other.position) == home and floor_distance(first.position, other.position) <= TOGETHER_M
         for other in others

@@ -24,14 +24,14 @@ from vigil.authoring.drafting.proposals import (
 )
 from vigil.authoring.language.constraint_sentences import CONSTRAINTS
 from vigil.authoring.language.referring import referents
-from vigil.authoring.language.wording import Act, opened, order, spoken_of
+from vigil.authoring.language.wording import Act, opening_phrase, order_slots, pronoun_slots
 from vigil.authoring.solving.free_space import is_cut_off
-from vigil.authoring.solving.sights import SEEN_POINTS
+from vigil.authoring.solving.visible_points import SEEN_POINTS
 from vigil.base.geometry import Box, Pose, Vec3, rotate_floor
-from vigil.protocol.episode import LOOKING_DOWN_DEG, Episode
+from vigil.protocol.episode import DEFAULT_HORIZON_DEG, Episode
 from vigil.protocol.goals import Constraint
 from vigil.protocol.world import ObjectSetup, Placement, Setup
-from vigil.scene.geometry import box_distances, box_of
+from vigil.scene.geometry import body_box, box_distances
 from vigil.scene.outlines import BODY_RADIUS_M, floor_corners, footprint
 from vigil.scene.things import Thing
 
@@ -42,7 +42,7 @@ OBSTACLES = (
 """What may stand on the floor in somebody's way."""
 MOVED_M = 0.5
 OBSTACLE_PX = 800
-LEAST_OBSTACLE_M = 0.17
+MIN_OBSTACLE_M = 0.17
 LOW_M = 0.3
 """Drawers that begin higher pass over most of what may stand before them."""
 ACTS: tuple[Act, ...] = ("turn_on", "turn_off", "open", "close", "pick")
@@ -74,17 +74,17 @@ def interlocked(context: HouseContext) -> Drafts:
         is_on = Setup(objects={thing.id: ObjectSetup(openness=0.0, is_toggled=True)})
         closed = Constraint(kind="object_closed", object_id=thing.id, latched=False)
         stopped = Constraint(kind="object_off", object_id=thing.id, latched=False)
-        yield from draft_of(context, PartialTask("interlock", is_open, thing, "turn_on", closed, "close_first"))
-        yield from draft_of(context, PartialTask("interlock", is_on, thing, "open", stopped, "stop_first"))
+        yield from drafts_of_task(context, PartialTask("interlock", is_open, thing, "turn_on", closed, "close_first"))
+        yield from drafts_of_task(context, PartialTask("interlock", is_on, thing, "open", stopped, "stop_first"))
 
 
-def full_handed(context: HouseContext) -> Drafts:
+def hand_full(context: HouseContext) -> Drafts:
     """Yields drafts that start with something in the hand, and ask to pick up something else."""
     holdable = context.things(lambda thing: thing.is_pickupable and is_target(thing) and max(thing.asset.size) < 0.45)
     for target in context.things(lambda thing: thing.is_pickupable and is_target(thing))[:TRIED_TARGETS]:
         for held in [thing for thing in holdable if thing.id != target.id and thing.parent != target.id][:2]:
             constraint = Constraint(kind="object_released", object_id=held.id, latched=False)
-            yield from draft_of(context, PartialTask("hand", Setup(held=held.id), target, "pick", constraint))
+            yield from drafts_of_task(context, PartialTask("hand", Setup(held=held.id), target, "pick", constraint))
 
 
 def swing_blocked(context: HouseContext) -> Drafts:
@@ -93,50 +93,54 @@ def swing_blocked(context: HouseContext) -> Drafts:
     for target in [door for door in doors if not door.is_pickupable]:
         setup = setup_for(target, "open")
         for obstacle in _obstacles(context, target):
-            for spot in spots_before(target, obstacle):
+            for spot in placements_in_front_of(target, obstacle):
                 if fits_on_floor(context, obstacle, spot, setup):
                     blocked = _with(setup, obstacle, spot)
-                    yield from draft_of(context, PartialTask("swing", blocked, target, "open", _moved(obstacle)))
+                    yield from drafts_of_task(
+                        context, PartialTask("swing", blocked, target, "open", _moved_constraint(obstacle))
+                    )
                     break
 
 
 def _is_low(thing: Thing) -> bool:
     """Whether what stands on the floor can keep a thing from opening: furniture, and of its drawers the low ones."""
-    return is_furniture(thing) and (not thing.is_part or box_of(thing).bottom < LOW_M)
+    return is_furniture(thing) and (not thing.is_drawer or body_box(thing).bottom < LOW_M)
 
 
 def is_furniture(thing: Thing) -> bool:
     """Whether a thing is no thing that rests on another; a drawer is part of what it is in."""
-    return thing.parent is None or thing.is_part
+    return thing.parent is None or thing.is_drawer
 
 
-def in_the_way(context: HouseContext) -> Drafts:
+def obstacle_blocked(context: HouseContext) -> Drafts:
     """Yields drafts in which a thing to be picked up stands in the only way to the target, seen past it."""
     for target in context.things(lambda thing: is_target(thing) and bool(acts_for(thing)))[:TRIED_TARGETS]:
         act = acts_for(target)[int(context.rng.integers(len(acts_for(target))))]
         setup = setup_for(target, act)
-        for start, spots in _ways(context, target, setup):
+        for start, spots in _starts_with_routes(context, target, setup):
             found = _barrier(context, target, setup, start, spots)
             if found is not None:
                 obstacle, blocked = found
-                yield from draft_of(context, PartialTask("obstacle", blocked, target, act, _moved(obstacle)), start)
+                yield from drafts_of_task(
+                    context, PartialTask("obstacle", blocked, target, act, _moved_constraint(obstacle)), start
+                )
                 break
 
 
-def _ways(context: HouseContext, target: Thing, setup: Setup) -> Iterator[tuple[Pose, np.ndarray]]:
+def _starts_with_routes(context: HouseContext, target: Thing, setup: Setup) -> Iterator[tuple[Pose, np.ndarray]]:
     """Yields start poses that see a target far off, with places (n, 2) on the way to it."""
     if not context.can_begin(setup):
         return
     see = is_in_view(context)
     places = context.starts(context.away_from(target, 2.2, 6.0), 40)
-    starts = (place for place in places if context.sights(place, target).is_at_least(SEEN_POINTS))
+    starts = (place for place in places if context.visible_points(place, target).is_at_least(SEEN_POINTS))
     for place in islice(starts, TRIED_STARTS):
-        start = context.facing(place, target, LOOKING_DOWN_DEG, FACING_SPREAD_DEG)
-        if not context.has_room(start) or not context.sees_clearly(start, [target.id], see):
+        start = context.facing(place, target, DEFAULT_HORIZON_DEG, FACING_SPREAD_DEG)
+        if not context.has_room_to_move(start) or not context.sees_clearly(start, [target.id], see):
             continue
-        walks = context.oracle.plan().walks_from((place.x, place.z))
+        walks = context.view.plan().walks_from((place.x, place.z))
         cells = walks.plan.cells
-        lengths = np.where(box_distances(box_of(target), cells) < NEAR_TARGET_M, walks.lengths, np.inf)
+        lengths = np.where(box_distances(body_box(target), cells) < NEAR_TARGET_M, walks.lengths, np.inf)
         goal = int(lengths.argmin()) if len(lengths) else 0
         corners = walks.corners_to(goal) if len(lengths) and np.isfinite(lengths[goal]) else None
         if corners:
@@ -151,15 +155,15 @@ def _barrier(
 ) -> tuple[Thing, Setup] | None:
     """Returns an obstacle and the setup in which it stands on one of the spots and cuts the target off."""
     context.begin(setup)
-    free, bare = context.oracle.plan().tight, context.oracle.bare_floor()
+    free, bare = context.view.plan().tight, context.view.bare_floor()
     place = start.position.x, start.position.z
     for obstacle in _obstacles(context, target)[:TRIED_OBSTACLES]:
-        shapes = standing_footprints(obstacle, spots, 0.0)
+        shapes = footprints_at(obstacle, spots, 0.0)
         for index in np.flatnonzero(shapely.covers(bare, shapes)):
             left = free.difference(shapes[index].buffer(BODY_RADIUS_M))
-            if is_cut_off(left, place, box_of(target)):
+            if is_cut_off(left, place, body_box(target)):
                 x, z = spots[index].tolist()
-                blocked = _with(setup, obstacle, standing(obstacle, x, z, 0.0))
+                blocked = _with(setup, obstacle, floor_placement(obstacle, x, z, 0.0))
                 can_stand = context.can_begin(blocked)
                 is_met = can_stand and context.sees_clearly(start, [obstacle.id], is_seen(OBSTACLE_PX))
                 if is_met and context.sees_clearly(start, [target.id], is_in_view(context)):
@@ -184,16 +188,16 @@ def _obstacles(context: HouseContext, target: Thing) -> list[Thing]:
     )
 
 
-def spots_before(target: Thing, obstacle: Thing) -> Iterator[Placement]:
+def placements_in_front_of(target: Thing, obstacle: Thing) -> Iterator[Placement]:
     """Yields places on the floor in front of a target."""
     deep = target.asset.size.z / 2 + obstacle.asset.size.z / 2
     for gap in (0.04, 0.12, 0.25):
         for share in (0.0, 0.3, -0.3):
             x, z = rotate_floor(share * target.asset.size.x, deep + gap, target.rotation.y)
-            yield standing(obstacle, target.position.x + x, target.position.z + z, target.rotation.y)
+            yield floor_placement(obstacle, target.position.x + x, target.position.z + z, target.rotation.y)
 
 
-def standing(thing: Thing, x: float, z: float, yaw: float) -> Placement:
+def floor_placement(thing: Thing, x: float, z: float, yaw: float) -> Placement:
     """Returns the placement of a thing on the floor at x, z."""
     position = Vec3(round(x, 3), round(thing.asset.size.y / 2, 4), round(z, 3))
     return Placement(position=position, rotation=Vec3(0.0, yaw, 0.0))
@@ -204,16 +208,18 @@ def placed_footprint(thing: Thing, spot: Placement) -> shapely.Polygon:
     return footprint(Box(center=spot.position, size=thing.asset.size, yaw=spot.rotation.y))
 
 
-def standing_footprints(thing: Thing, spots: np.ndarray, yaw: float) -> np.ndarray:
+def footprints_at(thing: Thing, spots: np.ndarray, yaw: float) -> np.ndarray:
     """Returns the floor shapes (n,) of a thing that stands at one of the spots (n, 2) each."""
     corners = floor_corners(Box(center=Vec3(0.0, 0.0, 0.0), size=thing.asset.size, yaw=yaw))
-    rounded = np.array([(round(x, 3), round(z, 3)) for x, z in spots.tolist()]).reshape(-1, 1, 2)  # as in `standing`
+    rounded = np.array([(round(x, 3), round(z, 3)) for x, z in spots.tolist()]).reshape(
+        -1, 1, 2
+    )  # as in `floor_placement`
     return np.asarray(shapely.polygons(rounded + corners))
 
 
 def fits_on_floor(context: HouseContext, obstacle: Thing, spot: Placement, setup: Setup) -> bool:
     """Whether a thing can be set down at a place of the floor on which nothing stands with a setup."""
-    fits = context.can_begin(setup) and context.oracle.bare_floor().covers(placed_footprint(obstacle, spot))
+    fits = context.can_begin(setup) and context.view.bare_floor().covers(placed_footprint(obstacle, spot))
     context.begin(Setup())
     return fits
 
@@ -222,11 +228,11 @@ def _with(setup: Setup, obstacle: Thing, spot: Placement) -> Setup:
     return Setup(objects={**setup.objects, obstacle.id: ObjectSetup(placement=spot)})
 
 
-def _moved(obstacle: Thing) -> Constraint:
+def _moved_constraint(obstacle: Thing) -> Constraint:
     return Constraint(kind="object_moved", object_id=obstacle.id, latched=True, distance_m=MOVED_M)
 
 
-def draft_of(context: HouseContext, sketch: PartialTask, start: Pose | None = None) -> Iterator[Episode]:
+def drafts_of_task(context: HouseContext, sketch: PartialTask, start: Pose | None = None) -> Iterator[Episode]:
     """Yields one draft, or none where no start or no words are found."""
     target, constraint = sketch.target, sketch.constraint
     if not context.can_begin(sketch.setup):
@@ -235,7 +241,7 @@ def draft_of(context: HouseContext, sketch: PartialTask, start: Pose | None = No
     start = start or context.start_seeing(
         target,
         START_AWAY_M,
-        LOOKING_DOWN_DEG,
+        DEFAULT_HORIZON_DEG,
         is_in_view(context),
         lambda pose: context.sees_clearly(pose, also, is_in_view(context)),
     )
@@ -243,19 +249,19 @@ def draft_of(context: HouseContext, sketch: PartialTask, start: Pose | None = No
     context.begin(Setup())
     if start is None or phrase is None or other is None:
         return
-    if sketch.template == "hand" and not referents(other.placeless, [context.items[target.id]]):
-        other = other.placeless
+    if sketch.template == "hand" and not referents(other.without_place, [context.items[target.id]]):
+        other = other.without_place
     words = sketch.words or sketch.template
-    slots = order(sketch.act, target.category, str(phrase), context.rng) | {
+    slots = order_slots(sketch.act, target.category, str(phrase), context.rng) | {
         "target": str(phrase),
         "obstacle": str(other),
-        **spoken_of(target.category, "target_"),
-        **spoken_of(context.thing(constraint.object_id).category, "obstacle_"),
+        **pronoun_slots(target.category, "target_"),
+        **pronoun_slots(context.thing(constraint.object_id).category, "obstacle_"),
     }
     if words == "leaf":
-        slots |= opened(context.thing(constraint.object_id).category, str(other)).slots("blocker")
+        slots |= opening_phrase(context.thing(constraint.object_id).category, str(other)).slots("blocker")
     elif sketch.act in ("open", "close"):
-        slots |= opened(target.category, str(phrase)).slots()
+        slots |= opening_phrase(target.category, str(phrase)).slots()
     bindings = {"target": target.id}
     if constraint.object_id != target.id:
         bindings["obstacle"] = constraint.object_id

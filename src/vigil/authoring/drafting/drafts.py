@@ -23,12 +23,12 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter
 
 from vigil.authoring.language.sentences import Forms
-from vigil.base.json_lines import AppendFile, parse, read_lines
+from vigil.base.json_lines import AppendFile, parse_line, read_lines
 from vigil.base.json_lines import Line as JsonLine
-from vigil.base.versions import reads_schema
+from vigil.base.versions import schema_validator
 from vigil.errors import HouseError, SettingError
-from vigil.housegen.document import maker_of
-from vigil.packs.pack import other_assets
+from vigil.housegen.document import generator_name
+from vigil.packs.pack import asset_mismatch
 from vigil.packs.private import secret_name
 from vigil.protocol.actions import Action
 from vigil.protocol.episode import Episode, Family
@@ -39,14 +39,14 @@ DRAFTS_SCHEMA = 1
 DRAFTS_VERSION = 4
 """Of what is drafted in a house, and in which words. Raised when a house and a seed yield other drafts than before:
 `tests/authoring/streaming` pins some. Drafts files, recipes and streams of another version are refused."""
-UNNAMED_DRAFTS = 1
+UNVERSIONED_DRAFTS = 1
 """The version of drafts that name none."""
 DIGITS = 6
 """Of a draft's own hash in its id."""
 
 
 HOUSE_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"
-MOST_LINES = 100_000
+MAX_LINES = 100_000
 """Houses in one file."""
 Split = Literal["train", "val", "test"]
 """Of ProcTHOR-10K."""
@@ -60,7 +60,7 @@ class Header(_Line):
     """Who proposes, and with which settings; two parts of one file agree on it."""
 
     line: Literal["header"] = "header"
-    schema_version: Annotated[int, reads_schema(DRAFTS_SCHEMA)] = DRAFTS_SCHEMA
+    schema_version: Annotated[int, schema_validator(DRAFTS_SCHEMA)] = DRAFTS_SCHEMA
     author: str
     seed: int
     simulator: str
@@ -70,7 +70,7 @@ class Header(_Line):
     """Drawn for each draft, of which the hardest is kept; written where there are several."""
     forms: Forms = "public"
     """Which half of the sentence forms is spoken."""
-    drafts: int = Field(default=UNNAMED_DRAFTS, ge=1)
+    drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)
     """The version of what is drafted, and in which words."""
     is_seed_secret: bool = False
     """Whether houses and episodes have names that tell nothing of the seed; written where they have."""
@@ -87,7 +87,7 @@ class HouseOrigin(_Line):
     dataset: str = Field(pattern=r"^[^/\x00]{1,255}$")
     """Of a dataset, or the name of a file."""
     split: Split | None = None
-    index: int | None = Field(default=None, ge=0, lt=MOST_LINES)
+    index: int | None = Field(default=None, ge=0, lt=MAX_LINES)
     """Line of the file, or place in the split, from 0; None for the only house of a file."""
     revision: str | None = Field(default=None, pattern=r"^[0-9a-f]{40}$")
     sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
@@ -159,7 +159,7 @@ _LINE: TypeAdapter[Header | DraftLine] = TypeAdapter(Annotated[Header | DraftLin
 
 
 @dataclass(frozen=True, slots=True)
-class Proposed:
+class DraftsContent:
     """All that a drafts file says."""
 
     header: Header
@@ -198,14 +198,14 @@ class DraftsFile:
             self.houses.mkdir(exist_ok=True)
             yield DraftsWriter(file, self.houses, frozenset((each.house, each.family) for each in done))
 
-    def read(self) -> Proposed:
+    def read(self) -> DraftsContent:
         """Returns what the file says. Raises SettingError naming the line that is wrong."""
         return self._proposed(_finished(self._lines()))
 
     def check_assets(self, given: str | None) -> None:
         """Raises SettingError when the drafts were made with another asset database than the one of hash `given`."""
         header = self._proposed(self._lines(most=1)).header
-        fault = other_assets(f"Drafts file {str(self.path)!r}", header.asset_database_sha256, given)
+        fault = asset_mismatch(f"Drafts file {str(self.path)!r}", header.asset_database_sha256, given)
         if fault is not None:
             raise SettingError(fault)
 
@@ -224,27 +224,28 @@ class DraftsFile:
     def _continue(self, file: AppendFile, header: Header) -> tuple[FamilyDone, ...]:
         """Returns what is done in the file, which then ends with it."""
         first = _bytes_of(header)
-        if first.startswith(b"".join(line.data for line in file.lines.whole) + file.lines.torn):
-            file.cut(0)  # nothing, or what a kill left of the first line
+        if first.startswith(b"".join(line.data for line in file.lines.complete) + file.lines.partial_line):
+            file.truncate(0)  # nothing, or what a kill left of the first line
             file.append(first)
             return ()
-        finished = _finished(file.lines.whole)
+        finished = _finished(file.lines.complete)
         found = self._proposed(finished)
         if found.header != header:
             raise SettingError(
                 f"Drafts file {str(self.path)!r} was begun with other settings ({_differences(found.header, header)}). "
                 "Use the same ones, or another file."
             )
-        file.cut(finished[-1].end)
+        file.truncate(finished[-1].end)
         return found.done
 
-    def _proposed(self, lines: Sequence[JsonLine]) -> Proposed:
+    def _proposed(self, lines: Sequence[JsonLine]) -> DraftsContent:
         rows = [
-            parse(line, _LINE, str(self.path), "Restore the file, or propose anew.", SettingError) for line in lines
+            parse_line(line, _LINE, str(self.path), "Restore the file, or propose anew.", SettingError)
+            for line in lines
         ]
         if not rows or not isinstance(rows[0], Header):
             raise SettingError(f"Drafts file {str(self.path)!r} does not begin with a header. Propose anew.")
-        return Proposed(
+        return DraftsContent(
             rows[0],
             tuple(row for row in rows if isinstance(row, Draft)),
             tuple(row for row in rows if isinstance(row, Rejection)),
@@ -290,7 +291,7 @@ def id_stem(episode: Episode, category: str, house: House) -> str:
     seed = episode.provenance.seed
     number = re.search(r"\d{0,9}$", house.name, re.ASCII)
     which = f"seed{seed:03d}" if seed is not None else f"house{int((number and number[0]) or 0):03d}"
-    return f"{maker_of(house)}_{category.lower()}_{which}"
+    return f"{generator_name(house)}_{category.lower()}_{which}"
 
 
 def _bytes_of(line: Header | DraftLine) -> bytes:

@@ -15,7 +15,7 @@ from typing import Protocol
 
 import numpy as np
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.authoring.drafting.drafts import (
     DRAFTS_VERSION,
     ClosureDraft,
@@ -30,7 +30,7 @@ from vigil.authoring.drafting.drafts import (
 )
 from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.drafting.house_context import AUTHOR, HouseContext
-from vigil.authoring.drafting.sources import Source
+from vigil.authoring.drafting.sources import HouseSource
 from vigil.authoring.language.sentences import Forms
 from vigil.authoring.review.validate import Validator
 from vigil.base.processes import worker_pool
@@ -120,30 +120,30 @@ class GenerationProgress:
     rejected: int
 
 
-Unit = tuple[Source, tuple[Family, ...]]
-Found = tuple[House | None, list[DraftLine]]
+WorkUnit = tuple[HouseSource, tuple[Family, ...]]
+HouseResult = tuple[House | None, list[DraftLine]]
 
 
 def generate_drafts(
     file: DraftsFile,
-    sources: Iterable[Source],
+    sources: Iterable[HouseSource],
     settings: GenerationSettings,
     *,
     workers: int = 1,
     proposer: tuple[str, Proposer] | None = None,
-    bench: Callable[[GenerationSettings], "Bench"] | None = None,
+    make_worker: Callable[[GenerationSettings], "DraftWorker"] | None = None,
     on_progress: Callable[[GenerationProgress], None] = lambda report: None,
 ) -> None:
     """Proposes in all houses that are not done yet, and appends the drafts and rejections to `file`.
 
     `proposer` is an author's name with its function, which then works in this process alone; the grammar by default.
-    `bench` makes what works in each process, of a suite whose drafts are no single episodes.
+    `make_worker` makes what works in each process, of a suite whose drafts are no single episodes.
     Raises SettingError, or RecordError when the file cannot be written.
     """
     wanted = list(sources)
     author = proposer[0] if proposer else settings.author
     with file.writing(settings.header(settings.backend, author)) as writer:
-        units: list[Unit] = []
+        units: list[WorkUnit] = []
         for index, source in enumerate(wanted):
             missing: tuple[Family, ...] = tuple(
                 family for family in settings.families_in(index) if (source.name, family) not in writer.done
@@ -151,7 +151,7 @@ def generate_drafts(
             if missing:
                 units.append((source, missing))
         kept = rejected = 0
-        work = _worked(units, settings, workers, proposer, bench or grammar_bench)
+        work = _house_results(units, settings, workers, proposer, make_worker or grammar_worker)
         for number, (house, lines) in enumerate(work, start=1):
             writer.add(house, lines)
             kept += sum(isinstance(line, Draft | ClosureDraft) for line in lines)
@@ -159,20 +159,20 @@ def generate_drafts(
             on_progress(GenerationProgress(number, len(units), kept, rejected))
 
 
-def _worked(
-    units: Sequence[Unit],
+def _house_results(
+    units: Sequence[WorkUnit],
     settings: GenerationSettings,
     workers: int,
     proposer: tuple[str, Proposer] | None,
-    bench: Callable[[GenerationSettings], "Bench"],
-) -> Iterator[Found]:
+    make_worker: Callable[[GenerationSettings], "DraftWorker"],
+) -> Iterator[HouseResult]:
     if proposer is not None or workers == 1 or len(units) < 2:
-        generator = DraftGenerator(settings, proposer[1]) if proposer else bench(settings)
+        generator = DraftGenerator(settings, proposer[1]) if proposer else make_worker(settings)
         for unit in units:
             yield generator.work(*unit)
         return
-    with worker_pool(workers, _begin_worker, settings, bench) as pool:
-        futures: list[Future[Found]] = [pool.submit(_work, *unit) for unit in units]
+    with worker_pool(workers, _begin_worker, settings, make_worker) as pool:
+        futures: list[Future[HouseResult]] = [pool.submit(_work, *unit) for unit in units]
         try:
             for future in futures:
                 yield future.result()
@@ -180,29 +180,29 @@ def _worked(
             pool.shutdown(cancel_futures=True)
 
 
-class Bench(Protocol):
+class DraftWorker(Protocol):
     """What proposes and validates in one process."""
 
-    def work(self, source: Source, families: tuple[Family, ...]) -> Found:
+    def work(self, source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
         """Returns a house and what came of proposing some families in it."""
         ...
 
 
-def grammar_bench(settings: GenerationSettings) -> Bench:
+def grammar_worker(settings: GenerationSettings) -> DraftWorker:
     """Returns the built-in grammar with its simulator."""
     return DraftGenerator(settings, grammar_proposer(settings))
 
 
-_generators: list[Bench] = []
+_workers: list[DraftWorker] = []
 """The bench of this worker process."""
 
 
-def _begin_worker(settings: GenerationSettings, bench: Callable[[GenerationSettings], Bench]) -> None:
-    _generators.append(bench(settings))
+def _begin_worker(settings: GenerationSettings, make_worker: Callable[[GenerationSettings], DraftWorker]) -> None:
+    _workers.append(make_worker(settings))
 
 
-def _work(source: Source, families: tuple[Family, ...]) -> Found:
-    return _generators[0].work(source, families)
+def _work(source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
+    return _workers[0].work(source, families)
 
 
 def grammar_proposer(settings: GenerationSettings) -> Proposer:
@@ -226,7 +226,7 @@ class DraftGenerator:
         self._simulator = settings.simulator()
         self._validator = Validator(self._simulator, is_draft=True)
 
-    def work(self, source: Source, families: tuple[Family, ...]) -> Found:
+    def work(self, source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
         """Returns a house and what came of proposing some families in it."""
         begun = time.monotonic()
         try:
@@ -235,7 +235,7 @@ class DraftGenerator:
             context.compared_starts = self._settings.starts
             context.forms = self._settings.forms
         except (HouseError, EpisodeError, SettingError) as error:
-            return None, list(without_house(source.name, families, str(error), time.monotonic() - begun))
+            return None, list(lines_without_house(source.name, families, str(error), time.monotonic() - begun))
         origin = source.origin(house)
         lines: list[DraftLine] = [] if origin is None else [origin]
         for family in families:
@@ -301,13 +301,13 @@ def facts_of(context: HouseContext, episode: Episode, actions: tuple[Action, ...
         category=target.category,
         rooms=len(rooms),
         area_m2=round(sum(room_floor(room).area for room in rooms), 1),
-        distance_m=round(context.oracle.state_of(target.id).box_distance_m, 2),
-        is_seen_by_turning=context.is_sighted(episode.start.position, target),
+        distance_m=round(context.view.state_of(target.id).box_distance_m, 2),
+        is_seen_by_turning=context.is_visible_from(episode.start.position, target),
         label=label if label in ("on", "off", "open", "closed") else None,
     )
 
 
-def without_house(name: str, families: tuple[Family, ...], message: str, seconds: float) -> Iterator[DraftLine]:
+def lines_without_house(name: str, families: tuple[Family, ...], message: str, seconds: float) -> Iterator[DraftLine]:
     """Yields the lines of a house that cannot be had."""
     for family in families:
         yield Rejection(family=family, kind="", house=name, rule=HOUSE_RULE, message=message)

@@ -10,16 +10,16 @@ from collections.abc import Iterable
 import numpy as np
 
 from vigil.authoring.language.referring import DescribedThing, Phrase, phrase_for, referents
-from vigil.authoring.solving.aim import surface_points
-from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.solving.look_targets import surface_points
+from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.geometry import Pose
 from vigil.protocol.actions import REACH_M
 from vigil.protocol.goals import OBSERVABLE_PX
-from vigil.scene.geometry import box_distances, box_of
+from vigil.scene.geometry import body_box, box_distances
 from vigil.scene.things import Thing
-from vigil.scoring.levels import COSTS, Measures, index_of
+from vigil.scoring.levels import COSTS, LevelMeasures, index_of
 
-_NOTHING = Measures(
+_NO_DIFFICULTY = LevelMeasures(
     path_m=0.0, turns=0, doors=0, rooms=1, look_alikes=0, target_px=0, containers=0, occlusion=0.0, slack=1.0,
     reference_words=0,
 )  # fmt: skip
@@ -36,27 +36,27 @@ def naming_cost(item: DescribedThing, items: Iterable[DescribedThing]) -> float:
     phrase = phrase_for(item, every)
     words = 0 if phrase is None else len(str(phrase).split()) - 1
     figures = {"look_alikes": len(look_alikes(item, every)), "reference_words": words}
-    measures = _NOTHING.model_copy(update=figures)
+    measures = _NO_DIFFICULTY.model_copy(update=figures)
     return sum(COSTS[name].of(measures) for name in figures)
 
 
-def start_cost(oracle: Oracle, thing: Thing, others: Iterable[str], pose: Pose) -> float:
+def start_cost(view: PrivilegedView, thing: Thing, others: Iterable[str], pose: Pose) -> float:
     """Returns the index that an episode about a thing might have if it started at a pose.
 
     `others` are the look-alikes of the thing. The way is the shortest one to where the thing is within reach.
     """
     names = [thing.id, *others]
-    with oracle.standing_at(pose):
-        states = oracle.world(names).objects
-        seen = oracle.sees(pose.eye, surface_points(thing), thing.id, through_glass=True)
-        walks = oracle.walks()
+    with view.at_pose(pose):
+        states = view.world(names).objects
+        seen = view.sees(pose.eye, surface_points(thing), thing.id, through_glass=True)
+        walks = view.walks()
     cells = walks.plan.cells
-    lengths = walks.lengths[box_distances(box_of(thing), cells) <= REACH_M] if len(cells) else np.empty(0)
+    lengths = walks.lengths[box_distances(body_box(thing), cells) <= REACH_M] if len(cells) else np.empty(0)
     lengths = lengths[np.isfinite(lengths)]
     straight_m = math.dist((pose.position.x, pose.position.z), (thing.position.x, thing.position.z))
-    is_elsewhere = oracle.room_at(pose.position) != oracle.room_at(thing.position)
+    is_elsewhere = view.room_at(pose.position) != view.room_at(thing.position)
     return index_of(
-        _NOTHING.model_copy(
+        _NO_DIFFICULTY.model_copy(
             update={
                 "path_m": float(lengths.min()) if len(lengths) else straight_m,
                 "doors": int(is_elsewhere),

@@ -1,14 +1,14 @@
 """Proposals of searches (SI) for things that lie in something closed, which the instruction does not name."""
 
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
-from vigil.authoring.drafting.proposals import Drafts, start_without
+from vigil.authoring.drafting.proposals import Drafts, start_not_seeing
 from vigil.authoring.drafting.sequences import filled
 from vigil.authoring.language.referring import Phrase, referents
 from vigil.authoring.language.sentences import SEARCH_ORDERS
-from vigil.authoring.language.wording import order, spoken_of
-from vigil.authoring.review.containers import MOST_CLOSED, may_hold, sees_through
+from vigil.authoring.language.wording import order_slots, pronoun_slots
+from vigil.authoring.review.containers import MAX_CLOSED, may_hold, visible_through_glass_from
 from vigil.authoring.review.rules import INSIDE_TEMPLATE
-from vigil.protocol.episode import LOOKING_DOWN_DEG
+from vigil.protocol.episode import DEFAULT_HORIZON_DEG
 from vigil.protocol.goals import ObjectHeld
 from vigil.protocol.world import Setup
 from vigil.scene.things import Thing
@@ -20,14 +20,16 @@ def picking_from_inside(context: HouseContext) -> Drafts:
         if not context.can_begin(setup):
             continue
         target = context.thing(inside.id)
-        phrase = _placeless(context, target) if sees_through(context.oracle, target) is None else None
+        phrase = _placeless(context, target) if visible_through_glass_from(context.view, target) is None else None
         start = (
-            None if phrase is None else start_without(context, target, by_turning=None, horizon=LOOKING_DOWN_DEG / 2)
+            None
+            if phrase is None
+            else start_not_seeing(context, target, by_turning=None, horizon=DEFAULT_HORIZON_DEG / 2)
         )
         context.begin(Setup())
         if start is None or phrase is None:
             continue
-        words = order("pick", target.category, str(phrase), context.rng) | spoken_of(target.category)
+        words = order_slots("pick", target.category, str(phrase), context.rng) | pronoun_slots(target.category)
         task = TaskSpec(
             start=start,
             setup=setup,
@@ -44,13 +46,13 @@ def _placeless(context: HouseContext, target: Thing) -> Phrase | None:
     there are more closed things to look into than can be searched."""
     items = context.items
     item = items[target.id]
-    if item.is_misnamed:
+    if item.has_misleading_name:
         return None
     colours = item.colours[:1] if len(item.colours) == 1 else ()
     for colour in (None, *colours):
         for room in (None, item.room) if item.is_room_one else (None,):
             phrase = Phrase(item.name, colour=colour, room=room)
-            is_fair = len(may_hold(context.oracle, items, target, room)) <= MOST_CLOSED
+            is_fair = len(may_hold(context.view, items, target, room)) <= MAX_CLOSED
             if is_fair and [each.id for each in referents(phrase, items.values())] == [item.id]:
                 return phrase
     return None

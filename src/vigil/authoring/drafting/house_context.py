@@ -11,22 +11,22 @@ from shapely.geometry.base import BaseGeometry
 
 from vigil.authoring.drafting.hard_starts import look_alikes, naming_cost, start_cost
 from vigil.authoring.language.phrases import phrases_of
-from vigil.authoring.language.referring import DescribedThing, Phrase, seen_items, without_repeats
+from vigil.authoring.language.referring import DescribedThing, Phrase, items_as_seen, without_repeats
 from vigil.authoring.language.sentences import Forms, Sentences
-from vigil.authoring.language.wording import say, spoken_of
-from vigil.authoring.solving.aim import surface_points
-from vigil.authoring.solving.free_space import has_room
-from vigil.authoring.solving.oracle import Oracle
-from vigil.authoring.solving.sights import PointCount, seeing_enough
+from vigil.authoring.language.wording import pronoun_slots, say
+from vigil.authoring.solving.free_space import has_room_to_move
+from vigil.authoring.solving.look_targets import surface_points
+from vigil.authoring.solving.privileged_view import PrivilegedView
+from vigil.authoring.solving.visible_points import PointCount, places_seeing_enough
 from vigil.base.geometry import Pose, Vec3, wrap_deg, yaw_towards
 from vigil.errors import EpisodeError
 from vigil.housegen.document import seed_of
 from vigil.protocol.actions import REACH_M
-from vigil.protocol.episode import FAMILIES, Episode, Family, HouseRef, Provenance, Size
+from vigil.protocol.episode import FAMILIES, Episode, Family, HouseRef, Provenance, TargetSize
 from vigil.protocol.goals import Goal
 from vigil.protocol.house import House
 from vigil.protocol.world import ObjectSetup, ObjectState, Setup
-from vigil.scene.geometry import box_distances, box_of
+from vigil.scene.geometry import body_box, box_distances
 from vigil.scene.things import Thing
 from vigil.sim.privileged import PrivilegedSimulator
 
@@ -36,17 +36,17 @@ SIGHT_POINTS = 128
 """Points of a thing that are looked for from a place."""
 SEEN_SHARE = 0.6
 """Of what the best place sees of a thing, this much must be seen from a start."""
-SEEN_SHARE_HARD, FARTHER = 0.3, 1.5
+SEEN_SHARE_HARD, DISTANCE_FACTOR = 0.3, 1.5
 """Where the hardest of several starts is kept: the same share, and how many times farther off a start may be."""
 SPREADS_DEG = (42.0, 25.0, 12.0)
 MARGIN_PX = 20
-HOME_SHARES = ((0.5, 0.5), (0.3, 0.5), (0.7, 0.5), (0.5, 0.3), (0.5, 0.7), (0.3, 0.3), (0.7, 0.7))
+STANDING_POSE_SHARES = ((0.5, 0.5), (0.3, 0.5), (0.7, 0.5), (0.5, 0.3), (0.5, 0.7), (0.3, 0.3), (0.7, 0.7))
 
-Mask = Callable[[np.ndarray], np.ndarray]
+PositionMask = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, slots=True)
-class Clear:
+class VisibilityTest:
     """The test that an object is clearly seen, in a state as seen from somewhere."""
 
     least_px: int
@@ -68,7 +68,7 @@ class TaskSpec:
     bindings: dict[str, str]
     setup: Setup = field(default_factory=Setup)
     template: str = ""
-    difficulty: Size | None = None
+    difficulty: TargetSize | None = None
 
 
 class HouseContext:
@@ -79,7 +79,7 @@ class HouseContext:
         self.simulator = simulator
         self.house = house
         self.rng = rng
-        self.only: frozenset[str] | None = None
+        self.allowed_ids: frozenset[str] | None = None
         """Ids of the things that may be chosen; None for all."""
         self.tried_starts = TRIED_STARTS
         """Places tried for one start."""
@@ -88,25 +88,25 @@ class HouseContext:
         self.forms: Forms = "public"
         """The half of the sentence forms that is spoken."""
         simulator.load(house)
-        self._homes = _homes(simulator, house)
+        self._standing_poses = _standing_poses(simulator, house)
         self.begin(Setup())
-        self.oracle = Oracle(simulator)
+        self.view = PrivilegedView(simulator)
 
     @property
-    def wants_hard(self) -> bool:
+    def prefers_hard_starts(self) -> bool:
         """Whether of several starts the hardest is kept."""
         return self.compared_starts > 1
 
     def begin(self, setup: Setup) -> None:
         """Starts the house anew with a setup; closed doors between rooms are opened."""
         complete = self.with_open_doors(setup)
-        for home in self._homes[:-1]:
+        for home in self._standing_poses[:-1]:
             try:
                 self.simulator.reset(home, complete)
             except EpisodeError:  # an opened leaf stands there: try the next place
                 continue
             return
-        self.simulator.reset(self._homes[-1], complete)
+        self.simulator.reset(self._standing_poses[-1], complete)
 
     def can_begin(self, setup: Setup) -> bool:
         """Starts the house anew with a setup, or without one where it cannot be. Returns whether it could.
@@ -130,23 +130,23 @@ class HouseContext:
     @property
     def items(self) -> dict[str, DescribedThing]:
         """What who sees the things can say of them as they are now."""
-        return seen_items(self.oracle.scene)
+        return items_as_seen(self.view.scene)
 
     def thing(self, thing_id: str) -> Thing:
         """Returns a thing as it is now."""
-        return self.oracle.scene.things[thing_id]
+        return self.view.scene.things[thing_id]
 
     def phrase(self, thing_id: str) -> Phrase | None:
         """Returns what to call a thing as things are now; None when nothing fits it alone."""
-        return phrases_of(self.oracle.scene).of(thing_id)
+        return phrases_of(self.view.scene).of(thing_id)
 
     def say(self, sentences: Sentences, **slots: str) -> str:
         """Returns one of the sentences of the half that is spoken, with its slots filled."""
         return say(sentences.of(self.forms), self.rng, **slots)
 
-    def said_of(self, thing: Thing, sentences: Sentences) -> str:
+    def sentence_about(self, thing: Thing, sentences: Sentences) -> str:
         """Returns a sentence about one thing alone, as things are now."""
-        return self.say(sentences, target=str(self.phrase(thing.id)), **spoken_of(thing.category))
+        return self.say(sentences, target=str(self.phrase(thing.id)), **pronoun_slots(thing.category))
 
     def shuffled(self, things: list[Thing]) -> list[Thing]:
         """Returns things in a random order."""
@@ -154,27 +154,27 @@ class HouseContext:
 
     def things(self, is_wanted: Callable[[Thing], bool]) -> list[Thing]:
         """Returns the wanted things that a phrase can name, in a random order; of a piece's drawers one alone."""
-        wanted = [thing for thing in self.oracle.scene.things.values() if thing.is_present and is_wanted(thing)]
-        if self.only is not None:
-            wanted = [thing for thing in wanted if thing.id in self.only]
-        phrases = phrases_of(self.oracle.scene)
+        wanted = [thing for thing in self.view.scene.things.values() if thing.is_present and is_wanted(thing)]
+        if self.allowed_ids is not None:
+            wanted = [thing for thing in wanted if thing.id in self.allowed_ids]
+        phrases = phrases_of(self.view.scene)
         named = _one_drawer_each([thing for thing in self.shuffled(wanted) if phrases.of(thing.id)])
-        if not self.wants_hard:
+        if not self.prefers_hard_starts:
             return named
         items = self.items
         return sorted(named, key=lambda thing: -naming_cost(items[thing.id], items.values()))
 
-    def starts(self, is_wanted: Mask, tried: int | None = None) -> Iterator[Vec3]:
+    def starts(self, is_wanted: PositionMask, tried: int | None = None) -> Iterator[Vec3]:
         """Yields reachable places in a random order; `is_wanted` takes places (n, 2) of x, z."""
-        walks = self.oracle.walks()
+        walks = self.view.walks()
         yield from self._drawn(walks.plan.cells[np.isfinite(walks.lengths)], is_wanted, tried or self.tried_starts)
 
-    def places_in(self, region: BaseGeometry, is_wanted: Mask, tried: int) -> Iterator[Vec3]:
+    def places_in(self, region: BaseGeometry, is_wanted: PositionMask, tried: int) -> Iterator[Vec3]:
         """Yields places in a part of the free floor in a random order, reachable or not."""
-        cells = self.oracle.plan().cells
+        cells = self.view.plan().cells
         yield from self._drawn(cells[shapely.contains_xy(region, cells[:, 0], cells[:, 1])], is_wanted, tried)
 
-    def _drawn(self, cells: np.ndarray, is_wanted: Mask, tried: int) -> Iterator[Vec3]:
+    def _drawn(self, cells: np.ndarray, is_wanted: PositionMask, tried: int) -> Iterator[Vec3]:
         cells = cells[is_wanted(cells)] if len(cells) else cells
         for index in self.rng.permutation(len(cells))[:tried]:
             x, z = (round(float(value), 3) for value in cells[index])
@@ -185,48 +185,48 @@ class HouseContext:
         yaw = yaw_towards(place, thing.position) + aside_deg + float(self.rng.uniform(-spread_deg, spread_deg))
         return Pose(position=place, rotation=float(round(wrap_deg(yaw)) % 360), horizon=horizon)
 
-    def has_room(self, pose: Pose) -> bool:
+    def has_room_to_move(self, pose: Pose) -> bool:
         """Whether there is room to move at a pose, as there must be at a start."""
-        return has_room(self.oracle.plan().tight, pose)
+        return has_room_to_move(self.view.plan().tight, pose)
 
     def seen_from(self, pose: Pose, thing_id: str) -> ObjectState:
         """Returns a thing's state as seen from a pose."""
-        with self.oracle.standing_at(pose):
-            return self.oracle.state_of(thing_id)
+        with self.view.at_pose(pose):
+            return self.view.state_of(thing_id)
 
-    def sights(self, place: Vec3, thing: Thing) -> PointCount:
+    def visible_points(self, place: Vec3, thing: Thing) -> PointCount:
         """Returns the count of the sampled points of a thing that are seen from a place, looking anywhere."""
         return PointCount(surface_points(thing, SIGHT_POINTS), lambda points: self._seen_of(place, thing, points))
 
-    def is_sighted(self, place: Vec3, thing: Thing) -> bool:
+    def is_visible_from(self, place: Vec3, thing: Thing) -> bool:
         """Whether any of the sampled points of a thing is seen from a place, looking anywhere."""
-        return self.sights(place, thing).is_at_least(1)
+        return self.visible_points(place, thing).is_at_least(1)
 
     def _seen_of(self, place: Vec3, thing: Thing, points: np.ndarray) -> np.ndarray:
         eye = Pose(position=place, rotation=0.0).eye
-        return self.oracle.sees(eye, points, thing.id, through_glass=True)
+        return self.view.sees(eye, points, thing.id, through_glass=True)
 
     def start_seeing(
         self,
         thing: Thing,
         away: tuple[float, float],
         horizon: float,
-        is_clear: Clear,
+        is_clear: VisibilityTest,
         also: Callable[[Pose], bool] = lambda _: True,
     ) -> Pose | None:
         """Returns a start pose at a distance from a thing that sees it clearly, and of which `also` is true.
 
         None when none is found.
         """
-        farther = FARTHER if self.wants_hard and away[1] > REACH_M else 1.0
+        farther = DISTANCE_FACTOR if self.prefers_hard_starts and away[1] > REACH_M else 1.0
         places = list(self.starts(self.away_from(thing, away[0], farther * away[1])))
-        share = SEEN_SHARE_HARD if self.wants_hard else SEEN_SHARE
+        share = SEEN_SHARE_HARD if self.prefers_hard_starts else SEEN_SHARE
 
         def poses() -> Iterator[Pose]:
-            for place in seeing_enough(places, lambda place: self.sights(place, thing), share):
+            for place in places_seeing_enough(places, lambda place: self.visible_points(place, thing), share):
                 for spread_deg in SPREADS_DEG:
                     pose = self.facing(place, thing, horizon, spread_deg)
-                    if self.has_room(pose) and also(pose) and self.sees_clearly(pose, [thing.id], is_clear):
+                    if self.has_room_to_move(pose) and also(pose) and self.sees_clearly(pose, [thing.id], is_clear):
                         yield pose
                         break
 
@@ -239,19 +239,19 @@ class HouseContext:
             return next(iter(found), None)
         items = self.items
         others = look_alikes(items[thing.id], items.values())
-        return max(found, key=lambda pose: start_cost(self.oracle, thing, others, pose))
+        return max(found, key=lambda pose: start_cost(self.view, thing, others, pose))
 
-    def sees_clearly(self, pose: Pose, thing_ids: list[str], is_clear: Clear) -> bool:
+    def sees_clearly(self, pose: Pose, thing_ids: list[str], is_clear: VisibilityTest) -> bool:
         """Whether all of the things are clear from a pose."""
         return all(self._is_clear_from(pose, thing_id, is_clear) for thing_id in thing_ids)
 
-    def _is_clear_from(self, pose: Pose, thing_id: str, is_clear: Clear) -> bool:
-        with self.oracle.standing_at(pose):
-            return self.oracle.may_show(thing_id, is_clear.least_px) and is_clear(self.oracle.state_of(thing_id))
+    def _is_clear_from(self, pose: Pose, thing_id: str, is_clear: VisibilityTest) -> bool:
+        with self.view.at_pose(pose):
+            return self.view.may_be_visible(thing_id, is_clear.least_px) and is_clear(self.view.state_of(thing_id))
 
-    def away_from(self, thing: Thing, least_m: float, most_m: float) -> Mask:
+    def away_from(self, thing: Thing, least_m: float, most_m: float) -> PositionMask:
         """Returns the mask of places between two distances from a thing's box."""
-        box = box_of(thing)
+        box = body_box(thing)
 
         def mask(places: np.ndarray) -> np.ndarray:
             distances = box_distances(box, places)
@@ -280,16 +280,16 @@ class HouseContext:
 
 def _one_drawer_each(things: list[Thing]) -> list[Thing]:
     """Returns things in their order, of the drawers of each piece of furniture the first alone."""
-    chosen = {thing.parent: thing for thing in reversed(things) if thing.is_part}
-    return [thing for thing in things if not thing.is_part or chosen[thing.parent] is thing]
+    chosen = {thing.parent: thing for thing in reversed(things) if thing.is_drawer}
+    return [thing for thing in things if not thing.is_drawer or chosen[thing.parent] is thing]
 
 
-def _homes(simulator: PrivilegedSimulator, house: House) -> list[Pose]:
+def _standing_poses(simulator: PrivilegedSimulator, house: House) -> list[Pose]:
     """Returns where to stand while drafting: the house's own start, then free places all over it."""
     homes = [house.start] if house.start is not None else []
     for room in simulator.scene().rooms:
         low, high = room.polygon.min(axis=0), room.polygon.max(axis=0)
-        for share_x, share_z in HOME_SHARES:
+        for share_x, share_z in STANDING_POSE_SHARES:
             x, z = float(low[0] + share_x * (high[0] - low[0])), float(low[1] + share_z * (high[1] - low[1]))
             homes.append(Pose(position=Vec3(x, 0.0, z), rotation=0.0))
     free = [home for home in homes if simulator.can_stand(home.position)]

@@ -15,31 +15,31 @@ from vigil.authoring.drafting.constraints import (
     FACING_SPREAD_DEG,
     PartialTask,
     acts_for,
-    draft_of,
-    standing,
-    standing_footprints,
+    drafts_of_task,
+    floor_placement,
+    footprints_at,
 )
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import Drafts, is_in_view, is_seen, is_target, setup_for
 from vigil.authoring.solving.free_space import is_cut_off
 from vigil.base.geometry import Pose
-from vigil.protocol.episode import LOOKING_DOWN_DEG
+from vigil.protocol.episode import DEFAULT_HORIZON_DEG
 from vigil.protocol.goals import Constraint
 from vigil.protocol.world import ObjectSetup, Placement, Setup
-from vigil.scene.geometry import box_of
+from vigil.scene.geometry import body_box
 from vigil.scene.outlines import BODY_RADIUS_M, thing_shapes
 from vigil.scene.things import Thing
 
 LEAVES = ("Doorway", "Fridge", "Cabinet", "WashingMachine", "ClothesDryer", "Drawer", "Safe", "Stove")
-LIGHT = ("Chair", "Stool", "GarbageCan", "LaundryHamper", "HousePlant", "VacuumCleaner")
-HEAVY = ("Ottoman", "FloorLamp", "RoomDecor", "Cart", "ArmChair", "DogBed", "SideTable", "CoffeeTable")
+LIGHT_FURNITURE = ("Chair", "Stool", "GarbageCan", "LaundryHamper", "HousePlant", "VacuumCleaner")
+HEAVY_FURNITURE = ("Ottoman", "FloorLamp", "RoomDecor", "Cart", "ArmChair", "DogBed", "SideTable", "CoffeeTable")
 """What may stand beside an open leaf, and is not for carrying; heavy things stay in their room."""
-LEAST_ROOM_M2 = 0.2
+MIN_ROOM_M2 = 0.2
 GAP_M = 2 * BODY_RADIUS_M
 """A body does not pass through less."""
 AROUND_M, STEP_M = 1.0, 0.12
-TRIED_PLACES, TRIED_FURNITURE, STAGINGS = 40, 4, 2
-TRIED_TARGETS, TRIED_STARTS, LEAST_SIGHTS = 10, 24, 6
+TRIED_PLACES, TRIED_FURNITURE, MAX_SETUPS = 40, 4, 2
+TRIED_TARGETS, TRIED_STARTS, MIN_VISIBLE_POINTS = 10, 24, 6
 AWAY_M = (1.6, 6.0)
 HEADINGS_DEG = (0.0, 90.0)
 """Of furniture beside a leaf."""
@@ -50,18 +50,18 @@ LEAF_PX = 8000
 def leaf_in_the_way(context: HouseContext) -> Drafts:
     """Yields drafts in which an open leaf bars the only way to the target, which is seen past it."""
     for leaf in context.things(lambda thing: thing.is_openable and thing.category in LEAVES):
-        for setup in islice(_stagings(context, leaf), STAGINGS):
+        for setup in islice(_blocking_setups(context, leaf), MAX_SETUPS):
             for target in context.things(lambda thing: is_target(thing) and bool(acts_for(thing)))[:TRIED_TARGETS]:
                 act = acts_for(target)[int(context.rng.integers(len(acts_for(target))))]
                 asked = Setup(objects={**setup_for(target, act).objects, **setup.objects})
-                start = _behind(context, target, leaf, asked) if target.id not in setup.objects else None
+                start = _start_behind(context, target, leaf, asked) if target.id not in setup.objects else None
                 if start is not None:
                     constraint = Constraint(kind="object_closed", object_id=leaf.id, latched=True)
-                    yield from draft_of(context, PartialTask("leaf", asked, target, act, constraint), start)
+                    yield from drafts_of_task(context, PartialTask("leaf", asked, target, act, constraint), start)
                     break
 
 
-def _stagings(context: HouseContext, leaf: Thing) -> Iterator[Setup]:
+def _blocking_setups(context: HouseContext, leaf: Thing) -> Iterator[Setup]:
     """Yields setups in which a leaf, open, splits the free floor that it does not split when closed."""
     opened = {leaf.id: ObjectSetup(openness=1.0)}
     if not context.can_begin(Setup(objects=opened)):
@@ -90,12 +90,12 @@ def _tight_spots(
     shapes: Any = np.empty(len(places), dtype=object)
     for yaw in HEADINGS_DEG:
         chosen = places[:, 2] == yaw
-        shapes[chosen] = standing_footprints(thing, places[chosen, :2], yaw)
+        shapes[chosen] = footprints_at(thing, places[chosen, :2], yaw)
     left = np.flatnonzero(shapely.distance(shapes, swung) < GAP_M)
     left = left[shapely.distance(shapes[left], shut.bare.boundary) < GAP_M]
     for index in left[shapely.covers(open_.bare, shapes[left])].tolist():
         x, z, yaw = places[index].tolist()
-        yield standing(thing, x, z, yaw), shapes[index]
+        yield floor_placement(thing, x, z, yaw), shapes[index]
 
 
 class _LeafFloor:
@@ -103,19 +103,19 @@ class _LeafFloor:
 
     def __init__(self, context: HouseContext, leaf: Thing, openness: float) -> None:
         context.begin(Setup(objects={leaf.id: ObjectSetup(openness=openness)}))
-        self.free = context.oracle.plan().tight
-        self.bare = context.oracle.bare_floor()
+        self.free = context.view.plan().tight
+        self.bare = context.view.bare_floor()
         self.shape = shapely.unary_union(thing_shapes(context.thing(leaf.id)))
 
 
 def _may_stand_by(context: HouseContext, leaf: Thing, thing: Thing) -> bool:
-    is_at_home = context.oracle.room_at(thing.position) == context.oracle.room_at(leaf.position)
-    return thing.category in LIGHT or (thing.category in HEAVY and is_at_home)
+    is_at_home = context.view.room_at(thing.position) == context.view.room_at(leaf.position)
+    return thing.category in LIGHT_FURNITURE or (thing.category in HEAVY_FURNITURE and is_at_home)
 
 
 def _is_alone(context: HouseContext, thing: Thing) -> bool:
     """Whether a thing stands on the floor, cannot be carried, and carries nothing."""
-    others = context.oracle.scene.things.values()
+    others = context.view.scene.things.values()
     return thing.parent is None and not thing.is_pickupable and all(other.parent != thing.id for other in others)
 
 
@@ -139,27 +139,27 @@ def _is_split(open_: BaseGeometry, shut: BaseGeometry) -> bool:
 
 
 def _rooms(free: BaseGeometry) -> list[BaseGeometry]:
-    return [part for part in shapely.get_parts(free) if part.area >= LEAST_ROOM_M2]
+    return [part for part in shapely.get_parts(free) if part.area >= MIN_ROOM_M2]
 
 
-def _behind(context: HouseContext, target: Thing, leaf: Thing, setup: Setup) -> Pose | None:
+def _start_behind(context: HouseContext, target: Thing, leaf: Thing, setup: Setup) -> Pose | None:
     """Returns a start pose that sees a target and is cut off from it by a leaf alone; None without one."""
     closed = {**setup.objects, leaf.id: ObjectSetup(openness=0.0)}
     if not context.can_begin(setup.model_copy(update={"objects": closed})):
         return None
-    shut = context.oracle.plan().tight
+    shut = context.view.plan().tight
     if not context.can_begin(setup):
         return None
-    for part in _rooms(context.oracle.plan().tight):
+    for part in _rooms(context.view.plan().tight):
         inside = part.representative_point()
         place = inside.x, inside.y
-        is_cut = is_cut_off(part, place, box_of(target)) and shut.covers(inside)
-        if not is_cut or is_cut_off(shut, place, box_of(target)):
+        is_cut = is_cut_off(part, place, body_box(target)) and shut.covers(inside)
+        if not is_cut or is_cut_off(shut, place, body_box(target)):
             continue
         for spot in context.places_in(part, context.away_from(target, *AWAY_M), TRIED_STARTS):
-            if context.sights(spot, target).is_at_least(LEAST_SIGHTS):
-                start = context.facing(spot, target, LOOKING_DOWN_DEG, FACING_SPREAD_DEG)
-                is_met = context.has_room(start) and context.sees_clearly(start, [leaf.id], is_seen(LEAF_PX))
+            if context.visible_points(spot, target).is_at_least(MIN_VISIBLE_POINTS):
+                start = context.facing(spot, target, DEFAULT_HORIZON_DEG, FACING_SPREAD_DEG)
+                is_met = context.has_room_to_move(start) and context.sees_clearly(start, [leaf.id], is_seen(LEAF_PX))
                 if is_met and context.sees_clearly(start, [target.id], is_in_view(context)):
                     return start
     return None

@@ -8,28 +8,28 @@ from collections.abc import Callable
 from vigil.authoring.drafting.constraints import acts_for
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import (
-    AWAY_M,
     LEVEL_DEG,
+    START_DISTANCE_M,
     Drafts,
+    can_be_searched_for,
     goal_for,
     is_approachable,
     is_in_view,
     is_in_view_to_point,
+    is_searchable,
     is_target,
-    is_worth_seeing,
-    may_be_sought,
     setup_for,
     size_of_thing,
-    start_without,
+    start_not_seeing,
 )
+from vigil.authoring.language.disambiguation import anchor_of, disambiguating_phrases, look_alikes
 from vigil.authoring.language.referring import Phrase
 from vigil.authoring.language.sentences import APPROACH, ORDERS, POINT, SEARCH, SEARCH_ORDERS, Sentences
-from vigil.authoring.language.telling_apart import anchor_of, look_alikes, phrases_apart
-from vigil.authoring.language.wording import order, spoken_of
-from vigil.authoring.review.rules import ALIKE_TEMPLATE, place_blind_to
-from vigil.authoring.solving.aim import surface_points
+from vigil.authoring.language.wording import order_slots, pronoun_slots
+from vigil.authoring.review.rules import LOOK_ALIKE_TEMPLATE, place_blind_to
+from vigil.authoring.solving.look_targets import surface_points
 from vigil.base.geometry import Pose, floor_distance, wrap_deg, yaw_towards
-from vigil.protocol.episode import FAMILIES, LOOKING_DOWN_DEG, Family
+from vigil.protocol.episode import DEFAULT_HORIZON_DEG, FAMILIES, Family
 from vigil.protocol.goals import (
     NEAR_M,
     OBSERVABLE_M,
@@ -44,7 +44,7 @@ from vigil.scene.things import Thing
 
 STARTS = 3
 """Starts out of the target's sight that are tried for one that sees a look-alike."""
-GLANCE = 16
+GLANCE_POINTS = 16
 """Points of a look-alike that are looked for before its pixels are counted."""
 HALF_VIEW_DEG = 53.0
 """From the middle of the picture to its side."""
@@ -52,34 +52,34 @@ WALK_TEMPLATE = "walk"
 PoseTest = Callable[[Pose], bool]
 
 
-def pointing_apart(context: HouseContext) -> Drafts:
+def pointing_among_look_alikes(context: HouseContext) -> Drafts:
     """Yields PG drafts."""
 
     def start(thing: Thing, also: PoseTest) -> Pose | None:
         is_clear = is_in_view_to_point(context, size_of_thing(thing))
-        return context.start_seeing(thing, AWAY_M["PG"], LOOKING_DOWN_DEG, is_clear, also)
+        return context.start_seeing(thing, START_DISTANCE_M["PG"], DEFAULT_HORIZON_DEG, is_clear, also)
 
     yield from _drafts(context, ("PG", POINT), start, lambda thing: TargetGrounded(object_id=thing.id))
 
 
-def approaching_apart(context: HouseContext) -> Drafts:
+def approaching_among_look_alikes(context: HouseContext) -> Drafts:
     """Yields DA drafts."""
 
     def start(thing: Thing, also: PoseTest) -> Pose | None:
-        if not is_approachable(thing) or place_blind_to(context.oracle, thing, NEAR_M) is not None:
+        if not is_approachable(thing) or place_blind_to(context.view, thing, NEAR_M) is not None:
             return None
-        return context.start_seeing(thing, AWAY_M["DA"], LOOKING_DOWN_DEG, is_in_view(context), also)
+        return context.start_seeing(thing, START_DISTANCE_M["DA"], DEFAULT_HORIZON_DEG, is_in_view(context), also)
 
     yield from _drafts(
         context, ("DA", APPROACH), start, lambda thing: AgentNearTarget(object_id=thing.id, threshold_m=NEAR_M)
     )
 
 
-def searching_apart(context: HouseContext) -> Drafts:
+def searching_among_look_alikes(context: HouseContext) -> Drafts:
     """Yields VS drafts: the target is seen from another place only."""
 
     def start(thing: Thing, also: PoseTest) -> Pose | None:
-        if not is_worth_seeing(thing):
+        if not is_searchable(thing):
             return None
         return _start_out_of_view(context, thing, also, by_turning=False, horizon=LEVEL_DEG)
 
@@ -88,21 +88,21 @@ def searching_apart(context: HouseContext) -> Drafts:
     )
 
 
-def acting_apart(context: HouseContext) -> Drafts:
+def acting_among_look_alikes(context: HouseContext) -> Drafts:
     """Yields AI drafts."""
 
     def start(thing: Thing, also: PoseTest) -> Pose | None:
-        return context.start_seeing(thing, AWAY_M["AI"], LOOKING_DOWN_DEG, is_in_view(context), also)
+        return context.start_seeing(thing, START_DISTANCE_M["AI"], DEFAULT_HORIZON_DEG, is_in_view(context), also)
 
     yield from _drafts(context, ("AI", ORDERS), start, None)
 
 
-def seeking_apart(context: HouseContext) -> Drafts:
+def seeking_among_look_alikes(context: HouseContext) -> Drafts:
     """Yields SI drafts."""
     yield from _drafts(
         context,
         ("SI", SEARCH_ORDERS),
-        lambda thing, also: _start_out_of_view(context, thing, also, by_turning=None, horizon=LOOKING_DOWN_DEG / 2),
+        lambda thing, also: _start_out_of_view(context, thing, also, by_turning=None, horizon=DEFAULT_HORIZON_DEG / 2),
         None,
     )
 
@@ -122,19 +122,19 @@ def _drafts(
         act = options[int(context.rng.integers(len(options)))] if options else None
         setup = setup_for(thing, act) if act is not None else Setup()
         phrase = _phrase(context, thing, setup)
-        start = start_for(thing, _sees_apart(context, thing, phrase, family)) if phrase is not None else None
+        start = start_for(thing, _sees_look_alike(context, thing, phrase, family)) if phrase is not None else None
         context.begin(Setup())
         if start is None or phrase is None:
             continue
-        words = order(act, thing.category, str(phrase), context.rng) if act is not None else {}
-        words |= spoken_of(thing.category)
+        words = order_slots(act, thing.category, str(phrase), context.rng) if act is not None else {}
+        words |= pronoun_slots(thing.category)
         task = TaskSpec(
             start=start,
             setup=setup,
             instruction=context.say(sentences, target=str(phrase), **words),
             goal=goal_of(thing) if goal_of is not None else goal_for(thing, act or "pick"),
             bindings={"target": thing.id},
-            template=WALK_TEMPLATE if family == "VS" else ALIKE_TEMPLATE,
+            template=WALK_TEMPLATE if family == "VS" else LOOK_ALIKE_TEMPLATE,
             difficulty=size_of_thing(thing) if family == "PG" else None,
         )
         yield context.draft(family, task)
@@ -146,10 +146,10 @@ def _wanted(context: HouseContext, *, in_view: bool) -> list[Thing]:
     found: list[Thing] = []
     for item in items.values():
         thing = context.thing(item.id)
-        is_open_to_all = context.only is None or thing.id in context.only
+        is_open_to_all = context.allowed_ids is None or thing.id in context.allowed_ids
         alike = look_alikes(item, items.values())
         is_alike = any(other.room_id == item.room_id for other in alike) if in_view else bool(alike)
-        if is_alike and is_open_to_all and is_target(thing) and may_be_sought(context, thing):
+        if is_alike and is_open_to_all and is_target(thing) and can_be_searched_for(context, thing):
             found.append(thing)
     return found
 
@@ -159,7 +159,7 @@ def _phrase(context: HouseContext, thing: Thing, setup: Setup) -> Phrase | None:
     if not context.can_begin(setup):
         return None
     items = context.items
-    found = phrases_apart(items[thing.id], items.values())
+    found = disambiguating_phrases(items[thing.id], items.values())
     return found[int(context.rng.integers(len(found)))] if found else None
 
 
@@ -169,13 +169,13 @@ def _start_out_of_view(
     """Returns a start that does not see a thing, and of which `also` is true where there is such a place."""
     start: Pose | None = None
     for _ in range(STARTS):
-        start = start_without(context, thing, by_turning=by_turning, horizon=horizon) or start
+        start = start_not_seeing(context, thing, by_turning=by_turning, horizon=horizon) or start
         if start is None or also(start):
             break
     return start
 
 
-def _sees_apart(context: HouseContext, thing: Thing, phrase: Phrase, family: Family) -> PoseTest:
+def _sees_look_alike(context: HouseContext, thing: Thing, phrase: Phrase, family: Family) -> PoseTest:
     """Returns the test that a pose sees something else of a thing's name, and what sets it apart
     where that is to be told from the first picture."""
     items = context.items
@@ -192,11 +192,11 @@ def _sees_apart(context: HouseContext, thing: Thing, phrase: Phrase, family: Fam
 
 
 def _sees_any(context: HouseContext, pose: Pose, things: list[Thing]) -> bool:
-    oracle = context.oracle
+    view = context.view
     ahead = [thing for thing in things if _is_ahead(pose, thing)]
-    likely = [thing for thing in ahead if oracle.sees(pose.eye, surface_points(thing, GLANCE), thing.id).any()]
-    with oracle.standing_at(pose):
-        return any(is_observable(oracle.state_of(thing.id)) for thing in likely)
+    likely = [thing for thing in ahead if view.sees(pose.eye, surface_points(thing, GLANCE_POINTS), thing.id).any()]
+    with view.at_pose(pose):
+        return any(is_observable(view.state_of(thing.id)) for thing in likely)
 
 
 def _is_ahead(pose: Pose, thing: Thing) -> bool:

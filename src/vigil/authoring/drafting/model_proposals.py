@@ -17,7 +17,7 @@ from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import allows, is_target, size_of_thing
 from vigil.authoring.language.referring import phrase_for
-from vigil.errors import first_fault
+from vigil.errors import first_error
 from vigil.protocol.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, Family
 from vigil.scene.things import Thing
 
@@ -26,7 +26,7 @@ Complete = Callable[[str], str]
 
 TRIED = 6
 """Drafts looked through for one with the things that the model chose."""
-MAX_SAID = 300
+MAX_QUOTED_CHARS = 300
 RULES = ("reply_parses", "draft_fits_schema", "kind_known", "things_known", "can_be_set_up")
 """Why an idea does not even become a draft; after that the rules of `vigil.authoring.review.validate` apply."""
 
@@ -117,7 +117,7 @@ def inventory(context: HouseContext) -> list[dict[str, Any]]:
     """Returns what a model is told of the things that can be named, sorted by id."""
     items = context.items
     rows: list[dict[str, Any]] = []
-    for thing in sorted(context.oracle.scene.things.values(), key=lambda thing: thing.id):
+    for thing in sorted(context.view.scene.things.values(), key=lambda thing: thing.id):
         if thing.id not in items or not is_target(thing):
             continue
         phrase = phrase_for(items[thing.id], items.values())
@@ -136,25 +136,25 @@ def ideas(reply: str, context: HouseContext, family: Family) -> Iterator[Idea | 
         if not isinstance(rows, list):
             raise TypeError("`drafts` is no list")
     except (ValueError, KeyError, TypeError) as error:
-        yield _rejected(context, family, "", "reply_parses", f"{error}: {reply[:MAX_SAID]}")
+        yield _rejected(context, family, "", "reply_parses", f"{error}: {reply[:MAX_QUOTED_CHARS]}")
         return
     for row in rows:
         try:
             idea = Idea.model_validate(row)
         except ValidationError as error:
-            wrong = first_fault(error, "the draft")
-            yield _rejected(context, family, "", "draft_fits_schema", f"{wrong}: {str(row)[:MAX_SAID]}")
+            wrong = first_error(error, "the draft")
+            yield _rejected(context, family, "", "draft_fits_schema", f"{wrong}: {str(row)[:MAX_QUOTED_CHARS]}")
             continue
         yield _known(idea, context, family)
 
 
 def draft_of(idea: Idea, context: HouseContext, family: Family, author: str) -> Episode | Rejection:
     """Returns a draft with the things, and in the words, of an idea; a rejection where no start is found for it."""
-    context.only = frozenset(idea.things.values())
+    context.allowed_ids = frozenset(idea.things.values())
     try:
         drafts = list(islice(GRAMMAR[family][idea.kind](context), TRIED))
     finally:
-        context.only = None
+        context.allowed_ids = None
     for draft in drafts:
         if all(draft.bindings.get(role) == thing_id for role, thing_id in idea.things.items()):
             provenance = draft.provenance.model_copy(update={"author": author})
@@ -168,7 +168,7 @@ def _known(idea: Idea, context: HouseContext, family: Family) -> Idea | Rejectio
         known = ", ".join(GRAMMAR[family])
         message = f"{idea.kind!r} is none of {known}"
         return _rejected(context, family, idea.kind, "kind_known", message, idea.instruction)
-    absent = [thing_id for thing_id in idea.things.values() if thing_id not in context.oracle.scene.things]
+    absent = [thing_id for thing_id in idea.things.values() if thing_id not in context.view.scene.things]
     if absent:
         return _rejected(context, family, idea.kind, "things_known", f"{absent[0]!r} is not there", idea.instruction)
     return idea

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vigil.errors import SettingError, cut, did_you_mean
+from vigil.errors import SettingError, did_you_mean, shorten
 
 DATASET, OWNER = "procthor-10k", "allenai"
 REVISION = "439193522244720b86d8c81cde2e51e3a4d150cf"
@@ -87,19 +87,19 @@ def split_file(split: str, report: Callable[[str], None], revision: str = REVISI
     prior = _prior()
     folder = Path(prior.DATASET_DIR) / OWNER / DATASET
     path = folder / revision / f"{split}.jsonl.gz"
-    if not _is_fetched(path):
+    if not _is_downloaded(path):
         megabytes = sum(each.megabytes for each in SPLITS.values())
         report(
             f"{DATASET}, revision {revision[:7]}, is downloaded once: about {megabytes:.0f} MB from "
             f"github.com/{OWNER}/{DATASET}, by the package prior, with git and git-lfs, into {folder}."
         )
         _download(prior, folder, revision)
-    if not _is_fetched(path):
+    if not _is_downloaded(path):
         raise SettingError(f"{str(path)!r} is missing or not whole after the download. {_remedy(folder)}")
     return path
 
 
-def _is_fetched(path: Path) -> bool:
+def _is_downloaded(path: Path) -> bool:
     """Says whether a file is there, and not only Git LFS's note of it."""
     if not path.is_file():
         return False
@@ -112,7 +112,7 @@ def _download(prior: Any, folder: Path, revision: str) -> None:
         with chdir("."), redirect_stdout(sys.stderr):  # prior stays in its own folder when it fails
             prior.load_dataset(DATASET, revision=revision, entity=OWNER)
     except Exception as error:  # prior lets through whatever git, GitHub and the file system raise
-        reason = cut(f"{type(error).__name__} {error}".strip(), MAX_REASON_CHARS)
+        reason = shorten(f"{type(error).__name__} {error}".strip(), MAX_REASON_CHARS)
         raise SettingError(f"{DATASET} could not be downloaded ({reason}). {_remedy(folder)}") from error
 
 

@@ -7,12 +7,12 @@ objects, `sequences` proposes SM and `constraints` CR.
 from collections.abc import Callable, Iterable, Iterator
 from typing import Literal
 
-from vigil.authoring.drafting.house_context import MARGIN_PX, Clear, HouseContext, TaskSpec
+from vigil.authoring.drafting.house_context import MARGIN_PX, HouseContext, TaskSpec, VisibilityTest
 from vigil.authoring.language.sentences import APPROACH, ORDERS, POINT, SEARCH, SEARCH_ORDERS, Sentences
-from vigil.authoring.language.wording import Act, order, question, spoken_of
+from vigil.authoring.language.wording import Act, order_slots, pronoun_slots, question
 from vigil.authoring.review.rules import SMALL_START_PX, START_PX, STATE_START_PX, WIDE_OPEN, place_blind_to
 from vigil.base.geometry import EYE_HEIGHT_M, Pose
-from vigil.protocol.episode import LOOKING_DOWN_DEG, Episode, Family, Size
+from vigil.protocol.episode import DEFAULT_HORIZON_DEG, Episode, Family, TargetSize
 from vigil.protocol.goals import (
     NEAR_M,
     AgentNearTarget,
@@ -28,15 +28,15 @@ from vigil.protocol.goals import (
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.supports import surface_named
 from vigil.scene.things import Thing
-from vigil.scoring.strata import size_of
+from vigil.scoring.target_strata import size_of
 
 CLEAR_PX, HARD_PX = 400, START_PX
 """Pixels of the object to act on in a start that a person finds clear, and in a hard one: what the rules ask for."""
-CLEAR_PX_BY_SIZE: dict[Size, int] = {"large": 4000, "medium": 800, "small": 180}
-HARD_PX_BY_SIZE: dict[Size, int] = {"large": 1000, "medium": 200, "small": SMALL_START_PX}
+CLEAR_PX_BY_SIZE: dict[TargetSize, int] = {"large": 4000, "medium": 800, "small": 180}
+HARD_PX_BY_SIZE: dict[TargetSize, int] = {"large": 1000, "medium": 200, "small": SMALL_START_PX}
 STATE_PX, HARD_STATE_PX = 350, STATE_START_PX
 LEVEL_DEG = 0.0
-UNNAMED = frozenset(
+NEVER_TARGETS = frozenset(
     {
         *("Window", "Doorframe", "Doorway", "Rug", "CeilingLamp", "LightSwitch", "StoveKnob", "Mirror"),
         *("Blinds", "Curtains", "TowelHolder", "HandTowelHolder"),
@@ -54,15 +54,15 @@ SV_TOGGLES = frozenset(
     }
 )
 """What shows from across a room whether it is on."""
-AWAY_M = {"PG": (0.3, 1.35), "DA": (2.2, 6.0), "SV": (0.5, 3.5), "AI": (1.8, 5.0), "VS": (1.8, 12.0)}
+START_DISTANCE_M = {"PG": (0.3, 1.35), "DA": (2.2, 6.0), "SV": (0.5, 3.5), "AI": (1.8, 5.0), "VS": (1.8, 12.0)}
 """How far from its target an episode of the family starts: in sight to point, out of reach to act; SI as VS."""
 APPROACHED_M = (0.15, 1.9)
 """Sizes between which a thing is approached: smaller is hard to see from afar, larger is reached from everywhere."""
-SOUGHT_M = 0.1
+MIN_SEARCHED_SIZE_M = 0.1
 """Smaller things are not sought."""
 ABOVE_EYES_M = 0.3
 """What is no lower than this below the eyes is judged with a level look."""
-AWAY_TRIES = 3
+POSES_PER_PLACE = 3
 """Poses tried at one place for one that does not see the target."""
 SPREAD_DEG = {True: 60.0, False: 180.0}
 """How far, to either side, a start may look from straight away; by whether turning would show the target."""
@@ -80,40 +80,42 @@ Drafts = Iterator[Episode]
 
 def is_target(thing: Thing) -> bool:
     """Whether a thing may be asked for."""
-    return thing.category not in UNNAMED and not thing.is_structure
+    return thing.category not in NEVER_TARGETS and not thing.is_structure
 
 
-def is_seen(least_px: int) -> Clear:
+def is_seen(least_px: int) -> VisibilityTest:
     """Returns the test that an object is clearly in the frame, by at least so many pixels and a margin."""
     needed = least_px + MARGIN_PX
-    return Clear(needed, lambda state: state.visible and state.visible_px >= needed and is_observable(state))
+    return VisibilityTest(needed, lambda state: state.visible and state.visible_px >= needed and is_observable(state))
 
 
-def is_in_view(context: HouseContext) -> Clear:
+def is_in_view(context: HouseContext) -> VisibilityTest:
     """Returns the test that a start shows the object to act on: clearly, or in hard ones as the rules ask."""
-    return is_seen(HARD_PX if context.wants_hard else CLEAR_PX)
+    return is_seen(HARD_PX if context.prefers_hard_starts else CLEAR_PX)
 
 
-def is_in_view_to_point(context: HouseContext, size: Size) -> Clear:
+def is_in_view_to_point(context: HouseContext, size: TargetSize) -> VisibilityTest:
     """Returns the same test for a target of a size that is pointed at."""
-    return is_seen((HARD_PX_BY_SIZE if context.wants_hard else CLEAR_PX_BY_SIZE)[size])
+    return is_seen((HARD_PX_BY_SIZE if context.prefers_hard_starts else CLEAR_PX_BY_SIZE)[size])
 
 
-def size_of_thing(thing: Thing) -> Size:
+def size_of_thing(thing: Thing) -> TargetSize:
     """Returns how large a thing is as a target."""
     return size_of(thing.category, max(thing.asset.size))
 
 
-def pointing(context: HouseContext, size: Size) -> Drafts:
+def pointing(context: HouseContext, size: TargetSize) -> Drafts:
     """Yields PG drafts with targets of a size."""
     for thing in context.things(lambda thing: is_target(thing) and size_of_thing(thing) == size):
-        start = context.start_seeing(thing, AWAY_M["PG"], LOOKING_DOWN_DEG, is_in_view_to_point(context, size))
+        start = context.start_seeing(
+            thing, START_DISTANCE_M["PG"], DEFAULT_HORIZON_DEG, is_in_view_to_point(context, size)
+        )
         if start is not None:
             yield context.draft(
                 "PG",
                 TaskSpec(
                     start=start,
-                    instruction=context.said_of(thing, POINT),
+                    instruction=context.sentence_about(thing, POINT),
                     goal=TargetGrounded(object_id=thing.id),
                     bindings={"target": thing.id},
                     difficulty=size,
@@ -124,15 +126,15 @@ def pointing(context: HouseContext, size: Size) -> Drafts:
 def approaching(context: HouseContext) -> Drafts:
     """Yields DA drafts."""
     for thing in context.things(lambda thing: is_approachable(thing)):
-        if place_blind_to(context.oracle, thing, NEAR_M) is not None:
+        if place_blind_to(context.view, thing, NEAR_M) is not None:
             continue
-        start = context.start_seeing(thing, AWAY_M["DA"], LOOKING_DOWN_DEG, is_in_view(context))
+        start = context.start_seeing(thing, START_DISTANCE_M["DA"], DEFAULT_HORIZON_DEG, is_in_view(context))
         if start is not None:
             yield context.draft(
                 "DA",
                 TaskSpec(
                     start=start,
-                    instruction=context.said_of(thing, APPROACH),
+                    instruction=context.sentence_about(thing, APPROACH),
                     goal=AgentNearTarget(object_id=thing.id, threshold_m=NEAR_M),
                     bindings={"target": thing.id},
                 ),
@@ -142,19 +144,19 @@ def approaching(context: HouseContext) -> Drafts:
 def is_approachable(thing: Thing) -> bool:
     """Whether a thing has a size that one walks up to."""
     low, high = APPROACHED_M
-    return is_target(thing) and low < max(thing.asset.size) < high and not thing.is_part
+    return is_target(thing) and low < max(thing.asset.size) < high and not thing.is_drawer
 
 
 def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
     """Yields VS drafts; `by_turning` says whether turning on the spot is enough."""
-    for thing in context.things(lambda thing: is_worth_seeing(thing) and may_be_sought(context, thing)):
-        start = start_without(context, thing, by_turning=by_turning, horizon=LEVEL_DEG)
+    for thing in context.things(lambda thing: is_searchable(thing) and can_be_searched_for(context, thing)):
+        start = start_not_seeing(context, thing, by_turning=by_turning, horizon=LEVEL_DEG)
         if start is not None:
             yield context.draft(
                 "VS",
                 TaskSpec(
                     start=start,
-                    instruction=context.said_of(thing, SEARCH),
+                    instruction=context.sentence_about(thing, SEARCH),
                     goal=ObjectInState(object_id=thing.id, state="is_visible"),
                     bindings={"target": thing.id},
                     template="turn" if by_turning else "walk",
@@ -162,36 +164,36 @@ def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
             )
 
 
-def is_worth_seeing(thing: Thing) -> bool:
+def is_searchable(thing: Thing) -> bool:
     """Whether one looks for a thing itself: it is not too small, and no drawer, which is where its furniture is."""
-    return max(thing.asset.size) > SOUGHT_M and not thing.is_part
+    return max(thing.asset.size) > MIN_SEARCHED_SIZE_M and not thing.is_drawer
 
 
-def may_be_sought(context: HouseContext, thing: Thing) -> bool:
+def can_be_searched_for(context: HouseContext, thing: Thing) -> bool:
     """Whether a thing may be looked for: what lies in something closed is not found by looking."""
-    parent = context.oracle.scene.things.get(thing.parent or "")
+    parent = context.view.scene.things.get(thing.parent or "")
     surface = surface_named(parent, thing.surface) if parent is not None else None
     is_shut_away = surface is not None and surface.needs_opening and parent is not None and parent.openness < WIDE_OPEN
     return is_target(thing) and not is_shut_away
 
 
-def start_without(context: HouseContext, thing: Thing, *, by_turning: bool | None, horizon: float) -> Pose | None:
+def start_not_seeing(context: HouseContext, thing: Thing, *, by_turning: bool | None, horizon: float) -> Pose | None:
     """Returns a start pose that does not see a thing; None when none is found."""
-    return context.hardest(_starts_without(context, thing, by_turning, horizon), thing)
+    return context.hardest(_starts_not_seeing(context, thing, by_turning, horizon), thing)
 
 
-def _starts_without(context: HouseContext, thing: Thing, by_turning: bool | None, horizon: float) -> Iterator[Pose]:
-    for place in context.starts(context.away_from(thing, *AWAY_M["VS"])):
-        can_turn = context.is_sighted(place, thing)
+def _starts_not_seeing(context: HouseContext, thing: Thing, by_turning: bool | None, horizon: float) -> Iterator[Pose]:
+    for place in context.starts(context.away_from(thing, *START_DISTANCE_M["VS"])):
+        can_turn = context.is_visible_from(place, thing)
         if by_turning is not None and can_turn != by_turning:
             continue
         if by_turning and not context.sees_clearly(
             context.facing(place, thing, horizon, 0.0), [thing.id], is_seen(CLEAR_PX)
         ):
             continue
-        for _ in range(AWAY_TRIES):
+        for _ in range(POSES_PER_PLACE):
             pose = context.facing(place, thing, horizon, SPREAD_DEG[can_turn], aside_deg=180.0)
-            if context.has_room(pose) and context.seen_from(pose, thing.id).visible_px == 0:
+            if context.has_room_to_move(pose) and context.seen_from(pose, thing.id).visible_px == 0:
                 yield pose
                 break
 
@@ -200,14 +202,14 @@ def verifying(context: HouseContext, label: StateLabel) -> Drafts:
     """Yields SV drafts whose state at the start is `label`."""
     state, change = LABELS[label]
     for thing in context.things(lambda thing: is_target(thing) and _has_state(thing, state)):
-        setup = Setup(objects={thing.id: _folded_out(thing, change) if state == "is_toggled" else change})
+        setup = Setup(objects={thing.id: _with_laptop_open(thing, change) if state == "is_toggled" else change})
         if not context.can_begin(setup):
             continue
         start = context.start_seeing(
             thing,
-            AWAY_M["SV"],
-            LEVEL_DEG if thing.position.y > EYE_HEIGHT_M - ABOVE_EYES_M else LOOKING_DOWN_DEG / 2,
-            _shows_state(state, HARD_STATE_PX if context.wants_hard else STATE_PX),
+            START_DISTANCE_M["SV"],
+            LEVEL_DEG if thing.position.y > EYE_HEIGHT_M - ABOVE_EYES_M else DEFAULT_HORIZON_DEG / 2,
+            _shows_state(state, HARD_STATE_PX if context.prefers_hard_starts else STATE_PX),
         )
         phrase = context.phrase(thing.id)
         context.begin(Setup())
@@ -225,10 +227,10 @@ def verifying(context: HouseContext, label: StateLabel) -> Drafts:
             )
 
 
-def _shows_state(state: Literal["is_toggled", "is_open"], least_px: int) -> Clear:
+def _shows_state(state: Literal["is_toggled", "is_open"], least_px: int) -> VisibilityTest:
     """Returns the test that the parts of an object that tell a state are clearly in the frame."""
     needed = least_px + 2 * MARGIN_PX
-    return Clear(
+    return VisibilityTest(
         needed, lambda seen: seen.state_px(state) >= needed and seen.visible and is_state_observable(seen, state)
     )
 
@@ -245,7 +247,7 @@ def acting(context: HouseContext, act: Act) -> Drafts:
         context,
         ("AI", ORDERS, act),
         context.things(lambda thing: is_target(thing) and allows(thing, act)),
-        lambda thing: context.start_seeing(thing, AWAY_M["AI"], LOOKING_DOWN_DEG, is_in_view(context)),
+        lambda thing: context.start_seeing(thing, START_DISTANCE_M["AI"], DEFAULT_HORIZON_DEG, is_in_view(context)),
     )
 
 
@@ -254,8 +256,8 @@ def seeking(context: HouseContext, act: Act, *, by_turning: bool | None = None) 
     yield from _drafts_of_act(
         context,
         ("SI", SEARCH_ORDERS, act),
-        context.things(lambda thing: allows(thing, act) and may_be_sought(context, thing)),
-        lambda thing: start_without(context, thing, by_turning=by_turning, horizon=LOOKING_DOWN_DEG / 2),
+        context.things(lambda thing: allows(thing, act) and can_be_searched_for(context, thing)),
+        lambda thing: start_not_seeing(context, thing, by_turning=by_turning, horizon=DEFAULT_HORIZON_DEG / 2),
     )
 
 
@@ -275,7 +277,7 @@ def _drafts_of_act(
         phrase = str(context.phrase(thing.id))
         context.begin(Setup())
         if start is not None:
-            words = order(act, thing.category, phrase, context.rng) | spoken_of(thing.category)
+            words = order_slots(act, thing.category, phrase, context.rng) | pronoun_slots(thing.category)
             task = TaskSpec(
                 start=start,
                 setup=setup,
@@ -301,14 +303,14 @@ def setup_for(thing: Thing, act: Act) -> Setup:
     changes: dict[Act, ObjectSetup] = {
         "open": ObjectSetup(openness=0.0),
         "close": ObjectSetup(openness=1.0),
-        "turn_on": _folded_out(thing, ObjectSetup(is_toggled=False, openness=0.0 if thing.is_openable else None)),
-        "turn_off": _folded_out(thing, ObjectSetup(is_toggled=True)),
+        "turn_on": _with_laptop_open(thing, ObjectSetup(is_toggled=False, openness=0.0 if thing.is_openable else None)),
+        "turn_off": _with_laptop_open(thing, ObjectSetup(is_toggled=True)),
     }
     change = changes.get(act)
     return Setup(objects={thing.id: change}) if change else Setup()
 
 
-def _folded_out(thing: Thing, change: ObjectSetup) -> ObjectSetup:
+def _with_laptop_open(thing: Thing, change: ObjectSetup) -> ObjectSetup:
     """Returns a change of whether a thing is on, with a laptop open: a closed one shows nothing."""
     return change.model_copy(update={"openness": 1.0}) if thing.category == "Laptop" else change
 

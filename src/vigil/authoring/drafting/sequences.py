@@ -5,11 +5,11 @@ from functools import partial
 
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
-from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, is_seen, is_target, may_be_sought
+from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, can_be_searched_for, is_seen, is_target
 from vigil.authoring.language.referring import Phrase
-from vigil.authoring.language.wording import opened, say, sequence, spoken_of
+from vigil.authoring.language.wording import opening_phrase, pronoun_slots, say, sequence_forms
 from vigil.authoring.review.containers import BELONGS_IN, belongs_in
-from vigil.protocol.episode import LOOKING_DOWN_DEG, Episode
+from vigil.protocol.episode import DEFAULT_HORIZON_DEG, Episode
 from vigil.protocol.goals import Goal, ObjectAtReceptacle, ObjectHeld, ObjectInState
 from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.supports import is_level, surface_frame, surface_named
@@ -58,7 +58,7 @@ def revealing(context: HouseContext) -> Drafts:
 def emptying(context: HouseContext) -> Drafts:
     """Yields `open_pick_place` drafts: open a container, take out what is inside, put it somewhere else."""
     for container, inside, setup in filled(context):
-        furniture = container.parent if container.is_part else None
+        furniture = container.parent if container.is_drawer else None
         for receptacle in receptacles_for(context, inside, {container.id, furniture, inside.id, inside.parent}):
             roles = {"container": container, "target": inside, "receptacle": receptacle}
             yield from _draft(context, "open_pick_place", setup, container, roles)
@@ -69,7 +69,7 @@ def putting_in(context: HouseContext) -> Drafts:
     for container in context.things(_may_hold):
         setup = Setup(objects={container.id: ObjectSetup(openness=0.0)}) if container.is_openable else Setup()
         for target in context.things(partial(may_go_in, container)):
-            if not may_be_sought(context, target):
+            if not can_be_searched_for(context, target):
                 continue
             first = container if container.is_openable else target
             yield from _draft(context, "put_into", setup, first, {"target": target, "receptacle": container})
@@ -95,7 +95,7 @@ def _draft(
     phrases = {role: context.phrase(thing.id) for role, thing in roles.items()}
     named = {role: phrase for role, phrase in phrases.items() if phrase is not None}
     is_sayable = len(named) == len(phrases) and not is_wordy(named)
-    start = context.start_seeing(first, START_AWAY_M, LOOKING_DOWN_DEG, is_seen(CLEAR_PX)) if is_sayable else None
+    start = context.start_seeing(first, START_AWAY_M, DEFAULT_HORIZON_DEG, is_seen(CLEAR_PX)) if is_sayable else None
     context.begin(Setup())
     if start is None:
         return
@@ -103,12 +103,12 @@ def _draft(
     leaf = receptacle if template == "put_into" and receptacle and receptacle.is_openable else roles.get("container")
     inside = receptacle is not None and (template == "put_into" or receptacle.category in PUT_INTO)
     key = "put_into_closed" if leaf is not None and leaf is receptacle else template
-    sentences = sequence(key, context.forms, inside=inside)
+    sentences = sequence_forms(key, context.forms, inside=inside)
     words = {role: str(phrase) for role, phrase in named.items()}
-    words |= spoken_of(roles["target"].category, "target_")
+    words |= pronoun_slots(roles["target"].category, "target_")
     if leaf is not None:
         role = next(role for role, thing in roles.items() if thing is leaf)
-        words |= opened(leaf.category, words[role]).slots()
+        words |= opening_phrase(leaf.category, words[role]).slots()
     words |= {"into": "into", "in_": _in(named.get("receptacle"))} if inside else {"into": "on", "in_": "on"}
     yield context.draft(
         "SM",
@@ -184,7 +184,7 @@ def _may_hold(thing: Thing) -> bool:
 def may_go_in(container: Thing, thing: Thing) -> bool:
     """Whether a person would put a thing into a container, and it can be."""
     suits = thing.category in (*BELONGS_IN.get(container.category, ()), *PUT_INTO.get(container.category, ()))
-    takes = CATALOG[container.category].takes(CATALOG[thing.category])
+    takes = CATALOG[container.category].can_hold(CATALOG[thing.category])
     return suits and takes and thing.is_pickupable and is_target(thing) and thing.parent != container.id
 
 
@@ -198,4 +198,4 @@ def suits(receptacle: Thing, target: Thing) -> bool:
     kind = CATALOG[target.category]
     is_usual = receptacle.category in TABLES or (target.category in SOFT and receptacle.category in SEATS)
     is_usual = is_usual or target.category in PUT_INTO.get(receptacle.category, ())
-    return receptacle.is_receptacle and is_usual and CATALOG[receptacle.category].takes(kind)
+    return receptacle.is_receptacle and is_usual and CATALOG[receptacle.category].can_hold(kind)

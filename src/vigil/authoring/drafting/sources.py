@@ -14,14 +14,14 @@ from typing import TypeVar
 import numpy as np
 from pydantic import ValidationError
 
-from vigil.authoring.drafting.drafts import MOST_LINES, HouseOrigin
+from vigil.authoring.drafting.drafts import MAX_LINES, HouseOrigin
 from vigil.authoring.drafting.procthor import DATASET, REVISION, SPLITS, is_dataset, named, split_file
 from vigil.base.files import MIB, open_file
 from vigil.base.json_files import read_json
-from vigil.errors import HouseError, SettingError, did_you_mean, first_fault
+from vigil.errors import HouseError, SettingError, did_you_mean, first_error
 from vigil.housegen import generate, spec_for
-from vigil.housegen.document import without_seed
-from vigil.packs.private import is_secret, secret_name, secret_part
+from vigil.housegen.document import with_seed_removed
+from vigil.packs.private import is_secret, secret_name, secret_subseed
 from vigil.protocol.house import MAX_HOUSE_BYTES, House
 
 MAX_LINES_BYTES = 16 * 1024 * MIB
@@ -39,35 +39,35 @@ OnDownload = Callable[[str], None]
 
 
 @dataclass(frozen=True, slots=True)
-class Seeded:
+class GeneratedHouse:
     """A house to be generated."""
 
     seed: int
     spec: str
-    called: str = ""
+    given_name: str = ""
     """Its name, where the seed is to be told neither by that nor by the house itself."""
 
     @property
     def name(self) -> str:
         """The house's name."""
-        return self.called or f"{spec_for(self.spec).name}_{self.seed}"
+        return self.given_name or f"{spec_for(self.spec).name}_{self.seed}"
 
     def house(self) -> House:
         """Returns the house. Raises SettingError where the seed yields none."""
         house = generate(self.seed, spec_for(self.spec))
-        return without_seed(house, self.called) if self.called else house
+        return with_seed_removed(house, self.given_name) if self.given_name else house
 
     def origin(self, house: House) -> None:
         """Returns nothing: the house itself names its generator, and its seed unless that is secret."""
 
 
 @dataclass(frozen=True, slots=True)
-class Filed:
+class HouseInFile:
     """A house in a file: alone, or a line of many."""
 
     path: Path
     line: int | None = None
-    called: str = ""
+    given_name: str = ""
     """Its name, where that does not follow from the file's."""
     dataset: str = ""
     """What the file is of; else it is called by the file's name."""
@@ -77,17 +77,19 @@ class Filed:
     @property
     def name(self) -> str:
         """The house's name."""
-        return self.called or (self.path.stem if self.line is None else f"{self.path.name.split('.')[0]}_{self.line}")
+        return self.given_name or (
+            self.path.stem if self.line is None else f"{self.path.name.split('.')[0]}_{self.line}"
+        )
 
     def house(self) -> House:
         """Returns the house. Raises HouseError."""
         if self.line is None:
             return House(self.name, House.load(self.path).data)
         for text in islice(lines_of(self.path), self.line - 1, self.line):
-            return self.parsed(text)
+            return self.parse_line(text)
         raise HouseError(f"House {self.name!r}: {str(self.path)!r} has no line {self.line}.")
 
-    def parsed(self, text: bytes) -> House:
+    def parse_line(self, text: bytes) -> House:
         """Returns the house that its line is. Raises HouseError."""
         try:
             return House(self.name, read_json(text))
@@ -108,13 +110,13 @@ class Filed:
         try:
             return HouseOrigin.model_validate(fields)
         except ValidationError as error:
-            raise HouseError(f"House {self.name!r} of {str(self.path)!r}: {first_fault(error)}. Rename it.") from None
+            raise HouseError(f"House {self.name!r} of {str(self.path)!r}: {first_error(error)}. Rename it.") from None
 
 
-Source = Seeded | Filed
+HouseSource = GeneratedHouse | HouseInFile
 
 
-def seeded(seeds: str, specs: Iterable[str], secret: int | None = None) -> list[Source]:
+def houses_from_seeds(seeds: str, specs: Iterable[str], secret: int | None = None) -> list[HouseSource]:
     """Returns houses to generate for seeds `A:B` (B excluded), each seed with each spec in turn.
 
     With a `secret` seed these are numbers of houses that only who knows it can make. Raises SettingError.
@@ -123,24 +125,24 @@ def seeded(seeds: str, specs: Iterable[str], secret: int | None = None) -> list[
     first, last = (int(found[1]), int(found[2])) if found else (0, 0)
     if first >= last:
         raise SettingError(f"Seeds {seeds!r}: expected FIRST:END with FIRST < END, e.g. 100:160.")
-    if last - first > MOST_LINES:
+    if last - first > MAX_LINES:
         raise SettingError(
-            f"Seeds {seeds!r}: more than {MOST_LINES:,} houses. Propose in parts, each in a file of its own."
+            f"Seeds {seeds!r}: more than {MAX_LINES:,} houses. Propose in parts, each in a file of its own."
         )
-    return _in_turn(range(first, last), specs, secret)
+    return _houses_by_turns(range(first, last), specs, secret)
 
 
-def drawn(seed: int, count: int, specs: Iterable[str]) -> list[Source]:
+def houses_drawn_from(seed: int, count: int, specs: Iterable[str]) -> list[HouseSource]:
     """Returns so many houses to generate, whose own seeds only who knows `seed` can tell; more begin with the same.
 
     Raises SettingError.
     """
     if is_secret(seed):
-        return _in_turn(range(count), specs, seed)
-    return _in_turn(drawn_of(DRAWN_SEEDS, seed, count), specs)
+        return _houses_by_turns(range(count), specs, seed)
+    return _houses_by_turns(draw_sample(DRAWN_SEEDS, seed, count), specs)
 
 
-def drawn_of(choice: Sequence[_T], seed: int, count: int | None) -> list[_T]:
+def draw_sample(choice: Sequence[_T], seed: int, count: int | None) -> list[_T]:
     """Returns so many of some things, drawn by `seed`; more begin with the same. All as they stand, without `count`."""
     if count is None:
         return list(choice)
@@ -148,27 +150,31 @@ def drawn_of(choice: Sequence[_T], seed: int, count: int | None) -> list[_T]:
     return [choice[int(index)] for index in order[:count]]
 
 
-def secret_house(secret: int, number: int, spec: str) -> Seeded:
+def secret_house(secret: int, number: int, spec: str) -> GeneratedHouse:
     """Returns a house to generate that only who knows the secret seed can make; its name tells nothing of it."""
     which = f"{number} {spec}".encode()
-    return Seeded(secret_part(secret, "house", which), spec, secret_name(secret, "house", which))
+    return GeneratedHouse(secret_subseed(secret, "house", which), spec, secret_name(secret, "house", which))
 
 
-def _in_turn(seeds: Iterable[int], specs: Iterable[str], secret: int | None = None) -> list[Source]:
+def _houses_by_turns(seeds: Iterable[int], specs: Iterable[str], secret: int | None = None) -> list[HouseSource]:
     wanted = [each for spec in specs for each in (MIXED if spec == "mixed" else (spec,))]
     for spec in wanted:
         spec_for(spec)
     in_turn = [(seed, wanted[index % len(wanted)]) for index, seed in enumerate(seeds)]
-    return [Seeded(seed, spec) if secret is None else secret_house(secret, seed, spec) for seed, spec in in_turn]
+    return [
+        GeneratedHouse(seed, spec) if secret is None else secret_house(secret, seed, spec) for seed, spec in in_turn
+    ]
 
 
-def filed(places: Iterable[str], limit: int | None = None, report: OnDownload = lambda line: None) -> list[Filed]:
+def houses_from(
+    places: Iterable[str], limit: int | None = None, report: OnDownload = lambda line: None
+) -> list[HouseInFile]:
     """Returns the houses at some places, at most `limit` of each.
 
     A place is a file (JSON, or one house a line in .jsonl and .jsonl.gz), or houses of ProcTHOR-10K by name; `report`
     is told what is downloaded. Raises SettingError.
     """
-    found: list[Filed] = []
+    found: list[HouseInFile] = []
     for place in places:
         found += islice(_of_dataset(place, report) if is_dataset(place) else _of_file(place), limit)
     twice = next((name for name, count in Counter(source.name for source in found).items() if count > 1), None)
@@ -184,11 +190,11 @@ def house_at(place: str, report: OnDownload) -> House:
     count = len(named(place).indices)
     if count > 1:
         raise SettingError(f"{place!r} names {count} houses; name one, e.g. {DATASET}:{named(place).split}:0.")
-    (source,) = filed([place], report=report)
+    (source,) = houses_from([place], report=report)
     return source.house()
 
 
-def read_all(sources: Iterable[Filed]) -> Iterator[tuple[Filed, House | HouseError]]:
+def read_all(sources: Iterable[HouseInFile]) -> Iterator[tuple[HouseInFile, House | HouseError]]:
     """Yields each house, or why it is none; a file with a house a line is read once, in the order of its lines."""
     for path, group in groupby(sources, key=lambda source: source.path):
         left = {source.line: source for source in group}
@@ -200,7 +206,7 @@ def read_all(sources: Iterable[Filed]) -> Iterator[tuple[Filed, House | HouseErr
             for number, text in enumerate(lines_of(path), start=1):
                 source = left.pop(number, None)
                 if source is not None:
-                    yield source, _tried(partial(source.parsed, text))
+                    yield source, _tried(partial(source.parse_line, text))
                 if not left:
                     break
         except HouseError as error:
@@ -222,7 +228,7 @@ def lines_of(path: Path) -> Iterator[bytes]:
     total = 0
     with open_file(path, what, HouseError) as file:
         lines = gzip.GzipFile(fileobj=file) if path.suffix == ".gz" else file
-        for number in range(1, MOST_LINES + 2):
+        for number in range(1, MAX_LINES + 2):
             try:
                 line = lines.readline(MAX_HOUSE_BYTES + 1)
             except (OSError, EOFError, zlib.error) as error:
@@ -232,7 +238,7 @@ def lines_of(path: Path) -> Iterator[bytes]:
             total += len(line)
             limits = {
                 f"line {number} is over {MAX_HOUSE_BYTES // MIB} MiB": len(line) > MAX_HOUSE_BYTES,
-                f"it has more than {MOST_LINES:,} lines": number > MOST_LINES,
+                f"it has more than {MAX_LINES:,} lines": number > MAX_LINES,
                 f"it is over {MAX_LINES_BYTES // MIB // 1024} GiB": total > MAX_LINES_BYTES,
             }
             for fault in (fault for fault, is_so in limits.items() if is_so):
@@ -240,27 +246,29 @@ def lines_of(path: Path) -> Iterator[bytes]:
             yield line
 
 
-def _of_dataset(place: str, report: OnDownload) -> list[Filed]:
+def _of_dataset(place: str, report: OnDownload) -> list[HouseInFile]:
     wanted = named(place)
     return dataset_houses(wanted.split, wanted.indices, report)
 
 
-def dataset_houses(split: str, indices: Sequence[int], report: OnDownload, revision: str = REVISION) -> list[Filed]:
+def dataset_houses(
+    split: str, indices: Sequence[int], report: OnDownload, revision: str = REVISION
+) -> list[HouseInFile]:
     """Returns houses of ProcTHOR-10K; none is read yet. Raises SettingError."""
     path = split_file(split, report, revision)
     for index in indices:
         if index >= SPLITS[split].houses:
             raise SettingError(f"{DATASET}: split {split!r} has houses 0 to {SPLITS[split].houses - 1}, not {index}.")
-    return [Filed(path, index + 1, f"{DATASET}_{split}_{index}", DATASET, split, revision) for index in indices]
+    return [HouseInFile(path, index + 1, f"{DATASET}_{split}_{index}", DATASET, split, revision) for index in indices]
 
 
-def _of_file(place: str) -> Iterator[Filed]:
+def _of_file(place: str) -> Iterator[HouseInFile]:
     path = Path(place)
     if not path.is_file():
         hint = did_you_mean(place.partition(":")[0], [DATASET])
         raise SettingError(f"House file {place!r} does not exist.{hint}")
     if path.suffix not in (".jsonl", ".gz"):
-        yield Filed(path)
+        yield HouseInFile(path)
         return
     for number, _ in enumerate(lines_of(path), start=1):
-        yield Filed(path, number)
+        yield HouseInFile(path, number)

@@ -5,12 +5,12 @@ import threading
 from cachetools import LRUCache, cached
 
 from vigil.authoring.language.referring import (
-    KEPT_MOMENTS,
+    DESCRIPTION_CACHE_SIZE,
     DescribedThing,
     Phrase,
-    moment_of,
+    description_key,
+    items_as_seen,
     phrase_for,
-    seen_items,
 )
 from vigil.scene.things import Scene
 
@@ -29,7 +29,7 @@ class Phrases:
         return self._found[thing_id]
 
 
-@cached(LRUCache(KEPT_MOMENTS), key=moment_of, lock=threading.Lock())
+@cached(LRUCache(DESCRIPTION_CACHE_SIZE), key=description_key, lock=threading.Lock())
 def phrases_of(scene: Scene) -> Phrases:
     """Returns what who sees the things of a scene would call them as they are now."""
-    return Phrases(seen_items(scene))
+    return Phrases(items_as_seen(scene))

@@ -17,13 +17,19 @@ from shapely import Point, Polygon
 
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.palette import COLOURS
-from vigil.authoring.language import ordinals
-from vigil.authoring.language.looks import colour_shares, is_misnamed, is_open_shelf, least_share, passes_for
-from vigil.authoring.language.relations import RELATIONS, Placed
+from vigil.authoring.language import drawer_names
+from vigil.authoring.language.appearance import (
+    colour_shares,
+    has_misleading_name,
+    is_open_shelf,
+    min_colour_share,
+    names_by_appearance,
+)
+from vigil.authoring.language.relations import RELATIONS, LocatedThing
 from vigil.base.geometry import Box, rotate_floor
-from vigil.scene.geometry import box_of
+from vigil.scene.geometry import body_box
 from vigil.scene.outlines import room_floor
-from vigil.scene.supports import parts_of, surface_named
+from vigil.scene.supports import drawers_of, surface_named
 from vigil.scene.things import Scene, Thing
 
 ROOM_NAMES = {"Kitchen": "kitchen", "LivingRoom": "living room", "Bedroom": "bedroom", "Bathroom": "bathroom"}
@@ -74,7 +80,7 @@ SIDE_M = 0.3
 _ON = r"(?: (?:that is|that stands|that lies|standing|lying|sitting))? (?:on|on a shelf of|in|inside) the "
 
 
-KEPT_MOMENTS = 32
+DESCRIPTION_CACHE_SIZE = 32
 """Of how many moments what one can say of the things is kept: the same house is asked about again and again."""
 
 BETWEEN = " between "
@@ -98,9 +104,9 @@ class DescribedThing:
     """It lies inside its support, not on top of it."""
     is_on_shelf: bool = False
     """It lies on a shelf of its support that nobody opens."""
-    also: tuple[str, ...] = ()
+    alternative_names: tuple[str, ...] = ()
     """What else it would be called by who sees it."""
-    is_misnamed: bool = False
+    has_misleading_name: bool = False
     """Nobody would call it there by its name."""
     is_room_one: bool = True
     """The home has no other room that is called as its room is."""
@@ -122,7 +128,7 @@ class Phrase:
     anchor: str | None = None
 
     @property
-    def placeless(self) -> "Phrase":
+    def without_place(self) -> "Phrase":
         """The phrase without where the thing is."""
         return Phrase(self.name, colour=self.colour)
 
@@ -136,7 +142,7 @@ class Phrase:
         return f"{text} in the {self.room}" if self.room else text
 
 
-def resolved(
+def resolve_mentions(
     phrases: Sequence[Phrase], items: Iterable[DescribedThing], held: DescribedThing | None = None
 ) -> list[list[DescribedThing]]:
     """Returns what each phrase of a text could mean, after what has been said before it.
@@ -151,7 +157,7 @@ def resolved(
         known = {name: item for name, item in named.get(phrase.name, {}).items() if fits(phrase, item)}
         if not known and held is not None and held in meant:
             known = {held.id: held}
-        is_repeat = phrase == phrase.placeless and len(meant) > 1 and len(known) == 1
+        is_repeat = phrase == phrase.without_place and len(meant) > 1 and len(known) == 1
         found.append(list(known.values()) if is_repeat else meant)
         if len(found[-1]) == 1:
             named.setdefault(phrase.name, {})[found[-1][0].id] = found[-1][0]
@@ -163,28 +169,28 @@ def items_of(scene: Scene) -> dict[str, DescribedThing]:
     return dict(_items_now(scene))
 
 
-def seen_items(scene: Scene) -> dict[str, DescribedThing]:
+def items_as_seen(scene: Scene) -> dict[str, DescribedThing]:
     """Returns the same as a person would say it who sees the things, and not the catalog: by what they look like."""
-    return dict(_seen_items_now(scene))
+    return dict(_items_as_seen_now(scene))
 
 
-_told_by = attrgetter("position", "rotation", "parent", "surface", "is_toggled", "is_present")
+_description_facts = attrgetter("position", "rotation", "parent", "surface", "is_toggled", "is_present")
 """Of all that may change of a thing, what one can say of things depends on."""
 
 
-def moment_of(scene: Scene) -> Hashable:
+def description_key(scene: Scene) -> Hashable:
     """Returns the scene with what tells whether the same can be said of its things at two moments."""
-    return scene, tuple(map(_told_by, scene.things.values()))
+    return scene, tuple(map(_description_facts, scene.things.values()))
 
 
-@cached(LRUCache(KEPT_MOMENTS), key=moment_of, lock=threading.Lock())
+@cached(LRUCache(DESCRIPTION_CACHE_SIZE), key=description_key, lock=threading.Lock())
 def _items_now(scene: Scene) -> dict[str, DescribedThing]:
     rooms = [(room.id, ROOM_NAMES.get(room.room_type), room_floor(room)) for room in scene.rooms]
     return {thing.id: _item(scene, thing, rooms) for thing in scene.things.values() if thing.is_present}
 
 
-@cached(LRUCache(KEPT_MOMENTS), key=moment_of, lock=threading.Lock())
-def _seen_items_now(scene: Scene) -> dict[str, DescribedThing]:
+@cached(LRUCache(DESCRIPTION_CACHE_SIZE), key=description_key, lock=threading.Lock())
+def _items_as_seen_now(scene: Scene) -> dict[str, DescribedThing]:
     named = [ROOM_NAMES.get(room.room_type) for room in scene.rooms]
     twice = {name for name in named if name is not None and named.count(name) > 1}
     return {key: _seen(scene.things[key], item, twice, scene) for key, item in _items_now(scene).items()}
@@ -199,17 +205,18 @@ def _seen(thing: Thing, item: DescribedThing, twice: set[str], scene: Scene) -> 
         colours=tuple(colour for colour in item.colours if _is_seen_as(scene, thing, colour)),
         is_inside=item.is_inside and not is_on_shelf,
         is_on_shelf=is_on_shelf,
-        also=passes_for(thing),
-        is_misnamed=is_misnamed(thing.category, item.room) or any(f"the {name}" in joined for name in twice),
+        alternative_names=names_by_appearance(thing),
+        has_misleading_name=has_misleading_name(thing.category, item.room)
+        or any(f"the {name}" in joined for name in twice),
         is_room_one=item.room not in twice,
     )
 
 
 def _is_seen_as(scene: Scene, thing: Thing, colour: str) -> bool:
     """Whether what one sees of a thing is mostly of a colour; of glass there is nothing else to go by."""
-    shares = colour_shares(thing.asset, *(part.asset for part in parts_of(scene, thing)))
+    shares = colour_shares(thing.asset, *(part.asset for part in drawers_of(scene, thing)))
     alike = sum(share for word, share in shares.items() if _look_alike(colour, word))
-    return not shares or alike >= least_share(thing.category)
+    return not shares or alike >= min_colour_share(thing.category)
 
 
 def _item(scene: Scene, thing: Thing, rooms: RoomOutlines) -> DescribedThing:
@@ -226,7 +233,7 @@ def _item(scene: Scene, thing: Thing, rooms: RoomOutlines) -> DescribedThing:
         support_id=parent.id if parent else None,
         support=_name(scene, parent, []) if parent else None,
         is_inside=surface is not None and surface.is_inside,
-        box=box_of(thing),
+        box=body_box(thing),
     )
 
 
@@ -237,9 +244,9 @@ def _room_at(x: float, z: float, rooms: RoomOutlines) -> tuple[str | None, str |
 
 def _name(scene: Scene, thing: Thing, rooms: RoomOutlines) -> str:
     """Returns what a thing is called; a door by the rooms that it joins, a drawer by its place in its furniture."""
-    if thing.is_part:
-        return ordinals.drawer_name(scene, thing)
-    name = CATALOG[thing.category].spoken
+    if thing.is_drawer:
+        return drawer_names.drawer_name(scene, thing)
+    name = CATALOG[thing.category].display_name
     if not thing.is_structure or thing.category == "Window":
         return name
     shift_x, shift_z = rotate_floor(0.0, SIDE_M, thing.rotation.y)
@@ -284,16 +291,16 @@ def referents(phrase: Phrase, items: Iterable[DescribedThing]) -> list[Described
 
 
 def _is_called(item: DescribedThing, name: str) -> bool:
-    return _names_fit(name, item.name) or name in item.also
+    return _names_fit(name, item.name) or name in item.alternative_names
 
 
-def _placed(item: DescribedThing) -> Placed | None:
-    return None if item.box is None else Placed(item.id, item.room_id, item.box)
+def _placed(item: DescribedThing) -> LocatedThing | None:
+    return None if item.box is None else LocatedThing(item.id, item.room_id, item.box)
 
 
 def phrase_for(item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase | None:
     """Returns the shortest phrase that fits `item` alone; None when there is none."""
-    if item.is_misnamed:
+    if item.has_misleading_name:
         return None
     others = [other for other in items if other.id != item.id]
     room = item.room if item.is_room_one else None
@@ -308,7 +315,12 @@ def phrase_for(item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase 
         Phrase(item.name, colour=colour, room=room),
     ]
     return next(
-        (phrase for phrase in candidates if not referents(phrase, others) and is_plain(phrase, item, others)), None
+        (
+            phrase
+            for phrase in candidates
+            if not referents(phrase, others) and is_support_unambiguous(phrase, item, others)
+        ),
+        None,
     )
 
 
@@ -334,7 +346,7 @@ def without_repeats(text: str, names: Iterable[str]) -> str:
         if phrase not in seen or not is_clear:
             seen.add(phrase)
             return found[0]
-        return found[0][0] + str(phrase.placeless)[1:]
+        return found[0][0] + str(phrase.without_place)[1:]
 
     return pattern.sub(short, text)
 
@@ -351,7 +363,7 @@ def _phrase(found: re.Match[str]) -> Phrase:
 
 
 def _pattern(names: Iterable[str]) -> re.Pattern[str]:
-    every = {name for full in names for name in (full, full.partition(BETWEEN)[0], ordinals.bare(full))}
+    every = {name for full in names for name in (full, full.partition(BETWEEN)[0], drawer_names.without_position(full))}
     known = "|".join(re.escape(name) for name in sorted(every, key=lambda name: (-len(name), name)))
     colours = "|".join(sorted(COLOURS, key=lambda name: (-len(name), name)))
     rooms = "|".join(sorted(ROOM_NAMES.values()))
@@ -362,7 +374,7 @@ def _pattern(names: Iterable[str]) -> re.Pattern[str]:
     )
 
 
-def is_plain(phrase: Phrase, item: DescribedThing, others: list[DescribedThing]) -> bool:
+def is_support_unambiguous(phrase: Phrase, item: DescribedThing, others: list[DescribedThing]) -> bool:
     """Whether the support that a phrase leans on is itself clear."""
     if phrase.support is None or item.support_id is None:
         return phrase.support is None
@@ -372,14 +384,14 @@ def is_plain(phrase: Phrase, item: DescribedThing, others: list[DescribedThing])
 
 def _support_fits(said: str, support: str) -> bool:
     """Whether what lies in or on a support may be said to lie in or on `said`: in a drawer is in its furniture, too."""
-    whole = ordinals.furniture(support)
+    whole = drawer_names.furniture_of(support)
     return _names_fit(said, support) or (whole is not None and _names_fit(said, whole))
 
 
 @lru_cache(maxsize=65536)
 def _names_fit(said: str, name: str) -> bool:
-    if ordinals.is_drawer(said) or ordinals.is_drawer(name):
-        return ordinals.fits(said, name, _names_fit)
+    if drawer_names.is_drawer(said) or drawer_names.is_drawer(name):
+        return drawer_names.fits(said, name, _names_fit)
     said_kind, _, said_where = said.partition(BETWEEN)
     kind, _, where = name.partition(BETWEEN)
     if said_where and said_where != where:

@@ -13,7 +13,7 @@ from shapely import Polygon
 from vigil.base.geometry import Box, Vec3
 from vigil.scene.outlines import footprint
 
-BESIDE_M, LOOSELY_BESIDE_M = 0.35, 1.2
+NEXT_TO_M, LOOSELY_NEXT_TO_M = 0.35, 1.2
 """Gap up to which a thing is next to another, and up to which somebody may still say so."""
 LEVEL_M = 0.25
 """How far apart the undersides of things that are next to each other may be."""
@@ -24,7 +24,7 @@ COVERED, PARTLY_COVERED = 0.75, 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Placed:
+class LocatedThing:
     """Where a thing is, as far as relations go."""
 
     id: str
@@ -32,22 +32,22 @@ class Placed:
     box: Box
 
 
-Meant = Callable[[Sequence[Placed], Placed], list[str]]
+RelationReferents = Callable[[Sequence[LocatedThing], LocatedThing], list[str]]
 """Returns the ids of the things that may be meant; just one id only where the relation clearly holds for it."""
 
 
-def _next_to(things: Sequence[Placed], anchor: Placed) -> list[str]:
+def _next_to(things: Sequence[LocatedThing], anchor: LocatedThing) -> list[str]:
     gaps = {thing.id: gap_m(thing.box, anchor.box) for thing in things}
-    could = [thing for thing in things if gaps[thing.id] <= LOOSELY_BESIDE_M and thing.room_id == anchor.room_id]
+    could = [thing for thing in things if gaps[thing.id] <= LOOSELY_NEXT_TO_M and thing.room_id == anchor.room_id]
     if len(could) != 1:
         return [thing.id for thing in could]
     only = could[0]
     is_level = abs(only.box.bottom - anchor.box.bottom) <= LEVEL_M
     is_apart = gaps[only.id] > 0.0
-    return [only.id] if is_level and is_apart and gaps[only.id] <= BESIDE_M else []
+    return [only.id] if is_level and is_apart and gaps[only.id] <= NEXT_TO_M else []
 
 
-def _closest_to(things: Sequence[Placed], anchor: Placed) -> list[str]:
+def _closest_to(things: Sequence[LocatedThing], anchor: LocatedThing) -> list[str]:
     gaps = {thing.id: gap_m(thing.box, anchor.box) for thing in things}
     if not gaps:
         return []
@@ -59,7 +59,7 @@ def _closest_to(things: Sequence[Placed], anchor: Placed) -> list[str]:
     return [could[0].id] if is_near else []
 
 
-def _under(things: Sequence[Placed], anchor: Placed) -> list[str]:
+def _under(things: Sequence[LocatedThing], anchor: LocatedThing) -> list[str]:
     above = _floor(anchor.box)
     shares: dict[str, float] = {}
     for thing in things:
@@ -71,7 +71,7 @@ def _under(things: Sequence[Placed], anchor: Placed) -> list[str]:
     return could if len(could) != 1 or shares[could[0]] >= COVERED else []
 
 
-RELATIONS: dict[str, Meant] = {
+RELATIONS: dict[str, RelationReferents] = {
     "next to": _next_to,
     "beside": _next_to,
     "closest to": _closest_to,

@@ -147,7 +147,7 @@ SEARCH = Sentences(
     ),
 )
 
-SWITCHED = Sentences(
+ON_OR_OFF = Sentences(
     public=(
         "Is {whole} on or off? Report its state.",
         "Check whether {whole} is switched on or off, and report which.",
@@ -173,7 +173,7 @@ SWITCHED = Sentences(
 )
 """What asks whether something is on or off."""
 
-STANDING = Sentences(
+OPEN_OR_CLOSED = Sentences(
     public=(
         "Is {whole} open or closed? Report its state.",
         "Check whether {whole} is open or closed, and report which.",
@@ -199,7 +199,7 @@ STANDING = Sentences(
 )
 """What asks whether something is open or closed."""
 
-BURNING = Sentences(
+BURNING_OR_NOT = Sentences(
     public=(
         "Is the flame of {target} on or off? Report its state.",
         "Check whether {target} is burning, and report on or off.",

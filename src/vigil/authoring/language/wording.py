@@ -12,11 +12,11 @@ from typing import Literal
 import numpy as np
 
 from vigil.authoring.language.referring import ROOM_NAMES
-from vigil.authoring.language.sentences import BURNING, STANDING, SWITCHED, Forms, Sentences
+from vigil.authoring.language.sentences import BURNING_OR_NOT, ON_OR_OFF, OPEN_OR_CLOSED, Forms, Sentences
 from vigil.authoring.language.sequence_sentences import SEQUENCES
 
 Act = Literal["open", "close", "turn_on", "turn_off", "pick"]
-Asked = Literal["is_toggled", "is_open"]
+QueriedState = Literal["is_toggled", "is_open"]
 
 OPENED_PARTS = {
     "LaundryHamper": "lid",
@@ -25,7 +25,7 @@ OPENED_PARTS = {
 }
 """Category -> the part that a person opens; the thing itself for all others."""
 
-QUESTIONS: dict[Asked, Sentences] = {"is_toggled": SWITCHED, "is_open": STANDING}
+QUESTIONS: dict[QueriedState, Sentences] = {"is_toggled": ON_OR_OFF, "is_open": OPEN_OR_CLOSED}
 
 VERBS: dict[Act, tuple[str, ...]] = {
     "open": ("open {}",),
@@ -43,14 +43,14 @@ VERBS_OF: dict[str, dict[Act, tuple[str, ...]]] = {
 PARTICLES = ("turn on", "turn off", "switch on", "switch off", "put out", "pick up")
 """Verbs that take "it" in their middle."""
 
-DONE: dict[Act, str] = {
+PARTICIPLES: dict[Act, str] = {
     "open": "opened",
     "close": "closed",
     "turn_on": "turned on",
     "turn_off": "turned off",
     "pick": "picked up",
 }
-DONE_OF: dict[str, dict[Act, str]] = {"Candle": {"turn_on": "lit", "turn_off": "put out"}}
+PARTICIPLES_OF: dict[str, dict[Act, str]] = {"Candle": {"turn_on": "lit", "turn_off": "put out"}}
 """The same acts in the passive."""
 PAIRS = frozenset({"Boots"})
 """Categories that are spoken of as several things: pick them up."""
@@ -66,7 +66,7 @@ def asks_inside(instruction: str) -> bool:
     return INTO.search(instruction.lower()) is not None
 
 
-def sequence(template: str, forms: Forms, *, inside: bool) -> tuple[str, ...]:
+def sequence_forms(template: str, forms: Forms, *, inside: bool) -> tuple[str, ...]:
     """Returns the sentences of a template; with `inside`, those alone that say so."""
     sentences = SEQUENCES[template].of(forms)
     slots = {"into": "into", "in_": "in"}
@@ -81,7 +81,7 @@ class _Blank(dict[str, str]):
 
 
 @dataclass(frozen=True, slots=True)
-class Opened:
+class OpeningPhrase:
     """What to call a thing when it is about opening it."""
 
     whole: str
@@ -94,41 +94,41 @@ class Opened:
         return {whole: self.whole, "piece": self.piece, "it": "it"}
 
 
-def opened(category: str, phrase: str) -> Opened:
+def opening_phrase(category: str, phrase: str) -> OpeningPhrase:
     """Returns what to call a thing of a category that `phrase` refers to when it is about opening it."""
     part = OPENED_PARTS.get(category)
     if part is None:
-        return Opened(phrase, "it")
-    return Opened(f"the {part} of {phrase}", f"its {part}")
+        return OpeningPhrase(phrase, "it")
+    return OpeningPhrase(f"the {part} of {phrase}", f"its {part}")
 
 
-def spoken_of(category: str, role: str = "") -> dict[str, str]:
+def pronoun_slots(category: str, role: str = "") -> dict[str, str]:
     """Returns the slots that speak of a thing again, which `role` begins: `it`, or `obstacle_it`."""
     words = ("them", "they are", "block", "stand") if category in PAIRS else ("it", "it is", "blocks", "stands")
     return {f"{role}{name}": word for name, word in zip(("it", "it_is", "blocks", "stands"), words, strict=True)}
 
 
-def order(act: Act, category: str, phrase: str, rng: np.random.Generator) -> dict[str, str]:
+def order_slots(act: Act, category: str, phrase: str, rng: np.random.Generator) -> dict[str, str]:
     """Returns the slots of an order: in full, as it is said after the thing has been named, and in the passive."""
     verbs = VERBS_OF.get(category, {}).get(act, VERBS[act])
     verb = verbs[int(rng.integers(len(verbs)))]
-    again = spoken_of(category)["it"]
-    parts = opened(category, phrase) if act in ("open", "close") else Opened(phrase, again)
+    again = pronoun_slots(category)["it"]
+    parts = opening_phrase(category, phrase) if act in ("open", "close") else OpeningPhrase(phrase, again)
     particle = next((each for each in PARTICLES if verb.startswith(each)), None)
     it = particle.replace(" ", f" {again} ") if particle and parts.piece == again else verb.format(parts.piece)
     return {
         "order": verb.format(parts.whole),
         "order_it": it,
         "acted": parts.whole,
-        "done": DONE_OF.get(category, {}).get(act, DONE[act]),
+        "done": PARTICIPLES_OF.get(category, {}).get(act, PARTICIPLES[act]),
     }
 
 
-def question(asked: Asked, category: str, phrase: str, forms: Forms, rng: np.random.Generator) -> str:
+def question(asked: QueriedState, category: str, phrase: str, forms: Forms, rng: np.random.Generator) -> str:
     """Returns a question about a thing's state that names both answers."""
     if category == "Candle":
-        return say(BURNING.of(forms), rng, target=phrase)
-    parts = opened(category, phrase) if asked == "is_open" else Opened(phrase, "it")
+        return say(BURNING_OR_NOT.of(forms), rng, target=phrase)
+    parts = opening_phrase(category, phrase) if asked == "is_open" else OpeningPhrase(phrase, "it")
     return say(QUESTIONS[asked].of(forms), rng, **parts.slots())
 
 

@@ -15,19 +15,19 @@ from typing import Any
 import vigil
 from vigil.authoring.drafting.drafts import Draft, DraftsFile, Header, HouseOrigin
 from vigil.authoring.language.sentences import Forms
+from vigil.authoring.packing.balance import count_strata, stratum_of, text_guess
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.packing.rejections import rejected_by_rule
-from vigil.authoring.packing.strata import count_strata, stratum_of, text_guess
 from vigil.authoring.review.reviews import Review, apply_reviews, decisions
 from vigil.authoring.review.validate import Finding
 from vigil.errors import EpisodeError
 from vigil.housegen.document import generators_of
-from vigil.packs.freeze import check_free, freeze
+from vigil.packs.freeze import check_can_freeze, freeze
 from vigil.packs.pack import Pack
 from vigil.packs.private import SEED_SHA256, is_secret, seed_sha256
 from vigil.protocol.episode import FAMILIES, Episode, Family, Solution
 from vigil.protocol.house import House, canonical_json
-from vigil.scoring.levels import LEVELS_FILE, EpisodeLevel, Level, levels_bytes
+from vigil.scoring.levels import LEVELS_FILE, EpisodeLevel, Level, dump_levels
 
 HOUSE_USES = 3
 """Episodes of one family in one house, at most."""
@@ -47,7 +47,7 @@ class Candidate:
     draft: Draft
     episode: Episode
     reviewer_kinds: tuple[str, ...] = ()
-    is_kept: bool = False
+    is_from_previous: bool = False
     """It comes from an earlier version of the pack."""
     level: Level | None = None
     """None where the pack does not ask for levels."""
@@ -114,10 +114,10 @@ CandidateCheck = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
 def candidates(
     files: Iterable[DraftsFile],
     reviews: Sequence[Review],
-    kept: DraftsFile | None = None,
+    previous: DraftsFile | None = None,
     levels: Mapping[str, EpisodeLevel] | None = None,
 ) -> list[Candidate]:
-    """Returns all drafts that no reviewer rejects, each id once; `kept` is the one of `files` to keep from.
+    """Returns all drafts that no reviewer rejects, each id once; `previous` is the one of `files` to keep from.
 
     `levels` are those of the drafts by id, where the pack asks for them. Raises EpisodeError on an id with two
     contents.
@@ -130,8 +130,8 @@ def candidates(
         for draft in file.read().drafts:
             if found.setdefault(draft.episode.id, draft).episode != draft.episode:
                 raise EpisodeError(f"Two drafts have the id {draft.episode.id!r} and differ; leave one file out.")
-    old = {draft.episode.id for draft in kept.read().drafts} if kept else set()
-    wanted = [_candidate(draft, by_id[name], is_kept=name in old) for name, draft in sorted(found.items())]
+    old = {draft.episode.id for draft in previous.read().drafts} if previous else set()
+    wanted = [_candidate(draft, by_id[name], is_from_previous=name in old) for name, draft in sorted(found.items())]
     return [
         _levelled(candidate, (levels or {}).get(candidate.episode.id))
         for candidate in wanted
@@ -145,10 +145,10 @@ def _levelled(candidate: Candidate, found: EpisodeLevel | None) -> Candidate:
     return replace(candidate, level=found.level, target_px=found.measures.target_px)
 
 
-def _candidate(draft: Draft, reviews: Sequence[Review], *, is_kept: bool) -> Candidate:
+def _candidate(draft: Draft, reviews: Sequence[Review], *, is_from_previous: bool) -> Candidate:
     judged = {name for name, decision in decisions(draft.episode, reviews).items() if decision.judgement}
     kinds = {review.reviewer_kind for review in reviews if review.reviewer in judged}
-    return Candidate(draft, apply_reviews(draft.episode, reviews), tuple(sorted(kinds)), is_kept)
+    return Candidate(draft, apply_reviews(draft.episode, reviews), tuple(sorted(kinds)), is_from_previous)
 
 
 @dataclass(slots=True)
@@ -191,7 +191,7 @@ class _SelectionCounts:
         episode, facts, family = candidate.episode, candidate.draft.facts, candidate.episode.family
         opposite = {"on": "off", "off": "on", "open": "closed", "closed": "open"}.get(facts.label or "", "")
         lead = self.of_family[family, "label", facts.category, facts.label or ""]
-        turned, walked = (self.of_family[family, "turn", told] for told in ("True", "False"))
+        turned, walked = (self.of_family[family, "turn", value] for value in ("True", "False"))
         is_ahead = family in ("VS", "SI") and turned >= FOUND_BY_TURNING * (turned + walked + 1)
         return (
             is_ahead and facts.is_seen_by_turning,
@@ -201,7 +201,7 @@ class _SelectionCounts:
             candidate.is_clear,
             self.of_family[family, "stratum", candidate.stratum],
             candidate.stratum,
-            not candidate.is_kept,
+            not candidate.is_from_previous,
             not candidate.is_approved,
             self.of_family[family, "thing", episode.house.name, episode.goal.object_id],
             self.of_family[family, "category", facts.category],
@@ -253,7 +253,7 @@ def _missing(
     ]
 
 
-def select_holding(
+def select_valid(
     pool: Sequence[Candidate], pack_request: PackRequest, check: CandidateCheck
 ) -> tuple[list[Candidate], dict[str, list[Finding]]]:
     """Returns a selection in which every solution holds, and what was left out because it does not."""
@@ -277,20 +277,20 @@ def assemble(
     pack_request: PackRequest,
     check: CandidateCheck,
     *,
-    kept: DraftsFile | None = None,
+    previous: DraftsFile | None = None,
     levels: Mapping[str, EpisodeLevel] | None = None,
 ) -> tuple[Pack, dict[str, list[Finding]]]:
     """Freezes a pack into `out`. Returns it with what was left out because its solution does not hold.
 
-    Of `kept`, one of `files`, episodes enter first. `levels` are those of the drafts by id, which a request for levels
+    Of `previous`, one of `files`, episodes enter first. `levels` are those of the drafts by id, which a request for levels
     needs; the pack then holds those of its episodes.
 
     Raises EpisodeError when the drafts are too few, SettingError when the folder is not empty or the name unfit.
     """
-    check_free(out, pack_request.name)
+    check_can_freeze(out, pack_request.name)
     for file in files:
         file.check_assets(pack_request.asset_database_sha256)
-    pool = candidates(files, reviews, kept, levels)
+    pool = candidates(files, reviews, previous, levels)
     _check_levels(pool, pack_request)
     tried: list[str] = []
 
@@ -298,7 +298,7 @@ def assemble(
         tried.extend(candidate.episode.id for candidate in fresh)
         return check(fresh)
 
-    chosen, bad = select_holding(pool, pack_request, check_counted)
+    chosen, bad = select_valid(pool, pack_request, check_counted)
     houses = [_house(files, name) for name in sorted({candidate.episode.house.name for candidate in chosen})]
     meta = _meta(chosen, files, pack_request) | {"house_generator": generators_of(houses)}
     if pack_request.is_robust:
@@ -308,7 +308,7 @@ def assemble(
     ]
     extra = {FACTS: b"".join(canonical_json(row) + b"\n" for row in facts)}
     if levels is not None:
-        extra[LEVELS_FILE] = levels_bytes(levels[candidate.episode.id] for candidate in chosen)
+        extra[LEVELS_FILE] = dump_levels(levels[candidate.episode.id] for candidate in chosen)
     pack = freeze(
         out,
         [candidate.episode for candidate in chosen],

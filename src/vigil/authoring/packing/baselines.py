@@ -8,18 +8,18 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict
 
-from vigil.authoring.packing.beside import FactsOfAPack, read_beside
 from vigil.authoring.packing.question_only import GuessScore, majority_guess, words_guess
-from vigil.base.versions import reads_schema
+from vigil.authoring.packing.sidecar_files import SidecarFile, read_sidecar
+from vigil.base.versions import schema_validator
 from vigil.packs.pack import Pack
 from vigil.protocol.episode import FAMILIES
 
 BASELINES = "baselines.json"
 BASELINES_SCHEMA = 1
-BLIND = ("noop", "random", "sweep", "forward", "centre", "explore", "point", "click_around", "always_success")
-AGENTS = (*BLIND, "never_report", "premature", "solver")
+BLIND_AGENTS = ("noop", "random", "sweep", "forward", "centre", "explore", "point", "click_around", "always_success")
+AGENTS = (*BLIND_AGENTS, "never_report", "premature", "solver")
 """In the order of the table; those after the blind ones see hidden state."""
-MOST_W_OF_A_BLIND_AGENT = 0.40
+MAX_W_OF_A_BLIND_AGENT = 0.40
 RATES = ("W", "W_strict", "B", "FR", "NR", "IL", "Other")
 
 
@@ -34,10 +34,10 @@ class AgentScore(BaseModel):
     mean_steps: float
 
 
-class Baselines(FactsOfAPack):
+class Baselines(SidecarFile):
     """What was measured on one pack."""
 
-    schema_version: Annotated[int, reads_schema(BASELINES_SCHEMA)] = BASELINES_SCHEMA
+    schema_version: Annotated[int, schema_validator(BASELINES_SCHEMA)] = BASELINES_SCHEMA
     vigil: str
     agents: dict[str, dict[str, AgentScore]]
     """Agent -> `all` or a family -> rates."""
@@ -45,7 +45,7 @@ class Baselines(FactsOfAPack):
     """Way of guessing a queried state without a look -> how often it is right, of how many."""
 
 
-def measured(pack: Pack, summaries: Mapping[str, Mapping[str, Any]], version: str) -> Baselines:
+def measured_baselines(pack: Pack, summaries: Mapping[str, Mapping[str, Any]], version: str) -> Baselines:
     """Returns the baselines of a pack, given each agent's summary (`vigil.scoring.summary.summarise`)."""
     agents = {
         name: {"all": _score(summary["overall"])}
@@ -84,14 +84,14 @@ def broken_promises(found: Baselines) -> list[str]:
 
 def _limit(agent: str, family: str) -> float | None:
     """Returns how much of a family an agent may complete at most; None without a promise."""
-    if agent not in BLIND or family in ("SV", "all"):
+    if agent not in BLIND_AGENTS or family in ("SV", "all"):
         return None
-    return 0.0 if agent == "noop" else MOST_W_OF_A_BLIND_AGENT
+    return 0.0 if agent == "noop" else MAX_W_OF_A_BLIND_AGENT
 
 
 def read_baselines(pack: Pack) -> Baselines | None:
     """Returns what was measured on this very pack; None when nothing was. Raises PackMismatch for a broken file."""
-    return read_beside(pack, BASELINES, Baselines, "Measure anew.")
+    return read_sidecar(pack, BASELINES, Baselines, "Measure anew.")
 
 
 def baselines_table(found: Baselines) -> list[str]:
@@ -101,7 +101,7 @@ def baselines_table(found: Baselines) -> list[str]:
     lines = [f"| {' | '.join(heads)} |", f"|{'---|' * len(heads)}"]
     for agent, scores in found.agents.items():
         whole = scores["all"]
-        cells = [f"{agent}{'' if agent in BLIND else ' (privileged)'}"]
+        cells = [f"{agent}{'' if agent in BLIND_AGENTS else ' (privileged)'}"]
         cells += [_with_interval(whole, rate) for rate in ("W", "B")]
         cells += [_percent(whole.rates[rate]) for rate in ("FR", "NR", "IL")]
         cells += [

@@ -15,12 +15,12 @@ from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
 
 
-def checks_beside(file: DraftsFile) -> Path:
+def check_log_of(file: DraftsFile) -> Path:
     """Returns the log of what robustness checks found about drafts; whoever removes it has them checked anew."""
     return file.path.with_name(f"{file.path.stem}.checks.jsonl")
 
 
-def checker(
+def candidate_checker(
     files: Sequence[DraftsFile], settings: VerificationSettings, on_verified: OnVerified = lambda standing: None
 ) -> CandidateCheck:
     """Returns the function that checks candidates out of some drafts files, and gives back what does not hold.
@@ -28,7 +28,7 @@ def checker(
     Where robustness is checked, it raises RecordError when the log beside the first file cannot be read or written.
     """
     house_of = house_finder(files)
-    log = checks_beside(files[0]) if settings.is_robust else None
+    log = check_log_of(files[0]) if settings.is_robust else None
 
     def check(chosen: Sequence[Candidate]) -> dict[str, list[Finding]]:
         episodes = [candidate.episode for candidate in chosen]

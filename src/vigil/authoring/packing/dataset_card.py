@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from vigil.authoring.packing.baselines import baselines_table, guess_lines, read_baselines
-from vigil.authoring.packing.plays import plays_table, read_plays
+from vigil.authoring.packing.reader_plays import plays_table, read_plays
 from vigil.authoring.packing.rejections import rejection_lines
 from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
 from vigil.packs.pack import Pack

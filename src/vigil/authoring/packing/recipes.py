@@ -14,18 +14,18 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from vigil.assets.sizes import AssetDatabase
-from vigil.authoring.drafting.drafts import DRAFTS_VERSION, MOST_LINES, UNNAMED_DRAFTS, HouseOrigin
+from vigil.assets.database import AssetDatabase
+from vigil.authoring.drafting.drafts import DRAFTS_VERSION, MAX_LINES, UNVERSIONED_DRAFTS, HouseOrigin
 from vigil.authoring.drafting.procthor import DATASET
-from vigil.authoring.drafting.sources import Filed, dataset_houses, read_all
+from vigil.authoring.drafting.sources import HouseInFile, dataset_houses, read_all
 from vigil.authoring.language.sentences import Forms
 from vigil.authoring.packing.assemble import PackRequest
 from vigil.base.files import read_file
 from vigil.base.json_files import read_json
-from vigil.base.versions import PackVersions, reads_schema
-from vigil.errors import HouseError, PackMismatch, SettingError, did_you_mean, first_fault
+from vigil.base.versions import PackVersions, schema_validator
+from vigil.errors import HouseError, PackMismatch, SettingError, did_you_mean, first_error
 from vigil.packs.files import NAME_PATTERN
-from vigil.packs.pack import other_assets
+from vigil.packs.pack import asset_mismatch
 from vigil.protocol.episode import Family
 from vigil.scoring.closure import SUITE, Kind
 from vigil.scoring.levels import Level
@@ -34,7 +34,7 @@ RECIPE_SCHEMA = 1
 PACKAGED = Path(str(files("vigil") / "data" / "recipes"))
 LIBRARIES = ("vigil-bench", "mujoco", "numpy", "scipy", "shapely")
 """Whose versions may move a float, and with it a pack's bytes."""
-MOST_STARTS = 1000
+MAX_STARTS = 1000
 
 
 class Recipe(BaseModel):
@@ -42,15 +42,15 @@ class Recipe(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    schema_version: Annotated[int, reads_schema(RECIPE_SCHEMA)] = RECIPE_SCHEMA
+    schema_version: Annotated[int, schema_validator(RECIPE_SCHEMA)] = RECIPE_SCHEMA
     name: str = Field(pattern=NAME_PATTERN)
     """Of the pack."""
     houses_from: str = ""
     """Where the dataset is to be had, for people."""
     seed: int = Field(ge=0, lt=2**256)
     families: tuple[Family, ...]
-    per_family: int = Field(ge=1, le=MOST_LINES)
-    house_uses: int = Field(ge=1, le=MOST_LINES)
+    per_family: int = Field(ge=1, le=MAX_LINES)
+    house_uses: int = Field(ge=1, le=MAX_LINES)
     backend: str
     asset_database_sha256: str | None = None
     """Of AI2-THOR's asset database; None when things have the typical sizes of their kinds."""
@@ -66,17 +66,17 @@ class Recipe(BaseModel):
     """Levels of difficulty that each family is shared out over; none where they do not matter."""
     is_robust: bool = False
     """Whether every episode holds by the rules about robustness."""
-    starts: int = Field(default=1, ge=1, le=MOST_STARTS)
+    starts: int = Field(default=1, ge=1, le=MAX_STARTS)
     """Starts drawn for each draft, of which the hardest is kept."""
     forms: Forms = "public"
     """Which half of the sentence forms is spoken."""
-    drafts: int = Field(default=UNNAMED_DRAFTS, ge=1)
+    drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)
     """The version of what is drafted, and in which words."""
     suite: Literal["closure"] | None = None
     """The suite that it is a pack of, whose `tasks` then stand in for families and levels."""
     tasks: dict[Kind, int] = Field(default_factory=dict)
     """Tasks of each kind of the suite."""
-    houses: tuple[HouseOrigin, ...] = Field(min_length=1, max_length=MOST_LINES)
+    houses: tuple[HouseOrigin, ...] = Field(min_length=1, max_length=MAX_LINES)
 
     @property
     def request(self) -> PackRequest:
@@ -96,13 +96,13 @@ class Recipe(BaseModel):
     def notes(self) -> list[str]:
         """Returns what here differs from where the recipe was made, and may change the bytes."""
         here = made_with()
-        told = [
+        changed = [
             f"{name} {was} (here {here.get(name)})" for name, was in self.made_with.items() if here.get(name) != was
         ]
         versions = self.versions.note(f"Recipe {self.name!r}")
         return [
             *([versions] if versions else []),
-            *([f"The recipe was made with {', '.join(told)}: the bytes may differ."] if told else []),
+            *([f"The recipe was made with {', '.join(changed)}: the bytes may differ."] if changed else []),
         ]
 
     def save(self, path: Path) -> None:
@@ -124,7 +124,7 @@ class Recipe(BaseModel):
         try:
             return cls.model_validate(read_json(read_file(path, f"Recipe {str(path)!r}", SettingError)))
         except ValidationError as error:
-            raise SettingError(f"Recipe {str(path)!r}: {first_fault(error)}.") from None
+            raise SettingError(f"Recipe {str(path)!r}: {first_error(error)}.") from None
         except ValueError as error:
             raise SettingError(f"Recipe {str(path)!r} is not JSON: {error}.") from None
 
@@ -149,7 +149,7 @@ def recipe_of(
         house_uses=pack_request.house_uses,
         backend=backend,
         asset_database_sha256=pack_request.asset_database_sha256,
-        versions=PackVersions.here(),
+        versions=PackVersions.current(),
         made_with=made_with(),
         pack_sha256=pack_sha256,
         drafted_in=drafted_in,
@@ -182,17 +182,17 @@ def check_drafts(recipe: Recipe) -> None:
 
 def check_assets(recipe: Recipe, given: AssetDatabase) -> None:
     """Raises SettingError when things would have other sizes than the recipe's."""
-    fault = other_assets(f"Recipe {recipe.name!r}", recipe.asset_database_sha256, given.sha256)
+    fault = asset_mismatch(f"Recipe {recipe.name!r}", recipe.asset_database_sha256, given.sha256)
     if fault is not None:
         raise SettingError(fault)
 
 
-def sources_of(recipe: Recipe, given: Sequence[str], report: Callable[[str], None]) -> list[Filed]:
+def sources_of(recipe: Recipe, given: Sequence[str], report: Callable[[str], None]) -> list[HouseInFile]:
     """Returns the recipe's houses: of ProcTHOR-10K by themselves, others out of the files `given`.
 
     Raises SettingError when a file is missing.
     """
-    found: list[Filed] = []
+    found: list[HouseInFile] = []
     for (dataset, split, revision), group in groupby(
         recipe.houses, lambda each: (each.dataset, each.split, each.revision)
     ):
@@ -201,7 +201,7 @@ def sources_of(recipe: Recipe, given: Sequence[str], report: Callable[[str], Non
             found += dataset_houses(split or "", [row.index or 0 for row in rows], report, revision or "")
             continue
         path = _file(dataset, given, sum(row.dataset != DATASET for row in recipe.houses) == len(rows))
-        found += [Filed(path, None if row.index is None else row.index + 1, row.name, dataset) for row in rows]
+        found += [HouseInFile(path, None if row.index is None else row.index + 1, row.name, dataset) for row in rows]
     return found
 
 
@@ -219,7 +219,7 @@ OnHouse = Callable[[int], None]
 """Is told how many houses have been read."""
 
 
-def origins_of(sources: Iterable[Filed], on_house: OnHouse = lambda number: None) -> list[HouseOrigin]:
+def origins_of(sources: Iterable[HouseInFile], on_house: OnHouse = lambda number: None) -> list[HouseOrigin]:
     """Returns where each house is from, with its hash. Raises HouseError at the first that is none."""
     found: list[HouseOrigin] = []
     for source, house in read_all(sources):
@@ -230,7 +230,7 @@ def origins_of(sources: Iterable[Filed], on_house: OnHouse = lambda number: None
     return found
 
 
-def check_houses(recipe: Recipe, sources: Iterable[Filed], on_house: OnHouse = lambda number: None) -> None:
+def check_houses(recipe: Recipe, sources: Iterable[HouseInFile], on_house: OnHouse = lambda number: None) -> None:
     """Raises PackMismatch that names the first house which is not the recipe's."""
     wanted = {row.name: row.sha256 for row in recipe.houses}
     for number, (source, house) in enumerate(read_all(sources), start=1):

@@ -4,13 +4,13 @@ from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from vigil.authoring.drafting.drafts import Proposed
+from vigil.authoring.drafting.drafts import DraftsContent
 from vigil.authoring.review.validate import Finding
 from vigil.protocol.episode import Family
 
 
 def rejected_by_rule(
-    read: Sequence[Proposed], families: Collection[Family], bad: Mapping[str, Sequence[Finding]], tried: int
+    read: Sequence[DraftsContent], families: Collection[Family], bad: Mapping[str, Sequence[Finding]], tried: int
 ) -> dict[str, Any]:
     """Returns by rule how many proposals broke it, and how many of the candidates that were tried for selection.
 
@@ -33,12 +33,12 @@ def rejection_lines(found: Mapping[str, Mapping[str, Any]]) -> list[str]:
     """Returns what a card says of `rejected_by_rule`."""
     return [
         f"- Of {counts['tried']} {what} {counts['rejected']} were rejected"
-        f"{': ' if counts['by_rule'] else ''}{_told(counts['by_rule'])}."
+        f"{': ' if counts['by_rule'] else ''}{_listed(counts['by_rule'])}."
         for what, counts in found.items()
     ]
 
 
-def _told(by_rule: Mapping[str, int]) -> str:
+def _listed(by_rule: Mapping[str, int]) -> str:
     return ", ".join(f"`{rule}` {count}" for rule, count in by_rule.items())
 
 

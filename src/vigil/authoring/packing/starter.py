@@ -53,14 +53,14 @@ class EpisodeQuota:
     family: Family
     kind: str
     count: int
-    instead: str | None = None
+    fallback: str | None = None
     """The kind to propose when no house yields the kind itself."""
 
     @property
     def proposals(self) -> list[Proposals]:
         """What is proposed: other categories than before, then any, then another kind."""
         kinds = GRAMMAR[self.family]
-        return [kinds[self.kind], kinds[self.kind], *([kinds[self.instead]] if self.instead else [])]
+        return [kinds[self.kind], kinds[self.kind], *([kinds[self.fallback]] if self.fallback else [])]
 
 
 QUOTAS = (
@@ -98,7 +98,7 @@ QUOTAS = (
 
 
 @dataclass(slots=True)
-class Selected:
+class Selection:
     """What has been chosen so far."""
 
     episodes: list[Episode] = field(default_factory=list)
@@ -138,7 +138,7 @@ def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[s
     Raises EpisodeError when the houses do not yield a kind of episode.
     """
     houses = starter_houses()
-    chosen = Selected()
+    chosen = Selection()
     for slot in QUOTAS:
         for number in range(slot.count):
             episode = _fill(slot, number, houses, chosen, simulator)
@@ -184,7 +184,7 @@ def _house(index: int, spec: str) -> House:
 
 
 def _fill(
-    slot: EpisodeQuota, number: int, houses: list[House], chosen: Selected, simulator: PrivilegedSimulator
+    slot: EpisodeQuota, number: int, houses: list[House], chosen: Selection, simulator: PrivilegedSimulator
 ) -> Episode:
     """Finds the next episode for a slot, adds it to what is chosen and returns it."""
     validator = Validator(simulator, is_draft=True)
@@ -203,7 +203,7 @@ def _fill(
     raise EpisodeError(f"No house yields episode {number + 1} of kind {slot.family} {slot.kind}; add houses.")
 
 
-def _in_order(slot: EpisodeQuota, houses: list[House], chosen: Selected) -> list[House]:
+def _in_order(slot: EpisodeQuota, houses: list[House], chosen: Selection) -> list[House]:
     """Returns the houses that may hold another episode of the slot's family, the least used first."""
     free = [house for house in houses if chosen.family_uses[slot.family, house.name] < PER_HOUSE_AND_FAMILY]
     return sorted(free, key=lambda house: (chosen.uses[house.name], zlib.crc32(f"{slot.kind} {house.name}".encode())))

@@ -14,10 +14,10 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.authoring.review.rules import RULES
 from vigil.authoring.review.validate import Finding, Validator
-from vigil.base.json_lines import AppendFile, dump_line, parse
+from vigil.base.json_lines import AppendFile, dump_line, parse_line
 from vigil.base.processes import worker_pool
 from vigil.base.versions import PackVersions
 from vigil.packs.pack import Pack
@@ -113,7 +113,7 @@ def findings_of(
         known = _known(file)
         results = [known[key] for key, _ in keys.values() if key in known]
         missing = [episode for key, episode in keys.values() if key not in known]
-        for found in verified(bundles(missing, solved, house_of), settings):
+        for found in findings_by_house(house_batches(missing, solved, house_of), settings):
             results += found
             if file is not None:
                 file.append(*map(dump_line, found))
@@ -122,7 +122,7 @@ def findings_of(
     return results
 
 
-def bundles(
+def house_batches(
     episodes: Iterable[Episode], solved: Mapping[str, tuple[Action, ...]], house_of: Callable[[Episode], House]
 ) -> list[HouseBatch]:
     """Returns episodes with their solutions, put together by house."""
@@ -135,7 +135,7 @@ def bundles(
     return found
 
 
-def verified(work: Sequence[HouseBatch], settings: VerificationSettings) -> Iterator[list[EpisodeFindings]]:
+def findings_by_house(work: Sequence[HouseBatch], settings: VerificationSettings) -> Iterator[list[EpisodeFindings]]:
     """Yields what was found, house by house, in the order of the work."""
     if settings.workers == 1 or len(work) < 2:
         validator = Validator(settings.simulator())
@@ -157,7 +157,7 @@ def key_of(episode: Episode, actions: tuple[Action, ...] | None, settings: Verif
     besides = ["robust"] if settings.is_robust else []
     besides += [settings.assets.sha256] if settings.assets and settings.assets.sha256 else []
     besides += [name for name, rule in RULES.items() if rule.is_for(episode.family)]
-    facts = [episode.model_dump(mode="json"), solution, settings.backend, PackVersions.here().model_dump(), *besides]
+    facts = [episode.model_dump(mode="json"), solution, settings.backend, PackVersions.current().model_dump(), *besides]
     return hashlib.sha256(canonical_json(facts)).hexdigest()
 
 
@@ -192,5 +192,5 @@ def _known(log: AppendFile | None) -> dict[str, EpisodeFindings]:
     """Returns what a log holds, by key."""
     if log is None:
         return {}
-    rows = [parse(line, EpisodeFindings, f"Log {str(log.path)!r}", "Remove it.") for line in log.lines.whole]
+    rows = [parse_line(line, EpisodeFindings, f"Log {str(log.path)!r}", "Remove it.") for line in log.lines.complete]
     return {row.key: row for row in rows}

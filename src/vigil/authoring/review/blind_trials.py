@@ -1,6 +1,6 @@
 """Blind trials: an episode that an agent without sight completes does not measure sight, so no pack holds it."""
 
-from vigil.agents.scripted import EXPLORING, POINTING, TURNING, WALKING, clicking
+from vigil.agents.scripted import EXPLORE_ACTIONS, POINT_ACTIONS, TURN_ACTIONS, WALK_ACTIONS, click_actions
 from vigil.protocol.actions import Action, Report
 from vigil.protocol.episode import FAMILIES, Episode
 from vigil.protocol.goals import AgentNearTarget, ObjectHeld, ObjectInState, TargetGrounded
@@ -18,10 +18,10 @@ def blind_trials(episode: Episode, *, is_draft: bool) -> list[tuple[Action, ...]
         return []
     tries: list[tuple[Action, ...]] = [()]
     if isinstance(goal, AgentNearTarget) or (isinstance(goal, ObjectInState) and goal.state == "is_visible"):
-        tries += [WALKING] if is_turned_to else [WALKING, TURNING]
-        tries += [EXPLORING] if is_draft and not is_turned_to else []
+        tries += [WALK_ACTIONS] if is_turned_to else [WALK_ACTIONS, TURN_ACTIONS]
+        tries += [EXPLORE_ACTIONS] if is_draft and not is_turned_to else []
     elif is_draft and isinstance(goal, TargetGrounded):
-        tries.append(POINTING)
+        tries.append(POINT_ACTIONS)
     elif is_draft and isinstance(goal, ObjectHeld | ObjectInState) and goal.constraint is None:
-        tries += [clicking(episode.instruction)] if FAMILIES[episode.family].visible_at_start else []
+        tries += [click_actions(episode.instruction)] if FAMILIES[episode.family].visible_at_start else []
     return [(*moves[: episode.max_steps - 1], Report(status="success", summary="")) for moves in tries]

@@ -9,13 +9,13 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from vigil.authoring.language.referring import DescribedThing, Phrase
-from vigil.authoring.solving.aim import surface_points
-from vigil.authoring.solving.oracle import Oracle
-from vigil.authoring.ways.goal_kinds import closed_around
+from vigil.authoring.solving.goal_actions import closed_containers_around
+from vigil.authoring.solving.look_targets import surface_points
+from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.actions import REACH_M
 from vigil.protocol.world import OPEN_ABOVE
-from vigil.scene.geometry import box_distances, box_of
+from vigil.scene.geometry import body_box, box_distances
 from vigil.scene.things import Thing
 
 BELONGS_IN = {
@@ -43,10 +43,10 @@ BELONGS_IN = {
 }
 """Container -> what a person would look for in it."""
 IN_BATHROOM_CABINETS = ("SoapBottle", "SprayBottle", "Cloth", "ToiletPaper", "Towel", "HandTowel", "TissueBox")
-MOST_CLOSED = 4
+MAX_CLOSED = 4
 """Closed things that a search may have to open before the last of them shows the target: the budget of Search and
 Interact allows each some five steps, and a walk between them."""
-LOOKS, EVERY_CELL = 16, 5
+LOOKED_FOR_POINTS, EVERY_CELL = 16, 5
 """Points of a thing that are looked for from outside what it lies in, and of how many places one is tried: a pane shows
 what is behind it to many."""
 
@@ -57,14 +57,14 @@ def belongs_in(container: Thing, room: str | None, thing: Thing) -> bool:
     return thing.category in (IN_BATHROOM_CABINETS if is_in_bathroom else BELONGS_IN.get(container.category, ()))
 
 
-def may_hold(oracle: Oracle, items: dict[str, DescribedThing], target: Thing, room: str | None) -> list[str]:
+def may_hold(view: PrivilegedView, items: dict[str, DescribedThing], target: Thing, room: str | None) -> list[str]:
     """Returns the ids of the closed things in which a person would look for the target: in a room, or everywhere.
 
     What the target lies in is one of them in any case.
     """
-    around = set(closed_around(oracle, target.id))
+    around = set(closed_containers_around(view, target.id))
     found: list[str] = []
-    for thing in oracle.scene.things.values():
+    for thing in view.scene.things.values():
         item = items.get(thing.id)
         if item is None or thing.id == target.id or not thing.is_openable or thing.openness > OPEN_ABOVE:
             continue
@@ -74,37 +74,37 @@ def may_hold(oracle: Oracle, items: dict[str, DescribedThing], target: Thing, ro
     return found
 
 
-def room_said(phrases: Iterable[Phrase]) -> str | None:
+def room_mentioned(phrases: Iterable[Phrase]) -> str | None:
     """Returns the room that an instruction about one thing names; None when it names none."""
     return next((phrase.room for phrase in phrases if phrase.room is not None), None)
 
 
 def not_found_by_opening(
-    oracle: Oracle, items: dict[str, DescribedThing], target: Thing, phrases: list[Phrase]
+    view: PrivilegedView, items: dict[str, DescribedThing], target: Thing, phrases: list[Phrase]
 ) -> Iterator[str]:
     """Yields why a target need not be found by opening something, or cannot fairly be; `phrases` are those said."""
-    around = closed_around(oracle, target.id)
+    around = closed_containers_around(view, target.id)
     if not around:
         yield f"{target.id!r} lies in nothing closed"
         return
     for name in around:
-        if not belongs_in(oracle.scene.things[name], items[name].room, target):
+        if not belongs_in(view.scene.things[name], items[name].room, target):
             yield f"nobody would look for {target.id!r} in {name!r}"
     if any(phrase.support is not None or phrase.relation is not None for phrase in phrases):
         yield "the instruction says where it lies"
-    closed = may_hold(oracle, items, target, room_said(phrases))
-    if len(closed) > MOST_CLOSED:
-        yield f"{len(closed)} closed things may hold it, at most {MOST_CLOSED} can be searched: {', '.join(closed)}"
-    if (place := sees_through(oracle, target)) is not None:
+    closed = may_hold(view, items, target, room_mentioned(phrases))
+    if len(closed) > MAX_CLOSED:
+        yield f"{len(closed)} closed things may hold it, at most {MAX_CLOSED} can be searched: {', '.join(closed)}"
+    if (place := visible_through_glass_from(view, target)) is not None:
         yield f"it is seen through glass from ({place.x:.2f}, {place.z:.2f}) before anything is opened"
 
 
-def sees_through(oracle: Oracle, target: Thing) -> Vec3 | None:
+def visible_through_glass_from(view: PrivilegedView, target: Thing) -> Vec3 | None:
     """Returns a free place within reach of a thing from which it is seen as things stand; None without one."""
-    points = surface_points(target, LOOKS)
-    cells = oracle.plan().cells[::EVERY_CELL]
-    for x, z in cells[box_distances(box_of(target), cells) <= REACH_M]:
-        place = Vec3(float(x), oracle.agent.position.y, float(z))
-        if np.any(oracle.sees(Pose(position=place, rotation=0.0).eye, points, target.id, through_glass=True)):
+    points = surface_points(target, LOOKED_FOR_POINTS)
+    cells = view.plan().cells[::EVERY_CELL]
+    for x, z in cells[box_distances(body_box(target), cells) <= REACH_M]:
+        place = Vec3(float(x), view.agent.position.y, float(z))
+        if np.any(view.sees(Pose(position=place, rotation=0.0).eye, points, target.id, through_glass=True)):
             return place
     return None

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cached_property
 
-from vigil.authoring.language.referring import DescribedThing, Phrase, items_of, mentions, resolved
-from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.language.referring import DescribedThing, Phrase, items_of, mentions, resolve_mentions
+from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import Goal
 from vigil.protocol.house import House
@@ -20,24 +20,24 @@ class EpisodeStart:
 
     episode: Episode
     house: House
-    oracle: Oracle
+    view: PrivilegedView
 
     @cached_property
     def world(self) -> WorldState:
         """The hidden world at the reset."""
-        return self.oracle.world(self.episode.bound_ids())
+        return self.view.world(self.episode.bound_ids())
 
     @cached_property
     def items(self) -> dict[str, DescribedThing]:
         """What one can say of every thing at the reset."""
-        return items_of(self.oracle.scene)
+        return items_of(self.view.scene)
 
     @cached_property
     def mentioned(self) -> list[tuple[Phrase, list[DescribedThing]]]:
         """Every phrase of the instruction with what it could mean."""
         phrases = mentions(self.episode.instruction, [item.name for item in self.items.values()])
         held = self.items.get(self.episode.setup.held or "")
-        return list(zip(phrases, resolved(phrases, self.items.values(), held), strict=True))
+        return list(zip(phrases, resolve_mentions(phrases, self.items.values(), held), strict=True))
 
     @property
     def target(self) -> ObjectState:

@@ -14,9 +14,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from vigil.base.json_lines import append_line, dump_line, parse, read_lines
-from vigil.base.versions import reads_schema
-from vigil.protocol.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, Size
+from vigil.base.json_lines import append_line, dump_line, parse_line, read_lines
+from vigil.base.versions import schema_validator
+from vigil.protocol.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, TargetSize
 from vigil.protocol.house import canonical_json
 
 REVIEW_SCHEMA = 1
@@ -29,7 +29,7 @@ class Review(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    schema_version: Annotated[int, reads_schema(REVIEW_SCHEMA)] = REVIEW_SCHEMA
+    schema_version: Annotated[int, schema_validator(REVIEW_SCHEMA)] = REVIEW_SCHEMA
     at: datetime
     reviewer: str = Field(pattern=r"^(model: )?[A-Za-z0-9][A-Za-z0-9_.-]{0,39}$")
     """A name; a model's begins with `model: `, so that it tells what it is wherever it is shown."""
@@ -39,7 +39,7 @@ class Review(BaseModel):
     verdict: Verdict
     instruction: str | None = Field(default=None, min_length=1, max_length=MAX_INSTRUCTION_CHARS)
     """The new wording; `edit` alone."""
-    difficulty: Size | None = None
+    difficulty: TargetSize | None = None
     """`difficulty` alone."""
     text: str = Field(default="", max_length=4000)
     """A reason, or the note."""
@@ -63,7 +63,7 @@ class Decision:
 
     judgement: Judgement | None = None
     instruction: str | None = None
-    difficulty: Size | None = None
+    difficulty: TargetSize | None = None
     notes: tuple[str, ...] = ()
 
 
@@ -96,7 +96,7 @@ def read_reviews(path: Path) -> list[Review]:
 
     A torn last line is passed over. Raises RecordError on any other unreadable one.
     """
-    return [parse(line, Review, repr(str(path)), "Restore the file.") for line in read_lines(path)]
+    return [parse_line(line, Review, repr(str(path)), "Restore the file.") for line in read_lines(path)]
 
 
 def decisions(episode: Episode, reviews: Iterable[Review]) -> dict[str, Decision]:

@@ -12,11 +12,11 @@ import numpy as np
 import shapely
 
 from vigil.authoring.review.episode_start import EpisodeStart
-from vigil.authoring.solving import moves
-from vigil.authoring.solving.free_space import FREE_M, has_room
+from vigil.authoring.solving import primitive_actions
+from vigil.authoring.solving.free_space import ROOM_TO_MOVE_M, has_room_to_move
 from vigil.authoring.solving.macro_actions import Unsolvable
-from vigil.authoring.solving.oracle import Oracle
-from vigil.authoring.ways.solvers import solve_noisily
+from vigil.authoring.solving.privileged_view import PrivilegedView
+from vigil.authoring.solving.solvers import solve_noisily
 from vigil.base.geometry import heading
 from vigil.env import Env
 from vigil.protocol.actions import Report
@@ -24,11 +24,11 @@ from vigil.protocol.episode import Episode
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.records.record import EpisodeRecord
 from vigil.scene.outlines import wall_shapes
-from vigil.scoring.outcomes import settle
+from vigil.scoring.outcomes import score
 
-TRIES, NEEDED = 10, 9
+TRIES, NEEDED_SUCCESSES = 10, 9
 LATTICE = (32, 24)
-LEAST_SHARE = 0.01
+MIN_SHARE = 0.01
 """The share of the first frame that things fill, where it does not show two walls."""
 COLUMNS, FARTHEST_M, SAME_WALL_M = 33, 30.0, 0.05
 
@@ -42,62 +42,65 @@ ROBUST_RULES = {
 
 def robust_faults(case: EpisodeStart, env: Env) -> Iterator[tuple[str, str]]:
     """Yields (rule, message) for every one of ROBUST_RULES that an episode breaks. The simulator is left anywhere."""
-    oracle, start = case.oracle, case.episode.start
-    if not has_room(oracle.plan().tight, start):
-        yield "room_at_start", f"no {FREE_M} m are free ahead, left or right of the start, which looks {start.rotation}"
+    view, start = case.view, case.episode.start
+    if not has_room_to_move(view.plan().tight, start):
+        yield (
+            "room_at_start",
+            f"no {ROOM_TO_MOVE_M} m are free ahead, left or right of the start, which looks {start.rotation}",
+        )
     if shows_one_wall(case):
         yield "more_than_a_wall", "the first frame shows one wall, and next to nothing else"
-    fault = _fault_of_tries(case.episode, oracle, env)
+    fault = _fault_of_tries(case.episode, view, env)
     if fault is not None:
         yield "robust", fault
 
 
 def shows_one_wall(case: EpisodeStart) -> bool:
     """Whether the first frame shows one flat wall, and next to nothing else."""
-    return not _shows_things(case.oracle) and len(_walls_ahead(case)) < 2
+    return not _shows_things(case.view) and len(_walls_ahead(case)) < 2
 
 
-def noisy_try(episode: Episode, oracle: Oracle, env: Env, number: int) -> EpisodeRecord:
+def noisy_try(episode: Episode, view: PrivilegedView, env: Env, number: int) -> EpisodeRecord:
     """Returns the record of one try of a body that errs; it concedes where it knows no way."""
-    actions = solve_noisily(episode, oracle, number)
+    actions = solve_noisily(episode, view, number)
     observation = env.reset(episode)
     while observation is not None:
         try:
             action = next(actions)
         except Unsolvable as error:
             action = Report(status="fail", summary=str(error))
-        observation = env.step(moves.reply_of(action))
+        observation = env.step(primitive_actions.reply_of(action))
     return env.record()
 
 
-def _fault_of_tries(episode: Episode, oracle: Oracle, env: Env) -> str | None:
+def _fault_of_tries(episode: Episode, view: PrivilegedView, env: Env) -> str | None:
     """Returns what came of too many tries that failed; None when enough succeed. It counts B: W and a true report."""
     failed: list[str] = []
     for number in range(TRIES):
-        if number - len(failed) >= NEEDED:
+        if number - len(failed) >= NEEDED_SUCCESSES:
             break
-        record = noisy_try(episode, oracle, env, number)
-        outcome = settle(episode, record)
+        record = noisy_try(episode, view, env, number)
+        outcome = score(episode, record)
         if not outcome.B:
             failed.append(f"try {number}: {outcome.label}, W={outcome.W:d} after {len(record.steps)} steps")
-        if len(failed) > TRIES - NEEDED:
+        if len(failed) > TRIES - NEEDED_SUCCESSES:
             return f"{len(failed)} of the first {number + 1} tries fail, 1 of {TRIES} may ({'; '.join(failed)})"
     return None
 
 
-def _shows_things(oracle: Oracle) -> bool:
+def _shows_things(view: PrivilegedView) -> bool:
     """Whether things fill at least LEAST_SHARE of the frame, doors and windows among them."""
     across, down = ((np.arange(count) + 0.5) / count for count in LATTICE)
     pixels = [(int(x * FRAME_WIDTH), int(y * FRAME_HEIGHT)) for y in down for x in across]
-    hits = (pixel for pixel in pixels if oracle.object_at(pixel) is not None)
-    enough = math.ceil(LEAST_SHARE * len(pixels))
+    hits = (pixel for pixel in pixels if view.object_at(pixel) is not None)
+    enough = math.ceil(MIN_SHARE * len(pixels))
     return sum(1 for _ in islice(hits, enough)) == enough
 
 
 def _walls_ahead(case: EpisodeStart) -> set[tuple[float, float, float]]:
     """Returns the planes (direction and offset, rounded) of the walls that the frame's columns meet first."""
     start = case.episode.start
-    panels = [panel for panel in case.oracle.scene.panels if wall_shapes(panel)]
+    panels = [panel for panel in case.view.scene.panels if wall_shapes(panel)]
     shapes = [shapely.unary_union(wall_shapes(panel)) for panel in panels]
     here = shapely.Point(start.position.x, start.position.z)
     half_deg = float(np.degrees(np.arctan(FRAME_WIDTH / FRAME_HEIGHT)))

@@ -6,16 +6,16 @@ A rule is a function of a `EpisodeStart` that yields what is wrong. Source: `pro
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from vigil.authoring.language.telling_apart import anchor_of, look_alikes
-from vigil.authoring.language.untold import is_untold, says_constraint, untold
+from vigil.authoring.language.disambiguation import anchor_of, look_alikes
+from vigil.authoring.language.implicit_constraints import constraint_giveaways, implicit_kind, is_implicit
 from vigil.authoring.language.wording import asks_inside
 from vigil.authoring.review.containers import not_found_by_opening
 from vigil.authoring.review.episode_start import EpisodeStart
-from vigil.authoring.solving.aim import surface_points
 from vigil.authoring.solving.free_space import places_within
+from vigil.authoring.solving.goal_actions import closed_containers_around, is_doable
+from vigil.authoring.solving.look_targets import surface_points
 from vigil.authoring.solving.macro_actions import MacroActions
-from vigil.authoring.solving.oracle import Oracle
-from vigil.authoring.ways.goal_kinds import closed_around, is_doable
+from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.geometry import Pose, Vec3
 from vigil.packs.pack import protocol_faults
 from vigil.protocol.actions import REACH_HEIGHT_M, REACH_M
@@ -31,7 +31,7 @@ from vigil.protocol.goals import (
     ReportStatus,
     is_observable,
 )
-from vigil.scene.geometry import box_of
+from vigil.scene.geometry import body_box
 from vigil.scene.outlines import room_floor
 from vigil.scene.things import Thing
 
@@ -48,11 +48,11 @@ SM_TEMPLATES = (
     *("reveal_pick", "put_into", "rearrange", "open_pick_place"),
     *("two_to_one", "put_and_close", "take_and_close", "swap", "out_of_into", "three_acts"),
 )
-TOLD = ("obstacle", "leaf", "swing", "interlock", "hand")
-CR_TEMPLATES = (*TOLD, *map(untold, TOLD))
+EXPLICIT_TEMPLATES = ("obstacle", "leaf", "swing", "interlock", "hand")
+CR_TEMPLATES = (*EXPLICIT_TEMPLATES, *map(implicit_kind, EXPLICIT_TEMPLATES))
 INSIDE_TEMPLATE = "pick_inside"
 """Of searches whose target lies in something closed, which the instruction does not name."""
-ALIKE_TEMPLATE = "alike"
+LOOK_ALIKE_TEMPLATE = "alike"
 """Of episodes about one of several look-alikes."""
 
 Faults = Iterator[str]
@@ -73,14 +73,14 @@ def _protocol(case: EpisodeStart) -> Faults:
 
 def _objects(case: EpisodeStart) -> Faults:
     for object_id in case.episode.bound_ids():
-        thing = case.oracle.scene.things.get(object_id)
+        thing = case.view.scene.things.get(object_id)
         if thing is None or not thing.is_present:
             yield f"object {object_id!r} is not in the scene"
 
 
 def _start(case: EpisodeStart) -> Faults:
     place = case.episode.start.position
-    if not case.oracle.plan().can_stand((place.x, place.z)):
+    if not case.view.plan().can_stand((place.x, place.z)):
         yield f"the body does not fit at the start ({place.x:.2f}, {place.z:.2f})"
 
 
@@ -127,7 +127,7 @@ def _parts(goal: Goal) -> tuple[Goal, ...]:
     return goal.parts if isinstance(goal, AllOf) else (goal,)
 
 
-def _settled(case: EpisodeStart) -> Faults:
+def _clearly_open_or_closed(case: EpisodeStart) -> Faults:
     goals = [*_parts(case.episode.goal), *case.episode.goal.chain]
     asked = [
         goal.object_id for goal in goals if isinstance(goal, ObjectInState | ReportStatus) and goal.state == "is_open"
@@ -141,31 +141,31 @@ def _settled(case: EpisodeStart) -> Faults:
 def _other_rooms(case: EpisodeStart) -> Faults:
     goal = case.episode.goal
     assert isinstance(goal, AgentNearTarget)
-    place = place_blind_to(case.oracle, case.oracle.scene.things[goal.object_id], goal.threshold_m)
+    place = place_blind_to(case.view, case.view.scene.things[goal.object_id], goal.threshold_m)
     if place is not None:
         yield f"({place.x:.2f}, {place.z:.2f}) is near enough, in another room, and does not see the target"
 
 
-def place_blind_to(oracle: Oracle, thing: Thing, threshold_m: float) -> Vec3 | None:
+def place_blind_to(view: PrivilegedView, thing: Thing, threshold_m: float) -> Vec3 | None:
     """Returns a free place near a thing, in another room, that does not see it; None where there is none.
 
     To be near there would be chance.
     """
-    home = oracle.room_at(thing.position)
-    floors = {room.id: room_floor(room) for room in oracle.scene.rooms}
-    floor = oracle.plan().tight
+    home = view.room_at(thing.position)
+    floors = {room.id: room_floor(room) for room in view.scene.rooms}
+    floor = view.plan().tight
     if home is not None:
         floor = floor.difference(floors[home].buffer(NEAR_MARGIN_M, join_style="mitre"))
     tried = [surface_points(thing, count) for count in SURFACE_POINTS]
-    for x, z in places_within(floor, box_of(thing), threshold_m + NEAR_MARGIN_M):
-        place = Vec3(float(x), oracle.agent.position.y, float(z))
+    for x, z in places_within(floor, body_box(thing), threshold_m + NEAR_MARGIN_M):
+        place = Vec3(float(x), view.agent.position.y, float(z))
         eye = Pose(position=place, rotation=0.0).eye
-        if not any(oracle.sees(eye, points, thing.id, through_glass=True).any() for points in tried):
+        if not any(view.sees(eye, points, thing.id, through_glass=True).any() for points in tried):
             return place
     return None
 
 
-def _in_words(case: EpisodeStart) -> Faults:
+def _standard_stated(case: EpisodeStart) -> Faults:
     if not any(standard in case.episode.instruction for standard in STANDARDS_IN_WORDS):
         yield f"the instruction does not say {' or '.join(map(repr, STANDARDS_IN_WORDS))}"
 
@@ -180,39 +180,39 @@ def _named(case: EpisodeStart) -> Faults:
 
 def unnamed_roles(episode: Episode) -> frozenset[str]:
     """Returns the roles of the objects that an episode's instruction leaves to be found, by its kind."""
-    if is_untold(episode.provenance.template):
+    if is_implicit(episode.provenance.template):
         return frozenset({"obstacle"})
     return frozenset({"container"} if episode.provenance.template == INSIDE_TEMPLATE else ())
 
 
-def _kept_to_itself(case: EpisodeStart) -> Faults:
+def _constraint_not_given_away(case: EpisodeStart) -> Faults:
     constraint = case.episode.goal.constraint
-    if constraint is not None and is_untold(case.episode.provenance.template):
+    if constraint is not None and is_implicit(case.episode.provenance.template):
         is_other = constraint.object_id != case.episode.goal.object_id
         obstacle = case.items.get(constraint.object_id) if is_other else None
-        yield from says_constraint(case.episode.instruction, constraint.kind, obstacle.name if obstacle else None)
+        yield from constraint_giveaways(case.episode.instruction, constraint.kind, obstacle.name if obstacle else None)
 
 
 def _found_inside(case: EpisodeStart) -> Faults:
     if case.episode.provenance.template == INSIDE_TEMPLATE:
-        target = case.oracle.scene.things[case.episode.goal.object_id]
+        target = case.view.scene.things[case.episode.goal.object_id]
         phrases = [phrase for phrase, _ in case.mentioned]
-        yield from not_found_by_opening(case.oracle, case.items, target, phrases)
+        yield from not_found_by_opening(case.view, case.items, target, phrases)
 
 
-def _alike(case: EpisodeStart) -> Faults:
-    if case.episode.provenance.template != ALIKE_TEMPLATE:
+def _has_look_alike(case: EpisodeStart) -> Faults:
+    if case.episode.provenance.template != LOOK_ALIKE_TEMPLATE:
         return
     others = look_alikes(case.items[case.episode.goal.object_id], case.items.values())
     if not others:
         yield "nothing else in the house has the name of the target"
     elif FAMILIES[case.episode.family].visible_at_start:
-        states = case.oracle.world([other.id for other in others]).objects.values()
+        states = case.view.world([other.id for other in others]).objects.values()
         if not any(is_observable(state) for state in states):
             yield "nothing else of the name of the target is in view at the start"
         anchors = [anchor_of(phrase, case.items.values()) for phrase, _ in case.mentioned]
         for anchor in filter(None, anchors):
-            if not is_observable(case.oracle.state_of(anchor.id)):
+            if not is_observable(case.view.state_of(anchor.id)):
                 yield f"{anchor.id!r}, by which the target is told, is out of view at the start"
 
 
@@ -226,7 +226,7 @@ def _unambiguous(case: EpisodeStart) -> Faults:
             yield f"{str(phrase)!r} means {fitting[0]!r}, which the episode does not bind"
 
 
-def _secret(case: EpisodeStart) -> Faults:
+def _state_not_given_away(case: EpisodeStart) -> Faults:
     goal = case.episode.goal
     assert isinstance(goal, ReportStatus)
     words = case.episode.instruction.lower().replace(".", " ").replace(",", " ").replace("?", " ").split()
@@ -255,7 +255,7 @@ def _chained(case: EpisodeStart) -> Faults:
             yield f"{link.object_id!r} is in the hand at the start"
 
 
-def _said_inside(case: EpisodeStart) -> Faults:
+def _inside_as_worded(case: EpisodeStart) -> Faults:
     for goal in _parts(case.episode.goal):
         if isinstance(goal, ObjectAtReceptacle) and goal.inside != asks_inside(case.episode.instruction):
             wanted = "inside" if goal.inside else "on"
@@ -266,12 +266,12 @@ def _found(case: EpisodeStart) -> Faults:
     goals = [*_parts(case.episode.goal), *case.episode.goal.chain]
     taken = {goal.object_id for goal in goals if isinstance(goal, ObjectAtReceptacle | ObjectHeld)}
     for object_id in sorted(taken):
-        for container in closed_around(case.oracle, object_id):
+        for container in closed_containers_around(case.view, object_id):
             if container not in case.episode.bindings.values():
                 yield f"{object_id!r} lies in {container!r}, which is closed and not named"
 
 
-def _graded(case: EpisodeStart) -> Faults:
+def _has_target_size(case: EpisodeStart) -> Faults:
     if case.episode.difficulty is None:
         yield "the episode has no difficulty"
 
@@ -284,11 +284,11 @@ def _seen_constraint(case: EpisodeStart) -> Faults:
         yield f"{state.visible_px} px of {constraint.object_id!r} are in view, {START_PX + MARGIN_PX} are needed"
 
 
-def _stands(case: EpisodeStart) -> Faults:
+def _constraint_binds(case: EpisodeStart) -> Faults:
     """The goal cannot be reached while the constraint stands: no exact place allows the goal's own interaction."""
     if case.episode.provenance.template not in CR_TEMPLATES:
         yield f"template {case.episode.provenance.template!r} is none of {', '.join(CR_TEMPLATES)}"
-    if is_doable(case.episode.goal, MacroActions(case.oracle, may_tilt=True, is_exhaustive=True)):
+    if is_doable(case.episode.goal, MacroActions(case.view, may_tilt=True, is_exhaustive=True)):
         yield "the goal can be reached without resolving the constraint"
 
 
@@ -326,23 +326,27 @@ RULES: dict[str, Rule] = {
     "visible_at_start": Rule(_seen, "the object to act on is in view", _visible),
     "hidden_at_start": Rule(_searched, "what is to be searched for is out of view", _hidden),
     "state_visible_at_start": Rule(_asked, "what is asked about can be told from the first frame", _state_visible),
-    "graded": Rule(only("PG"), "pointing tasks are graded by the size of the target", _graded),
+    "graded": Rule(only("PG"), "pointing tasks are graded by the size of the target", _has_target_size),
     "in_reach_at_start": Rule(only("PG"), "pointing needs no walking", _in_reach),
     "out_of_reach_at_start": Rule(only("DA", "AI"), "there is a way to go", _out_of_reach),
-    "settled_openness": Rule(every_family, "open and closed are clearly so", _settled),
+    "settled_openness": Rule(every_family, "open and closed are clearly so", _clearly_open_or_closed),
     "near_sees_target": Rule(only("DA"), "being near on the other side of a wall is no arrival", _other_rooms),
-    "standard_in_words": Rule(only("DA"), "the agent is told how near is near", _in_words),
+    "standard_in_words": Rule(only("DA"), "the agent is told how near is near", _standard_stated),
     "target_named": Rule(every_family, "every bound object is said so that it alone is meant", _named),
     "unambiguous": Rule(every_family, "every thing mentioned is one thing", _unambiguous),
     "found_by_opening": Rule(only("SI"), "what lies in something closed is fair to look for", _found_inside),
-    "look_alike_there": Rule(_done, "an episode about one of several look-alikes has one", _alike),
-    "state_not_given_away": Rule(_asked, "the instruction does not answer itself", _secret),
+    "look_alike_there": Rule(_done, "an episode about one of several look-alikes has one", _has_look_alike),
+    "state_not_given_away": Rule(_asked, "the instruction does not answer itself", _state_not_given_away),
     "chain_of_objects": Rule(only("SM"), "a sequence has a template and several objects", _chained),
     "not_shut_away": Rule(only("SM"), "what is to be taken is in view, or in what the instruction names", _found),
-    "inside_in_words": Rule(every_family, "into is said where inside is meant, and only there", _said_inside),
-    "constraint_untold": Rule(only("CR"), "a constraint that is to be found is not given away", _kept_to_itself),
+    "inside_in_words": Rule(every_family, "into is said where inside is meant, and only there", _inside_as_worded),
+    "constraint_untold": Rule(
+        only("CR"), "a constraint that is to be found is not given away", _constraint_not_given_away
+    ),
     "constraint_visible": Rule(only("CR"), "what is in the way is seen at the start", _seen_constraint),
-    "constraint_stands": Rule(only("CR"), "the goal is out of reach until the constraint is resolved", _stands),
+    "constraint_stands": Rule(
+        only("CR"), "the goal is out of reach until the constraint is resolved", _constraint_binds
+    ),
 }
 """Rule name -> rule, in the order in which they are checked."""
 

@@ -9,15 +9,15 @@ from dataclasses import dataclass
 
 from vigil.authoring.review.blind_trials import blind_trials
 from vigil.authoring.review.episode_start import EpisodeStart
+from vigil.authoring.review.negative_controls import NegativeControl, negative_controls, scores_as_success
 from vigil.authoring.review.robustness import ROBUST_RULES, robust_faults
 from vigil.authoring.review.rules import MARGIN_M, MARGIN_PX, RULES, broken_by
+from vigil.authoring.review.synthetic_records import SyntheticWorlds, record_of
 from vigil.authoring.review.wording_rules import WORDING_RULES, worded_badly
-from vigil.authoring.solving import moves
+from vigil.authoring.solving import primitive_actions
 from vigil.authoring.solving.macro_actions import Unsolvable
-from vigil.authoring.solving.oracle import Oracle
-from vigil.authoring.ways.solvers import solution
-from vigil.authoring.ways.synthetic_records import SyntheticWorlds, record_of
-from vigil.authoring.ways.wrong_ways import WrongWay, wins, wrong_ways
+from vigil.authoring.solving.privileged_view import PrivilegedView
+from vigil.authoring.solving.solvers import solution
 from vigil.env import Env
 from vigil.errors import EpisodeError, PackMismatch
 from vigil.packs.pack import Pack, check_house
@@ -28,7 +28,7 @@ from vigil.protocol.house import House
 from vigil.protocol.profile import Profile
 from vigil.protocol.world import ObjectState
 from vigil.records.record import EpisodeRecord
-from vigil.scoring.outcomes import settle
+from vigil.scoring.outcomes import score
 from vigil.sim.privileged import PrivilegedSimulator
 
 BUDGET_SHARE = 0.8
@@ -89,7 +89,7 @@ class ValidationResult:
 
     findings: tuple[Finding, ...]
     actions: tuple[Action, ...] = ()
-    wrong_ways: tuple[WrongWay, ...] = ()
+    negative_controls: tuple[NegativeControl, ...] = ()
     """Those that were tried, and those that the house does not allow."""
 
     @property
@@ -106,7 +106,7 @@ class Validator:
         self._simulator = simulator
         self._is_draft = is_draft
         self._houses: dict[str, House] = {}
-        self._oracle = Oracle(simulator)
+        self._view = PrivilegedView(simulator)
         self._env = Env(simulator, lambda episode: self._houses[episode.house.sha256], Profile())
 
     def validate(
@@ -124,24 +124,24 @@ class Validator:
         fault = self._begin_fault(episode, house)
         if fault is not None:
             return ValidationResult((fault,))
-        start = EpisodeStart(episode, house, self._oracle)
+        start = EpisodeStart(episode, house, self._view)
         found = [Finding(episode.id, *broken) for broken in broken_by(start) if broken[0] not in exempt]
         if not found and self._is_draft:
             found = [Finding(episode.id, *broken) for broken in worded_badly(start)]
         if found:
             return ValidationResult(tuple(found))
         try:
-            steps = tuple(actions) if actions is not None else solution(episode, self._oracle)
+            steps = tuple(actions) if actions is not None else solution(episode, self._view)
         except Unsolvable as error:
             return ValidationResult((Finding(episode.id, "solvable", str(error)),))
         record = self._replay(episode, steps)
         judged = tuple(self._judge(episode, steps, record))
         if judged:
             return ValidationResult(judged, steps)
-        ways = wrong_ways(SyntheticWorlds(self._simulator, episode), self._oracle, record)
-        won = (way for way in ways if wins(episode, way))
+        controls = negative_controls(SyntheticWorlds(self._simulator, episode), self._view, record)
+        passed = (control for control in controls if scores_as_success(episode, control))
         return ValidationResult(
-            tuple(Finding(episode.id, "wrong_ways_fail", way.name) for way in won), steps, tuple(ways)
+            tuple(Finding(episode.id, "wrong_ways_fail", control.name) for control in passed), steps, tuple(controls)
         )
 
     def robustness(self, episode: Episode, house: House) -> tuple[Finding, ...]:
@@ -149,7 +149,7 @@ class Validator:
         fault = self._begin_fault(episode, house)
         if fault is not None:
             return (fault,)
-        case = EpisodeStart(episode, house, self._oracle)
+        case = EpisodeStart(episode, house, self._view)
         return tuple(Finding(episode.id, *broken) for broken in robust_faults(case, self._env))
 
     def play(self, episode: Episode, house: House, actions: Iterable[Action]) -> EpisodeRecord:
@@ -180,12 +180,12 @@ class Validator:
         for action in actions:
             if observation is None:
                 break
-            observation = self._env.step(moves.reply_of(action))
+            observation = self._env.step(primitive_actions.reply_of(action))
         if self._env.end is None:
             self._env.fail("agent", "the actions stop before the episode ends")
         return self._env.record()
 
-    def _tried(self, episode: Episode, record: EpisodeRecord, actions: tuple[Action, ...]) -> EpisodeRecord:
+    def _blind_record(self, episode: Episode, record: EpisodeRecord, actions: tuple[Action, ...]) -> EpisodeRecord:
         """Returns the record of an agent without sight; one that only reports does so in the world of any reset."""
         if all(isinstance(action, Report) for action in actions):
             return record_of(record, (), "success")
@@ -203,14 +203,14 @@ class Validator:
                 episode.id, "solution_holds", record.error.message if record.error else "it ended as an error"
             )
             return
-        outcome = settle(episode, record)
+        outcome = score(episode, record)
         if not (outcome.W and outcome.W_strict and outcome.B):
-            told = f"W={outcome.W:d} W_strict={outcome.W_strict:d} B={outcome.B:d} ({outcome.label})"
-            yield Finding(episode.id, "solution_holds", told)
+            outcome_text = f"W={outcome.W:d} W_strict={outcome.W_strict:d} B={outcome.B:d} ({outcome.label})"
+            yield Finding(episode.id, "solution_holds", outcome_text)
             return
         yield from (Finding(episode.id, "margins", fault) for fault in _thin_margins(episode, record))
         trials = blind_trials(episode, is_draft=self._is_draft)
-        if any(settle(episode, self._tried(episode, record, moves)).W for moves in trials):
+        if any(score(episode, self._blind_record(episode, record, blind_actions)).W for blind_actions in trials):
             yield Finding(episode.id, "not_blind_luck", "an agent that does not look completes it")
 
 

@@ -7,7 +7,7 @@ the built-in grammar by construction; a language model that proposes is held to 
 import re
 from collections.abc import Iterator
 
-from vigil.authoring.language.referring import BETWEEN, ROOM_NAMES, DescribedThing, Phrase, referents, seen_items
+from vigil.authoring.language.referring import BETWEEN, ROOM_NAMES, DescribedThing, Phrase, items_as_seen, referents
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.rules import Faults, Rule, every_family, only
 from vigil.protocol.goals import ObjectHeld
@@ -43,22 +43,22 @@ def _stop(case: EpisodeStart) -> Faults:
 
 
 def _second_answers(case: EpisodeStart) -> Faults:
-    things = seen_items(case.oracle.scene)
+    things = items_as_seen(case.view.scene)
     for phrase, meant in case.mentioned:
-        others = [item.id for item in referents(phrase, things.values()) if phrase.name in item.also]
+        others = [item.id for item in referents(phrase, things.values()) if phrase.name in item.alternative_names]
         if len(meant) == 1 and others:
             yield f"{str(phrase)!r} fits {others[0]!r} as well, by what it looks like"
 
 
 def _names(case: EpisodeStart) -> Faults:
     for phrase, item in _meant(case):
-        if item.is_misnamed and BETWEEN not in item.name:
-            yield f"nobody calls {item.id!r} {str(phrase.placeless)!r} in the {item.room}"
+        if item.has_misleading_name and BETWEEN not in item.name:
+            yield f"nobody calls {item.id!r} {str(phrase.without_place)!r} in the {item.room}"
 
 
 def _rooms(case: EpisodeStart) -> Faults:
     for phrase, item in _meant(case):
-        joined = item.is_misnamed and BETWEEN in phrase.name
+        joined = item.has_misleading_name and BETWEEN in phrase.name
         if joined or (phrase.room is not None and not item.is_room_one):
             yield f"{str(phrase)!r} names a room of which the home has several"
 
@@ -77,7 +77,7 @@ def _colours(case: EpisodeStart) -> Faults:
 
 
 def _needless(case: EpisodeStart) -> Faults:
-    things = seen_items(case.oracle.scene)
+    things = items_as_seen(case.view.scene)
     for phrase, item in _meant(case):
         if phrase.colour is not None and referents(Phrase(phrase.name), things.values()) == [item]:
             yield f"{str(phrase)!r} names a colour, and there is no other {phrase.name}"
@@ -105,7 +105,7 @@ def _hand(case: EpisodeStart) -> Faults:
 
 def _meant(case: EpisodeStart) -> list[tuple[Phrase, DescribedThing]]:
     """Returns each phrase that means one thing, with what who sees that thing can say of it."""
-    things = seen_items(case.oracle.scene)
+    things = items_as_seen(case.view.scene)
     return [(phrase, things[meant[0].id]) for phrase, meant in case.mentioned if len(meant) == 1]
 
 

@@ -14,18 +14,18 @@ from scipy.sparse.csgraph import dijkstra
 from shapely.geometry.base import BaseGeometry
 
 from vigil.authoring.solving.paths import Point2
-from vigil.scene.outlines import thing_shapes, wall_shapes, whole_floor
+from vigil.scene.outlines import floor_of_rooms, thing_shapes, wall_shapes
 from vigil.scene.things import Scene, Thing
 
 CELL_M = 0.05
-WIDEST_M = 0.5
+MAX_CLEARANCE_M = 0.5
 """More room than this is not told apart."""
-SQUEEZE_M = 0.17
+MIN_CLEARANCE_M = 0.17
 """The least room that one still tries to pass with: the body's radius, less than what sight is good for."""
-ROOM_M = (SQUEEZE_M, 0.2, 0.22, 0.25, 0.3, 0.35)
-DISLIKE = (40.0, 12.0, 6.0, 2.5, 1.3, 1.0)
+CLEARANCE_STEPS_M = (MIN_CLEARANCE_M, 0.2, 0.22, 0.25, 0.3, 0.35)
+COST_FACTORS = (40.0, 12.0, 6.0, 2.5, 1.3, 1.0)
 """How many times longer a way seems that leaves so much room."""
-STRAIGHT, TRIED_CORNERS = 1.15, 40
+MAX_DETOUR_FACTOR, TRIED_CORNERS = 1.15, 40
 """How much more disliked a straight line may be than the way that it cuts short, and how many such lines are tried."""
 ENTRY_CELLS, NEXT_CELLS = 5, 5
 """How far, in cells, one may stand from a way, and how far along it one looks at least."""
@@ -37,7 +37,7 @@ class ClearanceGrid:
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        floor = whole_floor(scene.rooms)
+        floor = floor_of_rooms(scene.rooms)
         left, low, right, high = floor.bounds
         self.origin = np.array([left, low])
         self.shape = math.ceil((right - left) / CELL_M) + 1, math.ceil((high - low) / CELL_M) + 1
@@ -48,7 +48,7 @@ class ClearanceGrid:
         walls = shapely.unary_union([shape for panel in scene.panels for shape in wall_shapes(panel)])
         self._bare = np.where(
             shapely.contains_xy(floor, grid_x, grid_z),
-            np.minimum(shapely.distance(shapely.points(grid_x, grid_z), walls), WIDEST_M),
+            np.minimum(shapely.distance(shapely.points(grid_x, grid_z), walls), MAX_CLEARANCE_M),
             0.0,
         )
         self._things: dict[tuple, tuple[tuple[int, int], np.ndarray]] = {}
@@ -58,7 +58,7 @@ class ClearanceGrid:
         """Whether a body can run into a thing as it is now."""
         return thing.is_present and not thing.is_held and bool(self._shapes_of(thing))
 
-    def room(self, things: Mapping[str, Thing], shifts_m: Mapping[str, Point2] | None = None) -> np.ndarray:
+    def clearances(self, things: Mapping[str, Thing], shifts_m: Mapping[str, Point2] | None = None) -> np.ndarray:
         """Returns the distance (m) of every cell to the nearest wall or thing, at most WIDEST_M.
 
         `shifts_m` says by how much (x, z) things are taken to stand elsewhere; it is rounded to cells.
@@ -84,47 +84,47 @@ class ClearanceGrid:
 
     def _around(self, thing: Thing) -> tuple[tuple[int, int], np.ndarray]:
         """Returns a thing's distances (m) around it, and the cell where they begin."""
-        key = _place_of(thing)
+        key = _placement_key(thing)
         if key not in self._things:
             shape = shapely.unary_union(self._shapes_of(thing))
-            reach = np.array([-WIDEST_M, WIDEST_M])
+            reach = np.array([-MAX_CLEARANCE_M, MAX_CLEARANCE_M])
             first, last = self.cells(np.array(shape.bounds).reshape(2, 2) + reach[:, None])
             x, z = np.meshgrid(self._x[first[0] : last[0] + 1], self._z[first[1] : last[1] + 1], indexing="ij")
             self._things[key] = (int(first[0]), int(first[1])), shapely.distance(shapely.points(x, z), shape)
         return self._things[key]
 
     def _shapes_of(self, thing: Thing) -> list[BaseGeometry]:
-        key = _place_of(thing)
+        key = _placement_key(thing)
         if key not in self._shapes:
             self._shapes[key] = thing_shapes(thing)
         return self._shapes[key]
 
 
-def _place_of(thing: Thing) -> tuple:
+def _placement_key(thing: Thing) -> tuple:
     """Returns what a thing's floor shapes follow from."""
     return thing.id, thing.position, thing.rotation, thing.openness
 
 
-class WaysTo:
+class RoutesTo:
     """The least disliked ways from everywhere to one place, over the room that there is."""
 
-    def __init__(self, grid: ClearanceGrid, room: np.ndarray, place: Point2) -> None:
+    def __init__(self, grid: ClearanceGrid, clearances: np.ndarray, place: Point2) -> None:
         self._grid = grid
         goal = tuple(int(index) for index in grid.cells(np.array([place]))[0])
-        is_open = room >= SQUEEZE_M
+        is_open = clearances >= MIN_CLEARANCE_M
         is_open[goal] = True
         costs, self._next = dijkstra(
-            _graph(is_open, np.interp(room, ROOM_M, DISLIKE)),
+            _graph(is_open, np.interp(clearances, CLEARANCE_STEPS_M, COST_FACTORS)),
             directed=False,
             indices=int(np.ravel_multi_index(goal, grid.shape)),
             return_predecessors=True,
         )
         self.costs = costs.reshape(grid.shape)
 
-    def waypoint(self, place: Point2, room: np.ndarray) -> Point2 | None:
+    def waypoint(self, place: Point2, clearances: np.ndarray) -> Point2 | None:
         """Returns the farthest place on the way from a place that one may as well go straight to; None without a way.
 
-        `room` is what one takes the room to be.
+        `clearances` is what one takes the room to be.
         """
         entry = self._entry(place)
         if entry is None:
@@ -133,24 +133,24 @@ class WaysTo:
         best = trail[min(NEXT_CELLS, len(trail) - 1)]
         for cell in [*trail[:: max(1, len(trail) // TRIED_CORNERS)], trail[-1]]:
             along = float(self.costs[tuple(trail[0])] - self.costs[tuple(cell)])
-            if self._straight_cost(place, self._grid.place(cell), room) <= STRAIGHT * along + CELL_M:
+            if self._straight_cost(place, self._grid.place(cell), clearances) <= MAX_DETOUR_FACTOR * along + CELL_M:
                 best = cell
         return self._grid.place(best)
 
-    def cost_of(self, start: Point2, end: Point2, room: np.ndarray) -> float:
+    def cost_of(self, start: Point2, end: Point2, clearances: np.ndarray) -> float:
         """Returns how long the way is by going straight to `end` first; inf where one cannot."""
         cell = self._grid.cells(np.array([end]))[0]
-        return self._straight_cost(start, end, room) + float(self.costs[tuple(cell)])
+        return self._straight_cost(start, end, clearances) + float(self.costs[tuple(cell)])
 
-    def _straight_cost(self, start: Point2, end: Point2, room: np.ndarray) -> float:
+    def _straight_cost(self, start: Point2, end: Point2, clearances: np.ndarray) -> float:
         length = math.dist(start, end)
         count = max(2, math.ceil(length / CELL_M) + 1)
         points = np.linspace(start, end, count)
         cells = self._grid.cells(points)[1:]
-        along = room[cells[:, 0], cells[:, 1]]
-        if (along < SQUEEZE_M).any():
+        along = clearances[cells[:, 0], cells[:, 1]]
+        if (along < MIN_CLEARANCE_M).any():
             return math.inf
-        return length * float(np.interp(along, ROOM_M, DISLIKE).mean())
+        return length * float(np.interp(along, CLEARANCE_STEPS_M, COST_FACTORS).mean())
 
     def _entry(self, place: Point2) -> np.ndarray | None:
         """Returns the cell nearest to a place from which there is a way, within a step of it; None without."""

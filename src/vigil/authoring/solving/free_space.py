@@ -12,14 +12,14 @@ from shapely.geometry.base import BaseGeometry
 from vigil.authoring.solving.paths import Point2, WalkableMap
 from vigil.base.geometry import Box, Pose, heading
 from vigil.protocol.actions import REACH_M
-from vigil.scene.outlines import BODY_RADIUS_M, footprint, thing_shapes, wall_shapes, whole_floor
+from vigil.scene.outlines import BODY_RADIUS_M, floor_of_rooms, footprint, thing_shapes, wall_shapes
 from vigil.scene.things import Scene, Thing
 
 MARGIN_M = 0.03
 """What a planned walk keeps from everything besides the body's radius."""
 TIGHT_M = 0.001
 ARC_SEGMENTS = 16
-FREE_M = 0.4
+ROOM_TO_MOVE_M = 0.4
 """How far one can go at a start that has room, ahead or to a side."""
 SIDES_DEG = (0.0, -90.0, 90.0)
 PLACES_M = 0.05
@@ -31,10 +31,10 @@ class Obstacles:
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        self._floor = whole_floor(scene.rooms)
+        self._floor = floor_of_rooms(scene.rooms)
         self._walls = shapely.unary_union([shape for panel in scene.panels for shape in wall_shapes(panel)])
         self._grown_walls = {radius: self._grown(self._walls, radius) for radius in _RADII}
-        self._things: dict[tuple, _Kept] = {}
+        self._things: dict[tuple, _FloorShapes] = {}
 
     def plan(self) -> WalkableMap:
         """Returns the floor plan of the scene as it is now."""
@@ -50,18 +50,18 @@ class Obstacles:
     def _standing(self) -> Iterator[Thing]:
         return (thing for thing in self.scene.things.values() if thing.is_present and not thing.is_held)
 
-    def _free(self, radius: float, kept: list["_Kept"]) -> BaseGeometry:
+    def _free(self, radius: float, kept: list["_FloorShapes"]) -> BaseGeometry:
         """Returns where the axis of a body of a radius may be."""
         return self._floor.difference(
             shapely.unary_union([self._grown_walls[radius], *(each.grown[radius] for each in kept)])
         )
 
-    def _kept(self, thing: Thing) -> "_Kept":
+    def _kept(self, thing: Thing) -> "_FloorShapes":
         key = thing.id, thing.position, thing.rotation, thing.openness
         if key not in self._things:
             shapes = thing_shapes(thing)
             whole = shapely.unary_union(shapes)
-            self._things[key] = _Kept(shapes, {radius: self._grown(whole, radius) for radius in _RADII})
+            self._things[key] = _FloorShapes(shapes, {radius: self._grown(whole, radius) for radius in _RADII})
         return self._things[key]
 
     @staticmethod
@@ -70,19 +70,19 @@ class Obstacles:
 
 
 @dataclass(frozen=True, slots=True)
-class _Kept:
+class _FloorShapes:
     """A thing on the floor: its shapes, and all of them together grown by the radius of a body."""
 
     shapes: list[BaseGeometry]
     grown: dict[float, BaseGeometry]
 
 
-def has_room(free: BaseGeometry, pose: Pose) -> bool:
+def has_room_to_move(free: BaseGeometry, pose: Pose) -> bool:
     """Whether a body in a free region can go FREE_M ahead or to a side from a pose."""
     place = pose.position
     for side in SIDES_DEG:
         x, z = heading(pose.rotation + side)
-        end = place.x + FREE_M * x, place.z + FREE_M * z
+        end = place.x + ROOM_TO_MOVE_M * x, place.z + ROOM_TO_MOVE_M * z
         if free.covers(shapely.LineString([(place.x, place.z), end])):
             return True
     return False

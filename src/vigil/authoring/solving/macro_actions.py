@@ -11,28 +11,28 @@ from itertools import islice
 import numpy as np
 
 from vigil.assets.kernel.asset import Surface
-from vigil.authoring.solving import moves
-from vigil.authoring.solving.aim import surface_points
-from vigil.authoring.solving.oracle import Oracle
-from vigil.authoring.solving.viewpoints import Places, Viewpoint, ViewpointQuery, viewpoints
+from vigil.authoring.solving import primitive_actions
+from vigil.authoring.solving.look_targets import surface_points
+from vigil.authoring.solving.privileged_view import PrivilegedView
+from vigil.authoring.solving.viewpoints import PositionCost, Viewpoint, ViewpointQuery, viewpoints
 from vigil.base.geometry import Box
 from vigil.errors import EpisodeError
 from vigil.protocol.actions import REACH_M, Action, Intent, InteractPixel
 from vigil.protocol.world import Effect, RefusalCode
-from vigil.scene.geometry import Motion, box_distances, box_of
+from vigil.scene.geometry import Motion, body_box, box_distances
 from vigil.scene.supports import headroom, level_surfaces
 from vigil.scene.things import Thing
 
 REACH_MARGIN_M = 0.04
-CLOSE_M = 0.35
-MOST_TRIED, MOST_TRIED_EXHAUSTIVE = 40, 400
+TOO_CLOSE_M = 0.35
+MAX_TRIED, MAX_TRIED_EXHAUSTIVE = 40, 400
 ARRIVED_M = 0.03
 REPLANS = 3
 PLACE_PIXELS = 8
 SURFACE_GRID = 5
-HOLLOW_POINTS, HOLLOW_WALL_M = 256, 0.08
+CAVITY_POINTS, CAVITY_WALL_M = 256, 0.08
 """How many points of a receptacle are sampled, and how far from a surface the wall of its hollow may be."""
-ANYWHERE: frozenset[RefusalCode | None] = frozenset(
+POSITION_INDEPENDENT_REFUSALS: frozenset[RefusalCode | None] = frozenset(
     {
         *("interlock", "hand_full", "hand_empty", "already_so", "blocked_by_object", "receptacle_closed"),
         *("not_openable", "not_toggleable", "not_pickupable", "not_a_receptacle", "object_occupied", "out_of_order"),
@@ -49,53 +49,53 @@ class Unsolvable(EpisodeError):
 class MacroActions:
     """The macro actions of an agent with privileged access."""
 
-    slacks_m: tuple[float, ...] = (0.0,)
+    reach_slacks_m: tuple[float, ...] = (0.0,)
     """How much nearer than need be one wants to stand, the most wanted first."""
 
-    def __init__(self, oracle: Oracle, *, may_tilt: bool, is_exhaustive: bool = False) -> None:
+    def __init__(self, view: PrivilegedView, *, may_tilt: bool, is_exhaustive: bool = False) -> None:
         """An exhaustive search tries every place without margins: what it does not find cannot be done."""
-        self.oracle = oracle
+        self.view = view
         self.may_tilt = may_tilt
         self._margin_m = 0.0 if is_exhaustive else REACH_MARGIN_M
-        self._tried = MOST_TRIED_EXHAUSTIVE if is_exhaustive else MOST_TRIED
+        self._max_viewpoints = MAX_TRIED_EXHAUSTIVE if is_exhaustive else MAX_TRIED
         self._is_exhaustive = is_exhaustive
 
-    def go(self, view: Viewpoint, is_there: Callable[[], bool] | None = None) -> Iterator[Action]:
-        """Walks to a view and faces it; a body that does not walk exactly stops as soon as it `is_there`."""
-        del is_there
-        yield from self._walk(view)
-        yield from moves.turn(self.oracle.agent.rotation, view.pose.rotation)
-        yield from moves.tilt(self.oracle.agent.horizon, view.pose.horizon)
+    def go(self, viewpoint: Viewpoint, has_arrived: Callable[[], bool] | None = None) -> Iterator[Action]:
+        """Walks to a view and faces it; a body that does not walk exactly stops as soon as it `has_arrived`."""
+        del has_arrived
+        yield from self._walk(viewpoint)
+        yield from primitive_actions.turn(self.view.agent.rotation, viewpoint.pose.rotation)
+        yield from primitive_actions.tilt(self.view.agent.horizon, viewpoint.pose.horizon)
 
     def act(self, intent: Intent, thing_id: str) -> Iterator[Action]:
         """Goes to where a click on the thing works, and clicks. Raises Unsolvable."""
-        view, pixel = self.find(intent, thing_id)
-        yield from self.go(view)
-        yield self.click(intent, self.oracle.clickable(thing_id) or pixel)
+        viewpoint, pixel = self.find_click(intent, thing_id)
+        yield from self.go(viewpoint)
+        yield self.click(intent, self.view.click_pixel(thing_id) or pixel)
 
-    def find(self, intent: Intent, thing_id: str) -> tuple[Viewpoint, tuple[int, int]]:
+    def find_click(self, intent: Intent, thing_id: str) -> tuple[Viewpoint, tuple[int, int]]:
         """Returns the nearest view from which a click on the thing works. Raises Unsolvable."""
-        for slack_m in self.slacks_m:
+        for slack_m in self.reach_slacks_m:
             found = self._view_to_click(intent, thing_id, REACH_M - self._margin_m - slack_m)
             if found is not None:
                 return found
         raise Unsolvable(f"No reachable place from which {intent!r} works on {thing_id!r}.")
 
     def _view_to_click(self, intent: Intent, thing_id: str, reach_m: float) -> tuple[Viewpoint, tuple[int, int]] | None:
-        thing = self.oracle.scene.things[thing_id]
+        thing = self.view.scene.things[thing_id]
         query = ViewpointQuery(
-            thing_id, surface_points(thing), within(box_of(thing), reach_m), self.may_tilt, least_seen=2
+            thing_id, surface_points(thing), near_box(body_box(thing), reach_m), self.may_tilt, least_seen=2
         )
-        walks = self.oracle.walks(is_exact=self._is_exhaustive)
-        for number, view in enumerate(viewpoints(self.oracle, walks, query)):
-            if number >= self._tried:
+        walks = self.view.walks(is_exact=self._is_exhaustive)
+        for number, viewpoint in enumerate(viewpoints(self.view, walks, query)):
+            if number >= self._max_viewpoints:
                 break
-            with self.oracle.standing_at(view.pose):
-                pixel = self.oracle.clickable(thing_id)
-                refusal = None if pixel is None else self.oracle.trial(moves.click(intent, pixel))
+            with self.view.at_pose(viewpoint.pose):
+                pixel = self.view.click_pixel(thing_id)
+                refusal = None if pixel is None else self.view.try_interaction(primitive_actions.click(intent, pixel))
             if pixel is not None and refusal is None:
-                return view, pixel
-            if refusal in ANYWHERE:
+                return viewpoint, pixel
+            if refusal in POSITION_INDEPENDENT_REFUSALS:
                 raise Unsolvable(f"{intent!r} on {thing_id!r} is refused wherever one stands: {refusal}.")
         return None
 
@@ -105,42 +105,46 @@ class MacroActions:
 
         Who is thorough looks at each of its surfaces by itself where looking at them all finds no place.
         """
-        view, pixel = self.find_place(self.spots_of(receptacle_id, inside=inside), is_thorough=is_thorough)
-        yield from self.go(view)
+        viewpoint, pixel = self.find_place(
+            self.placement_targets(receptacle_id, inside=inside), is_thorough=is_thorough
+        )
+        yield from self.go(viewpoint)
         yield self.click("place", pixel)
 
-    def spots_of(self, receptacle_id: str, *, inside: bool) -> "Spots":
+    def placement_targets(self, receptacle_id: str, *, inside: bool) -> "PlacementTargets":
         """Returns where something may be put. Raises Unsolvable when a receptacle has no such surfaces."""
-        receptacle = self.oracle.scene.things[receptacle_id]
+        receptacle = self.view.scene.things[receptacle_id]
         surfaces = _surfaces_for(receptacle, inside=inside)
-        return _spots_on(receptacle, surfaces, inside=inside)
+        return _targets_on(receptacle, surfaces, inside=inside)
 
-    def find_place(self, spots: "Spots", *, is_thorough: bool = False) -> tuple[Viewpoint, tuple[int, int]]:
+    def find_place(
+        self, targets: "PlacementTargets", *, is_thorough: bool = False
+    ) -> tuple[Viewpoint, tuple[int, int]]:
         """Returns the nearest view from which what is in the hand can be put there. Raises Unsolvable."""
-        for part in (spots, *(self._parts_of(spots) if is_thorough else ())):
+        for part in (targets, *(self._parts_of(targets) if is_thorough else ())):
             found = self._view_to_place(part)
             if found is not None:
                 return found
-        raise Unsolvable(f"No reachable place from which {self.oracle.held!r} can be put on {spots.receptacle_id!r}.")
+        raise Unsolvable(f"No reachable place from which {self.view.held!r} can be put on {targets.receptacle_id!r}.")
 
-    def _parts_of(self, spots: "Spots") -> "list[Spots]":
-        receptacle = self.oracle.scene.things[spots.receptacle_id]
-        surfaces = [each for each in level_surfaces(receptacle) if each[0].name in spots.surfaces]
-        return [_spots_on(receptacle, [each], inside=each[0].is_inside) for each in surfaces]
+    def _parts_of(self, targets: "PlacementTargets") -> "list[PlacementTargets]":
+        receptacle = self.view.scene.things[targets.receptacle_id]
+        surfaces = [each for each in level_surfaces(receptacle) if each[0].name in targets.surfaces]
+        return [_targets_on(receptacle, [each], inside=each[0].is_inside) for each in surfaces]
 
-    def _view_to_place(self, spots: "Spots") -> tuple[Viewpoint, tuple[int, int]] | None:
-        for slack_m in self.slacks_m:
-            tried = islice(viewpoints(self.oracle, self.oracle.walks(), self.query_of(spots, slack_m)), MOST_TRIED)
-            for view in tried:
-                pixel = self.placing_pixel(view, spots)
+    def _view_to_place(self, targets: "PlacementTargets") -> tuple[Viewpoint, tuple[int, int]] | None:
+        for slack_m in self.reach_slacks_m:
+            tried = islice(viewpoints(self.view, self.view.walks(), self.query_of(targets, slack_m)), MAX_TRIED)
+            for viewpoint in tried:
+                pixel = self.placing_pixel(viewpoint, targets)
                 if pixel is not None:
-                    return view, pixel
+                    return viewpoint, pixel
         return None
 
-    def query_of(self, spots: "Spots", slack_m: float) -> ViewpointQuery:
+    def query_of(self, targets: "PlacementTargets", slack_m: float) -> ViewpointQuery:
         """Returns what to look for to put something there."""
-        places = near_any(spots.points, REACH_M - REACH_MARGIN_M - slack_m)
-        return ViewpointQuery(spots.receptacle_id, spots.points, places, self.may_tilt, least_seen=1)
+        places = near_points(targets.points, REACH_M - REACH_MARGIN_M - slack_m)
+        return ViewpointQuery(targets.receptacle_id, targets.points, places, self.may_tilt, least_seen=1)
 
     def put_down(self, is_good: Callable[[], bool]) -> Iterator[Action]:
         """Drops what is in the hand near by, where `is_good` says that it is out of the way. Raises Unsolvable."""
@@ -149,57 +153,57 @@ class MacroActions:
 
     def find_drop(self, is_good: Callable[[], bool]) -> Viewpoint:
         """Returns where to drop what is in the hand so that `is_good`, near by. Raises Unsolvable."""
-        oracle = self.oracle
-        here = oracle.agent
-        for view in [Viewpoint(here, (), np.empty((0, 2)), 0), *_strolls(oracle)]:
+        view = self.view
+        here = view.agent
+        for viewpoint in [Viewpoint(here, (), np.empty((0, 2)), 0), *_nearby_viewpoints(view)]:
             for turn in DROP_TURNS_DEG:
-                pose = view.pose.model_copy(update={"rotation": (view.pose.rotation + turn) % 360.0})
-                with oracle.standing_at(pose):
-                    is_free = oracle.trial(InteractPixel(intent="drop"), lambda _: is_good()) is None
+                pose = viewpoint.pose.model_copy(update={"rotation": (viewpoint.pose.rotation + turn) % 360.0})
+                with view.at_pose(pose):
+                    is_free = view.try_interaction(InteractPixel(intent="drop"), lambda _: is_good()) is None
                 if is_free:
-                    return Viewpoint(pose, view.corners, view.pixels, view.seen)
-        raise Unsolvable(f"No place near by to put down {oracle.held!r}.")
+                    return Viewpoint(pose, viewpoint.corners, viewpoint.pixels, viewpoint.seen)
+        raise Unsolvable(f"No place near by to put down {view.held!r}.")
 
-    def _walk(self, view: Viewpoint) -> Iterator[Action]:
-        if not view.corners:
+    def _walk(self, viewpoint: Viewpoint) -> Iterator[Action]:
+        if not viewpoint.corners:
             return
-        corners = list(view.corners)
+        corners = list(viewpoint.corners)
         for _ in range(REPLANS):
             for corner in corners:
-                yield from moves.towards(self.oracle.agent, corner)
-            end = self.oracle.agent.position
-            if math.dist((end.x, end.z), view.corners[-1]) <= ARRIVED_M:
+                yield from primitive_actions.towards(self.view.agent, corner)
+            end = self.view.agent.position
+            if math.dist((end.x, end.z), viewpoint.corners[-1]) <= ARRIVED_M:
                 return
-            corners = self.oracle.corners_to(view.corners[-1])
-        raise Unsolvable(f"The way to {view.corners[-1]} is blocked.")
+            corners = self.view.corners_to(viewpoint.corners[-1])
+        raise Unsolvable(f"The way to {viewpoint.corners[-1]} is blocked.")
 
-    def placing_pixel(self, view: Viewpoint, spots: "Spots") -> tuple[int, int] | None:
+    def placing_pixel(self, viewpoint: Viewpoint, targets: "PlacementTargets") -> tuple[int, int] | None:
         """Returns a pixel of a view on which a click puts what is in the hand there; None without one."""
-        oracle, held = self.oracle, self.oracle.held
+        view, held = self.view, self.view.held
         if held is None:
             return None
 
         def rests(effect: Effect) -> bool:
             is_near = effect.click_m is not None and effect.click_m <= REACH_M - self._margin_m
-            return is_near and spots.hold(oracle.scene.things[held])
+            return is_near and targets.contains(view.scene.things[held])
 
-        with oracle.standing_at(view.pose):
-            for x, y in view.pixels[:PLACE_PIXELS]:
+        with view.at_pose(viewpoint.pose):
+            for x, y in viewpoint.pixels[:PLACE_PIXELS]:
                 pixel = int(x), int(y)
                 if (
-                    oracle.object_at(pixel) == spots.receptacle_id
-                    and oracle.trial(moves.click("place", pixel), rests) is None
+                    view.object_at(pixel) == targets.receptacle_id
+                    and view.try_interaction(primitive_actions.click("place", pixel), rests) is None
                 ):
                     return pixel
         return None
 
     def click(self, intent: Intent, pixel: tuple[int, int]) -> InteractPixel:
         """Returns the click on a pixel."""
-        return moves.click(intent, pixel)
+        return primitive_actions.click(intent, pixel)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Spots:
+class PlacementTargets:
     """Where on or in a receptacle something may be put."""
 
     receptacle_id: str
@@ -207,23 +211,23 @@ class Spots:
     points: np.ndarray
     """(n, 3) points that are looked at and clicked."""
 
-    def hold(self, thing: Thing) -> bool:
+    def contains(self, thing: Thing) -> bool:
         """Whether a thing rests there."""
         return thing.parent == self.receptacle_id and thing.surface in self.surfaces
 
 
-def within(box: Box, most_m: float) -> Places:
+def near_box(box: Box, most_m: float) -> PositionCost:
     """Returns which places are within `most_m` of a box, disliking those very near and those almost out of reach."""
 
     def cost(places: np.ndarray) -> np.ndarray:
         distances = box_distances(box, places)
-        far = np.maximum(distances - (most_m - 0.3), 0.0) + np.maximum(CLOSE_M - distances, 0.0)
+        far = np.maximum(distances - (most_m - 0.3), 0.0) + np.maximum(TOO_CLOSE_M - distances, 0.0)
         return np.where(distances <= most_m, far, np.inf)
 
     return cost
 
 
-def near_any(points: np.ndarray, most_m: float) -> Places:
+def near_points(points: np.ndarray, most_m: float) -> PositionCost:
     """Returns which places have one of some points (n, 3) within `most_m` in the floor plane."""
 
     def cost(places: np.ndarray) -> np.ndarray:
@@ -245,12 +249,12 @@ def _surfaces_for(receptacle: Thing, *, inside: bool) -> list[tuple[Surface, Mot
     return wanted
 
 
-def _spots_on(receptacle: Thing, surfaces: list[tuple[Surface, Motion]], *, inside: bool) -> Spots:
+def _targets_on(receptacle: Thing, surfaces: list[tuple[Surface, Motion]], *, inside: bool) -> PlacementTargets:
     """Returns where on some surfaces of a receptacle something may be put."""
     points = _surface_grid(surfaces)
     if inside:
-        points = np.concatenate([points, _hollow_points(receptacle, surfaces)])
-    return Spots(receptacle.id, frozenset(surface.name for surface, _ in surfaces), points)
+        points = np.concatenate([points, _cavity_points(receptacle, surfaces)])
+    return PlacementTargets(receptacle.id, frozenset(surface.name for surface, _ in surfaces), points)
 
 
 def _surface_grid(surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
@@ -263,30 +267,30 @@ def _surface_grid(surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
     return np.concatenate(found)
 
 
-def _hollow_points(receptacle: Thing, surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
+def _cavity_points(receptacle: Thing, surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
     """Returns (n, 3) points of a receptacle's walls and floor in the hollows over surfaces; a drum's floor is round."""
-    points = surface_points(receptacle, HOLLOW_POINTS)
+    points = surface_points(receptacle, CAVITY_POINTS)
     is_in = np.zeros(len(points), dtype=bool)
     for surface, frame in surfaces:
         x, y, z = frame.inverse()(points).T
         beside = np.maximum(np.abs(x) - surface.size_x / 2, np.abs(z) - surface.size_z / 2)
-        is_in |= (beside <= HOLLOW_WALL_M) & (y >= -HOLLOW_WALL_M) & (y <= headroom(receptacle.asset, surface))
+        is_in |= (beside <= CAVITY_WALL_M) & (y >= -CAVITY_WALL_M) & (y <= headroom(receptacle.asset, surface))
     return points[is_in]
 
 
-def _strolls(oracle: Oracle) -> Iterator[Viewpoint]:
+def _nearby_viewpoints(view: PrivilegedView) -> Iterator[Viewpoint]:
     """Yields places to walk to, nearest first, half a metre apart."""
-    walks = oracle.walks()
+    walks = view.walks()
     cells = walks.plan.cells
     if not len(cells):
         return
     order = np.argsort(walks.lengths, kind="stable")
     _, first = np.unique(np.round(cells[order] / 0.5).astype(np.int64), axis=0, return_index=True)
-    for cell in order[np.sort(first)][:MOST_TRIED]:
+    for cell in order[np.sort(first)][:MAX_TRIED]:
         corners = walks.corners_to(int(cell))
         if corners:
             x, z = corners[-1]
-            here = oracle.agent
+            here = view.agent
             position = here.position._replace(x=x, z=z)
             before = corners[-2] if len(corners) > 1 else (here.position.x, here.position.z)
             yaw = math.degrees(math.atan2(x - before[0], z - before[1])) % 360.0

@@ -9,17 +9,17 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from vigil.authoring.solving import moves
-from vigil.authoring.solving.aim import in_frame, surface_points
-from vigil.authoring.solving.clearance import WaysTo
+from vigil.authoring.solving import primitive_actions
+from vigil.authoring.solving.clearance import RoutesTo
+from vigil.authoring.solving.look_targets import in_frame, surface_points
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
-from vigil.authoring.solving.noisy_body import NoisyBody
-from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.solving.motor_noise import MotorNoise
 from vigil.authoring.solving.paths import Point2
-from vigil.authoring.solving.viewpoints import Viewpoint, view_ahead
+from vigil.authoring.solving.privileged_view import PrivilegedView
+from vigil.authoring.solving.viewpoints import Viewpoint, current_viewpoint
 from vigil.base.geometry import Pose, Vec3, heading, turn_between, yaw_towards
 from vigil.protocol.actions import REACH_M, STEP_M, Action, Intent, InteractPixel, Navigate
-from vigil.scene.geometry import box_of
+from vigil.scene.geometry import body_box
 from vigil.scene.things import Thing
 from vigil.sim.core.sight import project
 
@@ -40,42 +40,46 @@ LOOK_ABOUT_DEG = (25.0, -50.0)
 class NoisyMacroActions(MacroActions):
     """The macro actions of a body that errs. They go on trying; who plays them counts the steps."""
 
-    slacks_m = (SLACK_M, 0.0)
+    reach_slacks_m = (SLACK_M, 0.0)
 
-    def __init__(self, oracle: Oracle, rng: np.random.Generator) -> None:
-        super().__init__(oracle, may_tilt=True)
-        self._body = NoisyBody(rng)
-        self._known = KnownFloor(oracle, self._body)
+    def __init__(self, view: PrivilegedView, rng: np.random.Generator) -> None:
+        super().__init__(view, may_tilt=True)
+        self._motor = MotorNoise(rng)
+        self._known = KnownFloor(view, self._motor)
         self._refused: float | None = None
         """The heading in which the last walk got nowhere."""
 
-    def go(self, view: Viewpoint, is_there: Callable[[], bool] | None = None) -> Iterator[Action]:
-        """Walks to a view and faces it; with `is_there` stops as soon as that holds, else goes nearer and looks about.
+    def go(self, viewpoint: Viewpoint, has_arrived: Callable[[], bool] | None = None) -> Iterator[Action]:
+        """Walks to a view and faces it; with `has_arrived` stops as soon as that holds, else goes nearer and looks about.
 
         Raises Unsolvable when there is no way.
         """
-        if is_there is None:
-            yield from self._approach(view, lambda: False)
+        if has_arrived is None:
+            yield from self._approach(viewpoint, lambda: False)
             return
         for within_m in (ARRIVED_M, EXACTLY_M):
-            yield from self._approach(view, is_there, within_m)
+            yield from self._approach(viewpoint, has_arrived, within_m)
         for angle in LOOK_ABOUT_DEG:
-            if is_there():
+            if has_arrived():
                 return
-            yield from self._body.turn(self.oracle.agent.rotation, self.oracle.agent.rotation + angle)
+            yield from self._motor.turn(self.view.agent.rotation, self.view.agent.rotation + angle)
 
-    def _approach(self, view: Viewpoint, is_there: Callable[[], bool], within_m: float = ARRIVED_M) -> Iterator[Action]:
-        here = self.oracle.agent.position
-        yield from self._walk_to(view.corners[-1] if view.corners else (here.x, here.z), is_there, within_m)
+    def _approach(
+        self, viewpoint: Viewpoint, has_arrived: Callable[[], bool], within_m: float = ARRIVED_M
+    ) -> Iterator[Action]:
+        here = self.view.agent.position
+        yield from self._walk_to(
+            viewpoint.corners[-1] if viewpoint.corners else (here.x, here.z), has_arrived, within_m
+        )
         for _ in range(LOOKS):
-            faced = [] if is_there() else list(self._face(view.pose))
+            faced = [] if has_arrived() else list(self._face(viewpoint.pose))
             yield from faced
             if not faced:
                 return
 
     def act(self, intent: Intent, thing_id: str) -> Iterator[Action]:
         """Goes to where a click on the thing works, and clicks until one sees that it has worked. Raises Unsolvable."""
-        thing, in_hand = self.oracle.scene.things[thing_id], self.oracle.held
+        thing, in_hand = self.view.scene.things[thing_id], self.view.held
 
         def facts() -> tuple:
             return thing.openness, thing.is_toggled, thing.is_held
@@ -83,9 +87,9 @@ class NoisyMacroActions(MacroActions):
         before = facts()
         while facts() == before:
             yield from self._try(
-                lambda: self._pixel_of(intent, thing), lambda: self.find(intent, thing_id)[0], intent
+                lambda: self._pixel_of(intent, thing), lambda: self.find_click(intent, thing_id)[0], intent
             )  # fmt: skip
-            if self.oracle.held not in (in_hand, thing_id):
+            if self.view.held not in (in_hand, thing_id):
                 yield from self.put_down(lambda: True)
 
     def place(self, receptacle_id: str, *, inside: bool, is_thorough: bool = False) -> Iterator[Action]:
@@ -93,15 +97,15 @@ class NoisyMacroActions(MacroActions):
 
         Raises Unsolvable.
         """
-        held = self.oracle.held
-        spots = self.spots_of(receptacle_id, inside=inside)
-        query = self.query_of(spots, 0.0)
-        while held is not None and not spots.hold(self.oracle.scene.things[held]):
-            if self.oracle.held != held:
+        held = self.view.held
+        targets = self.placement_targets(receptacle_id, inside=inside)
+        query = self.query_of(targets, 0.0)
+        while held is not None and not targets.contains(self.view.scene.things[held]):
+            if self.view.held != held:
                 yield from self.act("pick", held)
             yield from self._try(
-                lambda: self.placing_pixel(view_ahead(self.oracle, query), spots),
-                lambda: self.find_place(spots, is_thorough=is_thorough)[0],
+                lambda: self.placing_pixel(current_viewpoint(self.view, query), targets),
+                lambda: self.find_place(targets, is_thorough=is_thorough)[0],
                 "place",
             )
 
@@ -110,85 +114,91 @@ class NoisyMacroActions(MacroActions):
         drop = InteractPixel(intent="drop")
 
         def can_drop() -> bool:
-            return self.oracle.trial(drop, lambda _: is_good()) is None
+            return self.view.try_interaction(drop, lambda _: is_good()) is None
 
         while not can_drop():
-            yield from self._go_on(self.find_drop(is_good), can_drop)
+            yield from self._approach_or_turn(self.find_drop(is_good), can_drop)
         yield drop
 
     def click(self, intent: Intent, pixel: tuple[int, int]) -> InteractPixel:
         """Returns a click near a pixel."""
-        return self._body.click(intent, pixel)
+        return self._motor.click(intent, pixel)
 
     def _try(
-        self, aim: Callable[[], tuple[int, int] | None], view: Callable[[], Viewpoint], intent: Intent
+        self, find_pixel: Callable[[], tuple[int, int] | None], viewpoint: Callable[[], Viewpoint], intent: Intent
     ) -> Iterator[Action]:
         """Yields one click at what is aimed at, or else what brings one to where it can be aimed at."""
-        aimed = self._once_a_moment(aim)
-        pixel = aimed()
+        cached_pixel = self._cached_per_state(find_pixel)
+        pixel = cached_pixel()
         if pixel is None or not _is_clear(pixel):
-            yield from self._go_on(view(), lambda: _is_clear(aimed()))
-            pixel = aimed()
+            yield from self._approach_or_turn(viewpoint(), lambda: _is_clear(cached_pixel()))
+            pixel = cached_pixel()
         if pixel is not None:
             yield self.click(intent, pixel)
 
-    def _once_a_moment(self, aim: Callable[[], tuple[int, int] | None]) -> Callable[[], tuple[int, int] | None]:
-        """Returns a function that answers as `aim` does, and works it out anew only where the world has changed."""
+    def _cached_per_state(
+        self, find_pixel: Callable[[], tuple[int, int] | None]
+    ) -> Callable[[], tuple[int, int] | None]:
+        """Returns a function that answers as `find_pixel` does, and works it out anew only where the world has changed."""
         last: tuple[tuple, tuple[int, int] | None] | None = None
 
-        def aimed() -> tuple[int, int] | None:
+        def cached_pixel() -> tuple[int, int] | None:
             nonlocal last
-            now = self.oracle.moment()
+            now = self.view.state_key()
             if last is None or last[0] != now:
-                last = now, aim()
+                last = now, find_pixel()
             return last[1]
 
-        return aimed
+        return cached_pixel
 
-    def _go_on(self, view: Viewpoint, is_there: Callable[[], bool]) -> Iterator[Action]:
+    def _approach_or_turn(self, viewpoint: Viewpoint, has_arrived: Callable[[], bool]) -> Iterator[Action]:
         """Yields what brings one to a view; at least one action: who stands about right goes nearer, or turns."""
         for within_m in (ARRIVED_M, EXACTLY_M):
             is_idle = True
-            for action in self._approach(view, is_there, within_m):
+            for action in self._approach(viewpoint, has_arrived, within_m):
                 is_idle = False
                 yield action
-            if not is_idle or is_there():
+            if not is_idle or has_arrived():
                 return
         yield Navigate(mode="turn_right", magnitude=float(ASIDE_DEG))
 
     def _pixel_of(self, intent: Intent, thing: Thing) -> tuple[int, int] | None:
         """Returns where a click would work now."""
-        if box_of(thing).floor_distance(self.oracle.agent.position) > REACH_M:
+        if body_box(thing).floor_distance(self.view.agent.position) > REACH_M:
             return None
-        pixel = self.oracle.clickable(thing.id)
-        return pixel if pixel is not None and self.oracle.trial(moves.click(intent, pixel)) is None else None
+        pixel = self.view.click_pixel(thing.id)
+        return (
+            pixel
+            if pixel is not None and self.view.try_interaction(primitive_actions.click(intent, pixel)) is None
+            else None
+        )
 
-    def _walk_to(self, place: Point2, is_there: Callable[[], bool], within_m: float) -> Iterator[Action]:
+    def _walk_to(self, place: Point2, has_arrived: Callable[[], bool], within_m: float) -> Iterator[Action]:
         while True:
-            self._known.look()
-            here = self.oracle.agent
-            if is_there() or math.dist((here.position.x, here.position.z), place) <= within_m:
+            self._known.observe_frame()
+            here = self.view.agent
+            if has_arrived() or math.dist((here.position.x, here.position.z), place) <= within_m:
                 return
-            yield from self._move(here, self._known.ways_to(place), self._known.judged_room())
+            yield from self._move(here, self._known.routes_to(place), self._known.perceived_clearances())
 
-    def _move(self, here: Pose, ways: WaysTo, room: np.ndarray) -> Iterator[Action]:
+    def _move(self, here: Pose, routes: RoutesTo, clearances: np.ndarray) -> Iterator[Action]:
         """Yields one turn or one walk on the way. Raises Unsolvable when there is no way."""
         at = here.position.x, here.position.z
-        corner = ways.waypoint(at, room)
+        corner = routes.waypoint(at, clearances)
         if corner is None:
             raise Unsolvable("What is known of the floor leaves no way.")
         wanted = yaw_towards(here.position, Vec3(corner[0], here.position.y, corner[1]))
         length = math.dist(at, corner)
         if self._refused is not None:
-            wanted, length = self._heading_aside(at, wanted, lambda end: ways.cost_of(at, end, room)), STEP_M
+            wanted, length = self._heading_aside(at, wanted, lambda end: routes.cost_of(at, end, clearances)), STEP_M
         if abs(turn_between(here.rotation, wanted)) > FACED_DEG:
-            yield from self._body.turn(here.rotation, wanted)
+            yield from self._motor.turn(here.rotation, wanted)
             return
-        walk = self._body.walk(length)
-        with self.oracle.rehearsal():
-            effect = self.oracle.step(walk)
+        walk = self._motor.walk(length)
+        with self.view.rollback():
+            effect = self.view.step(walk)
         yield walk
-        self._known.learn(effect.blocked_by)
+        self._known.add_collision(effect.blocked_by)
         self._refused = None if effect.moved_m else here.rotation
 
     def _heading_aside(self, at: Point2, wanted: float, cost_of: Callable[[Point2], float]) -> float:
@@ -204,11 +214,11 @@ class NoisyMacroActions(MacroActions):
         return min(others, key=cost)
 
     def _face(self, pose: Pose) -> Iterator[Action]:
-        here = self.oracle.agent
+        here = self.view.agent
         if abs(turn_between(here.rotation, pose.rotation)) > FACED_DEG:
-            yield from self._body.turn(here.rotation, pose.rotation)
+            yield from self._motor.turn(here.rotation, pose.rotation)
         if abs(pose.horizon - here.horizon) > TILTED_DEG:
-            yield from moves.tilt(here.horizon, round(pose.horizon))
+            yield from primitive_actions.tilt(here.horizon, round(pose.horizon))
 
 
 class KnownFloor:
@@ -217,21 +227,21 @@ class KnownFloor:
     How far away those stand is misjudged, anew from each place: a little near by, more from afar.
     """
 
-    def __init__(self, oracle: Oracle, body: NoisyBody) -> None:
-        self._oracle = oracle
-        self._body = body
+    def __init__(self, view: PrivilegedView, motor: MotorNoise) -> None:
+        self._view = view
+        self._motor = motor
         self._known: set[str] = set()
         self._points: dict[tuple, np.ndarray] = {}
-        self._ways: tuple[object, WaysTo] | None = None
-        self._judged_at: Vec3 | None = None
+        self._routes: tuple[object, RoutesTo] | None = None
+        self._perceived_at: Vec3 | None = None
         self._shifts_m: dict[str, Point2] = {}
 
-    def look(self) -> None:
+    def observe_frame(self) -> None:
         """Takes in the things near by of which the frame shows something."""
-        here, grid = self._oracle.agent, self._oracle.clearance()
+        here, grid = self._view.agent, self._view.clearance_grid()
         things = [
             thing
-            for thing in self._oracle.scene.things.values()
+            for thing in self._view.scene.things.values()
             if thing.id not in self._known and grid.is_in_the_way(thing)
         ]
         if not things:
@@ -242,7 +252,7 @@ class KnownFloor:
         pixels = project(here, points)
         shown = near & (pixels[:, 2] > 0.0) & in_frame(pixels)
         for owner in np.unique(owners[shown]):
-            if self._oracle.sees(here.eye, points[shown & (owners == owner)], things[owner].id).any():
+            if self._view.sees(here.eye, points[shown & (owners == owner)], things[owner].id).any():
                 self._known.add(things[owner].id)
 
     def _points_of(self, thing: Thing) -> np.ndarray:
@@ -252,35 +262,35 @@ class KnownFloor:
             self._points[key] = surface_points(thing, SEEN_POINTS)
         return self._points[key]
 
-    def learn(self, thing_id: str | None) -> None:
+    def add_collision(self, thing_id: str | None) -> None:
         """Takes in what one has run into; a wall is known already."""
-        if thing_id in self._oracle.scene.things:
+        if thing_id in self._view.scene.things:
             self._known.add(thing_id)
 
-    def ways_to(self, place: Point2) -> WaysTo:
+    def routes_to(self, place: Point2) -> RoutesTo:
         """Returns the ways to a place over what is known."""
         things = self._things()
         key = place, tuple((thing.id, thing.position, thing.rotation, thing.openness) for thing in things.values())
-        if self._ways is None or self._ways[0] != key:
-            grid = self._oracle.clearance()
-            self._ways = key, WaysTo(grid, grid.room(things), place)
-        return self._ways[1]
+        if self._routes is None or self._routes[0] != key:
+            grid = self._view.clearance_grid()
+            self._routes = key, RoutesTo(grid, grid.clearances(things), place)
+        return self._routes[1]
 
-    def judged_room(self) -> np.ndarray:
-        """Returns the room that one takes there to be, as `ClearanceGrid.room`."""
-        here, things = self._oracle.agent.position, self._things()
-        if here != self._judged_at:
-            self._judged_at, self._shifts_m = here, {}
+    def perceived_clearances(self) -> np.ndarray:
+        """Returns the room that one takes there to be, as `ClearanceGrid.clearances`."""
+        here, things = self._view.agent.position, self._things()
+        if here != self._perceived_at:
+            self._perceived_at, self._shifts_m = here, {}
         for thing in things.values():
             if thing.id not in self._shifts_m:
-                gap_m = box_of(thing).floor_distance(here)
+                gap_m = body_box(thing).floor_distance(here)
                 x, z = heading(yaw_towards(here, thing.position))
-                error_m = self._body.judged(gap_m) - gap_m
+                error_m = self._motor.perceived_distance(gap_m) - gap_m
                 self._shifts_m[thing.id] = error_m * x, error_m * z
-        return self._oracle.clearance().room(things, self._shifts_m)
+        return self._view.clearance_grid().clearances(things, self._shifts_m)
 
     def _things(self) -> dict[str, Thing]:
-        things, grid = self._oracle.scene.things, self._oracle.clearance()
+        things, grid = self._view.scene.things, self._view.clearance_grid()
         return {name: things[name] for name in sorted(self._known) if grid.is_in_the_way(things[name])}
 
 

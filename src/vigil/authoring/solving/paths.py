@@ -16,7 +16,7 @@ from shapely.geometry.base import BaseGeometry
 
 CELL_M = 0.05
 SNAP_M = 0.45
-KEPT_WALKS = 8
+PATH_CACHE_SIZE = 8
 """From how many places a plan keeps its shortest walks."""
 _STEPS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
@@ -39,7 +39,7 @@ class WalkableMap:
         self.tight = self.roomy if tight is None else tight
         shapely.prepare(self.tight)
         self._cell_m = cell_m
-        self._walks: LRUCache[Point2, ShortestPaths] = LRUCache(KEPT_WALKS)
+        self._walks: LRUCache[Point2, ShortestPaths] = LRUCache(PATH_CACHE_SIZE)
 
     @cached_property
     def roomy(self) -> BaseGeometry:
@@ -148,10 +148,10 @@ class ShortestPaths:
             trail.append((float(self.plan.cells[cell, 0]), float(self.plan.cells[cell, 1])))
             cell = int(self._before[cell])
         trail.reverse()
-        return _pulled_taut(self.plan, self.start, trail)
+        return _straightened(self.plan, self.start, trail)
 
 
-def _pulled_taut(plan: WalkableMap, start: Point2, trail: Sequence[Point2]) -> list[Point2]:
+def _straightened(plan: WalkableMap, start: Point2, trail: Sequence[Point2]) -> list[Point2]:
     """Returns the fewest of the trail's points that straight lines still join."""
     corners: list[Point2] = []
     here, at = start, 0

@@ -8,18 +8,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vigil.authoring.solving.aim import in_frame, pitch_to
-from vigil.authoring.solving.oracle import Oracle
+from vigil.authoring.solving.look_targets import in_frame, pitch_to
 from vigil.authoring.solving.paths import Point2, ShortestPaths
+from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.geometry import Pose, Vec3, turn_between, yaw_towards
 from vigil.protocol.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG
 from vigil.sim.core.sight import project
 
 BORDER_PX = 12.0
-THIN_M = 0.15
-MOST_PLACES = 400
+LATTICE_M = 0.15
+MAX_PLACES = 400
 
-Places = Callable[[np.ndarray], np.ndarray]
+PositionCost = Callable[[np.ndarray], np.ndarray]
 """Which of (n, 2) places x, z are acceptable, and how much each is disliked (m); inf for never."""
 
 
@@ -41,35 +41,35 @@ class ViewpointQuery:
 
     thing_id: str
     points: np.ndarray
-    places: Places
+    places: PositionCost
     may_tilt: bool = False
     least_seen: int = 3
     through_glass: bool = False
 
 
-def viewpoints(oracle: Oracle, walks: ShortestPaths, query: ViewpointQuery) -> Iterator[Viewpoint]:
+def viewpoints(view: PrivilegedView, walks: ShortestPaths, query: ViewpointQuery) -> Iterator[Viewpoint]:
     """Yields views of a thing that meet the query, the shortest walk first, the present place before all others."""
-    here = oracle.agent
+    here = view.agent
     spot = np.array([[here.position.x, here.position.z]])
     if np.isfinite(query.places(spot)).all():
-        view = _view_from(oracle, query, here, ())
-        if view is not None:
-            yield view
+        viewpoint = _viewpoint_from(view, query, here, ())
+        if viewpoint is not None:
+            yield viewpoint
     for cell in _cells(walks, query):
         x, z = (float(value) for value in walks.plan.cells[cell])
         pose = here.model_copy(update={"position": Vec3(x, here.position.y, z)})
-        view = _view_from(oracle, query, pose, None)
-        if view is None:
+        viewpoint = _viewpoint_from(view, query, pose, None)
+        if viewpoint is None:
             continue
         corners = walks.corners_to(cell)
         if corners:
-            yield Viewpoint(view.pose, tuple(corners), view.pixels, view.seen)
+            yield Viewpoint(viewpoint.pose, tuple(corners), viewpoint.pixels, viewpoint.seen)
 
 
-def view_ahead(oracle: Oracle, query: ViewpointQuery) -> Viewpoint:
+def current_viewpoint(view: PrivilegedView, query: ViewpointQuery) -> Viewpoint:
     """Returns what is seen of a thing from where the agent stands and looks now; perhaps nothing."""
-    here = oracle.agent
-    seen = query.points[oracle.sees(here.eye, query.points, query.thing_id, through_glass=query.through_glass)]
+    here = view.agent
+    seen = query.points[view.sees(here.eye, query.points, query.thing_id, through_glass=query.through_glass)]
     pixels = _in_frame(here, seen)
     return Viewpoint(here, (), pixels, len(pixels))
 
@@ -80,17 +80,17 @@ def _cells(walks: ShortestPaths, query: ViewpointQuery) -> np.ndarray:
     if not len(cells):
         return np.empty(0, dtype=np.int64)
     costs = walks.lengths + query.places(cells)
-    lattice = np.round(cells / THIN_M).astype(np.int64)
+    lattice = np.round(cells / LATTICE_M).astype(np.int64)
     order = np.lexsort((np.arange(len(cells)), costs))
     order = order[np.isfinite(costs[order])]
     _, first = np.unique(lattice[order], axis=0, return_index=True)
-    return order[np.sort(first)][:MOST_PLACES]
+    return order[np.sort(first)][:MAX_PLACES]
 
 
-def _view_from(
-    oracle: Oracle, query: ViewpointQuery, pose: Pose, corners: tuple[Point2, ...] | None
+def _viewpoint_from(
+    view: PrivilegedView, query: ViewpointQuery, pose: Pose, corners: tuple[Point2, ...] | None
 ) -> Viewpoint | None:
-    seen = query.points[oracle.sees(pose.eye, query.points, query.thing_id, through_glass=query.through_glass)]
+    seen = query.points[view.sees(pose.eye, query.points, query.thing_id, through_glass=query.through_glass)]
     if len(seen) < query.least_seen:
         return None
     for turned in _turned(pose, seen, query.may_tilt):

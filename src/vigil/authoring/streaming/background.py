@@ -19,7 +19,7 @@ from typing import Any
 from vigil.authoring.streaming.houses import StreamHouse, StreamSettings
 from vigil.errors import SimulatorError
 
-MOST_DEATHS = 3
+MAX_DEATHS = 3
 """Processes that may end over one house before the stream gives up."""
 
 _Job = tuple[int, "Future[StreamHouse]"]
@@ -68,7 +68,7 @@ class _Process:
 
     def house(self, number: int) -> StreamHouse:
         """Returns a house of the stream. Raises SimulatorError, or what making it raised."""
-        for _ in range(MOST_DEATHS):
+        for _ in range(MAX_DEATHS):
             answer = self._asked(self._running(), number)
             if isinstance(answer, Exception):
                 raise answer
@@ -76,7 +76,7 @@ class _Process:
                 return answer
             self._end()
         raise SimulatorError(
-            f"House {number} of stream {self._settings.called}: {MOST_DEATHS} background processes ended while they "
+            f"House {number} of stream {self._settings.label}: {MAX_DEATHS} background processes ended while they "
             "made it. Is there enough memory? Each takes some 500 MB."
         )
 

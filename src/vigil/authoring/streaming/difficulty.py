@@ -10,16 +10,16 @@ from typing import Literal, get_args
 
 from vigil.authoring.drafting.drafts import Draft
 from vigil.errors import SettingError, did_you_mean
-from vigil.protocol.episode import Family, Size
+from vigil.protocol.episode import Family, TargetSize
 
 Difficulty = Literal["easy", "medium", "hard"]
 DIFFICULTIES: tuple[Difficulty, ...] = get_args(Difficulty)
-OF_SIZE: dict[Size, Difficulty] = {"large": "easy", "medium": "medium", "small": "hard"}
-MOST_ACTIONS: dict[Family, tuple[int, int]] = {
+OF_SIZE: dict[TargetSize, Difficulty] = {"large": "easy", "medium": "medium", "small": "hard"}
+MAX_ACTIONS: dict[Family, tuple[int, int]] = {
     "DA": (4, 6), "VS": (2, 5), "AI": (5, 7), "SI": (5, 9), "SM": (8, 11), "CR": (5, 8),
 }  # fmt: skip
 """Family -> actions of the longest solution that is easy, and of the longest that is medium; the report counts."""
-MOST_DISTANCE_M = (1.1, 2.0)
+MAX_DISTANCE_M = (1.1, 2.0)
 """Of state verification: from the start to the farthest target that is easy, and to the farthest that is medium."""
 
 
@@ -29,9 +29,9 @@ def difficulty_of(draft: Draft) -> Difficulty:
     if draft.episode.difficulty is not None:
         return OF_SIZE[draft.episode.difficulty]
     if family == "SV":
-        measured, (easy, medium) = draft.facts.distance_m, MOST_DISTANCE_M
+        measured, (easy, medium) = draft.facts.distance_m, MAX_DISTANCE_M
     else:
-        measured, (easy, medium) = len(draft.actions), MOST_ACTIONS[family]
+        measured, (easy, medium) = len(draft.actions), MAX_ACTIONS[family]
     return "easy" if measured <= easy else "medium" if measured <= medium else "hard"
 
 

@@ -4,8 +4,8 @@ import os
 from collections.abc import Mapping
 
 from vigil.authoring.drafting.grammar import GRAMMAR, Proposals
-from vigil.authoring.streaming.difficulty import MOST_ACTIONS
-from vigil.base.imports import VARIABLE
+from vigil.authoring.streaming.difficulty import MAX_ACTIONS
+from vigil.base.imports import ENVIRONMENT_VARIABLE
 from vigil.errors import SettingError
 from vigil.protocol.episode import FAMILIES, Family
 
@@ -28,7 +28,7 @@ def register_drafts(family: Family, kinds: Mapping[str, Proposals], *, most_acti
             f"Drafts for family {family!r}: expected a kind or more, and 0 < EASY <= MEDIUM actions; got kinds "
             f"{', '.join(kinds) or 'none'} and {most_actions}."
         )
-    GRAMMAR[family], MOST_ACTIONS[family] = dict(kinds), most_actions
+    GRAMMAR[family], MAX_ACTIONS[family] = dict(kinds), most_actions
     _own.add(family)
 
 
@@ -43,10 +43,10 @@ def families_of_stream(asked: tuple[Family, ...], workers: int) -> tuple[Family,
             )
     chosen = asked or tuple(family for family in FAMILIES if family in GRAMMAR)
     own = [family for family in chosen if family in _own]
-    if own and workers and VARIABLE not in os.environ:
+    if own and workers and ENVIRONMENT_VARIABLE not in os.environ:
         raise SettingError(
             f"Family {', '.join(own)} is registered in this process alone; background processes do not know it. Have "
-            f"every process import what registers it ({VARIABLE}=MODULE), make the houses in this one (workers 0), or "
+            f"every process import what registers it ({ENVIRONMENT_VARIABLE}=MODULE), make the houses in this one (workers 0), or "
             "ask for the package's families."
         )
     return chosen

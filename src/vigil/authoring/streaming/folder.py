@@ -19,11 +19,11 @@ from vigil.authoring.streaming.address import address_of, hidden_address_of
 from vigil.authoring.streaming.difficulty import Difficulty, difficulty_of
 from vigil.authoring.streaming.houses import StreamHouse
 from vigil.authoring.streaming.stream import Stream, StreamItem, items_in
-from vigil.base.json_lines import AppendFile, Line, dump_line, parse
+from vigil.base.json_lines import AppendFile, Line, dump_line, parse_line
 from vigil.errors import SettingError
 from vigil.housegen.document import generators_of
 from vigil.packs.files import MANIFEST
-from vigil.packs.freeze import check_free, freeze
+from vigil.packs.freeze import check_can_freeze, freeze
 from vigil.packs.pack import Pack, manifest_of
 from vigil.packs.private import SEED_SHA256, seed_sha256
 from vigil.protocol.episode import Family
@@ -67,7 +67,7 @@ def write_stream(out: Path, stream: Stream, count: int, on_item: OnItem = lambda
     header = header_of(stream)
     is_grown = _check_folder(out, header, count)
     items: list[StreamItem] = []
-    with closing(kept_houses(out.with_name(f"{out.name}.stream.jsonl"), stream)) as houses:
+    with closing(cached_houses(out.with_name(f"{out.name}.stream.jsonl"), stream)) as houses:
         for item in items_in(houses):
             items.append(item)
             on_item(len(items))
@@ -79,7 +79,7 @@ def write_stream(out: Path, stream: Stream, count: int, on_item: OnItem = lambda
     )
 
 
-def kept_houses(path: Path, stream: Stream) -> Generator[StreamHouse, None, None]:
+def cached_houses(path: Path, stream: Stream) -> Generator[StreamHouse, None, None]:
     """Yields the houses of a stream: those in the file, then new ones, each of which is written down before.
 
     Raises SettingError when the file holds another stream's.
@@ -87,13 +87,13 @@ def kept_houses(path: Path, stream: Stream) -> Generator[StreamHouse, None, None
     header = header_of(stream)
     path.parent.mkdir(parents=True, exist_ok=True)
     with AppendFile(path) as file:
-        lines = file.lines.whole
+        lines = file.lines.complete
         if not lines:
-            file.cut(0)
+            file.truncate(0)
             file.append(dump_line(header))
         elif _header(lines[0], path) != header:
             raise SettingError(f"{str(path)!r} holds another stream's houses, or other families'. {ADVICE}")
-        known = [parse(line, StreamHouse, str(path), ADVICE, SettingError) for line in lines[1:]]
+        known = [parse_line(line, StreamHouse, str(path), ADVICE, SettingError) for line in lines[1:]]
         yield from known
         rest = stream.after(len(known))
         if rest is not None:
@@ -104,13 +104,13 @@ def kept_houses(path: Path, stream: Stream) -> Generator[StreamHouse, None, None
 
 
 def _header(line: Line, path: Path) -> StreamHeader:
-    return parse(line, StreamHeader, str(path), ADVICE, SettingError)
+    return parse_line(line, StreamHeader, str(path), ADVICE, SettingError)
 
 
 def _check_folder(out: Path, header: StreamHeader, count: int) -> bool:
     """Returns whether the folder is there and can be added to. Raises SettingError when it holds something else."""
     if not (out / MANIFEST).is_file():
-        check_free(out, out.name)
+        check_can_freeze(out, out.name)
         return False
     manifest = manifest_of(out)
     if manifest.meta.get("stream") != header.model_dump(mode="json") or manifest.episodes > count:

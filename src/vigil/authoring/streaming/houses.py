@@ -16,7 +16,7 @@ from vigil.authoring.drafting.drafts import DIGITS, Draft, Rejection
 from vigil.authoring.drafting.generation import DraftGenerator, GenerationSettings, Proposer, grammar_proposer
 from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.sources import MIXED, Seeded, secret_house
+from vigil.authoring.drafting.sources import MIXED, GeneratedHouse, secret_house
 from vigil.authoring.streaming.address import stream_version
 from vigil.authoring.streaming.difficulty import DIFFICULTIES, Difficulty, difficulty_of
 from vigil.packs.files import HOUSES
@@ -47,7 +47,7 @@ class StreamSettings:
     """Whether no house and no episode is to tell anything of the seed."""
 
     @property
-    def called(self) -> str:
+    def label(self) -> str:
         """What messages call the stream."""
         return "of a secret seed" if self.is_seed_secret else str(self.seed)
 
@@ -89,13 +89,13 @@ def is_packaged(house: House) -> bool:
     return hashlib.sha256(canonical_json(house.data) + b"\n").hexdigest() in packaged_houses()
 
 
-def source_of(settings: StreamSettings, number: int) -> Seeded:
+def source_of(settings: StreamSettings, number: int) -> GeneratedHouse:
     """Returns the house at a place in a stream, not made yet."""
     spec = MIXED[number % len(MIXED)]
     if settings.is_seed_secret:
         return secret_house(settings.seed, number, spec)
     digest = hashlib.sha256(f"stream {settings.seed} house {number}".encode()).digest()
-    return Seeded(FIRST_HOUSE_SEED + int.from_bytes(digest[:SEED_BYTES], "big"), spec)
+    return GeneratedHouse(FIRST_HOUSE_SEED + int.from_bytes(digest[:SEED_BYTES], "big"), spec)
 
 
 class StreamHouseMaker:
@@ -106,7 +106,7 @@ class StreamHouseMaker:
         drafting = GenerationSettings(
             settings.families, settings.seed, PER_HOUSE, TRIED, is_seed_secret=settings.is_seed_secret
         )
-        self._generator = DraftGenerator(drafting, _brisk(grammar_proposer(drafting)))
+        self._generator = DraftGenerator(drafting, _with_less_search(grammar_proposer(drafting)))
 
     def made(self, number: int) -> StreamHouse:
         """Returns a house of the stream with its episodes."""
@@ -131,7 +131,7 @@ class StreamHouseMaker:
         return draft.model_copy(update={"episode": named})
 
 
-def _brisk(propose: Proposer) -> Proposer:
+def _with_less_search(propose: Proposer) -> Proposer:
     """Returns a proposer that searches less: for fewer starts, and in turn for some kinds of families with many."""
 
     def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode | Rejection]]]:

@@ -28,7 +28,7 @@ from vigil.protocol.house import House
 
 HOUSES_AHEAD = 2
 """Houses that are being made or wait to be read, for each background process."""
-MOST_BARREN = 40
+MAX_HOUSES_WITHOUT_EPISODE = 40
 """Houses in a row without a wanted episode after which a stream gives up."""
 
 
@@ -111,7 +111,7 @@ class Stream:
         with closing(self._made()) as made:
             for house in made:
                 barren = 0 if house.drafts else barren + 1
-                if barren >= MOST_BARREN:
+                if barren >= MAX_HOUSES_WITHOUT_EPISODE:
                     raise SettingError(self._nothing_found())
                 yield house
 
@@ -162,8 +162,8 @@ class Stream:
     def _nothing_found(self) -> str:
         asked = self.settings
         return (
-            f"Stream {asked.called}: no episode of {', '.join(asked.families)} that is "
-            f"{' or '.join(asked.difficulties)} in {MOST_BARREN} houses in a row. Ask for more families or "
+            f"Stream {asked.label}: no episode of {', '.join(asked.families)} that is "
+            f"{' or '.join(asked.difficulties)} in {MAX_HOUSES_WITHOUT_EPISODE} houses in a row. Ask for more families or "
             "difficulties."
         )
 

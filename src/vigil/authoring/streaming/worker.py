@@ -13,7 +13,7 @@ import traceback
 from typing import BinaryIO
 
 from vigil.authoring.streaming.houses import StreamHouse, StreamHouseMaker, StreamSettings
-from vigil.base.imports import import_named_modules
+from vigil.base.imports import import_modules_from_environment
 from vigil.errors import SimulatorError, VigilError
 
 Asked = tuple[StreamSettings, int]
@@ -21,7 +21,7 @@ Asked = tuple[StreamSettings, int]
 
 def main() -> None:
     """Serves until the input ends."""
-    import_named_modules()
+    import_modules_from_environment()
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as answers:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints is no answer
         asked: queue.SimpleQueue[Asked] = queue.SimpleQueue()

@@ -3,12 +3,12 @@
 from contextlib import closing
 from pathlib import Path
 
-from vigil.cli.text import say
+from vigil.cli.text import print_notes
 from vigil.errors import RecordError, SettingError, did_you_mean
 from vigil.records.record import Key
 from vigil.web.drawing import RenderService
 from vigil.web.export import FilmForm, episode_film, episode_page, export_site
-from vigil.web.library import Library, ShownRun
+from vigil.web.library import Library, LibraryRun
 
 FILM_FORMS: dict[str, FilmForm] = {".gif": "gif", ".webp": "webp", ".mp4": "mp4"}
 
@@ -21,7 +21,7 @@ def write_site(
     Raises RecordError, and SettingError on a private pack unless it `reveals` that.
     """
     shown = _only_run(Library([folder], packs or ["starter"], assets), folder)
-    say(shown.notes)
+    print_notes(shown.notes)
     with closing(RenderService()) as render_service:
         if key is None:
             return export_site(shown, out, render_service, print, reveals=reveals)
@@ -29,7 +29,7 @@ def write_site(
         return out
 
 
-def _only_run(library: Library, folder: Path) -> ShownRun:
+def _only_run(library: Library, folder: Path) -> LibraryRun:
     """Returns the run of a folder. Raises RecordError when it is none, several, or cannot be read."""
     found = library.runs()
     if len(found) > 1:
@@ -42,7 +42,7 @@ def _only_run(library: Library, folder: Path) -> ShownRun:
     return found[0]
 
 
-def _one_episode(run: ShownRun, key: Key, suffix: str, render_service: RenderService, *, reveals: bool) -> bytes:
+def _one_episode(run: LibraryRun, key: Key, suffix: str, render_service: RenderService, *, reveals: bool) -> bytes:
     rows = run.table.rows if run.table else {}
     if key not in rows:
         hint = did_you_mean(key[0], [name for name, _ in rows])

@@ -5,10 +5,10 @@ from typing import Annotated
 
 import typer
 
-from vigil.analysis.measures.rows import Run, frame_of, read_runs
+from vigil.analysis.measures.rows import Run, combined_rows, read_runs
 from vigil.cli.arguments import Epoch
 from vigil.cli.exports.site import write_site
-from vigil.cli.text import say
+from vigil.cli.text import print_notes
 from vigil.errors import SettingError, did_you_mean
 from vigil.exports.dataset import check_rows, write_dataset
 from vigil.exports.disclosure import Disclosure
@@ -63,11 +63,11 @@ def export(
         raise SettingError("--episode is for a page or a film: leave out --format, and let --out end in .html or .gif.")
     place = _only_pack(pack or [])
     if format_ == EVERY_EVAL_EVER:
-        for path in write_results(runs, place, out, publisher, say, disclosure):
+        for path in write_results(runs, place, out, publisher, print_notes, disclosure):
             print(path)
         return
     found = read_runs(runs, place)
-    say(fault for run in found for fault in run.faults)
+    print_notes(fault for run in found for fault in run.faults)
     if format_ == PARQUET:
         print(_write_rows(found, out, disclosure))
     else:
@@ -76,7 +76,7 @@ def export(
 
 def _write_rows(runs: list[Run], out: Path, disclosure: Disclosure) -> Path:
     check_rows(runs, disclosure)
-    frame_of(runs).to_parquet(out, index=False)
+    combined_rows(runs).to_parquet(out, index=False)
     return out
 
 

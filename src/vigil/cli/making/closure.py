@@ -7,18 +7,18 @@ from typing import Annotated, Literal
 
 import typer
 
-from vigil.authoring.closure.generation import AUTHOR, FAMILY, closure_bench
+from vigil.authoring.closure.generation import AUTHOR, FAMILY, closure_worker
 from vigil.authoring.closure.packing import ClosureRequest, freeze_closure
-from vigil.authoring.closure.verify import certified_anew
+from vigil.authoring.closure.verify import recertifier
 from vigil.authoring.drafting.drafts import ClosureDraft, DraftsFile
 from vigil.authoring.drafting.generation import GenerationProgress, GenerationSettings, generate_drafts
-from vigil.authoring.drafting.sources import Source
+from vigil.authoring.drafting.sources import HouseSource
 from vigil.authoring.packing.assemble import PackRequest
 from vigil.authoring.packing.candidate_checks import house_finder
 from vigil.authoring.packing.verify import VerificationSettings
 from vigil.authoring.review.reviews import Review
 from vigil.authoring.review.validate import Finding
-from vigil.cli.making.drafting import drafting_of
+from vigil.cli.making.drafting import drafting_for_pack
 from vigil.errors import SettingError, did_you_mean
 from vigil.packs.pack import Pack
 from vigil.scoring.closure import KINDS, Kind
@@ -54,7 +54,7 @@ def refuse_without_suite(kind: Sequence[str] | None) -> None:
         raise SettingError("--kind is of a suite's pack: give --suite closure too, or --family instead.")
 
 
-def tasks_named(names: Sequence[str], per_kind: int) -> dict[Kind, int]:
+def parse_tasks(names: Sequence[str], per_kind: int) -> dict[Kind, int]:
     """Returns how many tasks of which kinds are asked for, in the table's order: `KIND` for so many of it, or
     `KIND:TASKS`; without a name all kinds. Raises SettingError."""
     found: dict[str, int] = {}
@@ -80,7 +80,7 @@ def build_suite(
     def check(task: ClosureDraft) -> list[Finding]:
         simulator = verification.simulator()
         try:
-            return certified_anew(simulator, house_finder(files))(task)
+            return recertifier(simulator, house_finder(files))(task)
         finally:
             simulator.close()
 
@@ -95,19 +95,19 @@ def build_suite(
 
 def draft_suite(
     out: Path,
-    sources: Sequence[Source],
+    sources: Sequence[HouseSource],
     pack_request: PackRequest,
     verification: VerificationSettings,
     on_progress: Callable[[GenerationProgress], None],
 ) -> DraftsFile:
     """Proposes the suite's tasks in all houses, or goes on, and returns the drafts beside the pack."""
-    file, settings = drafting_of(out, pack_request, verification)
+    file, settings = drafting_for_pack(out, pack_request, verification)
     generate_drafts(
         file,
         sources,
         suite_settings(settings),
         workers=verification.workers,
-        bench=closure_bench,
+        make_worker=closure_worker,
         on_progress=on_progress,
     )
     return file

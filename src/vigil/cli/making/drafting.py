@@ -30,7 +30,7 @@ def forms_named(name: FormsName) -> Forms:
     return "held_out" if name == "held-out" else name
 
 
-def shown_on(show: Callable[[int, int, str], None]) -> Callable[[GenerationProgress], None]:
+def progress_callback(show: Callable[[int, int, str], None]) -> Callable[[GenerationProgress], None]:
     """Returns what takes in how far the generation of drafts has come, and shows it."""
     return lambda now: show(now.houses, now.of, f"{now.kept} drafts  {now.rejected} rejected")
 
@@ -49,7 +49,7 @@ def drafts_summary(file: DraftsFile) -> None:
     print(f"{file.path}: {count} drafts, {len(proposed.rejections)} rejected")
 
 
-def drafting_of(
+def drafting_for_pack(
     out: Path, pack_request: PackRequest, verification: VerificationSettings
 ) -> tuple[DraftsFile, GenerationSettings]:
     """Returns the drafts file beside a pack, and what to generate it with."""

@@ -2,12 +2,12 @@
 
 from collections.abc import Sequence
 
-from vigil.authoring.drafting.sources import OnDownload, Source, drawn, filed, seeded
+from vigil.authoring.drafting.sources import HouseSource, OnDownload, houses_drawn_from, houses_from, houses_from_seeds
 from vigil.cli.making.closure import SMALL_HOUSES
 from vigil.errors import SettingError
 from vigil.packs.private import NEW_SEED, is_secret
 
-HOUSES_PER_EPISODE, LEAST_HOUSES = 1.12, 12
+HOUSES_PER_EPISODE, MIN_HOUSES = 1.12, 12
 """Houses for each episode of a family, unless said otherwise."""
 SHORT_SEED = (
     "A seed below 2^64 can be found by trying all of them against the pack, and the names of its houses and episodes "
@@ -21,23 +21,25 @@ SECRET_RECIPE = (
 )
 
 
-def generated(seed: int, count: int | None, per_family: int, specs: Sequence[str], report: OnDownload) -> list[Source]:
+def generated_sources(
+    seed: int, count: int | None, per_family: int, specs: Sequence[str], report: OnDownload
+) -> list[HouseSource]:
     """Returns houses to generate, drawn by a seed; `report` is told when the seed can be found by trying."""
     if not is_secret(seed):
         report(SHORT_SEED)
-    return drawn(seed, count or max(LEAST_HOUSES, round(HOUSES_PER_EPISODE * per_family)), specs)
+    return houses_drawn_from(seed, count or max(MIN_HOUSES, round(HOUSES_PER_EPISODE * per_family)), specs)
 
 
-def asked_sources(
+def requested_sources(
     houses: list[str], seeds: str | None, specs: list[str], limit: int | None, secret: int | None, report: OnDownload
-) -> Sequence[Source]:
+) -> Sequence[HouseSource]:
     """Returns houses out of files, or to generate for `seeds` or, with a secret seed, for those numbers."""
     if bool(houses) == (seeds is not None):
         raise SettingError("Give either --houses or --seeds.")
-    return filed(houses, limit, report) if seeds is None else seeded(seeds, specs, secret)
+    return houses_from(houses, limit, report) if seeds is None else houses_from_seeds(seeds, specs, secret)
 
 
-def specs_of(rooms: str, suite: str | None = None) -> list[str]:
+def parse_specs(rooms: str, suite: str | None = None) -> list[str]:
     """Returns the specs of houses that an option names."""
     if suite is not None and rooms == "mixed":
         return list(SMALL_HOUSES)

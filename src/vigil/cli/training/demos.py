@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from vigil.authoring.demonstrations.forms import Format
+from vigil.authoring.demonstrations.formats import Format
 from vigil.authoring.demonstrations.write import check_source, write_demonstrations
 from vigil.authoring.streaming.address import seed_in
 from vigil.authoring.streaming.stream import Stream
@@ -13,11 +13,11 @@ from vigil.cli.progress import progress
 from vigil.cli.training.streams import Difficulties, Houses, house_range
 from vigil.runner.settings import RunSettings, profile_of
 from vigil.runner.shared_settings import (
-    AskedCoordinates,
-    AskedProfile,
-    AskedTemplate,
-    AskedVariant,
+    CoordinatesOption,
     Families,
+    ProfileOption,
+    PromptFileOption,
+    PromptVariantOption,
     RenderQuality,
     Workers,
 )
@@ -34,10 +34,10 @@ def demos(
     families: Families = (),
     difficulties: Difficulties = (),
     houses: Houses = "0:",
-    profile: AskedProfile = "baseline",
-    prompt_variant: AskedVariant = "default",
-    prompt_template: AskedTemplate = None,
-    coordinates: AskedCoordinates = None,
+    profile: ProfileOption = "baseline",
+    prompt_variant: PromptVariantOption = "default",
+    prompt_template: PromptFileOption = None,
+    coordinates: CoordinatesOption = None,
     model: Annotated[str | None, typer.Option(help="Point as this model does.")] = None,
     quality: RenderQuality = "default",
     workers: Workers = None,

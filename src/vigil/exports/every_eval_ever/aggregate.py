@@ -6,14 +6,14 @@ from typing import Any
 
 from vigil.exports.every_eval_ever.identity import Identity, model_info
 from vigil.exports.every_eval_ever.publisher import Publisher
-from vigil.exports.every_eval_ever.samples import SCHEMA_VERSION, Heading, knows_prompt
+from vigil.exports.every_eval_ever.samples import SCHEMA_VERSION, Heading, has_exact_prompt
 from vigil.packs.pack import manifest_of
 from vigil.protocol.actions import SKILLS
 from vigil.protocol.episode import FAMILIES
 from vigil.protocol.prompt import policy_text
 from vigil.records.record import RunHeader
 from vigil.scoring.saved_run import SavedRun
-from vigil.scoring.summary import LIBRARY_REPLIES, Settlement, summarise
+from vigil.scoring.summary import LIBRARY_REPLIES, RunScores, summarise
 
 _Json = dict[str, Any]
 
@@ -23,7 +23,7 @@ class Metric:
     """How the schema is told of a rate."""
 
     name: str
-    says: str
+    description: str
     lower_is_better: bool
     kind: str = "rate"
 
@@ -43,29 +43,27 @@ METRICS: Mapping[str, Metric] = {
 }
 
 
-def remarks(run: SavedRun, settlement: Settlement) -> list[str]:
+def remarks(run: SavedRun, scores: RunScores) -> list[str]:
     """Returns what a reader must know of a run before any number."""
-    planned, all_of_pack = sum(settlement.planned.values()), manifest_of(run.pack_folder).episodes
-    spec, scored = run.header.spec, len(settlement.outcomes)
+    planned, all_of_pack = sum(scores.planned.values()), manifest_of(run.pack_folder).episodes
+    spec, scored = run.header.spec, len(scores.outcomes)
     said = [*run.header.version_notes]
     if spec.shard is not None:
         said.append(f"INCOMPLETE: shard {spec.shard} of a run.")
-    elif not settlement.is_complete:
+    elif not scores.is_complete:
         said.append(f"INCOMPLETE: {scored} of {planned} episodes are scored.")
     if len(run.table.episodes) < all_of_pack:
         said.append(f"A selection: {len(run.table.episodes)} of the {all_of_pack} episodes of the pack.")
-    if settlement.errors:
-        said.append(f"{len(settlement.errors)} episodes ended as errors of the infrastructure and are not scored.")
-    if settlement.repeats:
-        said.append(f"{settlement.repeats}.")
-    if settlement.library_replies:
-        said.append(f"{settlement.library_replies} {LIBRARY_REPLIES}.")
+    if scores.errors:
+        said.append(f"{len(scores.errors)} episodes ended as errors of the infrastructure and are not scored.")
+    if scores.repeats:
+        said.append(f"{scores.repeats}.")
+    if scores.library_replies:
+        said.append(f"{scores.library_replies} {LIBRARY_REPLIES}.")
     return said
 
 
-def aggregate(
-    run: SavedRun, heading: Heading, identity: Identity, publisher: Publisher, settlement: Settlement
-) -> _Json:
+def aggregate(run: SavedRun, heading: Heading, identity: Identity, publisher: Publisher, scores: RunScores) -> _Json:
     """Returns the aggregate file, but for its date and where its samples are."""
     header = run.header
     return {
@@ -77,22 +75,22 @@ def aggregate(
             "source_type": "evaluation_run",
             "source_organization_name": publisher.organization,
             "evaluator_relationship": publisher.relationship,
-            "additional_details": {"remarks": " ".join(remarks(run, settlement))},
+            "additional_details": {"remarks": " ".join(remarks(run, scores))},
         },
         "eval_library": {
             "name": "vigil-bench",
             "version": header.package_version,
-            "additional_details": _texts(
+            "additional_details": _as_texts(
                 commit=header.commit, simulator=header.simulator_version, **header.spec.versions.model_dump()
             ),
         },
         "model_info": model_info(header, identity),
-        "evaluation_results": list(_results(run, heading, settlement)),
+        "evaluation_results": list(_results(run, heading, scores)),
     }
 
 
-def _results(run: SavedRun, heading: Heading, settlement: Settlement) -> Iterator[_Json]:
-    summary = summarise(settlement)
+def _results(run: SavedRun, heading: Heading, scores: RunScores) -> Iterator[_Json]:
+    summary = summarise(scores)
     scopes = {"overall": summary["overall"], **summary["families"]}
     same = {"source_data": _source_data(run), "generation_config": _generation_config(run.header)}
     for scope, rates in scopes.items():
@@ -111,7 +109,7 @@ def _results(run: SavedRun, heading: Heading, settlement: Settlement) -> Iterato
 def _metric_config(key: str, metric: Metric, family: str) -> _Json:
     among = f"the episodes of the family {family}" if family else "all episodes"
     return {
-        "evaluation_description": f"Share of {among} in which {metric.says}.",
+        "evaluation_description": f"Share of {among} in which {metric.description}.",
         "metric_id": f"vigil.{key}",
         "metric_name": metric.name,
         "metric_kind": metric.kind,
@@ -152,13 +150,13 @@ def _generation_config(header: RunHeader) -> _Json:
     spec, profile = header.spec, header.spec.profile
     sampling = {name: spec.sampling.get(name) for name in ("temperature", "top_p", "top_k", "max_tokens")}
     known = {name: value for name, value in sampling.items() if value is not None}
-    if knows_prompt(spec):
+    if has_exact_prompt(spec):
         known["prompt_template"] = policy_text(profile)
-    if (reasons := _reasons(header)) is not None:
+    if (reasons := _has_reasoned(header)) is not None:
         known["reasoning"] = reasons
     return {
         "generation_args": {**known, "agentic_eval_config": {"available_tools": _tools()}},
-        "additional_details": _texts(
+        "additional_details": _as_texts(
             profile=profile.name,
             prompt_variant=profile.prompt_variant,
             prompt_sha256=spec.prompt_policy_sha256,
@@ -183,13 +181,13 @@ def _tools() -> list[_Json]:
     ]
 
 
-def _reasons(header: RunHeader) -> bool | None:
+def _has_reasoned(header: RunHeader) -> bool | None:
     """Returns whether the model reasoned, by its answers; None where they, and what was set, do not tell."""
     sessions = (header.answered, *(session.answered for session in header.resumed))
     said = {answered.thinking for answered in sessions if answered is not None} - {"unknown"}
     return said == {"on"} if len(said) == 1 else None
 
 
-def _texts(**facts: object) -> dict[str, str]:
+def _as_texts(**facts: object) -> dict[str, str]:
     """Returns what is known as texts: the schema has no other details."""
     return {name: str(fact) for name, fact in facts.items() if fact is not None}

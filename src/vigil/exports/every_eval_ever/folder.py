@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path, PurePosixPath
 
 from vigil.errors import SettingError
-from vigil.exports.disclosure import NOTHING_MORE, Disclosure
+from vigil.exports.disclosure import NO_DISCLOSURE, Disclosure
 from vigil.exports.every_eval_ever.aggregate import aggregate, remarks
 from vigil.exports.every_eval_ever.identity import identity_of
 from vigil.exports.every_eval_ever.publisher import Publisher
@@ -19,7 +19,7 @@ from vigil.packs.pack import manifest_of
 from vigil.packs.private import is_private
 from vigil.records.record import RunHeader
 from vigil.scoring.saved_run import SavedRun, read_run
-from vigil.scoring.summary import Settlement
+from vigil.scoring.summary import RunScores
 
 COLLECTION = "vigil"
 
@@ -30,7 +30,7 @@ def write_results(
     out: Path,
     publisher: Publisher,
     tell: Callable[[Iterable[str]], None],
-    disclosure: Disclosure = NOTHING_MORE,
+    disclosure: Disclosure = NO_DISCLOSURE,
 ) -> list[Path]:
     """Writes the runs in `folders` under `out`, and returns the aggregate files; `tell` is told what to know of them.
 
@@ -41,42 +41,42 @@ def write_results(
     runs = [read_run(folder, pack) for folder in folders]
     files: dict[PurePosixPath, bytes] = {}
     for run in runs:
-        settlement = run.table.settlement()
-        _check(run, settlement, publisher)
-        tell(f"{run.header.run_id}: {remark}" for remark in remarks(run, settlement))
-        files |= _files(run, settlement, publisher, disclosure)
+        scores = run.table.scores()
+        _check(run, scores, publisher)
+        tell(f"{run.header.run_id}: {remark}" for remark in remarks(run, scores))
+        files |= _files(run, scores, publisher, disclosure)
     for place, content in files.items():
         (out / place).parent.mkdir(parents=True, exist_ok=True)
         (out / place).write_bytes(content)
     return [out / place for place in files if place.suffix == ".json"]
 
 
-def _check(run: SavedRun, settlement: Settlement, publisher: Publisher) -> None:
-    name, scored = run.header.run_id, len(settlement.outcomes)
+def _check(run: SavedRun, scores: RunScores, publisher: Publisher) -> None:
+    name, scored = run.header.run_id, len(scores.outcomes)
     if not scored:
         raise SettingError(f"Run {name!r} has no scored episode: there is nothing to export.")
-    if publisher.anyway:
+    if publisher.force:
         return
     if run.header.spec.shard is not None:
         raise SettingError(
             f"Run {name!r} is shard {run.header.spec.shard} of a run. Join the shards by `vigil merge`, or give "
-            "--anyway; the file then says so."
+            "--force; the file then says so."
         )
-    if not settlement.is_complete:
+    if not scores.is_complete:
         raise SettingError(
-            f"Run {name!r} is incomplete: {scored} of {sum(settlement.planned.values())} episodes are scored. Finish "
-            "it by the command that began it, or give --anyway; the file then says so."
+            f"Run {name!r} is incomplete: {scored} of {sum(scores.planned.values())} episodes are scored. Finish "
+            "it by the command that began it, or give --force; the file then says so."
         )
 
 
 def _files(
-    run: SavedRun, settlement: Settlement, publisher: Publisher, disclosure: Disclosure
+    run: SavedRun, scores: RunScores, publisher: Publisher, disclosure: Disclosure
 ) -> dict[PurePosixPath, bytes]:
     identity = identity_of(run.header, publisher.developer)
-    ended = str(max(run.table.record((row.episode_id, row.epoch)).ended for row in settlement.outcomes).timestamp())
+    ended = str(max(run.table.record((row.episode_id, row.epoch)).ended for row in scores.outcomes).timestamp())
     heading = Heading(f"{COLLECTION}/{identity.id}/{ended}", f"VIGIL {run.header.spec.pack}", identity.id)
     stem, folder = _uuid_of(run.header), PurePosixPath("data", COLLECTION, *identity.folders)
-    result = aggregate(run, heading, identity, publisher, settlement)
+    result = aggregate(run, heading, identity, publisher, scores)
     result["retrieved_timestamp"] = ended
     written: dict[PurePosixPath, bytes] = {}
     if disclosure.reveal_private_pack or not is_private(manifest_of(run.pack_folder).meta):

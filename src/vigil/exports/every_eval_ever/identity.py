@@ -5,11 +5,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from vigil.analysis.measures.models import GROUPS, told_group
+from vigil.analysis.measures.models import GROUPS, known_group
 from vigil.errors import SettingError
 from vigil.records.record import AgentKind, RunHeader
-from vigil.runner.models.providers import Named, named
-from vigil.runner.models.serving import is_own_address
+from vigil.runner.models.access import is_own_address
+from vigil.runner.models.providers import ModelName, parse_model_name
 
 MAKERS: Mapping[str, str] = {
     "openai": "openai",
@@ -45,7 +45,7 @@ class Identity:
     developer: str
     name: str
     """Without the developer."""
-    served: Named
+    served_name: ModelName
 
     @property
     def id(self) -> str:
@@ -66,13 +66,13 @@ def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
             f"Run {header.run_id!r} was played by {NO_MODELS[spec.agent_kind]} ({spec.agent}), and Every Eval Ever has "
             "results of models. Leave it out; --format parquet and hf take it."
         )
-    served = named(spec.agent)
-    maker, _, rest = served.name.rpartition("/")
+    served_name = parse_model_name(spec.agent)
+    maker, _, rest = served_name.name.rpartition("/")
     if developer is None and maker.strip("/"):
-        developer, rest = served.name.split("/", 1)
-    if developer is None and _deployment(header, served) == "externally_managed":
-        developer = MAKERS.get(served.prefix.partition("/")[0])
-    found = Identity(developer or "", rest, served)
+        developer, rest = served_name.name.split("/", 1)
+    if developer is None and _deployment(header, served_name) == "externally_managed":
+        developer = MAKERS.get(served_name.prefix.partition("/")[0])
+    found = Identity(developer or "", rest, served_name)
     if "/" in found.developer or not all(map(_is_component, found.folders)):
         raise SettingError(
             f"Run {header.run_id!r}: Every Eval Ever files results by developer and model, and {spec.agent!r} does not "
@@ -83,14 +83,14 @@ def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
 
 def model_info(header: RunHeader, identity: Identity) -> dict[str, Any]:
     """Returns the model as the schema describes it."""
-    provider, deployment = identity.served.provider, _deployment(header, identity.served)
+    provider, deployment = identity.served_name.provider, _deployment(header, identity.served_name)
     info: dict[str, Any] = {"name": header.spec.agent, "id": identity.id, "developer": identity.developer}
     if deployment == "externally_managed":
         info["inference_platform"] = provider.title
-    if identity.served.prefix in ENGINES:
+    if identity.served_name.prefix in ENGINES:
         info["inference_engine"] = {"name": provider.title}
     weights = {GROUPS[1]: "open_weights", GROUPS[2]: "closed_weights"}
-    group = told_group(identity.name)
+    group = known_group(identity.name)
     details = {
         "deployment_type": deployment,
         "model_availability": weights.get(group, "unknown") if group else "unknown",
@@ -100,13 +100,13 @@ def model_info(header: RunHeader, identity: Identity) -> dict[str, Any]:
     return {**info, "additional_details": details}
 
 
-def _deployment(header: RunHeader, served: Named) -> Literal["self_deployed", "externally_managed", "unknown"]:
+def _deployment(header: RunHeader, served_name: ModelName) -> Literal["self_deployed", "externally_managed", "unknown"]:
     """Returns who ran the server, by the provider and the address that was given."""
-    if served.prefix in ENGINES:
+    if served_name.prefix in ENGINES:
         return "self_deployed"
     address = header.spec.base_url
-    is_home = served.is_known and (address is None or is_own_address(address, served.provider))
-    return "externally_managed" if served.provider.hosts and is_home else "unknown"
+    is_home = served_name.is_known and (address is None or is_own_address(address, served_name.provider))
+    return "externally_managed" if served_name.provider.hosts and is_home else "unknown"
 
 
 def _folder(name: str) -> str:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, fields
 from typing import Annotated, Literal
 
-from vigil.base.settings import Setting, check_declared
+from vigil.base.settings import Setting, check_settings
 
 Relationship = Literal["first_party", "third_party", "collaborative", "other"]
 
@@ -19,11 +19,11 @@ class Publisher:
     developer: Annotated[
         str | None, Setting("Who made the model, for every-eval-ever.", unset="as the model's name says")
     ] = None
-    anyway: Annotated[bool, Setting("Write an incomplete run too, for every-eval-ever; the file says so.")] = False
+    force: Annotated[bool, Setting("Write an incomplete run too, for every-eval-ever; the file says so.")] = False
 
     def __post_init__(self) -> None:
         """Holds the values against their declarations."""
-        check_declared(self)
+        check_settings(self)
 
     @property
     def given(self) -> str:

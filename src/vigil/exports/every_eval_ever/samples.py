@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from vigil.exports.disclosure import NOTHING_MORE, Disclosure
-from vigil.exports.step_facts import arguments_of, shown_steps
+from vigil.exports.disclosure import NO_DISCLOSURE, Disclosure
+from vigil.exports.step_facts import arguments_of, steps_with_feedback
 from vigil.protocol.actions import Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.prompt import frame_stub, policy_sha256, system_prompt
@@ -17,7 +17,7 @@ from vigil.scoring.outcomes import Outcome
 from vigil.scoring.saved_run import SavedRun
 
 SCHEMA_VERSION = "0.3.0"
-JOINED = "overall/B"
+JOINED_METRIC = "overall/B"
 """The aggregate result that the samples' scores make."""
 _Json = dict[str, Any]
 
@@ -38,11 +38,11 @@ class Heading:
             "evaluation_id": self.evaluation_id,
             "model_id": self.model_id,
             "evaluation_name": self.evaluation_name,
-            "evaluation_result_id": JOINED,
+            "evaluation_result_id": JOINED_METRIC,
         }
 
 
-def sample_lines(run: SavedRun, heading: Heading, disclosure: Disclosure = NOTHING_MORE) -> Iterator[str]:
+def sample_lines(run: SavedRun, heading: Heading, disclosure: Disclosure = NO_DISCLOSURE) -> Iterator[str]:
     """Yields a line of JSON for each scored episode, sorted by episode and epoch.
 
     All but ASCII is escaped: some readers take other characters than the newline for the end of a line.
@@ -95,14 +95,14 @@ def _task(episode: Episode) -> str:
 def _messages(episode: Episode, record: EpisodeRecord, spec: RunSpec) -> list[_Json]:
     """Returns the dialogue as text; the frame that came with each message of the user's is left out."""
     messages: list[_Json] = []
-    if knows_prompt(spec):
+    if has_exact_prompt(spec):
         messages.append({"role": spec.profile.system_role, "content": system_prompt(episode.instruction, spec.profile)})
-    for shown, step in shown_steps(record, spec.profile):
+    for shown, step in steps_with_feedback(record, spec.profile):
         messages += [{"role": "user", "content": frame_stub("current", shown)}, _answer(step)]
     return [{"turn_idx": index, **message} for index, message in enumerate(messages)]
 
 
-def knows_prompt(spec: RunSpec) -> bool:
+def has_exact_prompt(spec: RunSpec) -> bool:
     """Whether this version has the very prompt that the run was played with."""
     return policy_sha256(spec.profile) == spec.prompt_policy_sha256
 

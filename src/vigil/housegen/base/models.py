@@ -1,4 +1,4 @@
-"""The stock: assets that a house can be furnished with, and things put somewhere (`PlacedThing`)."""
+"""The stock: assets that a house can be furnished with, and things put somewhere (`PlacedObject`)."""
 
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -6,12 +6,12 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from vigil.assets import make
+from vigil.assets.database import AssetDatabase, own_asset_id
 from vigil.assets.kernel.asset import Asset, Surface
-from vigil.assets.sizes import AssetDatabase, own_asset_id
 from vigil.base.geometry import Vec3, rotate_floor
 from vigil.scene.geometry import joint_motion, solid_corners
 
-SWEEP = tuple(step / 20 for step in range(1, 21))
+OPENNESS_SAMPLES = tuple(step / 20 for step in range(1, 21))
 """Openness at which moving parts are looked at."""
 VARIANTS = 24
 """Own asset ids that the generator draws from, per category."""
@@ -49,14 +49,14 @@ def draw_model(category: str, rng: np.random.Generator, variants: int = VARIANTS
     return model_of(own_asset_id(category, int(rng.integers(variants))), category)
 
 
-def most_alike(model: AssetModel, choices: list[AssetModel]) -> AssetModel:
+def most_similar(model: AssetModel, choices: list[AssetModel]) -> AssetModel:
     """Returns the choice that shares most materials with `model`."""
     materials = {part.material for part in model.asset.parts}
     return max(choices, key=lambda choice: len(materials & {part.material for part in choice.asset.parts}))
 
 
 @dataclass(slots=True, eq=False)
-class PlacedThing:
+class PlacedObject:
     """A thing of the house in its place; children rest on or in it."""
 
     model: AssetModel
@@ -64,7 +64,7 @@ class PlacedThing:
     """Centre of its bounding box."""
     yaw: float
     room: int
-    children: list["PlacedThing"] = field(default_factory=list)
+    children: list["PlacedObject"] = field(default_factory=list)
     surface: Surface | None = None
     """The parent's surface that it rests on."""
     openness: float | None = None
@@ -89,7 +89,7 @@ class PlacedThing:
         """Height of its highest face."""
         return self.position.y + self.model.size.y / 2
 
-    def out_of(self, x: float, z: float) -> tuple[float, float]:
+    def to_floor_point(self, x: float, z: float) -> tuple[float, float]:
         """Returns the floor point of (x, z) in the asset's frame."""
         dx, dz = rotate_floor(x, z, self.yaw)
         return self.position.x + dx, self.position.z + dz
@@ -116,9 +116,9 @@ class PlacedThing:
         x, y, z = self.position
         return turned_rect(rect, x, z, self.yaw), y + bottom, y + top
 
-    def all(self) -> list["PlacedThing"]:
+    def with_contents(self) -> list["PlacedObject"]:
         """Returns it and everything on and in it."""
-        return [self, *(piece for child in self.children for piece in child.all())]
+        return [self, *(piece for child in self.children for piece in child.with_contents())]
 
 
 def turned_rect(rect: Rect, x: float, z: float, yaw: float) -> Rect:
@@ -137,7 +137,9 @@ def swing_of(model: AssetModel) -> Block | None:
     joints = {joint.name: joint for joint in model.asset.joints}
     moving = [(joints[solid.joint], solid_corners(solid)) for solid in model.asset.solids if solid.joint in joints]
     drawn = [(joints[part.joint], part.mesh.vertices) for part in model.asset.parts if part.joint in joints]
-    places = [joint_motion(joint, openness)(points) for joint, points in moving or drawn for openness in SWEEP]
+    places = [
+        joint_motion(joint, openness)(points) for joint, points in moving or drawn for openness in OPENNESS_SAMPLES
+    ]
     if not places:
         return None
     corners = np.concatenate(places)
@@ -145,7 +147,7 @@ def swing_of(model: AssetModel) -> Block | None:
     return (x0, z0, x1, z1), y0, y1
 
 
-def swept(model: AssetModel) -> Rect | None:
+def swept_rect(model: AssetModel) -> Rect | None:
     """Returns the rectangle (in the asset's frame) that its moving parts pass over; None when nothing opens."""
     block = swing_of(model)
     return None if block is None else block[0]
@@ -154,5 +156,5 @@ def swept(model: AssetModel) -> Rect | None:
 @lru_cache(maxsize=4096)
 def leaf_reach(model: AssetModel) -> float:
     """Returns how far (m) its doors and drawers come out in front when they open."""
-    rect = swept(model)
+    rect = swept_rect(model)
     return 0.0 if rect is None else max(0.0, rect[3] - model.size.z / 2)

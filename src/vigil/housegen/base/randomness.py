@@ -10,7 +10,7 @@ from vigil.protocol.house import canonical_json
 
 GENERATOR_VERSION = "5"
 """Changes whenever the same seed and spec would give another house."""
-STREAM = "4"
+STREAM_VERSION = "4"
 """The version since which the same seed and spec draw the same numbers; of the versions from it on, houses differ in
 what is made of them."""
 
@@ -19,7 +19,7 @@ Item = TypeVar("Item")
 
 def generator(*key: object) -> np.random.Generator:
     """Returns the random generator that belongs to a key of numbers and words."""
-    digest = hashlib.sha256(canonical_json([STREAM, *(str(part) for part in key)])).digest()
+    digest = hashlib.sha256(canonical_json([STREAM_VERSION, *(str(part) for part in key)])).digest()
     return np.random.default_rng(int.from_bytes(digest[:16], "big"))
 
 

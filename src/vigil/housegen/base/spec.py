@@ -19,7 +19,7 @@ AREA_M2: dict[str, tuple[float, float, float]] = {
 }
 """Smallest, median and largest area of a room by its kind."""
 
-ALONE_SCALE: dict[str, float] = {"Kitchen": 1.75, "LivingRoom": 1.3, "Bedroom": 1.5, "Bathroom": 1.25}
+SINGLE_ROOM_SCALE: dict[str, float] = {"Kitchen": 1.75, "LivingRoom": 1.3, "Bedroom": 1.5, "Bathroom": 1.25}
 """How much larger a room is that is the whole house (as in ProcTHOR)."""
 
 
@@ -39,7 +39,7 @@ class HouseSpec(BaseModel):
 
     @field_validator("choices", mode="before")
     @classmethod
-    def _are_known(cls, choices: Any, info: ValidationInfo) -> Any:
+    def _check_kinds(cls, choices: Any, info: ValidationInfo) -> Any:
         named = [kind for rooms in choices for kind in rooms] if isinstance(choices, tuple | list) else []
         for kind in named:
             if kind not in AREA_M2:
@@ -50,7 +50,7 @@ class HouseSpec(BaseModel):
         return choices
 
     @model_validator(mode="after")
-    def _is_possible(self) -> "HouseSpec":
+    def _check_sizes(self) -> "HouseSpec":
         for rooms in self.choices:
             _check_rooms(self, rooms)
         low, high = self.ceiling_m
@@ -67,15 +67,15 @@ def _check_rooms(spec: HouseSpec, rooms: tuple[RoomKind, ...]) -> None:
     if spec.area_m2 is None:
         return
     least = sum(AREA_M2[kind][0] for kind in rooms)
-    most = sum(AREA_M2[kind][2] for kind in rooms) * (ALONE_SCALE[rooms[0]] if len(rooms) == 1 else 1.0)
+    most = sum(AREA_M2[kind][2] for kind in rooms) * (SINGLE_ROOM_SCALE[rooms[0]] if len(rooms) == 1 else 1.0)
     if not least <= spec.area_m2 <= most:
         raise SettingError(
-            f"House spec {spec.name!r}: {spec.area_m2:g} m2 for {_counted(rooms)}; "
+            f"House spec {spec.name!r}: {spec.area_m2:g} m2 for {_room_counts(rooms)}; "
             f"{least:g} to {most:g} m2 would fit. Change area_m2 or the rooms."
         )
 
 
-def _counted(rooms: tuple[RoomKind, ...]) -> str:
+def _room_counts(rooms: tuple[RoomKind, ...]) -> str:
     return ", ".join(f"{number} {kind}" for kind, number in Counter(rooms).items())
 
 

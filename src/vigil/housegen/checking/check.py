@@ -8,17 +8,17 @@ import shapely
 from shapely import Polygon
 
 from vigil.assets.catalog import CATALOG, CEILING, WALL
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.errors import HouseError
-from vigil.housegen.checking.cuts import Cuts
-from vigil.housegen.checking.pairs import Pairs
-from vigil.housegen.checking.walkable import LEAST_SHARE, Walkable, walkable_of
-from vigil.protocol.house import LEVEL_M, SCHEMA, House, HouseObject, is_outside
-from vigil.scene.build import UNMEASURED_M, build_scene
-from vigil.scene.geometry import is_upright, whole_box
-from vigil.scene.keys import told_keys
+from vigil.housegen.checking.leaf_collisions import LeafCollisions
+from vigil.housegen.checking.overlaps import SolidOverlaps
+from vigil.housegen.checking.walkable_grid import LEAST_SHARE, WalkableGrid, build_walkable_grid
+from vigil.protocol.house import LEVEL_TOLERANCE_M, SCHEMA, House, HouseObject, is_outside
+from vigil.scene.build import GUESSED_SIZE_SLACK_M, build_scene
+from vigil.scene.geometry import bounding_box, is_upright
+from vigil.scene.keys import unsupported_keys
 from vigil.scene.outlines import floor_of, footprint
-from vigil.scene.partitions import SWEEP, Partitions
+from vigil.scene.partitions import OPENNESS_SAMPLES, Partitions
 from vigil.scene.things import Scene, Thing
 
 HOVER_M = 0.02
@@ -26,12 +26,12 @@ WALL_M = 0.1
 """Things whose box comes this near a wall count as hanging on it."""
 OUTSIDE_M = 0.02
 REACH_M = 1.5
-BELONGS = {"Bed": ("Bedroom",), "Toilet": ("Bathroom",), "Bathtub": ("Bathroom",), "Stove": ("Kitchen",)}
+ALLOWED_ROOMS = {"Bed": ("Bedroom",), "Toilet": ("Bathroom",), "Bathtub": ("Bathroom",), "Stove": ("Kitchen",)}
 """Furniture that only belongs in certain rooms."""
-SHAPELESS = frozenset({"room-shape", "extent", "wall-shape"})
+UNLOADABLE_RULES = frozenset({"room-shape", "extent", "wall-shape"})
 """Faults of a house that has no shape to look at further, or to load."""
 FARTHEST_M = 200.0
-NEEDS = {"Kitchen": "Fridge", "Bedroom": "Bed", "Bathroom": "Toilet"}
+REQUIRED_FURNITURE = {"Kitchen": "Fridge", "Bedroom": "Bed", "Bathroom": "Toilet"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ class Fault:
 def check_house(house: House, assets: AssetDatabase) -> list[Fault]:
     """Returns the house's faults, in a fixed order."""
     faults = [*_schema(house), *_keys(house), *_references(house), *_rooms(house), *_extent(house), *_holes(house)]
-    if any(fault.rule in SHAPELESS for fault in faults):
+    if any(fault.rule in UNLOADABLE_RULES for fault in faults):
         return faults
     try:
         scene = build_scene(house, assets)
@@ -61,12 +61,12 @@ def check_house(house: House, assets: AssetDatabase) -> list[Fault]:
         *_assets(house, assets),
         *_hovering(house, scene, assets),
         *_outside(house, scene),
-        *_belonging(house, scene),
+        *_misplaced(house, scene),
     ]
-    pairs = Pairs(scene)
-    faults += _overlaps(pairs)
-    ground = walkable_of(house, scene)
-    return [*faults, *_walking(house, ground), *_start(house, ground), *_access(scene, ground, pairs)]
+    solid_overlaps = SolidOverlaps(scene)
+    faults += _overlaps(solid_overlaps)
+    grid = build_walkable_grid(house, scene)
+    return [*faults, *_walkability(house, grid), *_start(house, grid), *_access(scene, grid, solid_overlaps)]
 
 
 def _schema(house: House) -> list[Fault]:
@@ -77,7 +77,7 @@ def _schema(house: House) -> list[Fault]:
 
 
 def _keys(house: House) -> list[Fault]:
-    return [Fault("key", house.name, told) for told in told_keys(house)]
+    return [Fault("key", house.name, told) for told in unsupported_keys(house)]
 
 
 def _references(house: House) -> list[Fault]:
@@ -126,8 +126,8 @@ def _extent(house: House) -> list[Fault]:
     faults = [Fault("extent", name, f"reaches over {FARTHEST_M:g} m from the origin") for name in far]
     for wall in document.walls:
         bottom = min(point.y for point in wall.polygon)
-        low = {(point.x, point.z) for point in wall.polygon if point.y <= bottom + LEVEL_M}
-        high = {(point.x, point.z) for point in wall.polygon if point.y > bottom + LEVEL_M}
+        low = {(point.x, point.z) for point in wall.polygon if point.y <= bottom + LEVEL_TOLERANCE_M}
+        high = {(point.x, point.z) for point in wall.polygon if point.y > bottom + LEVEL_TOLERANCE_M}
         if wall.empty:
             continue
         if len(low) < 2 or not high:
@@ -163,7 +163,7 @@ def _holes(house: House) -> list[Fault]:
 
 
 def _assets(house: House, assets: AssetDatabase) -> list[Fault]:
-    notes = ((node.id, assets.look_up(node.asset_id, node.called).note) for node, _ in house.objects())
+    notes = ((node.id, assets.look_up(node.asset_id, node.name_in_house).note) for node, _ in house.objects())
     return [Fault("asset", house.name, f"{name}: {note}") for name, note in notes if note is not None]
 
 
@@ -173,40 +173,42 @@ def _hovering(house: House, scene: Scene, assets: AssetDatabase) -> list[Fault]:
     faults: list[Fault] = []
     for node, _ in house.objects():
         thing = scene.things[node.id]
-        if thing.is_part:
+        if thing.is_drawer:
             away = math.dist(thing.position, node.position.vec)
             if away > HOVER_M:
                 faults.append(Fault("hovering", thing.id, f"it is {away:.3f} m from its place in {thing.parent!r}"))
             continue
-        if not is_upright(thing) or _hangs(thing, scene, lines, ceiling):
+        if not is_upright(thing) or _is_mounted(thing, scene, lines, ceiling):
             continue
-        gap, under = _gap(thing, node), "the floor" if thing.parent is None else repr(thing.parent)
+        gap, under = _height_above_support(thing, node), "the floor" if thing.parent is None else repr(thing.parent)
         if gap is None:
-            bottom = whole_box(thing).bottom
+            bottom = bounding_box(thing).bottom
             faults.append(Fault("hovering", thing.id, f"its bottom at {bottom:.3f} m is on no surface of {under}"))
-        elif abs(gap) > (HOVER_M if assets.look_up(node.asset_id, node.called).is_measured else UNMEASURED_M):
+        elif abs(gap) > (
+            HOVER_M if assets.look_up(node.asset_id, node.name_in_house).is_measured else GUESSED_SIZE_SLACK_M
+        ):
             faults.append(Fault("hovering", thing.id, f"its bottom is {gap:.3f} m above {under}"))
     return faults
 
 
-def _gap(thing: Thing, node: HouseObject) -> float | None:
+def _height_above_support(thing: Thing, node: HouseObject) -> float | None:
     """Returns how high (m) the document has a thing over what it was let down on; None when nothing is under it."""
     let_down = node.position.y - thing.position.y
     if thing.parent is None:
-        return whole_box(thing).bottom + let_down
+        return bounding_box(thing).bottom + let_down
     return None if thing.surface is None else let_down
 
 
-def _hangs(thing: Thing, scene: Scene, lines: list[shapely.LinearRing], ceiling: float) -> bool:
+def _is_mounted(thing: Thing, scene: Scene, lines: list[shapely.LinearRing], ceiling: float) -> bool:
     """Whether it is a thing for walls that is at a wall (or hangs from one that is), or a lamp at the ceiling."""
-    places, box = CATALOG[thing.category].rests_on, whole_box(thing)
+    places, box = CATALOG[thing.category].rests_on, bounding_box(thing)
     if CEILING in places and abs(box.top - ceiling) < WALL_M:
         return True
     if WALL not in places:
         return False
     shape, parent = footprint(box), scene.things.get(thing.parent or "")
     return any(shape.distance(line) < WALL_M for line in lines) or (
-        parent is not None and _hangs(parent, scene, lines, ceiling)
+        parent is not None and _is_mounted(parent, scene, lines, ceiling)
     )
 
 
@@ -220,84 +222,86 @@ def _outside(house: House, scene: Scene) -> list[Fault]:
     for thing in scene.things.values():
         if thing.is_structure:
             continue
-        shape = footprint(whole_box(thing))
+        shape = footprint(bounding_box(thing))
         if not any(floor.contains(shape) for floor in grown):
             inside = max(floor.intersection(shape).area for floor in floors) / max(shape.area, 1e-9)
             faults.append(Fault("outside-room", thing.id, f"{100 * (1 - inside):.0f} % of its box is outside its room"))
     return faults
 
 
-def _belonging(house: House, scene: Scene) -> list[Fault]:
+def _misplaced(house: House, scene: Scene) -> list[Fault]:
     kinds = {room.id: room.kind for room in house.document.rooms}
     floors = {room.id: floor_of(room) for room in house.document.rooms}
     faults: list[Fault] = []
     present: dict[str, set[str]] = {room_id: set() for room_id in kinds}
     for thing in scene.things.values():
-        room = next((key for key, floor in floors.items() if _holds(floor, thing)), None)
+        room = next((key for key, floor in floors.items() if _contains(floor, thing)), None)
         if room is None:
             continue
         present[room].add(thing.category)
-        if thing.category in BELONGS and kinds[room] not in BELONGS[thing.category]:
-            faults.append(Fault("misplaced", thing.id, f"a {CATALOG[thing.category].spoken} in a {kinds[room]}"))
+        if thing.category in ALLOWED_ROOMS and kinds[room] not in ALLOWED_ROOMS[thing.category]:
+            faults.append(Fault("misplaced", thing.id, f"a {CATALOG[thing.category].display_name} in a {kinds[room]}"))
     for room_id, kind in kinds.items():
-        if kind in NEEDS and NEEDS[kind] not in present[room_id]:
-            faults.append(Fault("room-lacks", room_id, f"a {kind} without a {NEEDS[kind]}"))
+        if kind in REQUIRED_FURNITURE and REQUIRED_FURNITURE[kind] not in present[room_id]:
+            faults.append(Fault("room-lacks", room_id, f"a {kind} without a {REQUIRED_FURNITURE[kind]}"))
     return faults
 
 
-def _holds(floor: Polygon, thing: Thing) -> bool:
+def _contains(floor: Polygon, thing: Thing) -> bool:
     return bool(shapely.contains_xy(floor, thing.position.x, thing.position.z))
 
 
-def _overlaps(pairs: Pairs) -> list[Fault]:
+def _overlaps(solid_overlaps: SolidOverlaps) -> list[Fault]:
     return [
         Fault("overlap", one.id, f"and {two.id!r} share room, {depth:.3f} m high", two.id)
-        for one, two, depth in pairs.overlaps()
+        for one, two, depth in solid_overlaps.overlaps()
     ]
 
 
-def _walking(house: House, ground: Walkable) -> list[Fault]:
+def _walkability(house: House, grid: WalkableGrid) -> list[Fault]:
     faults: list[Fault] = []
     for room in house.document.rooms:
-        if not ground.reaches(floor_of(room)):
+        if not grid.reaches(floor_of(room)):
             faults.append(
                 Fault("unreachable-room", room.id, "no place in it can be walked to from the rest of the house")
             )
-    if ground.share < LEAST_SHARE:
-        message = f"one can walk over {100 * ground.share:.0f} % of the free floor, expected {100 * LEAST_SHARE:.0f} %"
+    if grid.share < LEAST_SHARE:
+        message = f"one can walk over {100 * grid.share:.0f} % of the free floor, expected {100 * LEAST_SHARE:.0f} %"
         faults.append(Fault("free-floor", house.name, message))
     return faults
 
 
-def _start(house: House, ground: Walkable) -> list[Fault]:
+def _start(house: House, grid: WalkableGrid) -> list[Fault]:
     try:
         start = house.start
     except HouseError as error:
         return [Fault("start", house.name, str(error))]
     if start is None:
         return [Fault("start", house.name, "metadata.agent proposes no start")]
-    if ground.is_start(start.position.x, start.position.z):
+    if grid.is_free_start(start.position.x, start.position.z):
         return []
     return [
         Fault("start", house.name, f"the agent's start at {start.position.x:.2f}, {start.position.z:.2f} is not free")
     ]
 
 
-def _access(scene: Scene, ground: Walkable, pairs: Pairs) -> list[Fault]:
+def _access(scene: Scene, grid: WalkableGrid, solid_overlaps: SolidOverlaps) -> list[Fault]:
     """Returns a fault for each openable thing whose leaf is blocked or cuts through another thing, or furniture before
     which nobody can stand."""
     faults: list[Fault] = []
-    partitions, path, cuts = Partitions(scene), SWEEP.tolist(), Cuts(scene)
+    partitions, path, leaf_collisions = Partitions(scene), OPENNESS_SAMPLES.tolist(), LeafCollisions(scene)
     for thing in scene.things.values():
         if not thing.is_openable or not is_upright(thing):
             continue
-        pierced, struck = partitions.blocker(thing, path), pairs.struck_by(thing)
+        pierced, obstacle = partitions.blocker(thing, path), solid_overlaps.first_obstacle(thing)
         if pierced is not None:
             faults.append(Fault("blocked-opening", thing.id, f"cannot open: it would reach through {pierced!r}"))
-        elif struck is not None:
-            faults.append(Fault("blocked-opening", thing.id, f"cannot open: {struck.id!r} is in the way", struck.id))
-        elif (cut := cuts.cut_by(thing)) is not None:
+        elif obstacle is not None:
+            faults.append(
+                Fault("blocked-opening", thing.id, f"cannot open: {obstacle.id!r} is in the way", obstacle.id)
+            )
+        elif (cut := leaf_collisions.first_pierced(thing)) is not None:
             faults.append(Fault("leaf-cuts", thing.id, f"a part of it passes through {cut.id!r} as it opens", cut.id))
-        elif not thing.is_pickupable and not ground.can_serve(thing, REACH_M):
+        elif not thing.is_pickupable and not grid.can_be_reached(thing, REACH_M):
             faults.append(Fault("no-access", thing.id, "nobody can stand within reach of it clear of its leaf"))
     return faults

@@ -42,7 +42,7 @@ LABEL_EDGE_RGB = (255, 255, 255)
 ROOM_TEXT_RGB = (120, 120, 135)
 
 
-class PlanSheet:
+class PlanDrawing:
     """A picture of a plan, with north (+z) up, to draw on."""
 
     def __init__(self, plan: FloorPlan, pixels_per_m: float, ground: tuple[int, int, int] = (255, 255, 255)) -> None:
@@ -54,13 +54,13 @@ class PlanSheet:
         self.draw = ImageDraw.Draw(self.image, "RGBA")
         self.font = ImageFont.load_default(LABEL_PX)
         self.room_font = ImageFont.load_default(ROOM_LABEL_PX)
-        self._written: list[tuple[float, float, float, float]] = []
+        self._label_boxes: list[tuple[float, float, float, float]] = []
 
     def at(self, x: float, z: float) -> tuple[int, int]:
         """Returns the pixel of a floor point."""
         return round((x - self.low[0]) * self.scale), round((self.high[1] - z) * self.scale)
 
-    def furnish(self, plan: FloorPlan) -> None:
+    def draw_contents(self, plan: FloorPlan) -> None:
         """Draws floors, furniture, walls and small things, without a word."""
         for room in plan.rooms:
             self.polygon(room.corners, FLOOR_RGB.get(room.room_type, OTHER_FLOOR_RGB), None)
@@ -85,26 +85,28 @@ class PlanSheet:
             left, top, right, bottom = self.draw.textbbox((px, py + shift), text, font=self.font, anchor="mm")
             into = max(0.0, 2 - left) - max(0.0, right + 2 - self.image.width)
             box = (left + into, top, right + into, bottom)
-            if all(box[2] < old[0] or box[0] > old[2] or box[3] < old[1] or box[1] > old[3] for old in self._written):
+            if all(
+                box[2] < old[0] or box[0] > old[2] or box[3] < old[1] or box[1] > old[3] for old in self._label_boxes
+            ):
                 self.draw.text(
                     (px + into, py + shift), text, fill=TEXT_RGB, font=self.font, anchor="mm",
                     stroke_width=EDGE_PX, stroke_fill=LABEL_EDGE_RGB,
                 )  # fmt: skip
-                self._written.append(box)
+                self._label_boxes.append(box)
                 return
 
     def room_label(self, x: float, z: float, text: str) -> None:
         """Writes the name of a room with its middle at a floor point."""
         self.draw.text(self.at(x, z), text, fill=ROOM_TEXT_RGB, font=self.room_font, anchor="mm", align="center")
         box = self.draw.textbbox(self.at(x, z), text, font=self.room_font, anchor="mm")
-        self._written.append(box)
+        self._label_boxes.append(box)
 
 
 def draw_plan(house: House, scene: Scene, pixels_per_m: float = 100) -> Image.Image:
     """Returns the plan of a house: rooms, doors with the way that they swing, furniture, small things, the start."""
     plan = floor_plan(house, scene.things.values())
-    sheet = PlanSheet(plan, pixels_per_m)
-    sheet.furnish(plan)
+    sheet = PlanDrawing(plan, pixels_per_m)
+    sheet.draw_contents(plan)
     for room in plan.rooms:
         sheet.room_label(*room.name_at, f"{room.name}\n{room.area_m2:.0f} m2")
     for thing in plan.labelled:
@@ -113,7 +115,7 @@ def draw_plan(house: House, scene: Scene, pixels_per_m: float = 100) -> Image.Im
     return sheet.image
 
 
-def beside(plan: Image.Image, view: np.ndarray) -> Image.Image:
+def side_by_side(plan: Image.Image, view: np.ndarray) -> Image.Image:
     """Returns the plan with a picture (height, width, 3) of the same house to its right, as high as the plan."""
     picture = Image.fromarray(view)
     width = round(picture.width * plan.height / picture.height)
@@ -124,7 +126,7 @@ def beside(plan: Image.Image, view: np.ndarray) -> Image.Image:
     return both
 
 
-def _draw_thing(sheet: PlanSheet, thing: PlanThing) -> None:
+def _draw_thing(sheet: PlanDrawing, thing: PlanThing) -> None:
     if thing.kind == "hung":
         sheet.draw.polygon([sheet.at(x, z) for x, z in thing.corners.tolist()], outline=HUNG_RGB)
         return
@@ -134,13 +136,13 @@ def _draw_thing(sheet: PlanSheet, thing: PlanThing) -> None:
         sheet.draw.line([sheet.at(x, z) for x, z in front.tolist()], fill=FRONT_RGB, width=3)
 
 
-def _draw_opening(sheet: PlanSheet, opening: PlanOpening) -> None:
+def _draw_opening(sheet: PlanDrawing, opening: PlanOpening) -> None:
     sheet.polygon(opening.corners, WINDOW_RGB if opening.is_window else (255, 255, 255), WALL_RGB)
     for leaf in opening.leaves:
         sheet.polygon(leaf, DOOR_RGB, None)
 
 
-def _draw_start(sheet: PlanSheet, house: House) -> None:
+def _draw_start(sheet: PlanDrawing, house: House) -> None:
     start = house.start
     if start is None:
         return

@@ -12,21 +12,21 @@ import shapely
 from shapely import Polygon
 
 from vigil.assets.catalog import CATALOG
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Box
 from vigil.errors import HouseError
-from vigil.housegen.base.whole_furniture import with_whole_furniture
+from vigil.housegen.base.merged_drawers import with_merged_drawers
 from vigil.protocol.house import House, HouseObject
 from vigil.scene.outlines import floor_of, footprint
 
-LIES_FLAT_M = 0.03
+MIN_COVER_HEIGHT_M = 0.03
 """Lower things (rugs) cover no floor."""
-HANGS_M = 0.35
+MIN_HANGING_HEIGHT_M = 0.35
 """Things whose bottom is higher cover no floor."""
 
 
 @dataclass(slots=True)
-class RoomMeasures:
+class RoomStatistics:
     """One room in numbers."""
 
     kind: str
@@ -70,12 +70,12 @@ class DistributionComparison:
         return 0.75 <= self.median_ratio <= 1.25 and self.ks < 0.25
 
 
-def measure(house: House, assets: AssetDatabase, only: Collection[str] | None = None) -> list[RoomMeasures]:
+def measure(house: House, assets: AssetDatabase, only: Collection[str] | None = None) -> list[RoomStatistics]:
     """Returns a house's rooms in numbers, furniture as one thing with its drawers; `only` counts these categories."""
-    house = with_whole_furniture(house)
+    house = with_merged_drawers(house)
     floors = {room.id: floor_of(room) for room in house.document.rooms}
     rooms = {
-        room.id: RoomMeasures(room.kind, floors[room.id].area)
+        room.id: RoomStatistics(room.kind, floors[room.id].area)
         for room in house.document.rooms
         if floors[room.id].is_valid
     }
@@ -90,20 +90,20 @@ def measure(house: House, assets: AssetDatabase, only: Collection[str] | None = 
 
 
 def _count(
-    node: HouseObject, assets: AssetDatabase, only: Collection[str] | None, room: RoomMeasures, shapes: list[Polygon]
+    node: HouseObject, assets: AssetDatabase, only: Collection[str] | None, room: RoomStatistics, shapes: list[Polygon]
 ) -> None:
     """Counts a thing that stands on the floor or hangs, and all that is on it."""
     category = _category(node, assets)
     if category is None:
         return
-    size = assets.look_up(node.asset_id, node.called).size
-    if size.y > LIES_FLAT_M and node.position.y - size.y / 2 < HANGS_M:
+    size = assets.look_up(node.asset_id, node.name_in_house).size
+    if size.y > MIN_COVER_HEIGHT_M and node.position.y - size.y / 2 < MIN_HANGING_HEIGHT_M:
         shapes.append(footprint(Box(center=node.position.vec, size=size, yaw=node.rotation.y)))
     _count_alone(node, category, assets, only, room)
 
 
 def _count_alone(
-    node: HouseObject, category: str, assets: AssetDatabase, only: Collection[str] | None, room: RoomMeasures
+    node: HouseObject, category: str, assets: AssetDatabase, only: Collection[str] | None, room: RoomStatistics
 ) -> None:
     children = [(child, found) for child in node.children if (found := _category(child, assets)) is not None]
     if only is None or category in only:
@@ -123,13 +123,13 @@ def _count_alone(
 
 def _category(node: HouseObject, assets: AssetDatabase) -> str | None:
     try:
-        return assets.look_up(node.asset_id, node.called).category
+        return assets.look_up(node.asset_id, node.name_in_house).category
     except HouseError:
         return None
 
 
 def compare(
-    real: Iterable[RoomMeasures], own: Iterable[RoomMeasures], supports: Iterable[str]
+    real: Iterable[RoomStatistics], own: Iterable[RoomStatistics], supports: Iterable[str]
 ) -> list[DistributionComparison]:
     """Returns the distributions of real and own rooms, by kind of room, then of things on each of `supports`."""
     real, own = list(real), list(own)
@@ -148,7 +148,7 @@ def compare(
             for side in (real, own)
         ]
         if all(len(side) for side in sides):
-            found.append(DistributionComparison(f"things on: {CATALOG[support].spoken}", *sides))
+            found.append(DistributionComparison(f"things on: {CATALOG[support].display_name}", *sides))
     return found
 
 

@@ -30,7 +30,7 @@ class Floor:
         self.openings = [opening for opening in openings if opening.span_in(room.number)]
         self.outside = _outside_rects(room.polygon)
         self.taken: list[Rect] = []
-        self.clear: list[Rect] = [rect for opening in self.openings if (rect := _before(opening, room.number))]
+        self.clear: list[Rect] = [rect for opening in self.openings if (rect := _door_clearance(opening, room.number))]
         self.access: list[Rect] = []
         self.sweeps: list[Rect] = []
         self.windows: list[Rect] = [
@@ -90,8 +90,8 @@ class Floor:
         main = labels == int(sizes.argmax()) + 1
         if sizes.max() < LEAST_WALKABLE * count:
             return False
-        steps = all(self._near(main, point) for point in self.doorsteps)
-        return steps and all(self._enters(main, rect) for rect in [*self.access, *access])
+        steps = all(self._comes_near(main, point) for point in self.doorsteps)
+        return steps and all(self._comes_into(main, rect) for rect in [*self.access, *access])
 
     def free_grid(self, more: list[Rect]) -> np.ndarray:
         """Returns the grid nodes on which the body can stand."""
@@ -106,17 +106,17 @@ class Floor:
             )
         return free
 
-    def _near(self, nodes: np.ndarray, point: Corner) -> bool:
+    def _comes_near(self, nodes: np.ndarray, point: Corner) -> bool:
         distance = np.abs(self.grid_x - point[0]) + np.abs(self.grid_z - point[1])
         return bool((nodes & (distance <= 0.4)).any())
 
-    def _enters(self, nodes: np.ndarray, rect: Rect) -> bool:
+    def _comes_into(self, nodes: np.ndarray, rect: Rect) -> bool:
         x0, z0, x1, z1 = rect
         within = (self.grid_x >= x0) & (self.grid_x <= x1) & (self.grid_z >= z0) & (self.grid_z <= z1)
         return bool((nodes & within).any())
 
 
-def _before(opening: PlannedOpening, room: int) -> Rect | None:
+def _door_clearance(opening: PlannedOpening, room: int) -> Rect | None:
     depth = opening.clear_depth()
     return _strip(opening, room, depth, margin=0.08) if depth > 0 else None
 
@@ -160,10 +160,10 @@ def _overlaps(rects: np.ndarray, blocks: list[Rect]) -> np.ndarray:
         return np.zeros(len(rects), dtype=bool)
     block = np.asarray(blocks)[None]
     rect = np.asarray(rects)[:, None]
-    apart = (
+    are_apart = (
         (rect[..., 0] >= block[..., 2] - EPS)
         | (rect[..., 2] <= block[..., 0] + EPS)
         | (rect[..., 1] >= block[..., 3] - EPS)
         | (rect[..., 3] <= block[..., 1] + EPS)
     )
-    return np.asarray(~apart.all(axis=1))
+    return np.asarray(~are_apart.all(axis=1))

@@ -5,13 +5,20 @@ from collections.abc import Callable
 import numpy as np
 
 from vigil.base.geometry import Vec3
-from vigil.housegen.base.models import PlacedThing, draw_model
+from vigil.housegen.base.models import PlacedObject, draw_model
 from vigil.housegen.base.randomness import chance, pick, shuffled
 from vigil.housegen.furnishing import groups
-from vigil.housegen.furnishing.clusters import Anchor, Cluster, free_anchors, settle, single, wall_anchors
 from vigil.housegen.furnishing.floor import Floor
+from vigil.housegen.furnishing.group_placement import (
+    Anchor,
+    FurnitureGroup,
+    free_anchors,
+    place_group,
+    single_group,
+    wall_anchors,
+)
 from vigil.housegen.furnishing.inventory import Inventory
-from vigil.housegen.furnishing.space import apart
+from vigil.housegen.furnishing.occupancy import are_apart
 
 FULL_SHARE = {"Kitchen": 0.36, "LivingRoom": 0.36, "Bedroom": 0.38, "Bathroom": 0.48}
 """Share of the floor covered at which a room counts as full."""
@@ -85,7 +92,7 @@ EXTRAS: dict[str, tuple[tuple[str, float], ...]] = {
 }
 """More furniture of a room: category and how likely it is there."""
 
-LIKELY = {
+PROBABILITIES = {
     "fridge in the run": 0.6,
     "corner run": 0.4,
     "island": 0.3,
@@ -100,7 +107,7 @@ LIKELY = {
     "table in the open": 0.75,
 }
 """How likely a room has what there is room for."""
-ROOMY_M2 = {
+MIN_ROOM_M2 = {
     "corner run": 13.0,
     "island": 20.0,
     "armchair": 15.0,
@@ -113,7 +120,7 @@ ROOMY_M2 = {
 """Only rooms larger than this have it."""
 LONG_RUNS, SHORT_RUNS = ((10,), (8,)), ((6,), (3, 3), (5,), (4,))
 """Widths (ft) of a kitchen's counters; the short ones, one after the other, where no long one fits."""
-LIKES: dict[str, tuple[float, float]] = {
+WALL_PREFERENCES: dict[str, tuple[float, float]] = {
     "corner run": (1.0, 0.0),
     "kitchen run": (0.2, 0.6),
     "sofa": (-0.2, 0.8),
@@ -124,13 +131,13 @@ LIKES: dict[str, tuple[float, float]] = {
     "bathtub": (1.0, 0.0),
     "vanity": (0.2, 0.4),
     "table": (0.1, 0.3),
-    "lover of corners": (0.7, 0.1),
+    "prefers corners": (0.7, 0.1),
     "other": (0.2, 0.3),
 }
 """How much a group likes corners, and the middles of walls, in the units of NOISE."""
 NOISE = 0.5
 """A place's score varies by so much at random."""
-FACING, ASIDE_PER_M, TOO_NEAR, AHEAD_PER_M = 3.0, 1.5, 5.0, 0.15
+FACING, ASIDE_PER_M, TOO_NEAR_PENALTY, AHEAD_PER_M = 3.0, 1.5, 5.0, 0.15
 """For a place to be opposite a piece: what it gains by facing it; what it loses aside, when too near, and with
 distance."""
 NEAR_M = 1.2
@@ -144,10 +151,10 @@ SMALL_M = 0.6
 SQUARE_M = 0.02
 """The sides of a thing that may be turned differ by less."""
 
-PLENTY = (0.35, 1.25)
+FULLNESS_RANGE = (0.35, 1.25)
 """Rooms have between so little and so much of these: a factor to how likely each is."""
 
-CORNER_LOVERS = frozenset(
+PREFERS_CORNERS = frozenset(
     {"FloorLamp", "HousePlant", "GarbageCan", "RoomDecor", "ShelvingUnit", "Safe", "LaundryHamper", "VacuumCleaner"}
     | {"BaseballBat", "Plunger", "ScrubBrush", "Box", "Dumbbell", "BasketBall", "Boots", "Fridge", "GarbageBag", "Cart"}
 )
@@ -162,39 +169,42 @@ class Furnisher:
         self.floor = floor
         self.inventory = inventory
         self.rng = rng
-        self.pieces: list[PlacedThing] = []
+        self.pieces: list[PlacedObject] = []
 
-    def furnish(self) -> list[PlacedThing]:
+    def furnish(self) -> list[PlacedObject]:
         """Returns the room's furniture, what stands on it as children."""
         kind = self.floor.room.kind
-        {"Kitchen": self._kitchen, "LivingRoom": self._living, "Bedroom": self._bedroom, "Bathroom": self._bathroom}[
-            kind
-        ]()
-        plenty = float(self.rng.uniform(*PLENTY))
+        {
+            "Kitchen": self._kitchen,
+            "LivingRoom": self._living_room,
+            "Bedroom": self._bedroom,
+            "Bathroom": self._bathroom,
+        }[kind]()
+        fullness = float(self.rng.uniform(*FULLNESS_RANGE))
         for category, probability in EXTRAS[kind]:
             is_full = self._covered() > FULL_SHARE[kind]
-            if not is_full and chance(self.rng, probability * plenty):
+            if not is_full and chance(self.rng, probability * fullness):
                 self._put_single(category)
         return self.pieces
 
     def has(self, category: str) -> bool:
         """Whether the room has one already."""
-        return any(found.category == category for piece in self.pieces for found in piece.all())
+        return any(found.category == category for piece in self.pieces for found in piece.with_contents())
 
     def _covered(self) -> float:
         return sum((x1 - x0) * (z1 - z0) for x0, z0, x1, z1 in self.floor.taken) / self.floor.area
 
-    def _has_room(self, name: str) -> bool:
-        return self.floor.area > ROOMY_M2[name]
+    def _is_large_enough(self, name: str) -> bool:
+        return self.floor.area > MIN_ROOM_M2[name]
 
-    def _has_luck(self, name: str) -> bool:
-        return chance(self.rng, LIKELY[name])
+    def _is_drawn(self, name: str) -> bool:
+        return chance(self.rng, PROBABILITIES[name])
 
     def _may_have(self, name: str) -> bool:
-        return self._has_room(name) and self._has_luck(name)
+        return self._is_large_enough(name) and self._is_drawn(name)
 
     def _kitchen(self) -> None:
-        with_fridge = self._has_luck("fridge in the run")
+        with_fridge = self._is_drawn("fridge in the run")
         at_corner = [6, 8] if self._may_have("corner run") else []
         corner = (groups.corner_run(self.rng, with_fridge, feet) for feet in shuffled(self.rng, at_corner))
         has_corner = any(self._put(group, _along_walls("corner run")) for group in corner)
@@ -208,12 +218,12 @@ class Furnisher:
         counter = next((piece for piece in self.pieces if piece.category == "CounterTop"), None)
         if counter is not None and self._may_have("island"):
             self._put_free(groups.island_group(self.rng, pick(self.rng, (1, 2, 2)), counter.model))
-        elif self._has_luck("kitchen table"):
+        elif self._is_drawn("kitchen table"):
             self._dining()
 
-    def _living(self) -> None:
+    def _living_room(self) -> None:
         choices = [
-            (True, self._may_have("armchair"), self._has_luck("rug")),
+            (True, self._may_have("armchair"), self._is_drawn("rug")),
             (True, False, False),
             (False, False, False),
         ]
@@ -231,13 +241,13 @@ class Furnisher:
         if self.inventory.count("Desk") == 0 and self._may_have("living room desk"):
             self._put(groups.desk_group(self.rng), _along_walls("living room desk"))
 
-    def _keep_view_free(self, sofa: PlacedThing | None) -> None:
+    def _keep_view_free(self, sofa: PlacedObject | None) -> None:
         """Keeps furniture from between the sofa and the television that it faces."""
         stand = next((piece for piece in self.pieces if piece.category == "TVStand"), None)
         if sofa is None or stand is None or abs((stand.yaw - sofa.yaw) % 360.0 - 180.0) > FACING_DEG:
             return
         ends = [
-            piece.out_of(side, piece.model.size.z / 2)
+            piece.to_floor_point(side, piece.model.size.z / 2)
             for piece in (sofa, stand)
             for side in (-VIEW_ASIDE_M, VIEW_ASIDE_M)
         ]
@@ -248,7 +258,7 @@ class Furnisher:
         for tables in (pick(self.rng, (1, 2, 2)), 1, 0, 0):
             if self._put(groups.bed_group(self.rng, tables), _along_walls("bed")):
                 break
-        if self._has_luck("bedroom desk"):
+        if self._is_drawn("bedroom desk"):
             self._put(groups.desk_group(self.rng), _along_walls("bedroom desk"))
         self._put_single("Dresser")
         if self.inventory.may_have("Television") and self._may_have("bedroom television"):
@@ -262,22 +272,22 @@ class Furnisher:
 
     def _dining(self) -> None:
         if self._may_have("table in the open"):
-            for chairs in (4, 4, 3, 2) if self._has_room("table for four") else (3, 2):
+            for chairs in (4, 4, 3, 2) if self._is_large_enough("table for four") else (3, 2):
                 if self._put_free(groups.dining_group(self.rng, chairs, False)):
-                    if self.floor.room.kind == "LivingRoom" and self._has_luck("rug under table"):
+                    if self.floor.room.kind == "LivingRoom" and self._is_drawn("rug under table"):
                         self._lay_rug(next(piece for piece in self.pieces if piece.category == "DiningTable"))
                     return
         for chairs in (3, 3, 2, 2, 1):
             if self._put(groups.dining_group(self.rng, chairs, True), _along_walls("table")):
                 return
 
-    def _lay_rug(self, table: PlacedThing) -> None:
+    def _lay_rug(self, table: PlacedObject) -> None:
         """Lays a rug under a table where it stays in the room and out of the way of doors."""
         model = draw_model("Rug", self.rng)
         place = Vec3(table.position.x, model.size.y / 2, table.position.z)
-        rug = PlacedThing(model, place, table.yaw, self.floor.room.number)
+        rug = PlacedObject(model, place, table.yaw, self.floor.room.number)
         kept_free = [*self.floor.outside, *self.floor.clear]
-        if self.inventory.may_have("Rug") and all(apart(rug.footprint(), rect, 0.0) for rect in kept_free):
+        if self.inventory.may_have("Rug") and all(are_apart(rug.footprint(), rect, 0.0) for rect in kept_free):
             self.pieces.append(rug)
             self.inventory.add("Rug")
 
@@ -285,43 +295,43 @@ class Furnisher:
         if not self.inventory.may_have(category) or (category != "SideTable" and self.has(category)):
             return False
         model = draw_model(category, self.rng)
-        likes = _along_walls("lover of corners" if category in CORNER_LOVERS else "other")
+        preference = _along_walls("prefers corners" if category in PREFERS_CORNERS else "other")
         small = max(model.size.x, model.size.z) < SMALL_M and not model.asset.can_open
-        placed = self._put(single(model, 0.0 if small else None), likes)
+        placed = self._put(single_group(model, 0.0 if small else None), preference)
         if placed and category in TURNABLE and abs(model.size.x - model.size.z) < SQUARE_M:
             self.pieces[-1].yaw = pick(self.rng, (0.0, 90.0, 180.0, 270.0))
         return placed
 
-    def _put(self, cluster: Cluster, score: Callable[[Anchor], float]) -> bool:
-        return self._settle(cluster, wall_anchors(self.floor, cluster, self.rng), score)
+    def _put(self, group: FurnitureGroup, score: Callable[[Anchor], float]) -> bool:
+        return self._place_group(group, wall_anchors(self.floor, group, self.rng), score)
 
-    def _put_free(self, cluster: Cluster) -> bool:
-        return self._settle(
-            cluster, shuffled(self.rng, free_anchors(self.floor, self.rng)), lambda anchor: anchor.centre
+    def _put_free(self, group: FurnitureGroup) -> bool:
+        return self._place_group(
+            group, shuffled(self.rng, free_anchors(self.floor, self.rng)), lambda anchor: anchor.centre
         )
 
-    def _settle(self, cluster: Cluster, anchors: list[Anchor], score: Callable[[Anchor], float]) -> bool:
-        if any(not self.inventory.may_have(member.model.category) for member in cluster.members):
+    def _place_group(self, group: FurnitureGroup, anchors: list[Anchor], score: Callable[[Anchor], float]) -> bool:
+        if any(not self.inventory.may_have(member.model.category) for member in group.members):
             return False
         noise = NOISE * self.rng.random(len(anchors))
         scores = np.array([score(anchor) for anchor in anchors]) + noise
-        placed = settle(self.floor, cluster, anchors, scores)
+        placed = place_group(self.floor, group, anchors, scores)
         if placed is None:
             return False
         for piece in placed:
             self.pieces.append(piece)
-            for found in piece.all():
+            for found in piece.with_contents():
                 self.inventory.add(found.category)
         return True
 
 
 def _along_walls(name: str) -> Callable[[Anchor], float]:
     """Returns the score of places along walls that a group of LIKES gives."""
-    corner, centre = LIKES[name]
+    corner, centre = WALL_PREFERENCES[name]
     return lambda anchor: corner * anchor.corner + centre * anchor.centre
 
 
-def _opposite(piece: PlacedThing) -> Callable[[Anchor], float]:
+def _opposite(piece: PlacedObject) -> Callable[[Anchor], float]:
     """Returns a score of places that likes to face `piece` from across the room."""
 
     def score(anchor: Anchor) -> float:
@@ -329,6 +339,8 @@ def _opposite(piece: PlacedThing) -> Callable[[Anchor], float]:
         dx, dz = anchor.x - piece.position.x, anchor.z - piece.position.z
         ahead, aside = dx * sin + dz * cos, abs(dx * cos - dz * sin)
         faces = abs((anchor.yaw - piece.yaw) % 360.0 - 180.0) < FACING_DEG
-        return FACING * faces - ASIDE_PER_M * aside - (TOO_NEAR if ahead < NEAR_M else 0.0) - AHEAD_PER_M * ahead
+        return (
+            FACING * faces - ASIDE_PER_M * aside - (TOO_NEAR_PENALTY if ahead < NEAR_M else 0.0) - AHEAD_PER_M * ahead
+        )
 
     return score

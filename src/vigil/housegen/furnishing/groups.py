@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from vigil.housegen.base.models import AssetModel, Rect, draw_model, model_of, most_alike, turned_rect
+from vigil.housegen.base.models import AssetModel, Rect, draw_model, model_of, most_similar, turned_rect
 from vigil.housegen.base.randomness import chance, pick
-from vigil.housegen.furnishing.clusters import STAND_M, Cluster, Member, front_access
+from vigil.housegen.furnishing.group_placement import STAND_M, FurnitureGroup, GroupMember, front_access
 
-COUNTER_LOOKS = 12
+COUNTER_VARIANTS = 12
 """Looks of counters that the generator draws from."""
 COUNTER_DEPTH_M = 0.61
 """Depth of the straight part of a counter; deeper ones are L-shaped."""
@@ -20,7 +20,7 @@ STOOL_GAP_M = 0.05
 STOOL_SPACING_M = 0.2
 """The least gap between two stools; more where the island is long: they share STOOL_SHARE of its length."""
 STOOL_SHARE = 0.6
-PULL_M = 0.2
+CHAIR_PULL_M = 0.2
 """Floor behind a dining chair to pull it back."""
 SEAT_ROOM_M = 0.3
 """Floor behind a chair to sit down."""
@@ -63,29 +63,29 @@ BASIN_MARGIN_M = 0.06
 """What a counter must be deeper than the basin in it."""
 
 
-def bed_group(rng: np.random.Generator, tables: int) -> Cluster:
+def bed_group(rng: np.random.Generator, tables: int) -> FurnitureGroup:
     """Returns a bed with its head to the wall and up to two side tables of one kind."""
     bed, table = draw_model("Bed", rng), draw_model("SideTable", rng)
-    members = [Member(bed, 0.0, bed.size.z / 2)]
+    members = [GroupMember(bed, 0.0, bed.size.z / 2)]
     side = pick(rng, (-1, 1))
     access: list[Rect] = []
     for index in range(tables):
         sign = side if index == 0 else -side
         x = sign * (bed.size.x / 2 + BED_TABLE_GAP_M + table.size.x / 2)
-        members.append(Member(table, x, table.size.z / 2))
+        members.append(GroupMember(table, x, table.size.z / 2))
         depth = front_access(table)
         access.append((x - table.size.x / 2, table.size.z, x + table.size.x / 2, table.size.z + depth))
     half = bed.size.x / 2
     rug = draw_model("Rug", rng)
     if chance(rng, BED_RUG_SHARE) and rug.size.x / 2 <= half + (table.size.x if tables == 2 else 0.0):
-        members.append(Member(rug, 0.0, bed.size.z - RUG_UNDER_BED_M))
+        members.append(GroupMember(rug, 0.0, bed.size.z - RUG_UNDER_BED_M))
     edge = side * half if tables else half
     width, begin, end = BED_SIDE_M
     access.append((min(edge, edge + side * width), begin, max(edge, edge + side * width), bed.size.z - end))
-    return Cluster(members, access)
+    return FurnitureGroup(members, access)
 
 
-def desk_group(rng: np.random.Generator) -> Cluster:
+def desk_group(rng: np.random.Generator) -> FurnitureGroup:
     """Returns a desk against the wall with a chair before it."""
     desk, chair = draw_model("Desk", rng), draw_model("Chair", rng)
     z = desk.size.z + SEAT_GAP_M + chair.size.z / 2
@@ -98,7 +98,7 @@ def desk_group(rng: np.random.Generator) -> Cluster:
         offset = -side * max(0.0, half - chair.size.x / 2 - DRAWER_EDGE_M)
         zone = (KNEE_HALF_M, half) if side > 0 else (-half, -KNEE_HALF_M)
         access = [(zone[0], desk.size.z, zone[1], desk.size.z + front_access(desk))]
-    return Cluster([Member(desk, 0.0, desk.size.z / 2), Member(chair, offset, z, 180.0)], access)
+    return FurnitureGroup([GroupMember(desk, 0.0, desk.size.z / 2), GroupMember(chair, offset, z, 180.0)], access)
 
 
 def _drawer_side(desk: AssetModel) -> int:
@@ -108,30 +108,30 @@ def _drawer_side(desk: AssetModel) -> int:
     return 1 if not xs or float(np.mean(xs)) >= 0 else -1
 
 
-def sofa_group(rng: np.random.Generator, with_table: bool, with_chair: bool, with_rug: bool) -> Cluster:
+def sofa_group(rng: np.random.Generator, with_table: bool, with_chair: bool, with_rug: bool) -> FurnitureGroup:
     """Returns a sofa with its back to the wall, maybe a coffee table before it, an armchair at its side and a rug."""
     sofa = draw_model("Sofa", rng)
-    members = [Member(sofa, 0.0, sofa.size.z / 2)]
+    members = [GroupMember(sofa, 0.0, sofa.size.z / 2)]
     half = sofa.size.x / 2
     access: list[Rect] = [(-half, sofa.size.z, half, sofa.size.z + SOFA_FRONT_M)]
     ahead = sofa.size.z + COFFEE_TABLE_GAP_M
     if with_table:
         table = draw_model("CoffeeTable", rng)
-        members.append(Member(table, 0.0, ahead + table.size.z / 2))
+        members.append(GroupMember(table, 0.0, ahead + table.size.z / 2))
         ahead += table.size.z
     if with_chair:
         chair = draw_model("ArmChair", rng)
         side = pick(rng, (-1, 1))
         beside, before = ARMCHAIR_GAP_M
         x = side * (half + beside + chair.size.z / 2)
-        members.append(Member(chair, x, sofa.size.z + before + chair.size.x / 2, -90.0 * side))
+        members.append(GroupMember(chair, x, sofa.size.z + before + chair.size.x / 2, -90.0 * side))
     if with_rug:
         rug = draw_model("Rug", rng)
-        members.append(Member(rug, 0.0, sofa.size.z + RUG_BEFORE_SOFA_M + rug.size.z / 2))
-    return Cluster(members, access)
+        members.append(GroupMember(rug, 0.0, sofa.size.z + RUG_BEFORE_SOFA_M + rug.size.z / 2))
+    return FurnitureGroup(members, access)
 
 
-def media_group(rng: np.random.Generator) -> Cluster:
+def media_group(rng: np.random.Generator) -> FurnitureGroup:
     """Returns a TV stand against the wall with the television on it."""
     stand = draw_model("TVStand", rng)
     wide = [model_of(f"vigil_Television_{number}", "Television") for number in range(24)]
@@ -141,10 +141,12 @@ def media_group(rng: np.random.Generator) -> Cluster:
     half = stand.size.x / 2
     access: list[Rect] = [(-half, stand.size.z, half, stand.size.z + front_access(stand))]
     middle = stand.size.z / 2
-    return Cluster([Member(stand, 0.0, middle), Member(screen, 0.0, middle - SCREEN_BACK_M, on=0)], access)
+    return FurnitureGroup(
+        [GroupMember(stand, 0.0, middle), GroupMember(screen, 0.0, middle - SCREEN_BACK_M, on=0)], access
+    )
 
 
-def dining_group(rng: np.random.Generator, chairs: int, at_wall: bool) -> Cluster:
+def dining_group(rng: np.random.Generator, chairs: int, at_wall: bool) -> FurnitureGroup:
     """Returns a table with chairs of one kind around it; at a wall its back side stays empty."""
     table, chair = draw_model("DiningTable", rng), draw_model("Chair", rng)
     half_x, half_z = table.size.x / 2, table.size.z / 2
@@ -155,16 +157,16 @@ def dining_group(rng: np.random.Generator, chairs: int, at_wall: bool) -> Cluste
     ends = [(half_x + out, 0.0, 270.0), (-half_x - out, 0.0, 90.0)]
     seats = [*front, *back, *ends] if at_wall or chance(rng, LONG_SIDES_FIRST) else [*ends, *front, *back]
     rise = half_z
-    members = [Member(table, 0.0, rise)]
-    members.extend(Member(chair, x, z + rise, yaw) for x, z, yaw in seats[:chairs])
+    members = [GroupMember(table, 0.0, rise)]
+    members.extend(GroupMember(chair, x, z + rise, yaw) for x, z, yaw in seats[:chairs])
     half = chair.size.x / 2
-    behind = (-half, -chair.size.z / 2 - PULL_M, half, -chair.size.z / 2)
-    return Cluster(members, open=[turned_rect(behind, x, z + rise, yaw) for x, z, yaw in seats[:chairs]])
+    behind = (-half, -chair.size.z / 2 - CHAIR_PULL_M, half, -chair.size.z / 2)
+    return FurnitureGroup(members, open=[turned_rect(behind, x, z + rise, yaw) for x, z, yaw in seats[:chairs]])
 
 
-def kitchen_run(rng: np.random.Generator, with_fridge: bool, feet: tuple[int, ...]) -> Cluster:
+def kitchen_run(rng: np.random.Generator, with_fridge: bool, feet: tuple[int, ...]) -> FurnitureGroup:
     """Returns a run along a wall: alike counters of a width (ft) with the stove between, maybe the fridge at an end."""
-    stove, look = draw_model("Stove", rng), int(rng.integers(COUNTER_LOOKS))
+    stove, look = draw_model("Stove", rng), int(rng.integers(COUNTER_VARIANTS))
     counters = [model_of(f"Countertop_{look}_I_{width}x2", "CounterTop") for width in feet]
     row: list[AssetModel] = [counters[0], stove, *counters[1:]]
     if chance(rng, 0.5):
@@ -175,22 +177,22 @@ def kitchen_run(rng: np.random.Generator, with_fridge: bool, feet: tuple[int, ..
     return _run(rng, row)
 
 
-def corner_run(rng: np.random.Generator, with_fridge: bool, feet: int) -> Cluster:
+def corner_run(rng: np.random.Generator, with_fridge: bool, feet: int) -> FurnitureGroup:
     """Returns an L-shaped counter (leg on the +x side) with the stove beside it, maybe the fridge beside that."""
-    counter = model_of(f"Countertop_{int(rng.integers(COUNTER_LOOKS))}_L_{feet}x{feet}", "CounterTop")
+    counter = model_of(f"Countertop_{int(rng.integers(COUNTER_VARIANTS))}_L_{feet}x{feet}", "CounterTop")
     row = [draw_model("Stove", rng), counter]
     return _run(rng, [draw_model("Fridge", rng), *row] if with_fridge else row)
 
 
-def _run(rng: np.random.Generator, row: list[AssetModel]) -> Cluster:
+def _run(rng: np.random.Generator, row: list[AssetModel]) -> FurnitureGroup:
     """Returns things side by side along a wall, a sink in the first counter."""
     left = -(sum(model.size.x for model in row) + RUN_GAP_M * (len(row) - 1)) / 2
-    members: list[Member] = []
+    members: list[GroupMember] = []
     access: list[Rect] = []
-    basins: list[Member] = []
+    basins: list[GroupMember] = []
     for index, model in enumerate(row):
         middle, right = left + model.size.x / 2, left + model.size.x
-        members.append(Member(model, middle, model.size.z / 2))
+        members.append(GroupMember(model, middle, model.size.z / 2))
         depth = min(model.size.z, COUNTER_DEPTH_M) if model.category == "CounterTop" else model.size.z
         if model.category == "CounterTop":
             if not basins:
@@ -198,45 +200,45 @@ def _run(rng: np.random.Generator, row: list[AssetModel]) -> Cluster:
             right = min(right, right + depth - model.size.z)
         access.append((left, depth, right, depth + max(COUNTER_FRONT_M, front_access(model))))
         left += model.size.x + RUN_GAP_M
-    return Cluster([*members, *basins], access)
+    return FurnitureGroup([*members, *basins], access)
 
 
-def bathtub_group(rng: np.random.Generator) -> Cluster:
+def bathtub_group(rng: np.random.Generator) -> FurnitureGroup:
     """Returns a bathtub lengthwise along the wall."""
     tub = draw_model("Bathtub", rng)
     half = tub.size.x / 2
-    members = [Member(tub, 0.0, tub.size.z / 2)]
+    members = [GroupMember(tub, 0.0, tub.size.z / 2)]
     curtain = draw_model("ShowerCurtain", rng)
     if chance(rng, CURTAIN_SHARE) and curtain.size.x <= tub.size.x:
-        members.append(Member(curtain, 0.0, tub.size.z + CURTAIN_GAP_M + curtain.size.z / 2))
+        members.append(GroupMember(curtain, 0.0, tub.size.z + CURTAIN_GAP_M + curtain.size.z / 2))
     from_end, depth = TUB_ACCESS_M
-    return Cluster(members, [(-half + from_end, tub.size.z, half - from_end, tub.size.z + depth)])
+    return FurnitureGroup(members, [(-half + from_end, tub.size.z, half - from_end, tub.size.z + depth)])
 
 
-def island_group(rng: np.random.Generator, stools: int, like: AssetModel) -> Cluster:
+def island_group(rng: np.random.Generator, stools: int, similar_to: AssetModel) -> FurnitureGroup:
     """Returns a free-standing counter much like another one, with stools on one side."""
     size = f"{pick(rng, (4, 5, 6))}x{pick(rng, (2, 3))}"
-    looks = [model_of(f"Countertop_{look}_Island_{size}", "CounterTop") for look in range(COUNTER_LOOKS)]
-    counter = most_alike(like, looks)
+    looks = [model_of(f"Countertop_{look}_Island_{size}", "CounterTop") for look in range(COUNTER_VARIANTS)]
+    counter = most_similar(similar_to, looks)
     stool = draw_model("Stool", rng)
     half_x, half_z = counter.size.x / 2, counter.size.z / 2
-    members = [Member(counter, 0.0, half_z, 180.0)]
+    members = [GroupMember(counter, 0.0, half_z, 180.0)]
     for index in range(stools):
         x = (index - (stools - 1) / 2) * max(stool.size.x + STOOL_SPACING_M, half_x * 2 * STOOL_SHARE / max(1, stools))
-        members.append(Member(stool, x, counter.size.z + STOOL_GAP_M + stool.size.z / 2, 180.0))
-    return Cluster(members, [(-half_x, -STAND_M - ISLAND_FRONT_M, half_x, 0.0)])
+        members.append(GroupMember(stool, x, counter.size.z + STOOL_GAP_M + stool.size.z / 2, 180.0))
+    return FurnitureGroup(members, [(-half_x, -STAND_M - ISLAND_FRONT_M, half_x, 0.0)])
 
 
-def vanity_group(rng: np.random.Generator) -> Cluster:
+def vanity_group(rng: np.random.Generator) -> FurnitureGroup:
     """Returns a small counter with a basin on it."""
-    counter = model_of(f"Countertop_{int(rng.integers(COUNTER_LOOKS))}_I_{pick(rng, (3, 3, 4))}x2", "CounterTop")
-    return Cluster(
-        [Member(counter, 0.0, counter.size.z / 2), *_basin(rng, (0, 1), 0.0, counter.size.z)],
+    counter = model_of(f"Countertop_{int(rng.integers(COUNTER_VARIANTS))}_I_{pick(rng, (3, 3, 4))}x2", "CounterTop")
+    return FurnitureGroup(
+        [GroupMember(counter, 0.0, counter.size.z / 2), *_basin(rng, (0, 1), 0.0, counter.size.z)],
         [(-counter.size.x / 2, counter.size.z, counter.size.x / 2, counter.size.z + VANITY_FRONT_M)],
     )
 
 
-def _basin(rng: np.random.Generator, numbers: tuple[int, int], x: float, depth: float) -> list[Member]:
+def _basin(rng: np.random.Generator, numbers: tuple[int, int], x: float, depth: float) -> list[GroupMember]:
     """Returns a sink with a faucet on its rear rim, for a counter's middle and depth.
 
     `numbers` are those of the counter and of the sink among the members.
@@ -245,6 +247,6 @@ def _basin(rng: np.random.Generator, numbers: tuple[int, int], x: float, depth: 
     sink, faucet = draw_model("Sink", rng), draw_model("Faucet", rng)
     middle = depth - BASIN_EDGE_M - min(sink.size.z, depth - BASIN_MARGIN_M) / 2
     return [
-        Member(sink, x, middle, on=counter),
-        Member(faucet, x, middle - sink.size.z / 2 + faucet.size.z / 2, on=basin),
+        GroupMember(sink, x, middle, on=counter),
+        GroupMember(faucet, x, middle - sink.size.z / 2 + faucet.size.z / 2, on=basin),
     ]

@@ -9,11 +9,11 @@ import numpy as np
 from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Surface
 from vigil.base.geometry import Vec3, rotate_floor
-from vigil.housegen.base.models import AssetModel, PlacedThing, Rect, draw_model, swept, swing_of, turned_rect
+from vigil.housegen.base.models import AssetModel, PlacedObject, Rect, draw_model, swept_rect, swing_of, turned_rect
 from vigil.housegen.base.randomness import chance, pick, pick_weighted, shuffled
 from vigil.housegen.furnishing.floor import Floor
 from vigil.housegen.furnishing.inventory import ROOM_LIMITS, Inventory
-from vigil.housegen.furnishing.space import Space, apart
+from vigil.housegen.furnishing.occupancy import Occupancy, are_apart
 
 GAP = 0.03
 """Between things on one surface, for each to be clicked."""
@@ -22,9 +22,9 @@ FULL_SHARE = 0.5
 """Share of a surface covered at which nothing more is put there: things must find a free place later."""
 BASIN_SHARE = 0.75
 """The same for a counter with a basin, which takes much of it."""
-LEAST_LOOSE, ROUNDS = 6, 3
+MIN_SMALL_OBJECTS, ROUNDS = 6, 3
 """Fewer small things than this in a room, and more are looked for, so many times."""
-MESS_SPREAD, MESS_RANGE = 0.3, (0.5, 1.6)
+UNTIDINESS_SPREAD, UNTIDINESS_RANGE = 0.3, (0.5, 1.6)
 """How much rooms differ in what lies about: the spread of a factor's logarithm; its least and greatest."""
 TRIES = 2
 """Things tried for each that is wanted on a surface: not each has room there."""
@@ -32,7 +32,7 @@ REPEAT_SHARE = 0.25
 """How much less likely something comes that the room already has."""
 COUNTER_M = 2.4
 """Width of a counter with as much on it as ON_TOP says; longer ones have more, and shorter ones less."""
-SEEN_SHARE = 0.5
+MIN_VISIBLE_SHARE = 0.5
 """Share of a thing's width that nothing taller may stand before."""
 SIGHT_SLOPE = 1.5
 """A thing hides what is behind it to so many times its height: one looks down on furniture at less than that."""
@@ -107,7 +107,7 @@ ALSO_ON: dict[tuple[str, str], tuple[str, ...]] = {
 ALSO_WEIGHT = 0.5
 """How likely these are, where the catalogue's first place for a thing is 0.67."""
 
-STAPLES: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
+USUAL_OBJECTS: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
     "Kitchen": (
         ("Microwave", ("CounterTop", "DiningTable"), 0.95),
         ("CoffeeMachine", ("CounterTop", "DiningTable"), 0.9),
@@ -162,7 +162,7 @@ AT_THE_BACK = frozenset(
 )
 SOFT, TALLEST_ON_SOFT_M = frozenset({"Bed", "Sofa", "ArmChair"}), 0.6
 """What stands high does not stand on soft things (a bat on a bed)."""
-STRAIGHT = AT_THE_BACK | {"Laptop", "Pillow", "Box", "AlarmClock", "Safe"}
+ALIGNED = AT_THE_BACK | {"Laptop", "Pillow", "Box", "AlarmClock", "Safe"}
 """Things that face the same way as what they stand on."""
 
 
@@ -170,22 +170,22 @@ class SmallObjectPlacer:
     """Puts small things into one room."""
 
     def __init__(
-        self, floor: Floor, furniture: list[PlacedThing], inventory: Inventory, rng: np.random.Generator
+        self, floor: Floor, furniture: list[PlacedObject], inventory: Inventory, rng: np.random.Generator
     ) -> None:
         self.kind = floor.room.kind
-        self.space = Space(floor, furniture)
+        self.occupancy = Occupancy(floor, furniture)
         self.furniture = furniture
         self.inventory = inventory
         self.rng = rng
-        self.here = Counter(found.category for found in self._everything())
+        self.room_counts = Counter(found.category for found in self._everything())
 
     def fill(self, clutter: float) -> None:
         """Puts the room's staples in their places, then more here and there, as children of the furniture."""
-        mess = float(np.clip(np.exp(MESS_SPREAD * self.rng.standard_normal()), *MESS_RANGE))
-        least = LEAST_LOOSE * min(1.0, clutter)
-        clutter *= mess
-        for category, supports, probability in STAPLES[self.kind]:
-            if chance(self.rng, probability * min(1.0, mess**0.5)):
+        untidiness = float(np.clip(np.exp(UNTIDINESS_SPREAD * self.rng.standard_normal()), *UNTIDINESS_RANGE))
+        least = MIN_SMALL_OBJECTS * min(1.0, clutter)
+        clutter *= untidiness
+        for category, supports, probability in USUAL_OBJECTS[self.kind]:
+            if chance(self.rng, probability * min(1.0, untidiness**0.5)):
                 self._put_on_one_of(category, supports)
         for piece in shuffled(self.rng, self._everything()):
             self._fill_inside(piece, clutter)
@@ -197,8 +197,8 @@ class SmallObjectPlacer:
             for piece in shuffled(self.rng, self._everything()):
                 self._fill_top(piece, clutter)
 
-    def _everything(self) -> list[PlacedThing]:
-        return [found for top in self.furniture for found in top.all()]
+    def _everything(self) -> list[PlacedObject]:
+        return [found for top in self.furniture for found in top.with_contents()]
 
     def _put_on_one_of(self, category: str, supports: Sequence[str]) -> None:
         for support in supports:
@@ -207,14 +207,14 @@ class SmallObjectPlacer:
                 if self._put(category, piece, inside):
                     return
 
-    def _fill_inside(self, piece: PlacedThing, clutter: float) -> None:
+    def _fill_inside(self, piece: PlacedObject, clutter: float) -> None:
         if piece.category not in INSIDE or not any(surface.needs_opening for surface in piece.model.asset.surfaces):
             return
         mean, contents = INSIDE[piece.category]
         for category in shuffled(self.rng, contents)[: int(self.rng.poisson(mean * clutter))]:
             self._put(category, piece, True)
 
-    def _fill_top(self, piece: PlacedThing, clutter: float) -> None:
+    def _fill_top(self, piece: PlacedObject, clutter: float) -> None:
         """Puts things on a piece until it has as many as are drawn for it, staples counted."""
         mean = ON_TOP.get(piece.category, 0.0) * clutter
         if piece.category == "CounterTop":
@@ -245,13 +245,13 @@ class SmallObjectPlacer:
             if kind.is_pickupable or name in AT_THE_BACK:
                 weight = 1.0 / (1.5 + kind.rests_on.index(support))
                 found.append((name, weight if kind.is_pickupable else 0.3 * weight))
-        return [(name, weight * (REPEAT_SHARE if self.here[name] else 1.0)) for name, weight in found]
+        return [(name, weight * (REPEAT_SHARE if self.room_counts[name] else 1.0)) for name, weight in found]
 
     def _may_have(self, category: str) -> bool:
         """Whether the house, and the room, may have one more of the category."""
-        return self.inventory.may_have(category) and self.here[category] < ROOM_LIMITS.get(category, 1)
+        return self.inventory.may_have(category) and self.room_counts[category] < ROOM_LIMITS.get(category, 1)
 
-    def _put(self, category: str, piece: PlacedThing, inside: bool) -> bool:
+    def _put(self, category: str, piece: PlacedObject, inside: bool) -> bool:
         if not self._may_have(category) or category == piece.category:
             return False
         accepts = CATALOG[piece.category].accepts
@@ -260,51 +260,55 @@ class SmallObjectPlacer:
         surfaces = [surface for surface in piece.model.asset.surfaces if surface.needs_opening == inside]
         model = draw_model(category, self.rng)
         for surface in shuffled(self.rng, surfaces):
-            child = _place(piece, surface, model, self.rng, self.space)
+            child = _place(piece, surface, model, self.rng, self.occupancy)
             if child is not None:
                 piece.children.append(child)
-                self.space.add(child)
+                self.occupancy.add(child)
                 self.inventory.add(category)
-                self.here[category] += 1
+                self.room_counts[category] += 1
                 return True
         return False
 
 
 def _place(
-    piece: PlacedThing, surface: Surface, model: AssetModel, rng: np.random.Generator, space: Space
-) -> PlacedThing | None:
+    piece: PlacedObject, surface: Surface, model: AssetModel, rng: np.random.Generator, occupancy: Occupancy
+) -> PlacedObject | None:
     """Returns the model on a free spot of the surface; None when there is none."""
     height = piece.position.y + surface.center.y
     if model.size.y > surface.clearance - 0.01 or height > HIGHEST_M:
         return None
-    taken = _taken(piece, surface)
+    taken = _objects_on(piece, surface)
     covered = sum((x1 - x0) * (z1 - z0) for x0, z0, x1, z1 in (other.reach for other in taken))
     is_basin = any(child.category == "Sink" for child in piece.children)
     share = BASIN_SHARE if is_basin else FULL_SHARE
     if covered + model.size.x * model.size.z > share * surface.size_x * surface.size_z and taken:
         return None
     for _ in range(16):
-        turn = 0.0 if model.category in STRAIGHT else pick(rng, (0.0, 90.0, 180.0, 270.0)) + float(rng.uniform(-14, 14))
-        x0, z0, x1, z1 = turned_rect(_base(model), 0.0, 0.0, turn)
+        turn = 0.0 if model.category in ALIGNED else pick(rng, (0.0, 90.0, 180.0, 270.0)) + float(rng.uniform(-14, 14))
+        x0, z0, x1, z1 = turned_rect(_base_rect(model), 0.0, 0.0, turn)
         free_x, free_z = surface.size_x / 2 - EDGE - x1, surface.size_z / 2 - EDGE - z1
         if free_x < 0 or free_z < 0:
             continue
         x = float(rng.uniform(-free_x, free_x))
-        z = -free_z if _is_back(model, piece) else float(rng.uniform(-free_z, free_z))
-        new = _Standing((x + x0, z + z0, x + x1, z + z1), turned_rect(_with_leaf(model), x, z, turn), _height(model))
-        is_clear = all(apart(new.base, other.reach, GAP) and apart(new.reach, other.reach, GAP) for other in taken)
+        z = -free_z if _goes_to_back(model, piece) else float(rng.uniform(-free_z, free_z))
+        new = _SupportedObject(
+            (x + x0, z + z0, x + x1, z + z1), turned_rect(_reach_rect(model), x, z, turn), _height(model)
+        )
+        is_clear = all(
+            are_apart(new.base, other.reach, GAP) and are_apart(new.reach, other.reach, GAP) for other in taken
+        )
         if is_clear and not _hides_any([*taken, new]):
             dx, dz = rotate_floor(x + surface.center.x, z + surface.center.z, piece.yaw)
             place = Vec3(piece.position.x + dx, height + model.size.y / 2, piece.position.z + dz)
             yaw = round((piece.yaw + turn) % 360.0, 2)
-            child = PlacedThing(model, place, yaw, piece.room, surface=surface)
-            if space.admits(child, piece):
+            child = PlacedObject(model, place, yaw, piece.room, surface=surface)
+            if occupancy.has_room_for(child, piece):
                 return child
     return None
 
 
 @dataclass(frozen=True, slots=True)
-class _Standing:
+class _SupportedObject:
     """A thing on a surface, in its frame."""
 
     base: Rect
@@ -313,12 +317,12 @@ class _Standing:
     height: float
 
 
-def _hides_any(things: list[_Standing]) -> bool:
+def _hides_any(things: list[_SupportedObject]) -> bool:
     """Whether taller things stand before most of one, seen from the front."""
-    return any(_hidden_share(thing, things) > 1.0 - SEEN_SHARE for thing in things)
+    return any(_hidden_share(thing, things) > 1.0 - MIN_VISIBLE_SHARE for thing in things)
 
 
-def _hidden_share(thing: _Standing, others: list[_Standing]) -> float:
+def _hidden_share(thing: _SupportedObject, others: list[_SupportedObject]) -> float:
     """Returns the share of a thing's width that taller things hide, which stand before it."""
     left, _, right, front = thing.base
     hidden, reached = 0.0, left
@@ -331,11 +335,11 @@ def _hidden_share(thing: _Standing, others: list[_Standing]) -> float:
     return hidden / (right - left)
 
 
-def _lies_on_top(child: PlacedThing) -> bool:
+def _lies_on_top(child: PlacedObject) -> bool:
     return child.surface is None or not child.surface.needs_opening
 
 
-def _base(model: AssetModel) -> Rect:
+def _base_rect(model: AssetModel) -> Rect:
     return -model.size.x / 2, -model.size.z / 2, model.size.x / 2, model.size.z / 2
 
 
@@ -345,30 +349,30 @@ def _height(model: AssetModel) -> float:
     return model.size.y / 2 + max(model.size.y / 2, swing[2] if swing else 0.0)
 
 
-def _with_leaf(model: AssetModel) -> Rect:
+def _reach_rect(model: AssetModel) -> Rect:
     """Returns the model's rectangle with the room that its lid or door needs before and behind it."""
     half_x, half_z = model.size.x / 2, model.size.z / 2
-    x0, z0, x1, z1 = swept(model) or (0.0, 0.0, 0.0, 0.0)
+    x0, z0, x1, z1 = swept_rect(model) or (0.0, 0.0, 0.0, 0.0)
     return min(-half_x, x0), min(-half_z, z0), max(half_x, x1), max(half_z, z1)
 
 
-def _is_back(model: AssetModel, piece: PlacedThing) -> bool:
+def _goes_to_back(model: AssetModel, piece: PlacedObject) -> bool:
     return model.category in AT_THE_BACK or (
         model.category == "Pillow" and piece.category in ("Bed", "Sofa", "ArmChair")
     )
 
 
-def _taken(piece: PlacedThing, surface: Surface) -> list[_Standing]:
+def _objects_on(piece: PlacedObject, surface: Surface) -> list[_SupportedObject]:
     """Returns what stands on the surface, or beside it at its height."""
     height = piece.position.y + surface.center.y
     top = (-surface.size_x / 2, -surface.size_z / 2, surface.size_x / 2, surface.size_z / 2)
-    found: list[_Standing] = []
+    found: list[_SupportedObject] = []
     for child in piece.children:
         if abs(child.bottom - height) > SURFACE_TOLERANCE:
             continue
         x, z = rotate_floor(child.position.x - piece.position.x, child.position.z - piece.position.z, -piece.yaw)
         place = x - surface.center.x, z - surface.center.z, child.yaw - piece.yaw
-        base, reach = (turned_rect(rect, *place) for rect in (_base(child.model), _with_leaf(child.model)))
-        if not apart(reach, top, GAP):
-            found.append(_Standing(base, reach, _height(child.model)))
+        base, reach = (turned_rect(rect, *place) for rect in (_base_rect(child.model), _reach_rect(child.model)))
+        if not are_apart(reach, top, GAP):
+            found.append(_SupportedObject(base, reach, _height(child.model)))
     return found

@@ -3,7 +3,7 @@
 import numpy as np
 
 from vigil.assets.catalog import CATALOG
-from vigil.housegen.base.models import PlacedThing
+from vigil.housegen.base.models import PlacedObject
 from vigil.housegen.base.randomness import chance
 
 OPEN_CHANCE = {
@@ -50,14 +50,14 @@ DIRTY_CHANCE = {"Bed": 0.55} | dict.fromkeys(("Mirror", "Plate", "Bowl", "Mug", 
 """How likely a thing is dirty (a bed: unmade)."""
 
 
-def set_states(pieces: list[PlacedThing], rng: np.random.Generator) -> None:
+def set_states(pieces: list[PlacedObject], rng: np.random.Generator) -> None:
     """Gives every piece, children included, its state at the start."""
     for top in pieces:
-        for piece in top.all():
+        for piece in top.with_contents():
             _set_state(piece, rng)
 
 
-def _set_state(piece: PlacedThing, rng: np.random.Generator) -> None:
+def _set_state(piece: PlacedObject, rng: np.random.Generator) -> None:
     kind = CATALOG[piece.category]
     if kind.is_openable and piece.model.asset.can_open:
         piece.openness = _openness(piece, rng)
@@ -69,7 +69,7 @@ def _set_state(piece: PlacedThing, rng: np.random.Generator) -> None:
         piece.is_dirty = chance(rng, DIRTY_CHANCE[piece.category])
 
 
-def _openness(piece: PlacedThing, rng: np.random.Generator) -> float:
+def _openness(piece: PlacedObject, rng: np.random.Generator) -> float:
     moves_along = any(each.surface is not None and each.surface.joint is not None for each in [piece, *piece.children])
     if moves_along or not chance(rng, OPEN_CHANCE.get(piece.category, 0.0)):
         return 0.0

@@ -16,7 +16,7 @@ from shapely.geometry.base import BaseGeometry
 
 from vigil.errors import SettingError
 from vigil.housegen.base.randomness import chance, pick, shuffled
-from vigil.housegen.base.spec import ALONE_SCALE, AREA_M2, HouseSpec
+from vigil.housegen.base.spec import AREA_M2, SINGLE_ROOM_SCALE, HouseSpec
 
 UNIT_M = 0.1
 NARROWEST = {"Kitchen": 26, "LivingRoom": 30, "Bedroom": 28, "Bathroom": 20}
@@ -39,7 +39,7 @@ LINK_COST = {
     ("Bathroom", "Bathroom"): 6.0,
 }
 """How odd a door between two kinds of rooms is."""
-THROUGH_COST = {"Kitchen": 0.1, "LivingRoom": 0.0, "Bedroom": 0.9, "Bathroom": 4.0}
+PASSAGE_COST = {"Kitchen": 0.1, "LivingRoom": 0.0, "Bedroom": 0.9, "Bathroom": 4.0}
 """How odd it is to walk through a room of the kind to reach another."""
 
 Corner = tuple[float, float]
@@ -114,18 +114,18 @@ def _shapes(spec: HouseSpec, kinds: tuple[str, ...], rng: np.random.Generator) -
     rects: dict[int, tuple[int, int, int, int]] = {}
     _slice((0, 0, width, depth), order, areas, rects, rng)
     shapes = [box(*rects[index]) for index in range(len(kinds))]
-    if not all(_is_roomy(kind, shape) for kind, shape in zip(kinds, shapes, strict=True)):
+    if not all(_is_wide_enough(kind, shape) for kind, shape in zip(kinds, shapes, strict=True)):
         return None
     for _ in range(len(kinds)):
         _trade_block(kinds, shapes, rng)
     for index in shuffled(rng, range(len(kinds)))[:2]:
         if chance(rng, 0.42 if len(kinds) == 1 else 0.2):
-            _bite(kinds, shapes, index, rng)
+            _cut_corner(kinds, shapes, index, rng)
     return shapes
 
 
 def _areas(spec: HouseSpec, kinds: tuple[str, ...], rng: np.random.Generator) -> list[float]:
-    scale, spread = (ALONE_SCALE[kinds[0]], 0.38) if len(kinds) == 1 else (1.0, 0.28)
+    scale, spread = (SINGLE_ROOM_SCALE[kinds[0]], 0.38) if len(kinds) == 1 else (1.0, 0.28)
     areas = []
     for kind in kinds:
         low, middle, high = AREA_M2[kind]
@@ -163,7 +163,7 @@ def _slice(
     _slice(second, order[cut:], areas, into, rng)
 
 
-def _is_roomy(kind: str, shape: BaseGeometry) -> bool:
+def _is_wide_enough(kind: str, shape: BaseGeometry) -> bool:
     """Whether the shape is one simple piece, nowhere narrower than the kind may be, and not too long."""
     if not isinstance(shape, Polygon) or shape.interiors or not shape.is_valid:
         return False
@@ -188,8 +188,13 @@ def _trade_block(kinds: tuple[str, ...], shapes: list[Polygon], rng: np.random.G
     block = _corner_block((x0, z0, x1, z1), rng)
     given = shapes[giver].difference(block)
     taken = shapes[taker].union(block.intersection(shapes[giver]))
-    if _is_tidy(given) and _is_tidy(taken) and _is_roomy(kinds[giver], given) and _is_roomy(kinds[taker], taken):
-        shapes[giver], shapes[taker] = _plain(given), _plain(taken)
+    if (
+        _has_simple_outline(given)
+        and _has_simple_outline(taken)
+        and _is_wide_enough(kinds[giver], given)
+        and _is_wide_enough(kinds[taker], taken)
+    ):
+        shapes[giver], shapes[taker] = _simplified(given), _simplified(taken)
 
 
 def _corner_block(rect: tuple[int, int, int, int], rng: np.random.Generator) -> Polygon:
@@ -201,27 +206,27 @@ def _corner_block(rect: tuple[int, int, int, int], rng: np.random.Generator) -> 
     return box(left, low, left + width, low + depth)
 
 
-def _bite(kinds: tuple[str, ...], shapes: list[Polygon], index: int, rng: np.random.Generator) -> None:
+def _cut_corner(kinds: tuple[str, ...], shapes: list[Polygon], index: int, rng: np.random.Generator) -> None:
     """Takes a corner of the boundary away from a room."""
     x0, z0, x1, z1 = (round(value) for value in shapes[index].bounds)
     block = _corner_block((x0, z0, x1, z1), rng)
     left = shapes[index].difference(block)
     others = [shape for other, shape in enumerate(shapes) if other != index]
     touches = any(_shared_length(block, shape) > 0 for shape in others)
-    if not touches and _is_tidy(left) and _is_roomy(kinds[index], left):
-        shapes[index] = _plain(left)
+    if not touches and _has_simple_outline(left) and _is_wide_enough(kinds[index], left):
+        shapes[index] = _simplified(left)
 
 
-def _is_tidy(shape: BaseGeometry) -> bool:
+def _has_simple_outline(shape: BaseGeometry) -> bool:
     """Whether the shape is one polygon of at most eight corners without short steps."""
     if not isinstance(shape, Polygon) or shape.is_empty or shape.interiors:
         return False
-    corners = _plain(shape).exterior.coords[:-1]
+    corners = _simplified(shape).exterior.coords[:-1]
     steps = [math.dist(a, b) for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)]
     return len(corners) <= 8 and min(steps) >= 7
 
 
-def _plain(shape: Polygon | BaseGeometry) -> Polygon:
+def _simplified(shape: Polygon | BaseGeometry) -> Polygon:
     """Returns the polygon without corners that lie on straight edges."""
     assert isinstance(shape, Polygon)
     points = [(round(x), round(z)) for x, z in shape.exterior.coords[:-1]]
@@ -292,7 +297,7 @@ def _tree_cost(kinds: tuple[str, ...], links: list[tuple[int, int]]) -> float:
         degree[b] += 1
         first, second = sorted((kinds[a], kinds[b]))
         cost += LINK_COST[first, second]
-    return cost + sum(THROUGH_COST[kind] * max(0, count - 1) for kind, count in zip(kinds, degree, strict=True))
+    return cost + sum(PASSAGE_COST[kind] * max(0, count - 1) for kind, count in zip(kinds, degree, strict=True))
 
 
 def _in_metres(

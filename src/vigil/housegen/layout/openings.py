@@ -87,12 +87,12 @@ class PlannedOpening:
         return None
 
 
-class _Free:
+class _FreeWall:
     """The stretches of wall pieces that no opening uses yet, and how the house's doors and windows look."""
 
-    def __init__(self, door_look: int, window_look: int) -> None:
-        self.door_look = door_look
-        self.window_look = window_look
+    def __init__(self, door_variant: int, window_variant: int) -> None:
+        self.door_variant = door_variant
+        self.window_variant = window_variant
         self._used: dict[frozenset[tuple[float, float]], list[tuple[float, float]]] = {}
 
     def choose(self, piece: WallPiece, width: float, rng: np.random.Generator) -> tuple[float, float] | None:
@@ -123,7 +123,7 @@ class _Free:
 def cut_openings(plan: RoomLayout, rng: np.random.Generator) -> list[PlannedOpening] | None:
     """Returns the plan's doors and windows; None when a link has no wall long enough."""
     pieces = wall_pieces(plan)
-    free = _Free(door_look=int(rng.integers(DOOR_VARIANTS)), window_look=int(rng.integers(WINDOW_VARIANTS)))
+    free = _FreeWall(door_variant=int(rng.integers(DOOR_VARIANTS)), window_variant=int(rng.integers(WINDOW_VARIANTS)))
     openings: list[PlannedOpening] = []
     for link in plan.links:
         door = _inner_door(link, plan, pieces, free, rng)
@@ -139,7 +139,7 @@ def cut_openings(plan: RoomLayout, rng: np.random.Generator) -> list[PlannedOpen
 
 
 def _inner_door(
-    link: tuple[int, int], plan: RoomLayout, pieces: list[WallPiece], free: _Free, rng: np.random.Generator
+    link: tuple[int, int], plan: RoomLayout, pieces: list[WallPiece], free: _FreeWall, rng: np.random.Generator
 ) -> PlannedOpening | None:
     near, far = shuffled(rng, link)
     walls = [piece for piece in pieces if piece.room == near and piece.behind == far]
@@ -159,7 +159,7 @@ def _inner_door(
         return PlannedOpening(
             id=f"door|{min(link)}|{max(link)}",
             category=category,
-            asset_id=f"vigil_{category}_{free.door_look}",
+            asset_id=f"vigil_{category}_{free.door_variant}",
             wall=wall,
             other=facing_piece(wall, pieces),
             left=span[0],
@@ -178,7 +178,7 @@ def _door_openness(rng: np.random.Generator) -> float:
 
 
 def _front_door(
-    plan: RoomLayout, pieces: list[WallPiece], free: _Free, rng: np.random.Generator
+    plan: RoomLayout, pieces: list[WallPiece], free: _FreeWall, rng: np.random.Generator
 ) -> PlannedOpening | None:
     order = {"LivingRoom": 0, "Kitchen": 1, "Bedroom": 2, "Bathroom": 3}
     for room in sorted(plan.rooms, key=lambda room: order[room.kind]):
@@ -206,7 +206,7 @@ def _front_door(
 
 
 def _windows(
-    room: int, kind: str, pieces: list[WallPiece], free: _Free, rng: np.random.Generator
+    room: int, kind: str, pieces: list[WallPiece], free: _FreeWall, rng: np.random.Generator
 ) -> list[PlannedOpening]:
     walls = [piece for piece in pieces if piece.room == room and piece.behind is None and piece.length >= 1.2]
     low, high = WINDOWS_PER_ROOM[kind]
@@ -226,7 +226,7 @@ def _windows(
             PlannedOpening(
                 id=f"window|{room}|{len(found)}",
                 category="Window",
-                asset_id=f"vigil_Window_{free.window_look}",
+                asset_id=f"vigil_Window_{free.window_variant}",
                 wall=wall,
                 other=None,
                 left=span[0],

@@ -16,7 +16,7 @@ from vigil.protocol.actions import INTENTS, MAX_TURN_DEG, SKILLS, Argument, Coor
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.replies import MAX_REPLY_BYTES
 
-LEAST_MAGNITUDE = 0.01
+MIN_MAGNITUDE = 0.01
 """Of a structured action: the protocol's magnitudes are greater than 0, and a space's bound belongs to it."""
 
 
@@ -70,7 +70,7 @@ def _space(argument: Argument, coordinates: Coordinates) -> Space[Any]:
             width = {"x": FRAME_WIDTH, "y": FRAME_HEIGHT}[argument.name]
             return Discrete(width if coordinates == "pixel" else 1001)
         case _:
-            return Box(LEAST_MAGNITUDE, MAX_TURN_DEG, shape=(), dtype=np.float32)
+            return Box(MIN_MAGNITUDE, MAX_TURN_DEG, shape=(), dtype=np.float32)
 
 
 def _number(name: str, value: Any, space: Space[Any]) -> float:

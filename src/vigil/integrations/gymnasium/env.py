@@ -14,14 +14,14 @@ from gymnasium.spaces import Box, Dict, MultiBinary, Space
 from vigil.env import Env
 from vigil.errors import SettingError, SimulatorError, did_you_mean
 from vigil.integrations.gymnasium.action_spaces import StructuredActions, TextActions
-from vigil.integrations.gymnasium.ahead import Ahead
 from vigil.integrations.gymnasium.instruction_space import InstructionText
 from vigil.integrations.gymnasium.options import Options
-from vigil.integrations.gymnasium.sources import Drawn, source_of
+from vigil.integrations.gymnasium.prefetch import Prefetcher
+from vigil.integrations.gymnasium.sources import SampledEpisode, source_of
 from vigil.integrations.rewards import reward_parts
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback, Observation
 from vigil.records.record import EpisodeRecord
-from vigil.scoring.outcomes import Outcome, settle
+from vigil.scoring.outcomes import Outcome, score
 from vigil.sim import make_simulator
 
 FRAME_SHAPE = (FRAME_HEIGHT, FRAME_WIDTH, 3)
@@ -52,8 +52,8 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         self._source = source_of(self._options)
         assets = self._options.assets
         self._simulator = make_simulator(self._options.backend, assets=assets, quality=self._options.quality)
-        self._ahead = Ahead(self._source, self._simulator.prepare)
-        self._drawn: Drawn | None = None
+        self._ahead = Prefetcher(self._source, self._simulator.prepare)
+        self._drawn: SampledEpisode | None = None
         self._env = Env(self._simulator, lambda _: self._now.house, self._options.condition)
         is_text = self._options.actions == "text"
         self._actions = TextActions() if is_text else StructuredActions(self._options.coordinates)
@@ -73,12 +73,12 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         """
         super().reset(seed=seed)
         if seed is not None:
-            self._ahead.forget()
-        self._drawn = self._chosen(options or {}, is_seeded=seed is not None)
+            self._ahead.discard()
+        self._drawn = self._choose_episode(options or {}, is_seeded=seed is not None)
         self._observation = self._env.reset(self._drawn.episode)
         if self._observation is None:
             raise _failure(self._env.record())
-        return self._seen(self._observation), {}
+        return self._to_space(self._observation), {}
 
     def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
         """Takes one reply. The reward comes with the last one; `info` is empty but for an evaluator's last one.
@@ -88,15 +88,15 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         before = self._observation
         self._observation = self._env.step(self._actions.reply(action))
         if self._observation is not None:
-            return self._seen(self._observation), 0.0, False, False, {}
+            return self._to_space(self._observation), 0.0, False, False, {}
         record = self._env.record()
         if record.end == "error":
             raise _failure(record)
-        self._observation = self._closing(before, record)
-        outcome = settle(self._now.episode, record)
-        info = {"outcome": _told(outcome)} if self._options.evaluator else {}
+        self._observation = self._final_observation(before, record)
+        outcome = score(self._now.episode, record)
+        info = {"outcome": _outcome_info(outcome)} if self._options.evaluator else {}
         reward, is_reported = sum(reward_parts(outcome, self._options).values()), outcome.is_reported
-        return self._seen(self._observation), reward, is_reported, not is_reported, info
+        return self._to_space(self._observation), reward, is_reported, not is_reported, info
 
     def render(self) -> np.ndarray | None:
         """Returns the current frame, drawn now unless it was before; None without a render mode."""
@@ -114,7 +114,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         self._source.close()
 
     @property
-    def _now(self) -> Drawn:
+    def _now(self) -> SampledEpisode:
         assert self._drawn is not None
         return self._drawn
 
@@ -128,7 +128,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
             spaces["feedback"] = MultiBinary(len(Feedback.model_fields))
         return Dict(spaces)
 
-    def _seen(self, observation: Observation) -> dict[str, Any]:
+    def _to_space(self, observation: Observation) -> dict[str, Any]:
         """Returns an observation in its space; both booleans of the feedback are 0 where there is none."""
         seen: dict[str, Any] = {"instruction": self._now.episode.instruction}
         if self._options.frames:
@@ -146,7 +146,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
             self._env.fail("simulator", str(error))
             raise
 
-    def _closing(self, before: Observation | None, record: EpisodeRecord) -> Observation:
+    def _final_observation(self, before: Observation | None, record: EpisodeRecord) -> Observation:
         """Returns what is seen after the last reply, which Gymnasium wants and no agent can answer."""
         effect = record.steps[-1].effect
         told = None if effect is None else Feedback(too_far=effect.too_far, path_blocked=effect.path_blocked)
@@ -154,20 +154,20 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
             return Observation(lambda: before.rgb, told)
         return Observation(self._simulator.frame, told)
 
-    def _chosen(self, options: dict[str, Any], *, is_seeded: bool) -> Drawn:
+    def _choose_episode(self, options: dict[str, Any], *, is_seeded: bool) -> SampledEpisode:
         for name in options:
             if name not in RESET_OPTIONS:
                 hint = did_you_mean(name, RESET_OPTIONS) or f" Its options: {', '.join(RESET_OPTIONS)}."
                 raise SettingError(f"reset() of Vigil-v0 has no option {name!r}.{hint}")
         if "episode_id" not in options:
-            return self._ahead.drawn(self.np_random, is_seeded=is_seeded)
+            return self._ahead.next_episode(self.np_random, is_seeded=is_seeded)
         episode_id = str(options["episode_id"])
         if self._drawn is not None and self._drawn.episode.id == episode_id:
             return self._drawn
-        return self._source.named(episode_id)
+        return self._source.by_id(episode_id)
 
 
-def _told(outcome: Outcome) -> dict[str, Any]:
+def _outcome_info(outcome: Outcome) -> dict[str, Any]:
     found = {key: getattr(outcome, key) for key in OUTCOME_KEYS}
     return {key: value for key, value in found.items() if value is not None}
 

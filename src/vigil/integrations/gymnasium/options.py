@@ -5,12 +5,12 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.authoring.streaming.difficulty import Difficulty, difficulties_named
-from vigil.errors import SettingError, did_you_mean, first_fault
+from vigil.errors import SettingError, did_you_mean, first_error
 from vigil.integrations.rewards import HonestFailReward, LagPenalty, WorldReward
 from vigil.protocol.actions import Coordinates, ReplyPolicy
-from vigil.protocol.episode import Family, families_named
+from vigil.protocol.episode import Family, parse_families
 from vigil.protocol.observation import Quality
 from vigil.protocol.profile import PROFILE_NAMES, Profile
 
@@ -54,7 +54,7 @@ class Options(BaseModel):
         names = [given] if isinstance(given, str) else given
         if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
             raise SettingError(f"Vigil-v0: family is {given!r}; give a family's name, or a list of names.")
-        return families_named(names)
+        return parse_families(names)
 
     @field_validator("difficulty", mode="before")
     @classmethod
@@ -89,12 +89,12 @@ class Options(BaseModel):
         try:
             return cls.model_validate(given)
         except ValidationError as error:
-            raise SettingError(f"Vigil-v0: option {first_fault(error)}.") from None
+            raise SettingError(f"Vigil-v0: option {first_error(error)}.") from None
 
     @property
     def assets(self) -> AssetDatabase:
         """The sizes of things. Raises SettingError for a broken database."""
-        return AssetDatabase.of(None if self.asset_database is None else Path(self.asset_database))
+        return AssetDatabase.from_file(None if self.asset_database is None else Path(self.asset_database))
 
     @property
     def condition(self) -> Profile:

@@ -13,34 +13,34 @@ from vigil.authoring.streaming.address import is_stream, seed_in
 from vigil.authoring.streaming.stream import Stream, StreamItem
 from vigil.errors import SettingError
 from vigil.integrations.gymnasium.options import Options
-from vigil.packs.pack import Pack, Selection, find, manifest_sha256
+from vigil.packs.pack import Pack, Selection, find_pack, manifest_sha256
 from vigil.protocol.episode import MAX_INSTRUCTION_CHARS, Episode
 from vigil.protocol.house import House
 
-PACKS_KEPT = 2
-HOUSES_OF_A_STREAM = 2**31
+PACK_CACHE_SIZE = 2
+MAX_FIRST_HOUSES = 2**31
 """A seed begins to read an endless stream at one of so many houses."""
 
 
 @dataclass(frozen=True, slots=True)
-class Drawn:
+class SampledEpisode:
     """An episode with its house."""
 
     episode: Episode
     house: House
 
 
-class Source(Protocol):
+class EpisodeSource(Protocol):
     """Episodes with their houses."""
 
-    def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], Drawn]:
+    def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], SampledEpisode]:
         """Chooses the next episode by `rng`, which has just been seeded or goes on; returns what waits for it.
 
         What is returned may be called in another thread, before the next is chosen.
         """
         ...
 
-    def named(self, episode_id: str) -> Drawn:
+    def by_id(self, episode_id: str) -> SampledEpisode:
         """Returns the episode of that id. Raises SettingError."""
         ...
 
@@ -53,17 +53,17 @@ class Source(Protocol):
         ...
 
 
-def source_of(options: Options) -> Source:
+def source_of(options: Options) -> EpisodeSource:
     """Returns what the options name. Raises SettingError or PackMismatch."""
     if is_stream(options.pack):
-        return StreamSource(str(options.pack), options)
+        return StreamEpisodes(str(options.pack), options)
     for name in ("difficulty", "houses"):
         if getattr(options, name):
             raise SettingError(f"Vigil-v0: option {name} is for a stream (pack='stream:7'), not for a pack.")
-    return PackSource(options)
+    return PackEpisodes(options)
 
 
-class PackSource:
+class PackEpisodes:
     """Episodes of a pack, each drawn with equal chances."""
 
     def __init__(self, options: Options) -> None:
@@ -71,15 +71,15 @@ class PackSource:
         self._pack.check_assets(options.assets)
         self._episodes = self._pack.select(Selection(families=options.family))
 
-    def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], Drawn]:
+    def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], SampledEpisode]:
         """Chooses an episode."""
         del is_seeded
         episode = self._episodes[int(rng.integers(len(self._episodes)))]
-        return lambda: self._drawn(episode)
+        return lambda: self._with_house(episode)
 
-    def named(self, episode_id: str) -> Drawn:
+    def by_id(self, episode_id: str) -> SampledEpisode:
         """Returns any episode of the pack. Raises SettingError."""
-        return self._drawn(self._pack.episode(episode_id))
+        return self._with_house(self._pack.episode(episode_id))
 
     def longest_instruction(self) -> tuple[int, str]:
         """Returns the length of the longest instruction, and the characters of all."""
@@ -89,11 +89,11 @@ class PackSource:
     def close(self) -> None:
         """Does nothing."""
 
-    def _drawn(self, episode: Episode) -> Drawn:
-        return Drawn(episode, self._pack.house_of(episode))
+    def _with_house(self, episode: Episode) -> SampledEpisode:
+        return SampledEpisode(episode, self._pack.house_of(episode))
 
 
-class StreamSource:
+class StreamEpisodes:
     """Episodes of a stream, in its order. A seed decides at which house to begin; without one it is the first.
 
     A stream of so many houses begins again after the last.
@@ -111,16 +111,16 @@ class StreamSource:
         self._items: Iterator[StreamItem] | None = None
         self._stream: Stream | None = None
 
-    def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], Drawn]:
+    def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], SampledEpisode]:
         """Chooses where to begin, when `rng` has just been seeded; the next episode may have to be waited for."""
-        count = HOUSES_OF_A_STREAM if self._last is None else self._last - self._first
+        count = MAX_FIRST_HOUSES if self._last is None else self._last - self._first
         if is_seeded:
             self._begin(self._first + int(rng.integers(count)))
         elif self._items is None:
             self._begin(self._first)
-        return self._following
+        return self._next_in_stream
 
-    def named(self, episode_id: str) -> Drawn:
+    def by_id(self, episode_id: str) -> SampledEpisode:
         """Raises SettingError: a stream has no episode at hand but the one that is drawn."""
         raise SettingError(
             f"A stream is read in its order: {episode_id!r} is not the episode that was read last. `vigil pack "
@@ -137,7 +137,7 @@ class StreamSource:
             self._stream.close()
         self._stream = self._items = None
 
-    def _following(self) -> Drawn:
+    def _next_in_stream(self) -> SampledEpisode:
         """Returns the next episode. Raises SettingError when there is none, SimulatorError."""
         assert self._items is not None
         item = next(self._items, None)
@@ -146,7 +146,7 @@ class StreamSource:
             item = next(self._items, None)
         if item is None:
             raise SettingError(f"Stream {self._seed}: its houses {self._first} to {self._last} hold no wanted episode.")
-        return Drawn(item.episode, item.house)
+        return SampledEpisode(item.episode, item.house)
 
     def _begin(self, house: int) -> None:
         self.close()
@@ -156,12 +156,12 @@ class StreamSource:
 
 def load_pack(name: str | Path) -> Pack:
     """Returns a pack, which environments of one process share as long as its manifest stays. Raises PackMismatch."""
-    folder = find(name)
-    return _pack_in(folder.resolve(), manifest_sha256(folder))
+    folder = find_pack(name)
+    return _cached_pack(folder.resolve(), manifest_sha256(folder))
 
 
-@lru_cache(maxsize=PACKS_KEPT)
-def _pack_in(folder: Path, sha256: str) -> Pack:
+@lru_cache(maxsize=PACK_CACHE_SIZE)
+def _cached_pack(folder: Path, sha256: str) -> Pack:
     del sha256  # tells a pack from another one that lay in the folder before
     return Pack.load(folder)
 

@@ -19,12 +19,12 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space, create_shared_memory, iterate, read_from_shared_memory
 
 from vigil.errors import SettingError
-from vigil.integrations.gymnasium.vector_worker import MakeEnv, Share
+from vigil.integrations.gymnasium.vector_worker import EnvShard, MakeEnv
 from vigil.runner.workers.pool import worker_count
 
 ENV_ID = "vigil.integrations.gymnasium:Vigil-v0"
 """With the module that registers it, which a process of its own has not imported."""
-Stepped = tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]
+StepResult = tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]
 
 
 class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
@@ -52,12 +52,14 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         memory = create_shared_memory(self.single_observation_space, self.num_envs, ctx=started)
         self._observations = read_from_shared_memory(self.single_observation_space, memory, self.num_envs)
         bounds = np.linspace(0, self.num_envs, 1 + min(worker_count(processes), self.num_envs)).astype(int).tolist()
-        self._shares = [
-            Share(started, list(env_fns[first:last]), first, memory, mode) for first, last in pairwise(bounds)
+        self._shards = [
+            EnvShard(started, list(env_fns[first:last]), first, memory, mode) for first, last in pairwise(bounds)
         ]
-        self._end = weakref.finalize(self, _end, self._shares)
+        self._end = weakref.finalize(self, _end, self._shards)
         try:
-            self._asked("check_spaces", [(self.single_observation_space, self.single_action_space)] * len(self._shares))
+            self._call_all(
+                "check_spaces", [(self.single_observation_space, self.single_action_space)] * len(self._shards)
+            )
         except BaseException:
             self.close()
             raise
@@ -72,25 +74,25 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         given = dict(options or {})
         mask = self._mask(given.pop("reset_mask", None))
         told = None if options is None else given
-        asked = [(seeds[share.part], told, None if mask is None else mask[share.part]) for share in self._shares]
+        asked = [(seeds[shard.part], told, None if mask is None else mask[shard.part]) for shard in self._shards]
         infos: dict[str, Any] = {}
-        for share, found in zip(self._shares, self._asked("reset_some", asked), strict=True):
-            infos = self._with_infos(infos, share, found)
+        for shard, found in zip(self._shards, self._call_all("reset_some", asked), strict=True):
+            infos = self._with_infos(infos, shard, found)
         return self._seen(), infos
 
-    def step(self, actions: Any) -> Stepped:
+    def step(self, actions: Any) -> StepResult:
         """Takes one action in each environment; one whose episode has ended resets instead, in the default mode."""
         each = list(iterate(self.action_space, actions))
-        answers = self._asked("step_all", [(each[share.part],) for share in self._shares])
+        answers = self._call_all("step_all", [(each[shard.part],) for shard in self._shards])
         infos: dict[str, Any] = {}
-        for share, answer in zip(self._shares, answers, strict=True):
-            infos = self._with_infos(infos, share, answer[-1])
+        for shard, answer in zip(self._shards, answers, strict=True):
+            infos = self._with_infos(infos, shard, answer[-1])
         rewards, terminated, truncated = (np.concatenate([answer[i] for answer in answers]) for i in range(3))
         return self._seen(), rewards, terminated, truncated, infos
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """Returns of each environment what calling its method gives, or its attribute of that name."""
-        answers = self._asked("call_each", [(name, args, kwargs)] * len(self._shares))
+        answers = self._call_all("call_each", [(name, args, kwargs)] * len(self._shards))
         return tuple(each for answer in answers for each in answer)
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
@@ -102,7 +104,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         each = list(values) if isinstance(values, list | tuple) else [values] * self.num_envs
         if len(each) != self.num_envs:
             raise SettingError(f"set_attr() of {self.num_envs} environments got {len(each)} values; give one for each.")
-        self._asked("set_attr", [(name, each[share.part]) for share in self._shares])
+        self._call_all("set_attr", [(name, each[shard.part]) for shard in self._shards])
 
     def render(self) -> tuple[Any, ...]:
         """Returns the current frame of each environment; None of each without a render mode."""
@@ -133,13 +135,13 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         env.close()
 
-    def _asked(self, command: str, arguments: Sequence[tuple[Any, ...]]) -> list[Any]:
+    def _call_all(self, command: str, arguments: Sequence[tuple[Any, ...]]) -> list[Any]:
         """Returns what each process answers. Raises, when all have answered, what the first of them raised."""
         if self.closed:
             raise ClosedEnvironmentError(f"{command}() of a vector of environments that has been closed.")
-        for share, each in zip(self._shares, arguments, strict=True):
-            share.ask(command, each)
-        answers = [share.answer() for share in self._shares]
+        for shard, each in zip(self._shards, arguments, strict=True):
+            shard.ask(command, each)
+        answers = [shard.answer() for shard in self._shards]
         for answer in answers:
             if isinstance(answer, Exception):
                 raise answer
@@ -153,9 +155,9 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
             raise SettingError(f"reset_mask is {given!r}: give {self.num_envs} booleans, one of which is true.")
         return mask
 
-    def _with_infos(self, infos: dict[str, Any], share: Share, found: dict[int, dict[str, Any]]) -> dict[str, Any]:
+    def _with_infos(self, infos: dict[str, Any], shard: EnvShard, found: dict[int, dict[str, Any]]) -> dict[str, Any]:
         for number, info in found.items():
-            infos = self._add_info(infos, info, share.part.start + number)
+            infos = self._add_info(infos, info, shard.part.start + number)
         return infos
 
     def _seen(self) -> Any:
@@ -178,8 +180,8 @@ def make_vector(
     )
 
 
-def _end(shares: Sequence[Share]) -> None:
-    for share in shares:
-        share.leave()
-    for share in shares:
-        share.end()
+def _end(shards: Sequence[EnvShard]) -> None:
+    for shard in shards:
+        shard.request_stop()
+    for shard in shards:
+        shard.end()

@@ -22,11 +22,11 @@ from vigil.errors import SettingError, SimulatorError
 MakeEnv = Callable[[], gymnasium.Env[Any, Any]]
 Infos = dict[Any, dict[str, Any]]
 """What environments tell, by their numbers in the share."""
-PATIENCE_S = 60.0
+END_TIMEOUT_S = 60.0
 """How long a process may take to end; building a house, which is waited for, takes seconds."""
 
 
-class Share:
+class EnvShard:
     """A process with some of the environments, seen from the one that steps them all."""
 
     def __init__(
@@ -52,7 +52,7 @@ class Share:
         try:
             self._pipe.send((self._asked, command, arguments))
         except OSError:
-            raise self._lost() from None
+            raise self._ended_error() from None
 
     def answer(self) -> Any:
         """Returns what the last call returned, or the error that it raised. Raises SimulatorError when it has ended."""
@@ -61,23 +61,23 @@ class Share:
             try:
                 number, answer = self._pipe.recv()
             except (EOFError, OSError):
-                raise self._lost() from None
+                raise self._ended_error() from None
         return answer
 
-    def leave(self) -> None:
+    def request_stop(self) -> None:
         """Has the process end when it has done what it is doing."""
         with suppress(OSError):  # it has ended before
             self._pipe.send(None)
 
     def end(self) -> None:
         """Waits for the end of the process, and kills it when that takes too long."""
-        self._process.join(PATIENCE_S)
+        self._process.join(END_TIMEOUT_S)
         if self._process.is_alive():
             self._process.kill()
             self._process.join()
         self._pipe.close()
 
-    def _lost(self) -> SimulatorError:
+    def _ended_error(self) -> SimulatorError:
         self._process.join(1.0)
         return SimulatorError(
             f"The process of environments {self.part.start} to {self.part.stop - 1} has ended (exit code "

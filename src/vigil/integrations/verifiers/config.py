@@ -10,10 +10,10 @@ from vigil.authoring.streaming.address import is_stream, seed_in
 from vigil.authoring.streaming.difficulty import difficulties_named
 from vigil.errors import VigilError, did_you_mean
 from vigil.integrations.rewards import HonestFailReward, LagPenalty, WorldReward
-from vigil.packs.pack import find
+from vigil.packs.pack import find_pack
 from vigil.packs.private import REVEAL_HELP
 from vigil.protocol.actions import Coordinates, ReplyPolicy
-from vigil.protocol.episode import families_named
+from vigil.protocol.episode import parse_families
 from vigil.protocol.observation import Quality
 from vigil.protocol.profile import PROFILE_NAMES, ImageFormat, Profile, PromptVariant, SystemRole
 from vigil.sim import BACKENDS
@@ -63,7 +63,7 @@ class VigilTasksetConfig(vf.TasksetConfig):
             if is_stream(given):
                 seed_in(given)
             else:
-                find(given)
+                find_pack(given)
         except VigilError as error:
             raise ValueError(str(error)) from None
         return given
@@ -73,7 +73,7 @@ class VigilTasksetConfig(vf.TasksetConfig):
     def _names(cls, given: Any, info: ValidationInfo) -> Any:
         names = [given] if isinstance(given, str) else given
         try:
-            return list(families_named(names) if info.field_name == "family" else difficulties_named(names))
+            return list(parse_families(names) if info.field_name == "family" else difficulties_named(names))
         except VigilError as error:
             raise ValueError(str(error)) from None
 

@@ -6,7 +6,7 @@ from typing import Any
 import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
 from pydantic import ValidationError
 
-from vigil.errors import PackMismatch, SettingError, VigilError, did_you_mean, first_fault
+from vigil.errors import PackMismatch, SettingError, VigilError, did_you_mean, first_error
 from vigil.integrations.verifiers.config import TASKSET_ID, VigilEnvConfig, VigilTaskConfig, VigilTasksetConfig
 from vigil.integrations.verifiers.harness import VigilHarness
 from vigil.integrations.verifiers.taskset import VigilData, VigilTaskset
@@ -14,14 +14,14 @@ from vigil.runner.models.ask import Ask
 from vigil.runner.workers.live import play_live
 from vigil.runner.workers.messages import WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool, worker_count
-from vigil.scoring.outcomes import Outcome, settle
+from vigil.scoring.outcomes import Outcome, score
 
 RUN_ID = "verifiers"
 _REWARDS = VigilTaskConfig.model_fields.keys() - vf.TaskConfig.model_fields.keys()
 _OPTIONS = VigilTasksetConfig.model_fields.keys() - vf.TasksetConfig.model_fields.keys() | _REWARDS
 
 
-class VigilEnv(vf.Env[VigilEnvConfig]):
+class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
     """Plays episodes under the protocol, any number at once. The simulators run while it is `serving()`."""
 
     taskset: VigilTaskset
@@ -75,10 +75,10 @@ class VigilEnv(vf.Env[VigilEnvConfig]):
         record = await play_live(self._pool.live(assignment), condition, ask, RUN_ID)
         if record.error is not None:
             raise VigilError(f"{record.error.boundary}: {record.error.message}")
-        return settle(assignment.episode, record)
+        return score(assignment.episode, record)
 
 
-def load_environment(**options: Any) -> VigilEnv:
+def load_environment(**options: Any) -> VigilVerifiersEnv:
     """Returns the environment with these options; docs/verifiers.md lists them. Raises SettingError or PackMismatch."""
     for name in options.keys() - _OPTIONS:
         hint = did_you_mean(name, _OPTIONS) or f" Its options: {', '.join(sorted(_OPTIONS))}."
@@ -87,6 +87,6 @@ def load_environment(**options: Any) -> VigilEnv:
     try:
         config = VigilEnvConfig.model_validate({"taskset": {"id": TASKSET_ID, "task": rewards, **options}})
     except ValidationError as error:
-        fault = first_fault(error).removeprefix("taskset.").replace("Value error, ", "", 1)
+        fault = first_error(error).removeprefix("taskset.").replace("Value error, ", "", 1)
         raise SettingError(f"Option {fault.rstrip('.')}.") from None
-    return VigilEnv(config)
+    return VigilVerifiersEnv(config)

@@ -9,11 +9,11 @@ from openai import AsyncOpenAI
 from vigil.agents.agent import REPLY_SECONDS
 from vigil.errors import VigilError
 from vigil.integrations.chat_client import chat_sender
-from vigil.integrations.verifiers.taskset import VigilData, keep_outcome
+from vigil.integrations.verifiers.taskset import VigilData, store_outcome
 from vigil.runner.models.ask import Ask, RetryPolicy, with_retries
 from vigil.scoring.outcomes import Outcome
 
-Play = Callable[[VigilData, Ask], Awaitable[Outcome]]
+PlayTask = Callable[[VigilData, Ask], Awaitable[Outcome]]
 """Plays an episode with a model. Raises VigilError when it could not be played to its end."""
 
 
@@ -22,7 +22,7 @@ class VigilHarness(vf.Harness[vf.HarnessConfig]):
 
     EXECUTES_CODE = False
     NEEDS_CONTAINER = False
-    play: Play | None = None
+    play: PlayTask | None = None
     """Set by the environment, which has the simulators."""
 
     async def launch(
@@ -49,7 +49,7 @@ class VigilHarness(vf.Harness[vf.HarnessConfig]):
         async with AsyncOpenAI(base_url=endpoint, api_key=secret, max_retries=0, timeout=REPLY_SECONDS) as client:
             ask = with_retries(chat_sender(client, ctx.model), RetryPolicy())
             try:
-                keep_outcome(trace, await self.play(cast(VigilData, data), ask))
+                store_outcome(trace, await self.play(cast(VigilData, data), ask))
             except VigilError as error:
                 raise vf.HarnessError(str(error)) from error
         return vf.ProgramResult(exit_code=0, stdout="", stderr="")

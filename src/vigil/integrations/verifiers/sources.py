@@ -22,22 +22,22 @@ from vigil.errors import SettingError
 from vigil.integrations.verifiers.config import VigilTasksetConfig
 from vigil.packs.pack import Pack, Selection
 from vigil.packs.private import check_revealed, is_private, is_secret
-from vigil.protocol.episode import Episode, families_named
+from vigil.protocol.episode import Episode, parse_families
 from vigil.runner.workers.messages import Assignment
 
-REVEALING = "--env.taskset.reveal-private-pack true"
-HOUSES_KEPT = 64
+REVEAL_OPTION = "--env.taskset.reveal-private-pack true"
+HOUSE_CACHE_SIZE = 64
 """Houses of a stream that are kept for episodes not played yet."""
 
 
-class Row(NamedTuple):
+class TaskRow(NamedTuple):
     """An episode, and of a stream the place of its house."""
 
     episode: Episode
     house: int | None = None
 
 
-class Source(Protocol):
+class TaskSource(Protocol):
     """Episodes with their houses."""
 
     is_endless: bool
@@ -52,7 +52,7 @@ class Source(Protocol):
         """The pack that simulators load; None when assignments bring their houses."""
         ...
 
-    def rows(self) -> Iterator[Row]:
+    def rows(self) -> Iterator[TaskRow]:
         """Yields the episodes. Raises PackMismatch, SettingError or SimulatorError."""
         ...
 
@@ -65,12 +65,12 @@ class Source(Protocol):
         ...
 
 
-def source_of(config: VigilTasksetConfig) -> Source:
+def source_of(config: VigilTasksetConfig) -> TaskSource:
     """Returns what the options name."""
-    return StreamSource(config) if is_stream(config.pack) else PackSource(config)
+    return StreamTasks(config) if is_stream(config.pack) else PackTasks(config)
 
 
-class PackSource:
+class PackTasks:
     """The episodes of a pack."""
 
     is_endless = False
@@ -86,7 +86,7 @@ class PackSource:
             is_private(found.manifest.meta),
             "What verifiers keeps of its rollouts",
             reveals=self._config.reveal_private_pack,
-            by=REVEALING,
+            by=REVEAL_OPTION,
         )
         return found
 
@@ -100,9 +100,11 @@ class PackSource:
         """Where the pack lies."""
         return self._pack.folder
 
-    def rows(self) -> Iterator[Row]:
+    def rows(self) -> Iterator[TaskRow]:
         """Yields the selected episodes, by their ids."""
-        yield from map(Row, self._pack.select(Selection(families_named(self._config.family), (), self._config.limit)))
+        yield from map(
+            TaskRow, self._pack.select(Selection(parse_families(self._config.family), (), self._config.limit))
+        )
 
     async def assignment(self, episode_id: str, house: int | None) -> Assignment:
         """Returns the episode of that id."""
@@ -114,23 +116,23 @@ class PackSource:
 
 
 @dataclass(frozen=True, slots=True)
-class _House:
+class _HouseTasks:
     """A house of a stream with what is played in it."""
 
     assignments: dict[str, Assignment]
 
     @classmethod
-    def of(cls, made: StreamHouse) -> "_House":
+    def of(cls, made: StreamHouse) -> "_HouseTasks":
         if not made.drafts:
             return cls({})
         house, episodes = made.house, [draft.episode for draft in made.drafts]
         return cls({episode.id: Assignment(episode, house=house) for episode in episodes})
 
 
-_Kept = TypeVar("_Kept", _House, "Future[StreamHouse]")
+_Cached = TypeVar("_Cached", _HouseTasks, "Future[StreamHouse]")
 
 
-class StreamSource:
+class StreamTasks:
     """The episodes of a stream, in its order."""
 
     folder = None
@@ -142,19 +144,19 @@ class StreamSource:
             is_secret(self._seed),
             "What verifiers keeps of its rollouts, with the seed in each id,",
             reveals=config.reveal_private_pack,
-            by=REVEALING,
+            by=REVEAL_OPTION,
         )
         first, last = config.houses or (0, None)
         self._stream = Stream(
             self._seed,
-            families=families_named(config.family),
+            families=parse_families(config.family),
             difficulties=difficulties_named(config.difficulty),
             first=first,
             last=last,
             workers=config.stream_workers,
         )
         self.is_endless = last is None and config.limit is None
-        self._houses: dict[int, Future[StreamHouse] | _House] = {}
+        self._houses: dict[int, Future[StreamHouse] | _HouseTasks] = {}
         self._workers = max(1, config.stream_workers)
         self._pool: HousePool | None = None
 
@@ -163,7 +165,7 @@ class StreamSource:
         """The stream's address, with its version."""
         return address_of(self._seed)
 
-    def rows(self) -> Iterator[Row]:
+    def rows(self) -> Iterator[TaskRow]:
         """Yields the episodes; keeps their houses for who plays them in this process."""
         return islice(self._rows(), self._limit)
 
@@ -173,11 +175,11 @@ class StreamSource:
             raise SettingError(f"The row of episode {episode_id!r} names no house of stream {self._seed}.")
         found = self._houses.get(house)
         if found is None:
-            found = self._keep(house, self._background().ask(house))
+            found = self._cache(house, self._house_pool().ask(house))
         if isinstance(found, Future):
             made = await asyncio.shield(asyncio.wrap_future(found))
-            kept = self._houses.get(house)
-            found = kept if isinstance(kept, _House) else self._keep(house, _House.of(made))
+            cached = self._houses.get(house)
+            found = cached if isinstance(cached, _HouseTasks) else self._cache(house, _HouseTasks.of(made))
         if episode_id not in found.assignments:
             raise SettingError(f"House {house} of {self.name} holds no episode {episode_id!r} that is asked for.")
         return found.assignments[episode_id]
@@ -190,21 +192,21 @@ class StreamSource:
         self._pool = None
         self._houses.clear()
 
-    def _rows(self) -> Iterator[Row]:
+    def _rows(self) -> Iterator[TaskRow]:
         for made in self._stream.houses():
             if made.drafts:
-                self._keep(made.number, _House.of(made))
+                self._cache(made.number, _HouseTasks.of(made))
             for draft in made.drafts:
-                yield Row(draft.episode, made.number)
+                yield TaskRow(draft.episode, made.number)
 
-    def _keep(self, number: int, kept: _Kept) -> _Kept:
+    def _cache(self, number: int, cached: _Cached) -> _Cached:
         self._houses.pop(number, None)
-        self._houses[number] = kept
-        if len(self._houses) > HOUSES_KEPT:
+        self._houses[number] = cached
+        if len(self._houses) > HOUSE_CACHE_SIZE:
             del self._houses[next(iter(self._houses))]
-        return kept
+        return cached
 
-    def _background(self) -> HousePool:
+    def _house_pool(self) -> HousePool:
         if self._pool is None:
             self._pool = HousePool(self._stream.settings, self._workers)
         return self._pool

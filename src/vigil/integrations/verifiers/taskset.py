@@ -35,13 +35,13 @@ class VigilTask(vf.Task[VigilData, vf.State, VigilTaskConfig]):
     @vf.reward
     async def reward(self, trace: vf.Trace) -> dict[str, float]:
         """Returns the summands of the reward; 0 for B alone when verifiers ended the episode before its end."""
-        outcome = outcome_in(trace)
+        outcome = stored_outcome(trace)
         return {"B": 0.0} if outcome is None else reward_parts(outcome, self.config)
 
     @vf.metric
     async def verdict(self, trace: vf.Trace) -> dict[str, float]:
         """Returns what the paper's tables count; nothing when verifiers ended the episode before its end."""
-        outcome = outcome_in(trace)
+        outcome = stored_outcome(trace)
         if outcome is None:
             return {}
         labels = {label: float(outcome.label == label) for label in LABELS}
@@ -64,12 +64,12 @@ class VigilTaskset(vf.Taskset[VigilTask, VigilTasksetConfig]):
             yield VigilTask(data, self.config.task)
 
 
-def keep_outcome(trace: vf.Trace, outcome: Outcome) -> None:
+def store_outcome(trace: vf.Trace, outcome: Outcome) -> None:
     """Writes the verdict on an episode into its trace."""
     trace.info[OUTCOME] = asdict(outcome)
 
 
-def outcome_in(trace: vf.Trace) -> Outcome | None:
+def stored_outcome(trace: vf.Trace) -> Outcome | None:
     """Returns the verdict in a trace; None when the episode was not played to its end."""
     kept: dict[str, Any] | None = trace.info.get(OUTCOME)
     return None if kept is None else Outcome(**kept)

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from vigil.protocol.actions import Usage
-from vigil.protocol.endings import ending_of
-from vigil.runner.models.refusals import sentence_in, status_in
+from vigil.protocol.finish_reasons import stop_cause
+from vigil.runner.models.provider_errors import error_message_in, error_status_in
 
 Wire = Literal["chat", "responses", "anthropic", "google"]
 """OpenAI's chat completions, OpenAI's responses, Anthropic's messages, Google's generateContent."""
@@ -30,7 +30,7 @@ class NoAnswer(Exception):
 
 
 @dataclass(slots=True)
-class Answer:
+class ModelAnswer:
     """A reply as the server sent it, gathered from one body."""
 
     parts: list[str] = field(default_factory=list)
@@ -42,9 +42,9 @@ class Answer:
     usage: Usage | None = None
     model: str | None = None
     """The name under which the model answered."""
-    is_begun: bool = False
+    has_message: bool = False
     """Whether there was a message at all."""
-    is_ended: bool = False
+    is_complete: bool = False
     """Whether the server said that this was all of it."""
 
     @property
@@ -59,12 +59,12 @@ class Answer:
         return text.encode("utf-16", "surrogatepass").decode("utf-16", "surrogatepass")
 
 
-def read_answer(wire: Wire, body: bytes) -> Answer:
+def read_answer(wire: Wire, body: bytes) -> ModelAnswer:
     """Returns the reply in a body. Raises NoAnswer.
 
     Whether it is a stream of events is told by the body: servers get their content types wrong.
     """
-    answer = Answer()
+    answer = ModelAnswer()
     read = _READERS[wire]
     for part in _documents(body):
         if part.get("error") or part.get("object") == "error" or _failed_status(part):
@@ -72,10 +72,10 @@ def read_answer(wire: Wire, body: bytes) -> Answer:
         try:
             read(answer, part)
         except (TypeError, KeyError, AttributeError, IndexError) as fault:
-            raise NoAnswer(f"HTTP 200 with an answer of another form ({fault}): {_shown(body)}") from None
-    if not answer.is_begun:
-        raise NoAnswer(f"HTTP 200 without a message: {_shown(body)}")
-    if not answer.is_ended:
+            raise NoAnswer(f"HTTP 200 with an answer of another form ({fault}): {_excerpt(body)}") from None
+    if not answer.has_message:
+        raise NoAnswer(f"HTTP 200 without a message: {_excerpt(body)}")
+    if not answer.is_complete:
         raise NoAnswer("HTTP 200 with an answer that breaks off.")
     return answer
 
@@ -84,11 +84,11 @@ def _documents(body: bytes) -> Iterator[dict[str, Any]]:
     try:
         text = body.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise NoAnswer(f"HTTP 200 with an answer that is no UTF-8: {_shown(body)}") from None
+        raise NoAnswer(f"HTTP 200 with an answer that is no UTF-8: {_excerpt(body)}") from None
     if text.lstrip().startswith(("data:", "event:", ":", "id:", "retry:")):
         yield from _events(text)
         return
-    found = _load(text)
+    found = _parse_json(text)
     yield from [found] if isinstance(found, dict) else _dicts(found)
 
 
@@ -103,10 +103,10 @@ def _events(text: str) -> Iterator[dict[str, Any]]:
             if data.strip() == "[DONE]":
                 yield {"done": True}
             elif data.strip():
-                yield from _dicts([_load(data)])
+                yield from _dicts([_parse_json(data)])
 
 
-def _load(text: str) -> Any:
+def _parse_json(text: str) -> Any:
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as fault:
@@ -120,7 +120,7 @@ def _dicts(found: Any) -> list[dict[str, Any]]:
 
 
 def _error(found: Any) -> NoAnswer:
-    return NoAnswer(f"HTTP 200 with an error: {sentence_in(found)}", status_in(found))
+    return NoAnswer(f"HTTP 200 with an error: {error_message_in(found)}", error_status_in(found))
 
 
 def _failed_status(part: dict[str, Any]) -> bool:
@@ -129,16 +129,16 @@ def _failed_status(part: dict[str, Any]) -> bool:
     return isinstance(status, dict) and status.get("status_code") not in (None, 0)
 
 
-def _shown(body: bytes) -> str:
+def _excerpt(body: bytes) -> str:
     return repr(body[:200].decode("utf-8", "backslashreplace"))
 
 
 # --- the four formats: each takes in one document, which is the whole answer or an event of a stream ------------------
 
 
-def _chat(answer: Answer, part: dict[str, Any]) -> None:
+def _chat(answer: ModelAnswer, part: dict[str, Any]) -> None:
     answer.model = _name(part.get("model")) or answer.model
-    answer.is_ended = answer.is_ended or "done" in part
+    answer.is_complete = answer.is_complete or "done" in part
     answer.usage = _usage(part.get("usage"), "prompt_tokens", "completion_tokens") or answer.usage
     choices = [choice for choice in part.get("choices") or [] if not choice.get("index")]
     for choice in choices:
@@ -148,19 +148,19 @@ def _chat(answer: Answer, part: dict[str, Any]) -> None:
         message = choice["message"] if is_whole else choice["delta"] or {}
         if not isinstance(message, dict):
             raise TypeError(f"the message is a {type(message).__name__}")
-        answer.is_begun = True
-        _content(answer, message.get("content"))
-        _add(answer.refusals, message.get("refusal"))
-        answer.reasoning.append(_reasoning_beside(message))
-        answer.tool_call = answer.tool_call or _tool_in(message)
+        answer.has_message = True
+        _add_content(answer, message.get("content"))
+        _append_text(answer.refusals, message.get("refusal"))
+        answer.reasoning.append(_reasoning_field(message))
+        answer.tool_call = answer.tool_call or _tool_name(message)
         answer.finish_reason = _finish_reason(choice) or answer.finish_reason
-        answer.is_ended = answer.is_ended or is_whole or answer.finish_reason is not None
+        answer.is_complete = answer.is_complete or is_whole or answer.finish_reason is not None
 
 
-def _content(answer: Answer, content: Any) -> None:
+def _add_content(answer: ModelAnswer, content: Any) -> None:
     """Takes in a content: a text, or a list of parts of which those of text and refusal count."""
     if content is None or isinstance(content, str):
-        _add(answer.parts, content)
+        _append_text(answer.parts, content)
         return
     for part in content if isinstance(content, list) else [content]:
         if isinstance(part, str):
@@ -168,16 +168,16 @@ def _content(answer: Answer, content: Any) -> None:
             continue
         match part.get("type", "text"):
             case "text" | "output_text":
-                _add(answer.parts, part["text"])
+                _append_text(answer.parts, part["text"])
             case "refusal":
-                _add(answer.refusals, part["refusal"])
+                _append_text(answer.refusals, part["refusal"])
             case "thinking" | "reasoning" | "reasoning_text" | "summary_text":
                 answer.reasoning.append(_reasoning_of(part))
             case "tool_use" | "function_call":
                 answer.tool_call = answer.tool_call or _name(part.get("name")) or "unnamed"
 
 
-def _reasoning_beside(message: dict[str, Any]) -> str:
+def _reasoning_field(message: dict[str, Any]) -> str:
     """Returns the reasoning beside a message. Several servers send the same text in two fields."""
     fields = (message.get("reasoning_content"), message.get("reasoning"))
     text = next((one for one in fields if isinstance(one, str) and one), None)
@@ -192,7 +192,7 @@ def _reasoning_of(part: dict[str, Any]) -> str:
     return inner if isinstance(inner, str) else "".join(one.get("text") or "" for one in inner)
 
 
-def _tool_in(message: dict[str, Any]) -> str | None:
+def _tool_name(message: dict[str, Any]) -> str | None:
     """Returns the name of the tool that a message of OpenAI's calls, the older way included."""
     calls = message.get("tool_calls")
     first = calls[0] if isinstance(calls, list) and calls else None
@@ -204,20 +204,20 @@ def _tool_in(message: dict[str, Any]) -> str | None:
 
 def _finish_reason(choice: dict[str, Any]) -> str | None:
     """Returns why an answer ended: in the words of whoever a router passed it on from, where these say of a failure."""
-    own = _word(choice.get("finish_reason"))
+    own = _reason_text(choice.get("finish_reason"))
     beside = choice.get("provider_specific_fields")
     native = choice.get("native_finish_reason") or (isinstance(beside, dict) and beside.get("native_finish_reason"))
-    return _word(native) if ending_of(_word(native)) in ("filtered", "failed") else own
+    return _reason_text(native) if stop_cause(_reason_text(native)) in ("filtered", "failed") else own
 
 
-def _word(found: Any) -> str | None:
+def _reason_text(found: Any) -> str | None:
     """Returns a finish reason as a text; SGLang's own are objects with a type."""
     if isinstance(found, dict):
         found = found.get("type")
     return None if found in (None, "", False) else str(found)[:200]
 
 
-def _responses(answer: Answer, part: dict[str, Any]) -> None:
+def _responses(answer: ModelAnswer, part: dict[str, Any]) -> None:
     kind = part.get("type")
     if kind == "error":
         raise _error(part)
@@ -234,50 +234,50 @@ def _responses(answer: Answer, part: dict[str, Any]) -> None:
         raise NoAnswer(f"HTTP 200 with a response of the status {status!r}.")
     for item in output:
         if item["type"] == "message":
-            _content(answer, item["content"])
+            _add_content(answer, item["content"])
         elif item["type"] == "reasoning":
             pieces = [*(item.get("content") or []), *(item.get("summary") or [])]
             answer.reasoning += map(_reasoning_of, pieces)
         elif item["type"] == "function_call":
-            _content(answer, item)
-    answer.is_begun = bool(output) or cut is not None
+            _add_content(answer, item)
+    answer.has_message = bool(output) or cut is not None
     answer.finish_reason = cut or status
     answer.usage = _usage(response.get("usage"), "input_tokens", "output_tokens")
-    answer.is_ended = True
+    answer.is_complete = True
 
 
-def _anthropic(answer: Answer, part: dict[str, Any]) -> None:
+def _anthropic(answer: ModelAnswer, part: dict[str, Any]) -> None:
     match part.get("type"):
         case "error":
             raise _error(part)
         case "message_start":
-            answer.is_begun = True
+            answer.has_message = True
             answer.model = _name(part["message"].get("model"))
-            answer.usage = _tokens(part["message"].get("usage"), answer.usage)
+            answer.usage = _anthropic_usage(part["message"].get("usage"), answer.usage)
         case "content_block_start":
-            _content(answer, [part["content_block"]])
+            _add_content(answer, [part["content_block"]])
         case "content_block_delta":
             delta = part["delta"]
             if delta["type"] == "text_delta":
-                _add(answer.parts, delta["text"])
+                _append_text(answer.parts, delta["text"])
             elif delta["type"] == "thinking_delta":
                 answer.reasoning.append(delta["thinking"])
         case "message_delta":
             answer.finish_reason = part["delta"].get("stop_reason") or answer.finish_reason
-            answer.is_ended = answer.finish_reason is not None
-            answer.usage = _tokens(part.get("usage"), answer.usage)
+            answer.is_complete = answer.finish_reason is not None
+            answer.usage = _anthropic_usage(part.get("usage"), answer.usage)
         case "message_stop":
-            answer.is_ended = True
+            answer.is_complete = True
         case "message" | None:
             content = part["content"]
-            _content(answer, content)
+            _add_content(answer, content)
             answer.model = _name(part.get("model"))
             answer.finish_reason = part.get("stop_reason")
-            answer.usage = _tokens(part.get("usage"), None)
-            answer.is_begun = answer.is_ended = bool(content) or answer.finish_reason is not None
+            answer.usage = _anthropic_usage(part.get("usage"), None)
+            answer.has_message = answer.is_complete = bool(content) or answer.finish_reason is not None
 
 
-def _tokens(usage: Any, before: Usage | None) -> Usage | None:
+def _anthropic_usage(usage: Any, before: Usage | None) -> Usage | None:
     """Returns Anthropic's usage, of which a stream tells the input first and the output last."""
     if not isinstance(usage, dict):
         return before
@@ -288,11 +288,11 @@ def _tokens(usage: Any, before: Usage | None) -> Usage | None:
     )
 
 
-def _google(answer: Answer, part: dict[str, Any]) -> None:
+def _google(answer: ModelAnswer, part: dict[str, Any]) -> None:
     answer.model = _name(part.get("modelVersion")) or answer.model
     blocked = (part.get("promptFeedback") or {}).get("blockReason")
     if blocked:
-        answer.finish_reason, answer.is_begun, answer.is_ended = "SAFETY", True, True
+        answer.finish_reason, answer.has_message, answer.is_complete = "SAFETY", True, True
     for candidate in part.get("candidates") or []:
         if candidate.get("index"):
             continue
@@ -303,10 +303,10 @@ def _google(answer: Answer, part: dict[str, Any]) -> None:
             elif isinstance(piece.get("functionCall"), dict):
                 answer.tool_call = answer.tool_call or _name(piece["functionCall"].get("name")) or "unnamed"
             else:
-                _add(answer.parts, piece.get("text"))
+                _append_text(answer.parts, piece.get("text"))
         answer.finish_reason = candidate.get("finishReason") or answer.finish_reason
-        answer.is_begun = answer.is_begun or content is not None or answer.finish_reason is not None
-        answer.is_ended = answer.finish_reason is not None
+        answer.has_message = answer.has_message or content is not None or answer.finish_reason is not None
+        answer.is_complete = answer.finish_reason is not None
     counts = part.get("usageMetadata")
     if isinstance(counts, dict):
         out = _count(counts.get("candidatesTokenCount")) + _count(counts.get("thoughtsTokenCount"))
@@ -318,7 +318,7 @@ def _name(found: Any) -> str | None:
     return found[:200] if isinstance(found, str) and found else None
 
 
-def _add(texts: list[str], text: Any) -> None:
+def _append_text(texts: list[str], text: Any) -> None:
     if text is None:
         return
     if not isinstance(text, str):

@@ -18,14 +18,14 @@ from tenacity import (
     wait_random_exponential,
 )
 
-from vigil.agents.model import Message
+from vigil.agents.conversation import Message
 from vigil.errors import ModelAPIError
 from vigil.protocol.actions import Reply
-from vigil.protocol.endings import ending_of
+from vigil.protocol.finish_reasons import stop_cause
 from vigil.protocol.reasoning import split_reasoning
-from vigil.runner.models.answers import Answer, NoAnswer, Wire, read_answer
-from vigil.runner.models.context import OVERFLOW
-from vigil.runner.models.refusals import hint_for
+from vigil.runner.models.answers import ModelAnswer, NoAnswer, Wire, read_answer
+from vigil.runner.models.context import CONTEXT_OVERFLOW
+from vigil.runner.models.provider_errors import hint_for
 
 Ask = Callable[[Sequence[Message]], Awaitable[Reply]]
 """Sends messages to a model and returns its reply. Raises ModelAPIError; of a rejection, RequestRejected."""
@@ -33,10 +33,10 @@ Send = Callable[[Sequence[Message]], Awaitable[Reply]]
 """The same, one attempt. Raises ModelTrouble."""
 
 MAX_REJECTIONS = 3
-PASSING_STATUS = frozenset({408, 409, 425, 429})
+TRANSIENT_STATUS = frozenset({408, 409, 425, 429})
 """HTTP errors below 500 that may be gone the next time."""
 _REJECTION_STATUS = frozenset({400, 403, 413, 422})
-_TOLD_WITHOUT = 400
+_DEFAULT_ERROR_STATUS = 400
 """The status of an error that came with HTTP 200 and tells none."""
 _OVERFLOW_STATUS = _REJECTION_STATUS | {500}
 """llama.cpp and Ollama have sent 500 for a request that is longer than the context."""
@@ -48,7 +48,7 @@ _LENGTH_OR_CONTENT = re.compile(
     r"(safety|moderation) (system|filter|policy)",
     re.IGNORECASE | re.DOTALL,
 )
-_NOT_THE_AGENTS = re.compile(
+_NOT_ABOUT_THE_REQUEST = re.compile(
     r"account|organi[sz]ation|billing|balance|payment|quota|api.?key|credential|permission|region|country|parameter|"
     r"setting|per (day|hour|minute)|cloudflare|<html",
     re.IGNORECASE,
@@ -78,19 +78,19 @@ def is_rejection(status: int | None, message: str) -> bool:
 
     In doubt it does not: what is taken for the infrastructure's failure is played again, and scored then.
     """
-    if status in _OVERFLOW_STATUS and OVERFLOW.search(message):
+    if status in _OVERFLOW_STATUS and CONTEXT_OVERFLOW.search(message):
         return True
     if status not in _REJECTION_STATUS:
         return False
-    return _LENGTH_OR_CONTENT.search(message) is not None and not _NOT_THE_AGENTS.search(message)
+    return _LENGTH_OR_CONTENT.search(message) is not None and not _NOT_ABOUT_THE_REQUEST.search(message)
 
 
-def answer_in(wire: Wire, body: bytes) -> Answer:
+def parse_answer(wire: Wire, body: bytes) -> ModelAnswer:
     """Returns what a body of HTTP 200 says, whatever a library made of it. Raises AttemptFailed without a reply."""
     try:
         answer = read_answer(wire, body)
     except NoAnswer as fault:
-        if is_rejection(fault.status or _TOLD_WITHOUT, str(fault)):
+        if is_rejection(fault.status or _DEFAULT_ERROR_STATUS, str(fault)):
             raise AttemptFailed(str(fault), is_rejection=True) from fault
         raise AttemptFailed(str(fault), can_retry=True) from fault
     check_ending(answer.finish_reason, answer.text, answer.tool_call)
@@ -102,7 +102,7 @@ def check_ending(finish_reason: str | None, text: str, tool_call: str | None) ->
 
     So it did when its finish reason says so, and when that is none that is known and nothing usable was said.
     """
-    ending = ending_of(finish_reason)
+    ending = stop_cause(finish_reason)
     if ending == "filtered":
         raise AttemptFailed(f"{finish_reason}: {text[:200]}", is_rejection=True)
     if ending == "failed":
@@ -112,7 +112,7 @@ def check_ending(finish_reason: str | None, text: str, tool_call: str | None) ->
         raise AttemptFailed(f"HTTP 200 with an answer that has no text, {word}", can_retry=True)
 
 
-def reply_of(answer: Answer, seconds: float, *, keeps_reasoning: bool = False) -> Reply:
+def reply_from_answer(answer: ModelAnswer, seconds: float, *, keep_reasoning: bool = False) -> Reply:
     """Returns a server's own answer as a reply, with the reasoning beside it if that is to be kept."""
     text, reasoning = answer.text, "".join(answer.reasoning)
     return Reply(
@@ -120,7 +120,7 @@ def reply_of(answer: Answer, seconds: float, *, keeps_reasoning: bool = False) -
         reply_source="server",
         finish_reason=answer.finish_reason,
         reasoning_chars=len(reasoning) + split_reasoning(text)[1],
-        reasoning=reasoning if keeps_reasoning else "",
+        reasoning=reasoning if keep_reasoning else "",
         tool_call=answer.tool_call,
         usage=answer.usage,
         seconds=seconds,
@@ -134,7 +134,7 @@ class RetryPolicy:
     retries: int = 8
     first_wait_s: float = 1.0
     longest_wait_s: float = 60.0
-    tell: Callable[[str], None] = lambda _: None
+    on_retry: Callable[[str], None] = lambda _: None
     """Takes in what goes wrong and is tried again, in a line."""
 
     def wait_s(self, state: RetryCallState) -> float:
@@ -144,9 +144,9 @@ class RetryPolicy:
         asked_s = getattr(_failure(state), "wait_s", None)
         return own if asked_s is None else max(own, min(asked_s, self.longest_wait_s))
 
-    def tell_of(self, state: RetryCallState) -> None:
+    def report_retry(self, state: RetryCallState) -> None:
         """Tells of a failed attempt before the wait."""
-        self.tell(f"try {state.attempt_number + 1} in {state.upcoming_sleep:.0f} s after {_failure(state)}")
+        self.on_retry(f"try {state.attempt_number + 1} in {state.upcoming_sleep:.0f} s after {_failure(state)}")
 
 
 def _failure(state: RetryCallState) -> BaseException | None:
@@ -163,22 +163,24 @@ def with_retries(send: Send, retry_policy: RetryPolicy) -> Ask:
             nonlocal failures, rejections
             try:
                 return await send(messages)
-            except AttemptFailed as trouble:
-                if trouble.is_rejection:
+            except AttemptFailed as failed:
+                if failed.is_rejection:
                     rejections += 1
                     if rejections == MAX_REJECTIONS:
-                        message = f"The provider rejected the request {rejections} times: {trouble}"
-                        raise RequestRejected(message) from trouble
+                        message = f"The provider rejected the request {rejections} times: {failed}"
+                        raise RequestRejected(message) from failed
                 else:
                     failures += 1
-                    if not trouble.can_retry or failures > retry_policy.retries:
-                        hint = hint_for(str(trouble))
+                    if not failed.can_retry or failures > retry_policy.retries:
+                        hint = hint_for(str(failed))
                         advice = f". {hint}." if hint else ""
-                        raise ModelAPIError(f"{trouble} (after {failures} attempts){advice}") from trouble
+                        raise ModelAPIError(f"{failed} (after {failures} attempts){advice}") from failed
                 raise
 
         retrying = AsyncRetrying(
-            retry=retry_if_exception_type(AttemptFailed), wait=retry_policy.wait_s, before_sleep=retry_policy.tell_of
+            retry=retry_if_exception_type(AttemptFailed),
+            wait=retry_policy.wait_s,
+            before_sleep=retry_policy.report_retry,
         )
         return await retrying(attempt)
 

@@ -4,14 +4,14 @@ import asyncio
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from vigil.agents.model import Message
+from vigil.agents.conversation import Message
+from vigil.runner.models.access import hiding_other_keys, model_access
 from vigil.runner.models.ask import RequestRejected, RetryPolicy, with_retries
-from vigil.runner.models.redaction import Secrets, hiding
-from vigil.runner.models.serving import only_its_key, serving
+from vigil.runner.models.redaction import Secrets, redacted_errors
 
 
 @contextmanager
-def completing(
+def open_completion(
     model: str, base_url: str | None, retry_policy: RetryPolicy | None = None, *, api_key_env: str | None = None
 ) -> Iterator[Callable[[str], str]]:
     """Yields the function that answers a text; the answer to one that the provider rejects is empty.
@@ -24,10 +24,10 @@ def completing(
     # Inspect takes a second or two to import, and nothing but a model needs it.
     from vigil.runner.models.inspect_model import Endpoint, sender  # noqa: PLC0415
 
-    found = serving(model, base_url, {}, api_key_env)
+    found = model_access(model, base_url, {}, api_key_env)
     found.check()
     secrets = Secrets.of(url=found.base_url, key=found.api_key or "")
-    with hiding(secrets), only_its_key(found), asyncio.Runner() as runner:
+    with redacted_errors(secrets), hiding_other_keys(found), asyncio.Runner() as runner:
         client = Endpoint(found).model()
         ask = with_retries(sender(client), retry_policy or RetryPolicy())
 

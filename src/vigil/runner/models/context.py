@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 from itertools import pairwise
 
-from vigil.agents.model import Message
+from vigil.agents.conversation import Message
 from vigil.protocol.profile import HISTORY_TURNS
 from vigil.records.record import EpisodeRecord
 
@@ -16,21 +16,21 @@ REPLY_TOKENS = (40, 400)
 REASONING_TOKENS = (100, 8_000)
 """What a model that thinks writes before an answer, where no --max-tokens bounds it: an estimate, no limit."""
 CONTEXT_OPTIONS = "vLLM: --max-model-len, SGLang: --context-length, llama.cpp: -c, Ollama: OLLAMA_CONTEXT_LENGTH"
-OVERFLOW = re.compile(
+CONTEXT_OVERFLOW = re.compile(
     r"context.?(length|window|size)|max_model_len|maximum model length|exceed_context|context limit|"
     r"must have less than \d+ tokens|max_new_tokens` must be <=|model token limit|tokens_limit_reached|"
     r"range of input length|max(imum)? (message|prompt|input) (tokens|length)|when context the overflows",
     re.IGNORECASE,
 )
 """What servers say of a request that is longer than the context, and of nothing else."""
-ABOUT_CONTEXT = re.compile(
-    rf"{OVERFLOW.pattern}|tokens?\b.{{0,40}}(exceed|maximum|limit)|exceed.{{0,60}}(tokens?|length)\b|"
+CONTEXT_ERROR = re.compile(
+    rf"{CONTEXT_OVERFLOW.pattern}|tokens?\b.{{0,40}}(exceed|maximum|limit)|exceed.{{0,60}}(tokens?|length)\b|"
     r"longer than|too (long|many tokens)",
     re.IGNORECASE | re.DOTALL,
 )
 
 
-def tokens_of(messages: Sequence[Message]) -> int:
+def max_tokens_of(messages: Sequence[Message]) -> int:
     """Returns the tokens that a request takes at most."""
     text = sum(len(message.text) for message in messages) / CHARS_PER_TOKEN
     return round(text) + PICTURE_TOKENS[1] * sum(message.picture is not None for message in messages)
@@ -38,20 +38,20 @@ def tokens_of(messages: Sequence[Message]) -> int:
 
 def needed_context(messages: Sequence[Message]) -> int:
     """Returns a context size in which an episode fits that begins with these messages: a power of two."""
-    whole = tokens_of(messages) + (HISTORY_TURNS + 1) * (REPLY_TOKENS[1] + 20)
-    return 1 << (whole - 1).bit_length()
+    tokens = max_tokens_of(messages) + (HISTORY_TURNS + 1) * (REPLY_TOKENS[1] + 20)
+    return 1 << (tokens - 1).bit_length()
 
 
 def size_hint(messages: Sequence[Message]) -> str:
     """Returns a sentence on the context that the server of a model needs."""
     return (
-        f"The server's context is too small: the first request of this episode takes about {tokens_of(messages):,} "
+        f"The server's context is too small: the first request of this episode takes about {max_tokens_of(messages):,} "
         f"tokens. Start the server with a context of {needed_context(messages):,} tokens or more ({CONTEXT_OPTIONS}), "
         "and more for a model that thinks."
     )
 
 
-def shrunk(record: EpisodeRecord) -> tuple[int, int] | None:
+def find_shrunk_request(record: EpisodeRecord) -> tuple[int, int] | None:
     """Returns the input tokens of two requests in a row of which the later took fewer; None without such two.
 
     While the history is not full a dialogue only grows: then a server has cut it without a word.

@@ -29,29 +29,29 @@ from inspect_ai.util import LimitExceededError
 from rich.text import Text
 
 from vigil.agents.agent import REPLY_SECONDS
-from vigil.agents.model import Message
+from vigil.agents.conversation import Message
 from vigil.errors import SettingError
 from vigil.protocol.actions import Reply, Usage
 from vigil.protocol.profile import Profile
+from vigil.runner.models.access import KEY_HINT, ModelAccess
 from vigil.runner.models.ask import (
-    PASSING_STATUS,
+    TRANSIENT_STATUS,
     AttemptFailed,
     RetryPolicy,
     Send,
-    answer_in,
     check_ending,
     is_rejection,
-    reply_of,
+    parse_answer,
+    reply_from_answer,
     with_retries,
 )
-from vigil.runner.models.network import proxy_note, stay
-from vigil.runner.models.observed import Observed
+from vigil.runner.models.identity_log import ModelIdentityLog
+from vigil.runner.models.network import disable_redirects, proxy_note
 from vigil.runner.models.preflight import check_model
+from vigil.runner.models.provider_errors import error_message_of, hint_for
 from vigil.runner.models.providers import provider_hint
 from vigil.runner.models.redaction import without_login, without_secrets
-from vigil.runner.models.refusals import hint_for, sentence_of
-from vigil.runner.models.response_capture import Exchange, listening
-from vigil.runner.models.serving import KEY_HINT, Serving
+from vigil.runner.models.response_capture import Exchange, capture_exchanges
 
 PREFLIGHT_RETRIES = 2
 _TRANSPORT_ERRORS = (OSError, EOFError, json.JSONDecodeError)
@@ -63,15 +63,15 @@ _HTTP_LIBRARIES = frozenset({"httpx", "httpx2", "aiohttp"})
 class Endpoint:
     """A model with how it is called."""
 
-    serving: Serving
+    access: ModelAccess
     sampling: dict[str, Any] = field(default_factory=dict)
     """Fields of Inspect's GenerateConfig; only what the user set."""
     max_connections: int = 16
     reply_seconds: int = REPLY_SECONDS
     retry_policy: RetryPolicy = field(default_factory=RetryPolicy)
-    observed: Observed = field(default_factory=Observed)
+    identity_log: ModelIdentityLog = field(default_factory=ModelIdentityLog)
     """Takes in what answers."""
-    keeps_reasoning: bool = False
+    keep_reasoning: bool = False
 
     def model(self) -> Model:
         """Returns a client of its own. Raises SettingError when the provider cannot be used."""
@@ -83,20 +83,20 @@ class Endpoint:
                 attempt_timeout=self.reply_seconds,
             )
             model = get_model(
-                self.serving.name,
+                self.access.name,
                 config=config,
-                base_url=self.serving.base_url,
-                api_key=self.serving.api_key,
+                base_url=self.access.base_url,
+                api_key=self.access.api_key,
                 memoize=False,
-                **dict(self.serving.arguments),
+                **dict(self.access.arguments),
             )
-            stay(model.api)
+            disable_redirects(model.api)
             return model
         except Exception as error:
-            hint = provider_hint(self.serving.name)
-            raise SettingError(f"Model {self.serving.called!r} cannot be used: {_plain(error)}{hint}") from error
+            hint = provider_hint(self.access.name)
+            raise SettingError(f"Model {self.access.display_name!r} cannot be used: {_plain(error)}{hint}") from error
 
-    def shown(self, model: Model) -> Model:
+    def loggable(self, model: Model) -> Model:
         """Returns what Inspect may log of `model`: the same, with its address and settings as the run header has them.
 
         It is for the log alone; requests go through `model`.
@@ -104,7 +104,7 @@ class Endpoint:
         api = copy(model.api)
         api.base_url = without_login(api.base_url) if api.base_url else None
         config = GenerateConfig(**without_secrets(self.sampling), max_connections=self.max_connections)
-        return Model(api, config, without_secrets(dict(self.serving.arguments)))
+        return Model(api, config, without_secrets(dict(self.access.arguments)))
 
 
 def _plain(error: Exception) -> str:
@@ -127,20 +127,20 @@ class _EventSink:
 def sender(
     model: Model,
     config: GenerateConfig | None = None,
-    observed: Observed | None = None,
+    identity_log: ModelIdentityLog | None = None,
     *,
-    keeps_reasoning: bool = False,
+    keep_reasoning: bool = False,
 ) -> Send:
     """Returns the function that sends messages to `model` once; `config` overrides the model's own.
 
-    `observed` takes in what answers. The reply is the server's own text where that can be had, else the library's;
+    `identity_log` takes in what answers. The reply is the server's own text where that can be had, else the library's;
     `reply_source` tells which.
     """
     config = config or GenerateConfig()
-    observed = observed or Observed()
+    identity_log = identity_log or ModelIdentityLog()
 
     async def send(messages: Sequence[Message]) -> Reply:
-        with listening(model.api) as exchanges:
+        with capture_exchanges(model.api) as exchanges:
             try:
                 with use_model_event_sink(_EventSink()):
                     output = await model.generate([_chat_message(message) for message in messages], config=config)
@@ -148,17 +148,17 @@ def sender(
                 raise
             except Exception as error:
                 if not _is_answered(exchanges):
-                    raise _trouble(model, error, exchanges) from error
+                    raise _attempt_failure(model, error, exchanges) from error
                 output = None
         if output is not None and not _is_answered(exchanges):
-            reply = _library_reply(output, keeps_reasoning=keeps_reasoning)
-            observed.note(reply, output.model, without_login(model.api.base_url or ""))
+            reply = _library_reply(output, keep_reasoning=keep_reasoning)
+            identity_log.note(reply, output.model, without_login(model.api.base_url or ""))
             return reply
         last = exchanges[-1]
-        answer = answer_in(last.wire, bytes(last.body))
+        answer = parse_answer(last.wire, bytes(last.body))
         seconds = output.time if output and output.time else time.monotonic() - last.started
-        reply = reply_of(answer, seconds, keeps_reasoning=keeps_reasoning)
-        observed.note(reply, answer.model, last.address)
+        reply = reply_from_answer(answer, seconds, keep_reasoning=keep_reasoning)
+        identity_log.note(reply, answer.model, last.address)
         return reply
 
     return send
@@ -180,13 +180,13 @@ def _chat_message(message: Message) -> ChatMessage:
     return ChatMessageUser(content=content)
 
 
-def _trouble(model: Model, error: Exception, exchanges: Sequence[Exchange]) -> AttemptFailed:
+def _attempt_failure(model: Model, error: Exception, exchanges: Sequence[Exchange]) -> AttemptFailed:
     cause = error.__cause__ if type(error).__name__ == "RetryError" else None
     root = cause if isinstance(cause, Exception) else error
     last = exchanges[-1] if exchanges else None
     status = last.status if last is not None and last.status else getattr(root, "status_code", None)
     if last is not None and last.status and last.body:
-        said, message = f"HTTP {status}", sentence_of(bytes(last.body))
+        said, message = f"HTTP {status}", error_message_of(bytes(last.body))
     else:
         said = type(root).__name__
         message = getattr(root, "provider_message", None) or _with_causes(root) or said
@@ -194,7 +194,7 @@ def _trouble(model: Model, error: Exception, exchanges: Sequence[Exchange]) -> A
         return AttemptFailed(message, is_rejection=True)
     library = type(root).__module__.partition(".")[0]
     is_transport = isinstance(root, _TRANSPORT_ERRORS) or library in _HTTP_LIBRARIES
-    is_passing = status in PASSING_STATUS or (isinstance(status, int) and 300 <= status < 400)
+    is_passing = status in TRANSIENT_STATUS or (isinstance(status, int) and 300 <= status < 400)
     can_retry = (model.should_retry(root) or is_transport or is_passing) and hint_for(message) is None
     wait_s = getattr(model.api.should_retry(root), "retry_after", None)
     hint = f". {KEY_HINT}." if status == 401 else ""
@@ -213,7 +213,7 @@ def _with_causes(error: BaseException) -> str:
     return ": ".join(text.rstrip(".") for text in said)
 
 
-def _library_reply(output: ModelOutput, *, keeps_reasoning: bool) -> Reply:
+def _library_reply(output: ModelOutput, *, keep_reasoning: bool) -> Reply:
     """Returns the reply as Inspect has it, or raises ModelTrouble."""
     if output.empty:
         raise AttemptFailed("The provider's answer holds no reply.", can_retry=True)
@@ -230,7 +230,7 @@ def _library_reply(output: ModelOutput, *, keeps_reasoning: bool) -> Reply:
         finish_reason=output.stop_reason,
         tool_call=tool_call,
         reasoning_chars=sum(len(part.reasoning) for part in reasoning),
-        reasoning="".join(part.reasoning for part in reasoning) if keeps_reasoning else "",
+        reasoning="".join(part.reasoning for part in reasoning) if keep_reasoning else "",
         usage=_usage(output.usage),
         seconds=output.time or 0.0,
     )
@@ -243,7 +243,7 @@ def _usage(usage: ModelUsage | None) -> Usage | None:
     return Usage(input_tokens=usage.input_tokens + cached, output_tokens=usage.output_tokens)
 
 
-async def preflight(endpoint: Endpoint, name: str, profile: Profile, *, goes_on: bool = False) -> None:
+async def preflight(endpoint: Endpoint, name: str, profile: Profile, *, force: bool = False) -> None:
     """Makes the check before a run (`vigil.runner.models.preflight`), and notes what came of it.
 
     Raises ModelAPIError.
@@ -251,8 +251,8 @@ async def preflight(endpoint: Endpoint, name: str, profile: Profile, *, goes_on:
     model = endpoint.model()
     try:
         retry_policy = replace(endpoint.retry_policy, retries=min(endpoint.retry_policy.retries, PREFLIGHT_RETRIES))
-        ask = with_retries(sender(model, observed=endpoint.observed), retry_policy)
-        address = without_login(endpoint.serving.base_url or "")
-        endpoint.observed.check = await check_model(ask, name, profile, address, goes_on=goes_on)
+        ask = with_retries(sender(model, identity_log=endpoint.identity_log), retry_policy)
+        address = without_login(endpoint.access.base_url or "")
+        endpoint.identity_log.check = await check_model(ask, name, profile, address, force=force)
     finally:
         await model.api.aclose()

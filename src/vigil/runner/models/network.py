@@ -35,7 +35,7 @@ def check_network(address: str) -> None:
 
 
 @contextmanager
-def past_proxies(address: str) -> Iterator[None]:
+def without_proxies(address: str) -> Iterator[None]:
     """Takes the proxies out of the environment for as long as a server on this machine is asked."""
     names = [case for name in _PROXIES.values() for case in (name, name.lower())] if is_loopback(address) else []
     kept = {name: os.environ.pop(name) for name in names if name in os.environ}
@@ -96,19 +96,19 @@ def _variable(name: str) -> str:
     return name.lower() if os.environ.get(name.lower()) else name
 
 
-def stay(api: Any) -> None:
+def disable_redirects(api: Any) -> None:
     """Makes a provider's client take a redirect as an answer, now and whenever it is made anew."""
-    make_anew = api.initialize
+    original_initialize = api.initialize
 
     def initialize() -> None:
-        make_anew()
-        _stay(api)
+        original_initialize()
+        _set_no_redirects(api)
 
     api.initialize = initialize  # type: ignore[method-assign]
-    _stay(api)
+    _set_no_redirects(api)
 
 
-def _stay(api: Any) -> None:
+def _set_no_redirects(api: Any) -> None:
     for client in _clients(api):
         client.follow_redirects = False
 

@@ -10,40 +10,40 @@ import re
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from vigil.agents.model import Conversation, Message
-from vigil.agents.picture import encode
+from vigil.agents.conversation import Conversation, Message
+from vigil.agents.frame_encoding import encode_frame
 from vigil.errors import ModelAPIError
 from vigil.protocol.actions import InvalidAction, Reply
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.profile import ImageFormat, Profile
-from vigil.protocol.replies import parse_reply, points_otherwise
+from vigil.protocol.replies import looks_like_other_coordinates, parse_reply
+from vigil.runner.models.access import KEY_HINT
 from vigil.runner.models.ask import Ask, RequestRejected
-from vigil.runner.models.context import ABOUT_CONTEXT, CONTEXT_OPTIONS, size_hint
-from vigil.runner.models.refusals import FIND_COORDINATES, hint_for
-from vigil.runner.models.serving import KEY_HINT
+from vigil.runner.models.context import CONTEXT_ERROR, CONTEXT_OPTIONS, size_hint
+from vigil.runner.models.provider_errors import FIND_COORDINATES, hint_for
 
 QUESTION = "What number is written in the picture? Answer with its four digits and nothing else."
 FONT_PX = 200
 EXAMPLE_INSTRUCTION = "Go to the red box, to within about one and a half metres of it."
 SHOWN_CHARS = 300
 PASSED = "passed"
-_WHAT_TO_DO = (
+_SIGHT_HINT = (
     "Check that the model takes images and that the server passes them on, or skip this check with --no-preflight "
     "(`inspect eval`: -T preflight=false)."
 )
 _CHECK_NAME_AND_KEY = "Check that it is served there under that name, and the key in the environment."
-_GO_ON = (
-    "Mend it, or go on all the same with --anyway (`inspect eval`: -T anyway=true): every such reply is then an "
+_FORCE_HINT = (
+    "Mend it, or go on all the same with --force (`inspect eval`: -T force=true): every such reply is then an "
     "invalid action."
 )
-_OTHER_REASONING = re.compile(
+_UNKNOWN_REASONING = re.compile(
     r"<\|?(?:channel|seed:think|thinking|thought|reasoning|analysis)\b|\[THINK\]", re.IGNORECASE
 )
-_PARSER = (
+_PARSER_HINT = (
     "Start the server with the reasoning parser of this model (vLLM and SGLang: --reasoning-parser qwen3, deepseek_r1, "
     "kimi_k2 ...; llama.cpp: --reasoning-format deepseek)"
 )
-_THINK_LESS = "or turn thinking off with --thinking off (chat template argument enable_thinking=false)"
+_THINKING_HINT = "or turn thinking off with --thinking off (chat template argument enable_thinking=false)"
 
 
 def number_for(name: str) -> str:
@@ -71,23 +71,23 @@ def draw_example() -> np.ndarray:
 
 
 async def check_model(
-    ask: Ask, model: str, profile: Profile, address: str = "", *, goes_on: bool = False
+    ask: Ask, model: str, profile: Profile, address: str = "", *, force: bool = False
 ) -> dict[str, str]:
     """Returns what came of the check, by its parts. Raises ModelAPIError when the model cannot be run so.
 
-    `address` is where it is served, if that is known. With `goes_on` a failed example is only noted.
+    `address` is where it is served, if that is known. With `force` a failed example is only noted.
     """
     await check_sight(ask, model, profile.image_format, address)
-    return {"sight": PASSED, "contract": await check_contract(ask, model, profile, goes_on=goes_on)}
+    return {"sight": PASSED, "contract": await check_contract(ask, model, profile, force=force)}
 
 
 async def check_sight(ask: Ask, model: str, image_format: ImageFormat, address: str = "") -> None:
     """Raises ModelAPIError unless the model, served at `address` if that is known, reads the number in a picture."""
     number = number_for(model)
     try:
-        reply = await ask([Message("user", QUESTION, encode(draw_number(number), image_format))])
+        reply = await ask([Message("user", QUESTION, encode_frame(draw_number(number), image_format))])
     except RequestRejected as error:
-        raise ModelAPIError(f"Model {model!r} was shown a picture of a number. {error}. {_WHAT_TO_DO}") from error
+        raise ModelAPIError(f"Model {model!r} was shown a picture of a number. {error}. {_SIGHT_HINT}") from error
     except ModelAPIError as error:
         where = f" at {address}" if address else ""
         advice = "" if hint_for(str(error)) else f" {_CHECK_NAME_AND_KEY} {KEY_HINT}."
@@ -98,14 +98,14 @@ async def check_sight(ask: Ask, model: str, image_format: ImageFormat, address: 
     if number not in re.findall(r"\d+", reply.text.replace(",", "").replace(" ", "")):
         raise ModelAPIError(
             f"Model {model!r} was shown a picture of the number {number} and answered {reply.text[:200]!r}: pictures "
-            f"do not seem to reach it, or it cannot read. {_WHAT_TO_DO}"
+            f"do not seem to reach it, or it cannot read. {_SIGHT_HINT}"
         )
 
 
-async def check_contract(ask: Ask, model: str, profile: Profile, *, goes_on: bool = False) -> str:
+async def check_contract(ask: Ask, model: str, profile: Profile, *, force: bool = False) -> str:
     """Returns `passed`, or how the answer to an example observation failed twice.
 
-    Raises ModelAPIError in the latter case, unless `goes_on`.
+    Raises ModelAPIError in the latter case, unless `force`.
     """
     reply, invalid = await _try_example(ask, model, profile)
     if invalid is not None:
@@ -113,23 +113,23 @@ async def check_contract(ask: Ask, model: str, profile: Profile, *, goes_on: boo
     if invalid is None:
         return PASSED
     what = f"{invalid.reason} {invalid.detail}".strip()
-    if goes_on:
+    if force:
         return f"failed: {what}"
     raise ModelAPIError(
         f"Model {model!r} was asked for an action in an example observation, and its answer is none ({what}; finish "
         f"reason {reply.finish_reason}, {reply.reasoning_chars} characters of reasoning): "
-        f"{_shown(reply.text)}. {advice(invalid, reply)} {_GO_ON}"
+        f"{_excerpt(reply.text)}. {advice(invalid, reply)} {_FORCE_HINT}"
     )
 
 
 async def _try_example(ask: Ask, model: str, profile: Profile) -> tuple[Reply, InvalidAction | None]:
     """Returns the reply to the example, and why it is no action. Raises ModelAPIError."""
-    picture = encode(draw_example(), profile.image_format)
+    picture = encode_frame(draw_example(), profile.image_format)
     messages = Conversation(profile, EXAMPLE_INSTRUCTION).messages(picture, None)
     try:
         reply = await ask(messages)
     except RequestRejected as error:
-        hint = f" {size_hint(messages)}" if ABOUT_CONTEXT.search(str(error)) else ""
+        hint = f" {size_hint(messages)}" if CONTEXT_ERROR.search(str(error)) else ""
         raise ModelAPIError(f"Model {model!r} was asked about an example observation. {error}.{hint}") from error
     parsed = parse_reply(reply, profile.coordinates, profile.reply_policy)
     return reply, parsed if isinstance(parsed, InvalidAction) else None
@@ -140,18 +140,18 @@ def advice(invalid: InvalidAction, reply: Reply) -> str:
     if invalid.reason == "truncated":
         return (
             f"The token limit cut it{_after(reply)}: give a larger --max-tokens, a larger context to the server "
-            f"({CONTEXT_OPTIONS}), {_THINK_LESS}."
+            f"({CONTEXT_OPTIONS}), {_THINKING_HINT}."
         )
     if invalid.reason == "unclosed_reasoning" or (invalid.reason == "empty" and reply.reasoning_chars):
-        return f"{_PARSER}, {_THINK_LESS}."
-    if _OTHER_REASONING.search(reply.text):
-        return f"It seems to begin with reasoning in a form that is no part of the protocol. {_PARSER}, {_THINK_LESS}."
+        return f"{_PARSER_HINT}, {_THINKING_HINT}."
+    if _UNKNOWN_REASONING.search(reply.text):
+        return f"It seems to begin with reasoning in a form that is no part of the protocol. {_PARSER_HINT}, {_THINKING_HINT}."
     if reply.tool_call is not None and invalid.reason == "empty":
         return (
             "The server sent a tool call in the place of text, although no tools are offered: start it without its "
             "tool parser (vLLM: without --enable-auto-tool-choice and --tool-call-parser)."
         )
-    if points_otherwise(invalid):
+    if looks_like_other_coordinates(invalid):
         return f"It points in other coordinates than it was asked for. {FIND_COORDINATES}"
     if invalid.kind == "malformed_action":
         return "It is one JSON object, but no action of the schema. `vigil prompt` shows what the model was told."
@@ -171,6 +171,6 @@ def _after(reply: Reply) -> str:
     return "" if usage is None else f" after {usage.output_tokens:,} tokens, {usage.input_tokens:,} of input before it"
 
 
-def _shown(text: str) -> str:
+def _excerpt(text: str) -> str:
     cut = len(text) > SHOWN_CHARS
     return repr(f"{text[: SHOWN_CHARS // 2]} ... {text[-SHOWN_CHARS // 2 :]}" if cut else text)

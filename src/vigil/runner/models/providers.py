@@ -19,24 +19,24 @@ ACCOUNT = "the account's address"
 
 
 @dataclass(frozen=True, slots=True)
-class Switch:
+class ThinkingSwitch:
     """What is sent to a provider to turn a model's thinking on and off."""
 
     on: Fields
     off: Fields
 
     @classmethod
-    def body(cls, on: Fields, off: Fields) -> "Switch":
+    def body(cls, on: Fields, off: Fields) -> "ThinkingSwitch":
         """Returns a switch in the body of the request."""
         return cls({"extra_body": on}, {"extra_body": off})
 
 
-EFFORT = Switch({"reasoning_effort": "medium"}, {"reasoning_effort": "none"})
-TYPE = Switch.body({"thinking": {"type": "enabled"}}, {"thinking": {"type": "disabled"}})
-ADAPTIVE = Switch.body({"thinking": {"type": "adaptive"}}, {"thinking": {"type": "disabled"}})
-ENABLE = Switch.body({"enable_thinking": True}, {"enable_thinking": False})
-ROUTED = Switch.body({"reasoning": {"enabled": True}}, {"reasoning": {"enabled": False}})
-TEMPLATE = Switch.body(
+EFFORT_SWITCH = ThinkingSwitch({"reasoning_effort": "medium"}, {"reasoning_effort": "none"})
+TYPE_SWITCH = ThinkingSwitch.body({"thinking": {"type": "enabled"}}, {"thinking": {"type": "disabled"}})
+ADAPTIVE_SWITCH = ThinkingSwitch.body({"thinking": {"type": "adaptive"}}, {"thinking": {"type": "disabled"}})
+ENABLE_SWITCH = ThinkingSwitch.body({"enable_thinking": True}, {"enable_thinking": False})
+ROUTED_SWITCH = ThinkingSwitch.body({"reasoning": {"enabled": True}}, {"reasoning": {"enabled": False}})
+TEMPLATE_SWITCH = ThinkingSwitch.body(
     {"chat_template_kwargs": {"enable_thinking": True, "thinking": True}},
     {"chat_template_kwargs": {"enable_thinking": False, "thinking": False}},
 )
@@ -62,7 +62,7 @@ class Provider:
     """With a cloud account of the machine's when no key is set."""
     sign_in_client: str = ""
     """The module that signing in wants beside the client; the extra `azure` brings it."""
-    thinking: Switch | None = None
+    thinking: ThinkingSwitch | None = None
     """None where no way is known."""
     extra: str = ""
     """The extra of `vigil-bench` that brings the client; empty where none is needed."""
@@ -75,12 +75,12 @@ class Provider:
     @property
     def is_installed(self) -> bool:
         """Whether the client is there."""
-        return not self.client or _is_there(self.client)
+        return not self.client or _is_importable(self.client)
 
     @property
     def can_sign_in(self) -> bool:
         """Whether what signing in wants is there."""
-        return not self.sign_in_client or _is_there(self.sign_in_client)
+        return not self.sign_in_client or _is_importable(self.sign_in_client)
 
     @property
     def needs_key(self) -> bool:
@@ -88,7 +88,7 @@ class Provider:
         return bool(self.hosts) and not self.signs_in
 
     @property
-    def home(self) -> str:
+    def default_address(self) -> str:
         """Where it is asked unless told otherwise; empty where nothing says so."""
         if self.address or not self.hosts:
             return self.address
@@ -100,14 +100,14 @@ class Provider:
         return next((name for name in self.keys if os.environ.get(name)), self.keys[0] if self.keys else "")
 
 
-def _is_there(module: str) -> bool:
+def _is_importable(module: str) -> bool:
     try:
         return find_spec(module) is not None
     except ModuleNotFoundError:  # of a package above it
         return False
 
 
-def _own(title: str, address: str, thinking: Switch | None = TEMPLATE) -> Provider:
+def _local_server(title: str, address: str, thinking: ThinkingSwitch | None = TEMPLATE_SWITCH) -> Provider:
     """Returns a server of one's own at its usual address."""
     return Provider(title, address=address, is_openai_style=True, thinking=thinking)
 
@@ -117,7 +117,11 @@ _AWS = (".amazonaws.com",)
 _GOOGLE = (".googleapis.com",)
 PROVIDERS: dict[str, Provider] = {
     "openai": Provider(
-        "OpenAI", ("api.openai.com", ".api.openai.com"), keys=("OPENAI_API_KEY",), is_openai_style=True, thinking=EFFORT
+        "OpenAI",
+        ("api.openai.com", ".api.openai.com"),
+        keys=("OPENAI_API_KEY",),
+        is_openai_style=True,
+        thinking=EFFORT_SWITCH,
     ),
     "openai/azure": Provider(
         "OpenAI's models on Azure",
@@ -126,7 +130,7 @@ PROVIDERS: dict[str, Provider] = {
         addresses=("AZUREAI_OPENAI_BASE_URL", "AZURE_OPENAI_BASE_URL", "AZURE_OPENAI_ENDPOINT"),
         signs_in=True,
         sign_in_client="azure.identity",
-        thinking=EFFORT,
+        thinking=EFFORT_SWITCH,
     ),
     "openai/bedrock": Provider(
         "OpenAI's models on Bedrock",
@@ -134,13 +138,13 @@ PROVIDERS: dict[str, Provider] = {
         keys=("BEDROCK_OPENAI_API_KEY", "AWS_BEARER_TOKEN_BEDROCK"),
         addresses=("BEDROCK_OPENAI_BASE_URL", "AWS_BEDROCK_BASE_URL"),
         signs_in=True,
-        thinking=EFFORT,
+        thinking=EFFORT_SWITCH,
     ),
     "anthropic": Provider(
         "Anthropic",
         ("api.anthropic.com",),
         keys=("ANTHROPIC_API_KEY", "ANTHROPIC_AUTH_TOKEN"),
-        thinking=EFFORT,
+        thinking=EFFORT_SWITCH,
         extra="anthropic",
         client="anthropic",
     ),
@@ -149,7 +153,7 @@ PROVIDERS: dict[str, Provider] = {
         _AZURE,
         keys=("AZUREAI_ANTHROPIC_API_KEY", "AZURE_ANTHROPIC_API_KEY"),
         addresses=("AZUREAI_ANTHROPIC_BASE_URL", "AZURE_ANTHROPIC_BASE_URL"),
-        thinking=EFFORT,
+        thinking=EFFORT_SWITCH,
         extra="anthropic",
         client="anthropic",
     ),
@@ -158,7 +162,7 @@ PROVIDERS: dict[str, Provider] = {
         _AWS,
         addresses=("ANTHROPIC_BEDROCK_BASE_URL", "BEDROCK_ANTHROPIC_BASE_URL"),
         signs_in=True,
-        thinking=EFFORT,
+        thinking=EFFORT_SWITCH,
         extra="anthropic",
         client="anthropic",
     ),
@@ -167,7 +171,7 @@ PROVIDERS: dict[str, Provider] = {
         _GOOGLE,
         addresses=("ANTHROPIC_VERTEX_BASE_URL", "VERTEX_ANTHROPIC_BASE_URL"),
         signs_in=True,
-        thinking=EFFORT,
+        thinking=EFFORT_SWITCH,
         extra="anthropic",
         client="anthropic",
     ),
@@ -176,7 +180,7 @@ PROVIDERS: dict[str, Provider] = {
         ("generativelanguage.googleapis.com",),
         keys=("GOOGLE_API_KEY", "GEMINI_API_KEY", "GOOGLE_USE_ADC"),
         addresses=("GOOGLE_BASE_URL", "GOOGLE_GEMINI_BASE_URL", "GEMINI_BASE_URL"),
-        thinking=EFFORT,
+        thinking=EFFORT_SWITCH,
         extra="google",
         client="google.genai",
     ),
@@ -185,7 +189,7 @@ PROVIDERS: dict[str, Provider] = {
         _GOOGLE,
         addresses=("GOOGLE_VERTEX_BASE_URL", "VERTEX_BASE_URL"),
         signs_in=True,
-        thinking=EFFORT,
+        thinking=EFFORT_SWITCH,
         extra="google",
         client="google.genai",
     ),
@@ -196,7 +200,7 @@ PROVIDERS: dict[str, Provider] = {
         keys=("ARK_API_KEY",),
         addresses=("ARK_BASE_URL",),
         is_openai_style=True,
-        thinking=TYPE,
+        thinking=TYPE_SWITCH,
     ),
     "qwen": Provider(
         "Alibaba Qwen (DashScope)",
@@ -205,7 +209,7 @@ PROVIDERS: dict[str, Provider] = {
         keys=("DASHSCOPE_API_KEY",),
         addresses=("DASHSCOPE_BASE_URL",),
         is_openai_style=True,
-        thinking=ENABLE,
+        thinking=ENABLE_SWITCH,
     ),
     "zhipu": Provider(
         "Zhipu GLM (Z.ai)",
@@ -214,7 +218,7 @@ PROVIDERS: dict[str, Provider] = {
         keys=("ZAI_API_KEY", "ZHIPUAI_API_KEY"),
         addresses=("ZAI_BASE_URL",),
         is_openai_style=True,
-        thinking=TYPE,
+        thinking=TYPE_SWITCH,
     ),
     "minimax": Provider(
         "MiniMax",
@@ -222,22 +226,22 @@ PROVIDERS: dict[str, Provider] = {
         "https://api.minimax.io/v1",
         keys=("MINIMAX_API_KEY",),
         is_openai_style=True,
-        thinking=ADAPTIVE,
+        thinking=ADAPTIVE_SWITCH,
     ),
     "moonshot": Provider(
-        "Moonshot Kimi", ("api.moonshot.ai", "api.moonshot.cn"), keys=("MOONSHOT_API_KEY",), thinking=TYPE
+        "Moonshot Kimi", ("api.moonshot.ai", "api.moonshot.cn"), keys=("MOONSHOT_API_KEY",), thinking=TYPE_SWITCH
     ),
-    "deepseek": Provider("DeepSeek", ("api.deepseek.com",), keys=("DEEPSEEK_API_KEY",), thinking=TYPE),
-    "openrouter": Provider("OpenRouter", ("openrouter.ai",), keys=("OPENROUTER_API_KEY",), thinking=ROUTED),
+    "deepseek": Provider("DeepSeek", ("api.deepseek.com",), keys=("DEEPSEEK_API_KEY",), thinking=TYPE_SWITCH),
+    "openrouter": Provider("OpenRouter", ("openrouter.ai",), keys=("OPENROUTER_API_KEY",), thinking=ROUTED_SWITCH),
     "together": Provider(
-        "Together", ("api.together.xyz", "api.together.ai"), keys=("TOGETHER_API_KEY",), thinking=ROUTED
+        "Together", ("api.together.xyz", "api.together.ai"), keys=("TOGETHER_API_KEY",), thinking=ROUTED_SWITCH
     ),
-    "vllm": _own("vLLM", "http://localhost:8000/v1"),
-    "sglang": _own("SGLang", "http://localhost:30000/v1"),
-    "ollama": _own("Ollama", "http://localhost:11434/v1", EFFORT),
-    "lmstudio": _own("LM Studio", "http://localhost:1234/v1", None),
-    "llama-cpp": _own("llama.cpp", "http://localhost:8080/v1"),
-    "local": _own("any server, with --base-url", ""),
+    "vllm": _local_server("vLLM", "http://localhost:8000/v1"),
+    "sglang": _local_server("SGLang", "http://localhost:30000/v1"),
+    "ollama": _local_server("Ollama", "http://localhost:11434/v1", EFFORT_SWITCH),
+    "lmstudio": _local_server("LM Studio", "http://localhost:1234/v1", None),
+    "llama-cpp": _local_server("llama.cpp", "http://localhost:8080/v1"),
+    "local": _local_server("any server, with --base-url", ""),
     "bedrock": Provider(
         "Amazon Bedrock",
         _AWS,
@@ -304,7 +308,7 @@ ANY_SERVICE = "openai-api"
 
 
 @dataclass(frozen=True, slots=True)
-class Named:
+class ModelName:
     """What a model's name says."""
 
     prefix: str
@@ -315,23 +319,25 @@ class Named:
     is_known: bool = True
 
 
-def named(model: str) -> Named:
+def parse_model_name(model: str) -> ModelName:
     """Returns the provider that a model's name begins with, and the rest of the name."""
     prefix, _, name = model.partition("/")
     if prefix == ANY_SERVICE:
         prefix, _, name = name.partition("/")
         known = PROVIDERS.get(prefix)
-        return Named(prefix, name, replace(_complete(prefix, known or Provider(prefix)), is_openai_style=True))
+        return ModelName(
+            prefix, name, replace(_with_usual_variables(prefix, known or Provider(prefix)), is_openai_style=True)
+        )
     service, _, rest = name.partition("/")
     if f"{prefix}/{service}" in PROVIDERS:
         prefix, name = f"{prefix}/{service}", rest
     known = PROVIDERS.get(prefix)
     if known is None:
-        return Named("", model, PROVIDERS["local"], is_known=False)
-    return Named(prefix, name, _complete(prefix, known))
+        return ModelName("", model, PROVIDERS["local"], is_known=False)
+    return ModelName(prefix, name, _with_usual_variables(prefix, known))
 
 
-def _complete(prefix: str, provider: Provider) -> Provider:
+def _with_usual_variables(prefix: str, provider: Provider) -> Provider:
     """Returns a provider with the variables that bear its name, where the table has none."""
     stem = prefix.upper().replace("-", "_")
     keys = () if provider.signs_in or prefix == "mockllm" else (f"{stem}_API_KEY",)

@@ -19,10 +19,10 @@ from urllib.parse import quote, unquote, urlsplit, urlunsplit
 from vigil.errors import VigilError
 
 REDACTED = "(not recorded)"
-MIN_CHARS = 6
+MIN_SECRET_CHARS = 6
 """Shorter values are no secrets, and would be found in the middle of ordinary words."""
 MIN_ENVIRONMENT_CHARS = 8
-_ALWAYS = frozenset(
+_SECRET_WORDS = frozenset(
     [
         "secret",
         "secrets",
@@ -42,11 +42,15 @@ _ALWAYS = frozenset(
     ]
 )
 """A name with one of these words is a secret's."""
-_AT_THE_END = frozenset({"key", "keys", "token", "auth"})
+_SECRET_LAST_WORDS = frozenset({"key", "keys", "token", "auth"})
 """A name that ends in one of these is; `max_tokens` and `token_budget` are not."""
-_NO_VALUES = frozenset(["file", "path", "dir", "env", "name", "var", "variable", "type", "count", "limit", "length"])
+_HARMLESS_LAST_WORDS = frozenset(
+    ["file", "path", "dir", "env", "name", "var", "variable", "type", "count", "limit", "length"]
+)
 """A name that ends in one of these names a place or a number."""
-_NUMBERS = frozenset(["max", "min", "num", "stop", "eos", "bos", "pad", "unk", "top", "sort", "group", "primary"])
+_HARMLESS_WORDS = frozenset(
+    ["max", "min", "num", "stop", "eos", "bos", "pad", "unk", "top", "sort", "group", "primary"]
+)
 _HARMLESS_HEADERS = frozenset(
     ["accept", "accept-language", "content-type", "user-agent", "anthropic-beta", "anthropic-version", "openai-beta"]
 )
@@ -59,7 +63,7 @@ _NAMED = re.compile(
 )
 """`--name value`, `--name=value`, `NAME=value`, `Name: value`."""
 _USER = re.compile(rf"(?P<head>(?<!\S)(?:-u|--user|--proxy-user)(?:\s+|=))(?P<value>{_WORD})")
-_FORMS = (
+_KEY_PATTERNS = (
     re.compile(r"(?P<head>\b[A-Za-z][A-Za-z0-9+.-]*://)(?P<value>[^\s/?#'\"]*)(?=@)"),
     re.compile(r"(?P<head>\b(?:Bearer|Basic) +)(?P<value>[A-Za-z0-9._~+/=-]{6,})"),
     re.compile(
@@ -70,16 +74,16 @@ _FORMS = (
 """Logins in addresses, headers that log in, and keys that can be told by their looks."""
 
 
-def is_secret(name: str) -> bool:
+def is_secret_name(name: str) -> bool:
     """Whether a setting, header, variable or option of that name holds a secret."""
     spaced = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name)
     words = [word for word in re.split(r"[^a-z0-9]+", spaced.casefold()) if word]
-    if not words or words[-1] in _NO_VALUES:
+    if not words or words[-1] in _HARMLESS_LAST_WORDS:
         return False
-    if _ALWAYS & set(words):
+    if _SECRET_WORDS & set(words):
         return True
     last = words[-2] if words[-1] == "id" and len(words) > 1 else words[-1]
-    return last in _AT_THE_END and not _NUMBERS & set(words)
+    return last in _SECRET_LAST_WORDS and not _HARMLESS_WORDS & set(words)
 
 
 def without_login(url: str) -> str:
@@ -91,71 +95,71 @@ def without_login(url: str) -> str:
 def without_secrets(settings: Mapping[str, Any]) -> dict[str, Any]:
     """Returns `settings` with secrets blanked, however deep they are, fit for a run header."""
     found: list[str] = []
-    return {name: _clean(name, value, found) for name, value in sorted(settings.items())}
+    return {name: _redact_value(name, value, found) for name, value in sorted(settings.items())}
 
 
-def without_forms(text: str, found: list[str] | None = None) -> str:
+def without_key_patterns(text: str, found: list[str] | None = None) -> str:
     """Returns a text without what looks like a key or a login; `found` takes those in."""
-    for form in _FORMS:
-        text = form.sub(lambda match: _blank(match, found), text)
+    for form in _KEY_PATTERNS:
+        text = form.sub(lambda match: _redact_match(match, found), text)
     return text
 
 
-def without_options(command: str, found: list[str] | None = None) -> str:
+def without_option_secrets(command: str, found: list[str] | None = None) -> str:
     """Returns a command line without the values of options, variables and headers with secrets' names."""
-    command = without_forms(command, found)
+    command = without_key_patterns(command, found)
     text, start = "", 0
     while match := _NAMED.search(command, start):
         which = "name" if match["name"] else "other"
-        hides = is_secret(match[which])
-        end = match.end() if hides else match.end(which)
+        is_secret = is_secret_name(match[which])
+        end = match.end() if is_secret else match.end(which)
         text += command[start : match.start()]
-        text += _blank(match, found) if hides else command[match.start() : end]
+        text += _redact_match(match, found) if is_secret else command[match.start() : end]
         start = end
-    return _USER.sub(lambda match: _blank(match, found), text + command[start:])
+    return _USER.sub(lambda match: _redact_match(match, found), text + command[start:])
 
 
 class Secrets:
     """The values that must not be written, as far as they are known."""
 
     def __init__(self, values: Iterable[str]) -> None:
-        forms = {form for value in values if len(value) >= MIN_CHARS for form in _forms_of(value)}
+        forms = {form for value in values if len(value) >= MIN_SECRET_CHARS for form in _encodings_of(value)}
         longest_first = sorted(forms, key=lambda form: (-len(form), form))
         self._pattern = re.compile("|".join(map(re.escape, longest_first))) if forms else None
 
     @classmethod
     def of_command(cls, command: str) -> "Secrets":
         """Returns those in an agent's command line and in the environment."""
-        return cls((*_in_command(command), *environment_secrets(os.environ).values()))
+        return cls((*_secrets_in_command(command), *environment_secrets(os.environ).values()))
 
     @classmethod
     def of(
         cls, *, command: str = "", url: str | None = None, settings: Iterable[Mapping[str, Any]] = (), key: str = ""
     ) -> "Secrets":
         """Returns those in a command line, an address, settings and the environment, with `key`."""
-        found = [*_in_command(command), *environment_secrets(os.environ).values(), key]
+        found = [*_secrets_in_command(command), *environment_secrets(os.environ).values(), key]
         for mapping in settings:
             for name, value in mapping.items():
-                _clean(name, value, found)
-        found += _in_url(url or "")
+                _redact_value(name, value, found)
+        found += _secrets_in_url(url or "")
         return cls(found)
 
-    def hide(self, text: str) -> str:
+    def redact(self, text: str) -> str:
         """Returns `text` without secrets."""
         known = text if self._pattern is None else self._pattern.sub(REDACTED, text)
-        return without_forms(known)
+        return without_key_patterns(known)
 
 
 @contextmanager
-def hiding(secrets: Secrets) -> Iterator[None]:
+def redacted_errors(secrets: Secrets) -> Iterator[None]:
     """Takes the secrets out of the messages of errors that pass."""
     try:
         yield
     except VigilError as error:
         said = str(error)
-        if secrets.hide(said) == said:
+        if secrets.redact(said) == said:
             raise
-        raise type(error)(secrets.hide(said)) from None
+        raise type(error)(secrets.redact(said)) from None
 
 
 def environment_secrets(environment: Mapping[str, str]) -> dict[str, str]:
@@ -163,32 +167,32 @@ def environment_secrets(environment: Mapping[str, str]) -> dict[str, str]:
     found = {
         name: value
         for name, value in environment.items()
-        if is_secret(name) and len(value) >= MIN_ENVIRONMENT_CHARS and not value.startswith("/")
+        if is_secret_name(name) and len(value) >= MIN_ENVIRONMENT_CHARS and not value.startswith("/")
     }
     for name, value in environment.items():
         if "://" in value and name not in found:
-            logins = _in_login(value)
+            logins = _secrets_in_login(value)
             found |= {f"{name} {index}": part for index, part in enumerate(logins)}
     return found
 
 
-def _in_command(command: str) -> list[str]:
+def _secrets_in_command(command: str) -> list[str]:
     found: list[str] = []
-    without_options(command, found)
+    without_option_secrets(command, found)
     return found
 
 
-def _in_url(url: str) -> list[str]:
+def _secrets_in_url(url: str) -> list[str]:
     """Returns what logs in at an address: user name and password, also as a header has them, and the query."""
     try:
         query = urlsplit(url).query
     except ValueError:
         return []
     values = [query, *(piece.partition("=")[2] or piece for piece in query.split("&"))]
-    return [*_in_login(url), *(form for value in values if value for form in (value, unquote(value)))]
+    return [*_secrets_in_login(url), *(form for value in values if value for form in (value, unquote(value)))]
 
 
-def _in_login(url: str) -> list[str]:
+def _secrets_in_login(url: str) -> list[str]:
     try:
         login = urlsplit(url).netloc.rpartition("@")[0]
     except ValueError:
@@ -200,47 +204,49 @@ def _in_login(url: str) -> list[str]:
     return [basic, *(form for part in (login, user, password) if part for form in (part, unquote(part)))]
 
 
-def _clean(name: str, value: Any, found: list[str], *, is_hidden: bool = False) -> Any:
+def _redact_value(name: str, value: Any, found: list[str], *, is_hidden: bool = False) -> Any:
     """Returns `value` with secrets blanked; `found` takes them in."""
-    is_hidden = is_hidden or is_secret(name)
+    is_hidden = is_hidden or is_secret_name(name)
     if isinstance(value, Mapping):
-        return _clean_mapping(name, value, found, is_hidden)
+        return _redact_mapping(name, value, found, is_hidden)
     if isinstance(value, list | tuple):
-        is_pair = len(value) == 2 and isinstance(value[0], str) and is_secret(value[0])
+        is_pair = len(value) == 2 and isinstance(value[0], str) and is_secret_name(value[0])
         if is_pair and not is_hidden:
-            return [value[0], _clean(value[0], value[1], found)]
-        return [_clean("", item, found, is_hidden=is_hidden) for item in value]
+            return [value[0], _redact_value(value[0], value[1], found)]
+        return [_redact_value("", item, found, is_hidden=is_hidden) for item in value]
     if is_hidden and not isinstance(value, bool | None):
-        if isinstance(value, int | float) and not _hides_numbers(name):
+        if isinstance(value, int | float) and not _can_number_be_secret(name):
             return value
         found += [str(value), str(value).rpartition(" ")[2]]  # `Bearer KEY`: the key alone is one too
         return REDACTED
-    return without_options(value, found) if isinstance(value, str) else value
+    return without_option_secrets(value, found) if isinstance(value, str) else value
 
 
-def _clean_mapping(name: str, value: Mapping[Any, Any], found: list[str], is_hidden: bool) -> dict[str, Any]:
+def _redact_mapping(name: str, value: Mapping[Any, Any], found: list[str], is_hidden: bool) -> dict[str, Any]:
     is_header = name.casefold().endswith(("headers", "header"))
     labels = {value.get(label) for label in ("name", "key", "header") if isinstance(value.get(label), str)}
-    is_labelled = any(is_secret(str(label)) for label in labels)
+    is_labelled = any(is_secret_name(str(label)) for label in labels)
     cleaned: dict[str, Any] = {}
     for key, item in value.items():
-        hides = is_hidden or (is_header and str(key).casefold() not in _HARMLESS_HEADERS)
-        hides = hides or (is_labelled and item not in labels)
-        cleaned[str(key)] = item if is_labelled and item in labels else _clean(str(key), item, found, is_hidden=hides)
+        is_secret = is_hidden or (is_header and str(key).casefold() not in _HARMLESS_HEADERS)
+        is_secret = is_secret or (is_labelled and item not in labels)
+        cleaned[str(key)] = (
+            item if is_labelled and item in labels else _redact_value(str(key), item, found, is_hidden=is_secret)
+        )
     return cleaned
 
 
-def _hides_numbers(name: str) -> bool:
-    return not name or bool(_ALWAYS & set(re.split(r"[^a-z0-9]+", name.casefold())))
+def _can_number_be_secret(name: str) -> bool:
+    return not name or bool(_SECRET_WORDS & set(re.split(r"[^a-z0-9]+", name.casefold())))
 
 
-def _blank(match: re.Match[str], found: list[str] | None) -> str:
+def _redact_match(match: re.Match[str], found: list[str] | None) -> str:
     value = match["value"]
     if REDACTED in value or value == REDACTED.split()[0]:
         return match[0]
     if found is not None:
         found += [value, _unquoted(value), *re.split(r"['\"]", value)]
-        found.extend(_in_url(f"x://{value}@x") if match["head"].endswith("://") else ())
+        found.extend(_secrets_in_url(f"x://{value}@x") if match["head"].endswith("://") else ())
     return match["head"] + REDACTED
 
 
@@ -251,7 +257,7 @@ def _unquoted(word: str) -> str:
         return word
 
 
-def _forms_of(value: str) -> Iterator[str]:
+def _encodings_of(value: str) -> Iterator[str]:
     """Yields a value as it may stand in a text: as it is, in an address, in JSON, in Python."""
     yield value
     yield quote(value, safe="")

@@ -39,7 +39,7 @@ _KEY = "vigil_exchange"
 
 
 @contextlib.contextmanager
-def listening(api: Any) -> Iterator[list[Exchange]]:
+def capture_exchanges(api: Any) -> Iterator[list[Exchange]]:
     """Yields a list that takes in the exchanges of one call of Inspect's model `api`, in order.
 
     It stays empty when the provider uses no client that can be listened to, or speaks none of the four formats.

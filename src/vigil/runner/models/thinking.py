@@ -5,10 +5,10 @@ from typing import Any
 
 from vigil.errors import SettingError
 from vigil.protocol.reasoning import Thinking
-from vigil.runner.models.providers import Named
+from vigil.runner.models.providers import ModelName
 
 
-def with_thinking(sampling: Mapping[str, Any], thinking: Thinking, model: Named) -> dict[str, Any]:
+def with_thinking(sampling: Mapping[str, Any], thinking: Thinking, model: ModelName) -> dict[str, Any]:
     """Returns the settings of sampling with those that turn thinking on or off at a model's provider.
 
     Raises SettingError where no way is known, or where the settings say otherwise already.
@@ -29,7 +29,7 @@ def with_thinking(sampling: Mapping[str, Any], thinking: Thinking, model: Named)
     wanted = dict(switch.on if thinking == "on" else switch.off)
     if effort is not None:
         wanted.pop("reasoning_effort", None)
-    return _merged(sampling, wanted, thinking)
+    return _merge(sampling, wanted, thinking)
 
 
 def may_think(thinking: Thinking, effort: str | None, model: str) -> bool:
@@ -39,29 +39,29 @@ def may_think(thinking: Thinking, effort: str | None, model: str) -> bool:
     return effort != "none" if effort is not None else "thinking" in model.casefold()
 
 
-def how_set(thinking: Thinking, model: Named) -> str:
+def describe_switch(thinking: Thinking, model: ModelName) -> str:
     """Returns in a few words what is sent for --thinking, e.g. `extra_body.enable_thinking=True`."""
     switch = model.provider.thinking
     if thinking == "default" or switch is None:
         return ""
-    return ", ".join(leaves_of(switch.on if thinking == "on" else switch.off))
+    return ", ".join(flatten_fields(switch.on if thinking == "on" else switch.off))
 
 
-def leaves_of(fields: Mapping[str, Any], place: str = "") -> list[str]:
+def flatten_fields(fields: Mapping[str, Any], place: str = "") -> list[str]:
     """Returns each value in nested fields with the path to it, e.g. `extra_body.thinking.type=enabled`."""
     found: list[str] = []
     for name, value in fields.items():
         where = f"{place}.{name}".lstrip(".")
-        found += leaves_of(value, where) if isinstance(value, Mapping) else [f"{where}={value}"]
+        found += flatten_fields(value, where) if isinstance(value, Mapping) else [f"{where}={value}"]
     return found
 
 
-def _merged(there: Mapping[str, Any], wanted: Mapping[str, Any], thinking: Thinking) -> dict[str, Any]:
+def _merge(there: Mapping[str, Any], wanted: Mapping[str, Any], thinking: Thinking) -> dict[str, Any]:
     merged = dict(there)
     for name, value in wanted.items():
         given = merged.get(name)
         if isinstance(value, Mapping) and isinstance(given, Mapping | None):
-            merged[name] = _merged(given or {}, value, thinking)
+            merged[name] = _merge(given or {}, value, thinking)
         elif given is not None and given != value:
             raise SettingError(
                 f"--thinking {thinking} sends {name}={value!r}, but --extra-body says {given!r}: leave one of them out."

@@ -1,7 +1,7 @@
 """Drawing in a worker: moments of episodes, each gone on to from where the simulator stands when that can be."""
 
-from vigil.agents.picture import encode
-from vigil.assets.sizes import AssetDatabase
+from vigil.agents.frame_encoding import encode_frame
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose
 from vigil.protocol.actions import PhysicalAction
 from vigil.protocol.house import House
@@ -28,13 +28,13 @@ class DrawingHandler:
     def answer(self, request: DrawingRequest) -> object:
         """Returns what `request` asks for. Raises VigilError."""
         renderer = self._renderer_of(request.moment.render_settings)
-        simulator = renderer.stand(request.moment)
+        simulator = renderer.go_to(request.moment)
         match request:
             case DrawFrame():
-                return encode(simulator.frame()).data
+                return encode_frame(simulator.frame()).data
             case TryAction(_, action):
-                effect = Effect() if action is None else renderer.lead_away(action)
-                return WalkResult(simulator.world(()).agent, effect, encode(simulator.frame()).data)
+                effect = Effect() if action is None else renderer.try_action(action)
+                return WalkResult(simulator.world(()).agent, effect, encode_frame(simulator.frame()).data)
             case IdentifyPixel(_, x, y):
                 return simulator.object_at(x, y)
 
@@ -56,40 +56,40 @@ class _MomentRenderer:
 
     def __init__(self, settings: RenderSettings) -> None:
         self.settings = settings
-        assets = AssetDatabase.of(settings.asset_database)
+        assets = AssetDatabase.from_file(settings.asset_database)
         self.simulator: Simulator = make_simulator(settings.backend, assets=assets, quality=settings.quality)
-        self._loaded: str | None = None
+        self._loaded_house: str | None = None
         """The hash of the house that is."""
-        self._stands: EpisodeMoment | None = None
+        self._moment: EpisodeMoment | None = None
 
-    def stand(self, moment: EpisodeMoment) -> Simulator:
+    def go_to(self, moment: EpisodeMoment) -> Simulator:
         """Returns the simulator at that moment."""
-        if self._loaded != moment.house_sha256:
-            self._stands = self._loaded = None
+        if self._loaded_house != moment.house_sha256:
+            self._moment = self._loaded_house = None
             self.simulator.load(House.load(moment.house, moment.house_sha256))
-            self._loaded = moment.house_sha256
-        done = self._done_of(moment)
+            self._loaded_house = moment.house_sha256
+        done = self._count_done(moment)
         if done is None:
-            self._stands = None
+            self._moment = None
             self.simulator.reset(moment.start, moment.setup)
             done = 0
         for action in moment.actions[done:]:
             self.simulator.step(action)
-        self._stands = moment
+        self._moment = moment
         return self.simulator
 
-    def lead_away(self, action: PhysicalAction) -> Effect:
+    def try_action(self, action: PhysicalAction) -> Effect:
         """Carries out an action that no moment has: what comes next begins anew."""
-        self._stands = None
+        self._moment = None
         return self.simulator.step(action)
 
-    def _done_of(self, moment: EpisodeMoment) -> int | None:
+    def _count_done(self, moment: EpisodeMoment) -> int | None:
         """Returns how many of the moment's actions are done already; None when it must begin anew."""
-        stands = self._stands
-        if stands is None or _start_of(stands) != _start_of(moment):
+        current = self._moment
+        if current is None or _start_of(current) != _start_of(moment):
             return None
-        done = len(stands.actions)
-        return done if moment.actions[:done] == stands.actions else None
+        done = len(current.actions)
+        return done if moment.actions[:done] == current.actions else None
 
 
 def _start_of(moment: EpisodeMoment) -> tuple[str, Pose, Setup]:

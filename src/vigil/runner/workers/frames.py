@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from vigil.agents.picture import decode, encode
-from vigil.assets.sizes import AssetDatabase
+from vigil.agents.frame_encoding import decode_frame, encode_frame
+from vigil.assets.database import AssetDatabase
 from vigil.base.files import MIB, is_inside, read_file
 from vigil.env import Env
 from vigil.errors import RecordError
@@ -42,14 +42,14 @@ class FrameStore:
         """Returns where the frame with that hash lies, or would."""
         return self._folder / sha256[:2] / f"{sha256}.png"
 
-    def keep(self, rgb: np.ndarray) -> str:
+    def save(self, rgb: np.ndarray) -> str:
         """Writes a frame unless it is there, and returns its hash."""
         sha256 = frame_sha256(rgb)
         path = self.path(sha256)
         if not path.exists():
             path.parent.mkdir(parents=True, exist_ok=True)
             partial = path.with_name(f"{path.name}.{os.getpid()}")
-            partial.write_bytes(encode(rgb, "png").data)
+            partial.write_bytes(encode_frame(rgb, "png").data)
             partial.replace(path)
         return sha256
 
@@ -68,7 +68,7 @@ class FrameStore:
         data = self.file(sha256)
         if data is None:
             return None
-        rgb = decode(data)
+        rgb = decode_frame(data)
         if frame_sha256(rgb) != sha256:
             raise RecordError(f"{str(self.path(str(sha256)))!r} holds other pixels than its name says. Remove it.")
         return data, rgb
@@ -86,13 +86,15 @@ def redraw(episode: Episode, record: EpisodeRecord, env: Env) -> Iterator[np.nda
         observation = env.step(step.reply)
 
 
-def frames_of(folder: Path, spec: RunSpec, pack: Pack, record: EpisodeRecord, assets: Path | None) -> list[np.ndarray]:
+def frames_of_record(
+    folder: Path, spec: RunSpec, pack: Pack, record: EpisodeRecord, assets: Path | None
+) -> list[np.ndarray]:
     """Returns the frame that each reply answered: as the run in `folder` kept it, else drawn again."""
     store = FrameStore(folder / FRAMES_FOLDER)
     kept = [store.frame(step.frame_sha256) for step in record.steps]
     if all(kept):
         return [frame[1] for frame in kept if frame]
-    database = AssetDatabase.of(assets)
+    database = AssetDatabase.from_file(assets)
     pack.check_assets(database)
     with closing(make_simulator(spec.simulator, assets=database, quality=spec.render_quality)) as simulator:
         return list(redraw(pack.episode(record.episode_id), record, Env(simulator, pack.house_of, spec.profile)))
@@ -100,7 +102,7 @@ def frames_of(folder: Path, spec: RunSpec, pack: Pack, record: EpisodeRecord, as
 
 def first_frames(pack: Pack, episodes: Mapping[Family, Episode], assets: Path | None) -> dict[Family, np.ndarray]:
     """Returns the frame that each of some episodes of a pack starts with."""
-    database = AssetDatabase.of(assets)
+    database = AssetDatabase.from_file(assets)
     pack.check_assets(database)
     with closing(make_simulator("mujoco", assets=database)) as simulator:
         env = Env(simulator, pack.house_of, Profile())

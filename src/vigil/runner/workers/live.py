@@ -3,44 +3,44 @@
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 
-from vigil.agents.model import Conversation, Message
+from vigil.agents.conversation import Conversation, Message
 from vigil.base.versions import Versions
 from vigil.errors import InfrastructureError, SimulatorError
 from vigil.protocol.actions import Reply
-from vigil.protocol.endings import ending_of
+from vigil.protocol.finish_reasons import stop_cause
 from vigil.protocol.profile import Profile
 from vigil.records.record import Boundary, EpisodeRecord, ErrorFact
 from vigil.runner.models.ask import Ask, RequestRejected
-from vigil.runner.models.context import ABOUT_CONTEXT, size_hint
+from vigil.runner.models.context import CONTEXT_ERROR, size_hint
 from vigil.runner.workers.messages import Assignment, EncodedObservation
 from vigil.runner.workers.pool import LiveEpisode
 from vigil.runner.workers.process import WorkerLost
 
 
 async def play_live(
-    live: LiveEpisode, profile: Profile, ask: Ask, run_id: str, shows: Callable[[], None] = lambda: None
+    live: LiveEpisode, profile: Profile, ask: Ask, run_id: str, on_first_frame: Callable[[], None] = lambda: None
 ) -> EpisodeRecord:
     """Returns the record of one episode; whatever fails around the agent ends it as `error`. Raises InputError.
 
-    `shows` is called before the agent is shown the first frame.
+    `on_first_frame` is called before the agent is shown the first frame.
     """
     started = datetime.now(UTC)
     try:
-        return await _play(live, profile, ask, shows)
+        return await _play(live, profile, ask, on_first_frame)
     except InfrastructureError as error:
         boundary = boundary_of(error)
         record = await live.fail(boundary, str(error))
-        return record or lost_record(live.assignment, run_id, boundary, str(error), started)
+        return record or error_record(live.assignment, run_id, boundary, str(error), started)
     finally:
         live.close()
 
 
-async def _play(live: LiveEpisode, profile: Profile, ask: Ask, shows: Callable[[], None]) -> EpisodeRecord:
+async def _play(live: LiveEpisode, profile: Profile, ask: Ask, on_first_frame: Callable[[], None]) -> EpisodeRecord:
     conversation = Conversation(profile, live.assignment.episode.instruction)
     answer = await live.begin()
     has_replied = False
     if isinstance(answer, EncodedObservation):
-        shows()
+        on_first_frame()
     while isinstance(answer, EncodedObservation):
         messages = conversation.messages(answer.picture, answer.feedback)
         reply = await _reply(ask, messages, has_replied=has_replied)
@@ -56,10 +56,10 @@ async def _reply(ask: Ask, messages: Sequence[Message], *, has_replied: bool) ->
         reply = await ask(messages)
     except RequestRejected as error:
         if not has_replied:
-            hint = f" {size_hint(messages)}" if ABOUT_CONTEXT.search(str(error)) else ""
+            hint = f" {size_hint(messages)}" if CONTEXT_ERROR.search(str(error)) else ""
             raise RequestRejected(f"{error}{hint}") from error
         return Reply(text="", finish_reason="rejected", provider_rejected=True)
-    if not has_replied and ending_of(reply.finish_reason) == "full":
+    if not has_replied and stop_cause(reply.finish_reason) == "full":
         raise RequestRejected(f"The first answer ended with {reply.finish_reason}. {size_hint(messages)}")
     return reply
 
@@ -71,12 +71,12 @@ def boundary_of(error: InfrastructureError) -> Boundary:
     return "simulator" if isinstance(error, SimulatorError) else "model"
 
 
-def lost_record(
+def error_record(
     assignment: Assignment, run_id: str, boundary: Boundary, message: str, started: datetime
 ) -> EpisodeRecord:
     """Returns the record of an episode of which nothing is left but how it failed."""
     return EpisodeRecord(
-        versions=Versions.here(),
+        versions=Versions.current(),
         run_id=run_id,
         episode_id=assignment.episode.id,
         epoch=assignment.epoch,

@@ -9,9 +9,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from vigil.agents.agent import BEAT_SECONDS, REPLY_SECONDS, Agent
-from vigil.agents.picture import Picture
-from vigil.assets.sizes import AssetDatabase
+from vigil.agents.agent import FRAME_INTERVAL_SECONDS, REPLY_SECONDS, Agent
+from vigil.agents.frame_encoding import EncodedFrame
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose
 from vigil.protocol.actions import PhysicalAction, Reply
 from vigil.protocol.episode import Episode
@@ -49,7 +49,7 @@ class WorkerPlan:
     agent_factory: PrivilegedFactory | None = None
     reply_seconds: float = REPLY_SECONDS
     """How long the agent may take for a reply when it is a program."""
-    beat_seconds: float = BEAT_SECONDS
+    beat_seconds: float = FRAME_INTERVAL_SECONDS
     """And when it is handed the next frame."""
     keep_program: bool = False
     """Whether it goes on from one episode to the next, instead of being started for each."""
@@ -81,7 +81,7 @@ class Assignment:
 class EncodedObservation:
     """All that an agent may see of a step, as it crosses."""
 
-    picture: Picture
+    picture: EncodedFrame
     feedback: Feedback | None
 
 
@@ -142,7 +142,7 @@ class GetSimulatorFacts:
 
 
 @dataclass(frozen=True, slots=True)
-class Play:
+class PlayEpisode:
     """Play one episode with the agent in the worker -> EpisodeRecord."""
 
     assignment: Assignment
@@ -151,7 +151,7 @@ class Play:
 
 
 @dataclass(frozen=True, slots=True)
-class Begin:
+class BeginEpisode:
     """Start a live episode -> EncodedObservation, or EpisodeRecord when the reset failed."""
 
     session: int
@@ -159,7 +159,7 @@ class Begin:
 
 
 @dataclass(frozen=True, slots=True)
-class Advance:
+class AdvanceEpisode:
     """Carry out one reply -> EncodedObservation, or EpisodeRecord when that ended the episode."""
 
     session: int
@@ -167,7 +167,7 @@ class Advance:
 
 
 @dataclass(frozen=True, slots=True)
-class Fail:
+class FailEpisode:
     """End a live episode as an error -> EpisodeRecord."""
 
     session: int
@@ -176,7 +176,7 @@ class Fail:
 
 
 @dataclass(frozen=True, slots=True)
-class Drop:
+class DropEpisode:
     """Forget a live episode -> None."""
 
     session: int
@@ -216,7 +216,9 @@ class IdentifyPixel:
     y: int
 
 
-EpisodeRequest = GetSimulatorFacts | Play | Begin | Advance | Fail | Drop | Resimulate
+EpisodeRequest = (
+    GetSimulatorFacts | PlayEpisode | BeginEpisode | AdvanceEpisode | FailEpisode | DropEpisode | Resimulate
+)
 DrawingRequest = DrawFrame | TryAction | IdentifyPixel
 Request = EpisodeRequest | DrawingRequest
 

@@ -16,9 +16,9 @@ from vigil.protocol.observation import Observation
 class EpisodeObserver:
     """Who is told how an episode goes."""
 
-    shows: Callable[[], None] = lambda: None
+    on_first_frame: Callable[[], None] = lambda: None
     """Called before the agent is shown the first frame."""
-    answered: Callable[[Observation, Reply], None] = lambda _observation, _reply: None
+    on_reply: Callable[[Observation, Reply], None] = lambda _observation, _reply: None
     """Called with each observation and the agent's reply to it, before that is carried out."""
 
 
@@ -26,7 +26,7 @@ def play(
     episode: Episode,
     env: Env,
     agent: Agent,
-    watcher: EpisodeObserver = EpisodeObserver(),
+    observer: EpisodeObserver = EpisodeObserver(),
     earlier: Sequence[Reply] | None = None,
 ) -> None:
     """Plays `episode` to its end in `env`, which then has the record.
@@ -44,10 +44,10 @@ def play(
         if observation is not None:
             _start(agent, episode.instruction, earlier is not None)
             if earlier is None:
-                watcher.shows()
+                observer.on_first_frame()
         while observation is not None:
             reply = agent.act(observation)
-            watcher.answered(observation, reply)
+            observer.on_reply(observation, reply)
             observation = env.step(reply)
     except InputError:
         raise

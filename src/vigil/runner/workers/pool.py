@@ -19,24 +19,24 @@ from vigil.errors import SettingError, VigilError
 from vigil.protocol.actions import Reply
 from vigil.records.record import Boundary, EpisodeRecord
 from vigil.runner.workers.messages import (
-    Advance,
+    AdvanceEpisode,
     Assignment,
-    Begin,
-    Drop,
+    BeginEpisode,
+    DropEpisode,
     EncodedObservation,
-    Fail,
+    FailEpisode,
     GetSimulatorFacts,
-    Play,
+    PlayEpisode,
     Request,
     Resimulate,
     SimulatorFacts,
     WorkerPlan,
 )
 from vigil.runner.workers.process import (
-    PATIENCE_S,
-    START_S,
+    START_TIMEOUT_S,
+    WORKER_TIMEOUT_S,
     LocalProcess,
-    NoRoom,
+    NoCapacity,
     StartProcess,
     Worker,
     WorkerLost,
@@ -46,9 +46,9 @@ from vigil.runner.workers.resimulation import FactDifference
 
 MAX_RESTORES = 2
 """How often one episode is carried over to another worker before it counts as lost."""
-_ASK_ANOTHER: dict[str, Any] = {
-    "retry": retry_if_exception_type(NoRoom),
-    "stop": stop_after_delay(START_S),
+_RETRY_ON_ANOTHER: dict[str, Any] = {
+    "retry": retry_if_exception_type(NoCapacity),
+    "stop": stop_after_delay(START_TIMEOUT_S),
     "reraise": True,
 }
 """Has a request go to another worker while there is no room for one."""
@@ -74,7 +74,7 @@ class SimulatorPool:
         plan: WorkerPlan,
         workers: int,
         *,
-        patience_s: float = PATIENCE_S,
+        timeout_s: float = WORKER_TIMEOUT_S,
         logs: Path | None = None,
         start: StartProcess = LocalProcess,
     ) -> None:
@@ -83,7 +83,7 @@ class SimulatorPool:
             raise SettingError(f"A run needs at least one simulator worker, not {workers}.")
         if logs is not None:
             logs.mkdir(parents=True, exist_ok=True)
-        settings = WorkerSettings(patience_s, max(1, usable_cpus() // workers), logs, start)
+        settings = WorkerSettings(timeout_s, max(1, usable_cpus() // workers), logs, start)
         self.workers = [Worker(plan, f"worker-{number + 1}", settings, number) for number in range(workers)]
         self._load = dict.fromkeys(self.workers, 0)
         self._sessions = itertools.count(1)
@@ -110,28 +110,33 @@ class SimulatorPool:
         Each worker draws the first frame of `drawn`, if given. Raises SimulatorError when a worker cannot start or
         draw, or when there is room for none.
         """
-        return Retrying(**_ASK_ANOTHER)(self._facts, drawn)
+        return Retrying(**_RETRY_ON_ANOTHER)(self._facts, drawn)
 
     def _facts(self, drawn: Assignment | None) -> SimulatorFacts:
         futures = [worker.submit(GetSimulatorFacts(drawn)) for worker in self.workers]
-        started = [future for future in futures if not isinstance(future.exception(), NoRoom)]
+        started = [future for future in futures if not isinstance(future.exception(), NoCapacity)]
         facts = [future.result()[1] for future in started or futures]
         return facts[0]
 
     async def play(
-        self, assignment: Assignment, shows: Callable[[], None], *, goes_on: bool, worker: Worker | None = None
+        self,
+        assignment: Assignment,
+        on_first_frame: Callable[[], None],
+        *,
+        may_resume: bool,
+        worker: Worker | None = None,
     ) -> EpisodeRecord:
         """Returns the record of an episode played by the agent inside `worker`, if it is free. Raises WorkerLost.
 
-        `shows` is called before the agent is shown the first frame. With `goes_on`, an agent whose worker is lost after
+        `on_first_frame` is called before the agent is shown the first frame. With `may_resume`, an agent whose worker is lost after
         that plays on in another one from where it was; without, the loss is raised at once.
         """
         earlier: tuple[Reply, ...] | None = None
         for left in range(MAX_RESTORES, -1, -1):
             try:
-                return await self._once(Play(assignment, earlier), shows, worker)
+                return await self._request(PlayEpisode(assignment, earlier), on_first_frame, worker)
             except WorkerLost as lost:
-                if not goes_on or not left or (earlier is None and lost.replies is None):
+                if not may_resume or not left or (earlier is None and lost.replies is None):
                     raise
                 earlier = (*(earlier or ()), *(lost.replies or ()))
         raise AssertionError("the last round returns or raises")
@@ -140,38 +145,38 @@ class SimulatorPool:
         self, assignment: Assignment, record: EpisodeRecord, *, frames: bool, exact: bool
     ) -> list[FactDifference]:
         """Returns the differences between a record and its replies carried out again. Raises SimulatorError."""
-        return await self._once(Resimulate(assignment, record, frames, exact))
+        return await self._request(Resimulate(assignment, record, frames, exact))
 
     def live(self, assignment: Assignment) -> "LiveEpisode":
         """Returns an episode to be played from outside, not begun yet."""
         return LiveEpisode(self, assignment, next(self._sessions))
 
-    async def _once(
-        self, request: Request, shows: Callable[[], None] | None = None, wanted: Worker | None = None
+    async def _request(
+        self, request: Request, on_first_frame: Callable[[], None] | None = None, wanted: Worker | None = None
     ) -> Any:
-        return await AsyncRetrying(**_ASK_ANOTHER)(self._ask, request, shows, wanted)
+        return await AsyncRetrying(**_RETRY_ON_ANOTHER)(self._ask, request, on_first_frame, wanted)
 
-    async def _ask(self, request: Request, shows: Callable[[], None] | None, wanted: Worker | None) -> Any:
-        worker = self.take(wanted)
+    async def _ask(self, request: Request, on_first_frame: Callable[[], None] | None, wanted: Worker | None) -> Any:
+        worker = self.acquire(wanted)
         try:
-            return (await asyncio.wrap_future(worker.submit(request, shows=shows)))[1]
+            return (await asyncio.wrap_future(worker.submit(request, on_first_frame=on_first_frame)))[1]
         finally:
-            self.give_back(worker)
+            self.release(worker)
 
-    def take(self, wanted: Worker | None = None) -> Worker:
+    def acquire(self, wanted: Worker | None = None) -> Worker:
         """Returns the least busy worker that there is room for, counted as busier by one until it is given back.
 
         Of several it is the one that is wanted.
         """
 
         def rank(worker: Worker) -> tuple[bool, int, bool]:
-            return worker.waits_for_room, self._load[worker], worker is not wanted
+            return worker.is_waiting_for_capacity, self._load[worker], worker is not wanted
 
         worker = min(self.workers, key=rank)
         self._load[worker] += 1
         return worker
 
-    def give_back(self, worker: Worker) -> None:
+    def release(self, worker: Worker) -> None:
         """Counts `worker` as less busy by one."""
         self._load[worker] -= 1
 
@@ -200,7 +205,7 @@ class LiveEpisode:
         """Returns the next view, or the record when `reply` ended the episode. Raises SimulatorError."""
         self._replies.append(reply)
         try:
-            return await self._ask(Advance(self._session, reply))
+            return await self._ask(AdvanceEpisode(self._session, reply))
         except WorkerLost:
             self._count_restore()
         return await self._restore()
@@ -208,7 +213,7 @@ class LiveEpisode:
     async def fail(self, boundary: Boundary, message: str) -> EpisodeRecord | None:
         """Returns the record so far, ended as an error; None when it is lost with its worker."""
         try:
-            return await self._ask(Fail(self._session, boundary, message))
+            return await self._ask(FailEpisode(self._session, boundary, message))
         except VigilError:
             return None
 
@@ -216,16 +221,16 @@ class LiveEpisode:
         """Lets the worker forget the episode."""
         worker, self._worker = self._worker, None
         if worker is not None:
-            worker.submit(Drop(self._session), self._generation)
-            self._pool.give_back(worker)
+            worker.submit(DropEpisode(self._session), self._generation)
+            self._pool.release(worker)
 
     async def _begin(self) -> EncodedObservation | EpisodeRecord:
-        return await AsyncRetrying(**_ASK_ANOTHER)(self._begin_once)
+        return await AsyncRetrying(**_RETRY_ON_ANOTHER)(self._begin_once)
 
     async def _begin_once(self) -> EncodedObservation | EpisodeRecord:
         self.close()
-        self._worker = self._pool.take()
-        future = self._worker.submit(Begin(self._session, self.assignment))
+        self._worker = self._pool.acquire()
+        future = self._worker.submit(BeginEpisode(self._session, self.assignment))
         self._generation, view = await asyncio.wrap_future(future)
         return view
 
@@ -240,7 +245,7 @@ class LiveEpisode:
             try:
                 answer = await self._begin()
                 for reply in self._replies if isinstance(answer, EncodedObservation) else ():
-                    answer = await self._ask(Advance(self._session, reply))
+                    answer = await self._ask(AdvanceEpisode(self._session, reply))
                 return answer
             except WorkerLost:
                 self._count_restore()

@@ -18,17 +18,17 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Protocol
 
-from vigil.base.imports import VARIABLE
+from vigil.base.imports import ENVIRONMENT_VARIABLE
 from vigil.errors import SettingError, SimulatorError
 from vigil.protocol.actions import Reply
 from vigil.runner.workers.messages import AboutToShowFrame, Failed, Heartbeat, Plan, Proceed, Request
 from vigil.sim.protocol import WORKER_NUMBER
 
-PATIENCE_S = 120.0
+WORKER_TIMEOUT_S = 120.0
 """How long a worker may be silent over one request, or over one step of a whole episode."""
-START_S = 120.0
+START_TIMEOUT_S = 120.0
 """How long a process may take to start and to load its pack, however short the patience."""
-CLOSING_S = 20.0
+SHUTDOWN_TIMEOUT_S = 20.0
 """How long a process may take to leave before it is killed: it ends agents' programs first."""
 _LOG_TAIL = 2000
 
@@ -40,7 +40,7 @@ class WorkerLost(SimulatorError):
     """What the agent inside had replied since the request; None when it was shown no frame."""
 
 
-class NoRoom(WorkerLost):
+class NoCapacity(WorkerLost):
     """The cluster has no CPU for the worker; it starts once there is one, and until then others are to be asked."""
 
 
@@ -101,7 +101,7 @@ StartProcess = Callable[[Path | None, dict[str, str]], WorkerProcess]
 class WorkerSettings:
     """How workers are run."""
 
-    patience_s: float = PATIENCE_S
+    timeout_s: float = WORKER_TIMEOUT_S
     threads: int = 1
     """For a software renderer."""
     logs: Path | None = None
@@ -112,10 +112,10 @@ class WorkerSettings:
 class _Job:
     """A pending request with the future that receives the answer."""
 
-    def __init__(self, request: Request, generation: int | None, shows: Callable[[], None]) -> None:
+    def __init__(self, request: Request, generation: int | None, on_first_frame: Callable[[], None]) -> None:
         self.request = request
         self.generation = generation
-        self.shows = shows
+        self.on_first_frame = on_first_frame
         self.future: Future[tuple[int, Any]] = Future()
 
 
@@ -125,14 +125,14 @@ class Worker:
     def __init__(self, plan: Plan, name: str, settings: WorkerSettings, number: int = 0) -> None:
         self.name = name
         self._plan = plan
-        self._patience_s = settings.patience_s
+        self._timeout_s = settings.timeout_s
         self._environment = {"LP_NUM_THREADS": str(settings.threads), WORKER_NUMBER: str(number)}
-        if VARIABLE in os.environ:  # a node of a cluster has an environment of its own
-            self._environment[VARIABLE] = os.environ[VARIABLE]
+        if ENVIRONMENT_VARIABLE in os.environ:  # a node of a cluster has an environment of its own
+            self._environment[ENVIRONMENT_VARIABLE] = os.environ[ENVIRONMENT_VARIABLE]
         self._log = settings.logs / f"{name}.log" if settings.logs else None
         self._start = settings.start
         self._generation = 0
-        self._is_up = False
+        self._has_answered = False
         self._is_closed = self._is_killed = False
         self._lock = threading.Lock()
         """Of the two flags, and of the start of a process."""
@@ -149,20 +149,20 @@ class Worker:
         return None if self._process is None else self._process.pid
 
     @property
-    def waits_for_room(self) -> bool:
+    def is_waiting_for_capacity(self) -> bool:
         """Whether the process could not be started yet."""
         process = self._process
         return process is not None and self._connection is None and not process.has_started
 
     def submit(
-        self, request: Request, generation: int | None = None, shows: Callable[[], None] | None = None
+        self, request: Request, generation: int | None = None, on_first_frame: Callable[[], None] | None = None
     ) -> "Future[tuple[int, Any]]":
         """Returns the future of (generation, value). With `generation`, raises WorkerLost if that process is gone.
 
         The future raises WorkerLost too when the process hangs or dies over the request, and after `close` or `kill`.
-        `shows` is called, in the worker's thread, before an agent inside is shown the first frame.
+        `on_first_frame` is called, in the worker's thread, before an agent inside is shown the first frame.
         """
-        job = _Job(request, generation, shows or (lambda: None))
+        job = _Job(request, generation, on_first_frame or (lambda: None))
         with self._lock:
             if self._is_closed:
                 job.future.set_exception(WorkerLost(f"Simulator {self.name} has been closed."))
@@ -185,7 +185,7 @@ class Worker:
         self.close()
         if process is not None:
             process.terminate()
-            late = threading.Timer(CLOSING_S, process.kill)
+            late = threading.Timer(SHUTDOWN_TIMEOUT_S, process.kill)
             late.daemon = True
             late.start()
 
@@ -205,7 +205,7 @@ class Worker:
                 job.future.set_exception(error)
             except Exception as error:  # noqa: BLE001 - passed on to the caller
                 job.future.set_exception(error)
-        self._end(CLOSING_S)
+        self._end(SHUTDOWN_TIMEOUT_S)
 
     def _handle(self, job: "_Job") -> tuple[int, Any]:
         request, generation = job.request, job.generation
@@ -218,22 +218,22 @@ class Worker:
         except (pickle.PicklingError, AttributeError, TypeError) as error:
             raise SettingError(f"Cannot hand {type(request).__name__} to a simulator worker: {error}.") from error
         except (EOFError, OSError):
-            raise WorkerLost(f"Simulator {self.name} died ({self._autopsy()}).") from None
+            raise WorkerLost(f"Simulator {self.name} died ({self._exit_summary()}).") from None
 
     def _answer(self, connection: Connection, job: "_Job") -> Any:
         while True:
-            patience_s = self._patience_s if self._is_up else max(self._patience_s, START_S)
-            if not connection.poll(patience_s):
+            timeout_s = self._timeout_s if self._has_answered else max(self._timeout_s, START_TIMEOUT_S)
+            if not connection.poll(timeout_s):
                 self._end(0.0)
-                what = f"{type(job.request).__name__} within {patience_s:g} s"
+                what = f"{type(job.request).__name__} within {timeout_s:g} s"
                 raise WorkerLost(f"Simulator {self.name} did not answer {what}; it was ended and will be restarted.")
             message = connection.recv()
-            self._is_up = True
+            self._has_answered = True
             if isinstance(message, Failed):
                 raise message.error
             if isinstance(message, AboutToShowFrame):
                 self._replies = []
-                self._tell(job.shows)
+                self._call_on_first_frame(job.on_first_frame)
                 connection.send(Proceed())
             elif isinstance(message, Heartbeat):
                 if message.reply is not None:
@@ -242,10 +242,10 @@ class Worker:
             else:
                 return message.value
 
-    def _tell(self, shows: Callable[[], None]) -> None:
-        """Calls `shows`; the worker, which waits for leave, is ended when that fails."""
+    def _call_on_first_frame(self, on_first_frame: Callable[[], None]) -> None:
+        """Calls `on_first_frame`; the worker, which waits for leave, is ended when that fails."""
         try:
-            shows()
+            on_first_frame()
         except BaseException:
             self._end(0.0)
             raise
@@ -258,11 +258,11 @@ class Worker:
                 process = self._process = self._process or self._start(self._log, self._environment)
             self._connection = process.connect()
             self._generation += 1
-            self._is_up = False
+            self._has_answered = False
             self._connection.send(self._plan)
         return self._connection
 
-    def _end(self, patience_s: float) -> int | None:
+    def _end(self, timeout_s: float) -> int | None:
         connection, self._connection = self._connection, None
         process, self._process = self._process, None
         if connection is not None:
@@ -270,13 +270,13 @@ class Worker:
         if process is None:
             return None
         try:
-            return process.wait(patience_s)
+            return process.wait(timeout_s)
         except subprocess.TimeoutExpired:
             process.kill()
             return process.wait()
 
-    def _autopsy(self) -> str:
-        code = self._end(CLOSING_S)
+    def _exit_summary(self) -> str:
+        code = self._end(SHUTDOWN_TIMEOUT_S)
         text = "no exit code" if code is None else f"exit code {code}"
         if self._log is not None and self._log.is_file():
             tail = self._log.read_bytes()[-_LOG_TAIL:].decode(errors="replace").strip()

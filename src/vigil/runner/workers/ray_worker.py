@@ -18,16 +18,16 @@ from typing import Any
 import ray
 from ray.exceptions import RayError
 
-from vigil.base.imports import import_named_modules
+from vigil.base.imports import import_modules_from_environment
 from vigil.errors import SettingError
-from vigil.runner.workers.process import NoRoom
+from vigil.runner.workers.process import NoCapacity
 from vigil.runner.workers.worker import serve
 
-ROOM_S = 10.0
+PLACEMENT_TIMEOUT_S = 10.0
 """How long a request waits for an actor to be placed and started before another worker is asked."""
 CPUS = 1
 """Of the cluster's, for each actor."""
-Objection = Callable[[], str]
+NodeCheck = Callable[[], str]
 """Says why the node on which it is called cannot play the run; an empty string when it can. Must be picklable."""
 
 
@@ -40,15 +40,15 @@ class WorkerActor:
         if os.path.isdir(folder):
             os.chdir(folder)
 
-    def listen(self, key: bytes, objection: Objection) -> tuple[str, tuple[str, int], int]:
+    def listen(self, key: bytes, node_check: NodeCheck) -> tuple[str, tuple[str, int], int]:
         """Returns what is wrong with this node, where to connect to, and the process id."""
         self._listener = Listener((ray.util.get_node_ip_address(), 0), authkey=key)
         host, port = self._listener.address
         try:
-            import_named_modules()
+            import_modules_from_environment()
         except SettingError as error:
             return f"Node {host} of the Ray cluster: {error}", (str(host), int(port)), os.getpid()
-        return objection(), (str(host), int(port)), os.getpid()
+        return node_check(), (str(host), int(port)), os.getpid()
 
     def serve(self) -> None:
         """Answers requests until the main process closes the connection."""
@@ -61,7 +61,7 @@ class WorkerActor:
 class RayProcess:
     """A worker in an actor: `vigil.runner.workers.process.WorkerProcess`."""
 
-    def __init__(self, objection: Objection, log: Path | None, environment: dict[str, str]) -> None:
+    def __init__(self, node_check: NodeCheck, log: Path | None, environment: dict[str, str]) -> None:
         """Asks Ray for an actor. `log` gets what Ray says of its end; its standard error goes to Ray's own logs."""
         one_thread = {"LP_NUM_THREADS": str(CPUS), "OPENBLAS_NUM_THREADS": str(CPUS)}
         actor = ray.remote(WorkerActor).options(
@@ -71,22 +71,22 @@ class RayProcess:
         self._log = log
         self._key = secrets.token_bytes(32)
         self._actor: Any = actor.remote({**environment, **one_thread}, str(Path.cwd()))
-        self._listens = self._actor.listen.remote(self._key, objection)
-        self._serves = self._actor.serve.remote()
+        self._listen_ref = self._actor.listen.remote(self._key, node_check)
+        self._serve_ref = self._actor.serve.remote()
         self._connection: Connection | None = None
-        self._is_over = False
+        self._is_ended = False
 
     @property
     def has_started(self) -> bool:
         """Whether the actor is there, or will never be."""
-        return _is_ready(self._listens, 0.0)
+        return _is_ready(self._listen_ref, 0.0)
 
     def connect(self) -> Connection:
         """Returns the connection to the actor. Raises NoRoom, OSError, or SettingError when its node is another."""
-        if not _is_ready(self._listens, ROOM_S):
-            raise NoRoom("The Ray cluster has no free CPU for a simulator; `ray status` says what it is used for.")
+        if not _is_ready(self._listen_ref, PLACEMENT_TIMEOUT_S):
+            raise NoCapacity("The Ray cluster has no free CPU for a simulator; `ray status` says what it is used for.")
         try:
-            wrong, address, self.pid = ray.get(self._listens)
+            wrong, address, self.pid = ray.get(self._listen_ref)
             if wrong:
                 raise SettingError(wrong)
             connection = Client(address, authkey=self._key)
@@ -99,13 +99,13 @@ class RayProcess:
 
     def wait(self, timeout: float | None = None) -> None:
         """Waits until the worker has left, and frees its CPU. Raises subprocess.TimeoutExpired."""
-        if self._is_over:
+        if self._is_ended:
             return
-        if self._connection is not None and not _is_ready(self._serves, timeout):
+        if self._connection is not None and not _is_ready(self._serve_ref, timeout):
             raise subprocess.TimeoutExpired("Ray actor", timeout or 0.0)
         if self._connection is not None:
             try:
-                ray.get(self._serves)
+                ray.get(self._serve_ref)
             except RayError as error:
                 self._note(str(error))
         self.kill()
@@ -120,8 +120,8 @@ class RayProcess:
 
     def kill(self) -> None:
         """Ends the actor at once."""
-        if not self._is_over:
-            self._is_over = True
+        if not self._is_ended:
+            self._is_ended = True
             ray.kill(self._actor)
 
     def _note(self, text: str) -> None:

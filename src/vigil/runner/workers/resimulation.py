@@ -19,7 +19,7 @@ _ANGLE_KEYS = frozenset({"rotation", "horizon", "yaw", "turned_deg", "pitched_de
 _COUNT_KEYS = frozenset({"visible_px", "open_px", "toggle_px"})
 """Pixel counts come from rays: an edge that shifts by a rounding error moves a few of them."""
 _COUNT_TOLERANCE = 0.02
-_HELD_SINCE = {"not_on": 3}
+_RECORDED_SINCE = {"not_on": 3}
 """Fact -> the version of the rules since which rows hold it."""
 
 
@@ -49,7 +49,7 @@ class ComparisonSettings:
     """The frames' pixels too."""
     exact: bool = False
     """Numbers to the last bit, as on the machine that made the record."""
-    beat: Callable[[], None] = lambda: None
+    on_step: Callable[[], None] = lambda: None
     """Called after each step."""
 
 
@@ -62,7 +62,7 @@ def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: Comp
         if settings.frames and step.frame_sha256 is not None:
             observation.rgb  # noqa: B018 - looking at a frame is what draws it
         observation = env.step(step.reply)
-        settings.beat()
+        settings.on_step()
     if env.end is None:
         env.fail("runner", "the record ends here")
     again = env.record(run_id=record.run_id, epoch=record.epoch, attempt=record.attempt)
@@ -80,7 +80,7 @@ def differences(
             yield FactDifference(recorded.episode_id, recorded.epoch, step, fact, old, new)
 
     yield from report(0, compare("prompt_sha256", recorded.prompt_sha256, found.prompt_sha256))
-    yield from report(0, compare("initial", _plain(recorded.initial), _plain(found.initial)))
+    yield from report(0, compare("initial", _as_json(recorded.initial), _as_json(found.initial)))
     for old, new in zip(recorded.steps, found.steps, strict=False):
         yield from report(old.index, compare("", _facts(old, settings.frames), _facts(new, settings.frames)))
     last = len(recorded.steps)
@@ -89,15 +89,15 @@ def differences(
         yield from report(last, compare("end", recorded.end, found.end))
 
 
-def _plain(fact: Any) -> Any:
+def _as_json(fact: Any) -> Any:
     return None if fact is None else fact.model_dump(mode="json")
 
 
 def _facts(step: StepRecord, frames: bool) -> dict[str, Any]:
-    kept = {"action", "invalid", "ignored_keys", "history_cut", "effect", "world"}
+    compared = {"action", "invalid", "ignored_keys", "history_cut", "effect", "world"}
     if frames and step.frame_sha256 is not None:
-        kept.add("frame_sha256")
-    return step.model_dump(mode="json", include=kept)
+        compared.add("frame_sha256")
+    return step.model_dump(mode="json", include=compared)
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +109,7 @@ class _FactComparison:
     def compare(self, place: str, old: Any, new: Any, key: str = "") -> Iterator[tuple[str, Any, Any]]:
         """Yields (place, old, new) for each leaf that differs; `key` is the nearest name above it."""
         if isinstance(old, dict) and isinstance(new, dict):
-            for name in sorted(name for name in old.keys() | new.keys() if _HELD_SINCE.get(name, 0) <= self.rules):
+            for name in sorted(name for name in old.keys() | new.keys() if _RECORDED_SINCE.get(name, 0) <= self.rules):
                 yield from self.compare(f"{place}.{name}".lstrip("."), old.get(name), new.get(name), name)
         elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
             for index, (before, now) in enumerate(zip(old, new, strict=True)):

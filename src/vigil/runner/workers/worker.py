@@ -20,11 +20,11 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
 from vigil.agents.agent import Agent, Closeable
-from vigil.agents.choose import is_exec, make_agent
 from vigil.agents.exec_agent import ProgramSettings
-from vigil.agents.picture import encode
-from vigil.assets.sizes import AssetDatabase
-from vigil.base.imports import import_named_modules
+from vigil.agents.frame_encoding import encode_frame
+from vigil.agents.registry import is_exec, make_agent
+from vigil.assets.database import AssetDatabase
+from vigil.base.imports import import_modules_from_environment
 from vigil.env import Env
 from vigil.errors import SettingError, SimulatorError, VigilError
 from vigil.packs.pack import Pack
@@ -38,20 +38,20 @@ from vigil.runner.workers.drawing import DrawingHandler
 from vigil.runner.workers.frames import FrameStore
 from vigil.runner.workers.messages import (
     AboutToShowFrame,
-    Advance,
+    AdvanceEpisode,
     Assignment,
-    Begin,
+    BeginEpisode,
     Done,
     DrawingPlan,
-    Drop,
+    DropEpisode,
     EncodedObservation,
     EpisodeRequest,
-    Fail,
     Failed,
+    FailEpisode,
     GetSimulatorFacts,
     Heartbeat,
     Plan,
-    Play,
+    PlayEpisode,
     Resimulate,
     SimulatorFacts,
     WorkerPlan,
@@ -86,11 +86,11 @@ class WorkerChannel:
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
 
-    def beat(self, reply: Reply | None = None) -> None:
+    def send_heartbeat(self, reply: Reply | None = None) -> None:
         """Says that the worker is alive, and what the agent in it has replied."""
         self._connection.send(Heartbeat(reply))
 
-    def shows(self) -> None:
+    def on_first_frame(self) -> None:
         """Says that the agent is about to be shown the first frame, and waits until that is on disk."""
         self._connection.send(AboutToShowFrame())
         self._connection.recv()
@@ -99,19 +99,19 @@ class WorkerChannel:
 class RequestHandler:
     """Answers requests in one worker: holds the pack, the live episodes, and the agent that plays there."""
 
-    def __init__(self, plan: WorkerPlan, line: "WorkerChannel") -> None:
+    def __init__(self, plan: WorkerPlan, channel: "WorkerChannel") -> None:
         self._plan = plan
-        self._line = line
-        self._program = ProgramSettings(plan.reply_seconds, plan.beat_seconds, Secrets.of_command(plan.agent).hide)
+        self._channel = channel
+        self._program = ProgramSettings(plan.reply_seconds, plan.beat_seconds, Secrets.of_command(plan.agent).redact)
         self._pack = None if plan.pack is None else Pack.load(plan.pack, plan.pack_sha256)
         self._house: House | None = None
         """What the assignment at hand has brought."""
-        self._assets = AssetDatabase.of(plan.asset_database)
+        self._assets = AssetDatabase.from_file(plan.asset_database)
         if self._pack is not None:
             self._pack.check_assets(self._assets)
         self._frames = FrameStore(plan.frames) if plan.frames else None
         self._live: dict[int, EnvSlot] = {}
-        self._spare: list[EnvSlot] = []
+        self._idle: list[EnvSlot] = []
         self._agents: dict[int, Agent] = {}
 
     def answer(self, request: EpisodeRequest) -> object:
@@ -119,19 +119,19 @@ class RequestHandler:
         match request:
             case GetSimulatorFacts(drawn):
                 return self._facts(drawn)
-            case Play(assignment, earlier):
+            case PlayEpisode(assignment, earlier):
                 return self._play(assignment, earlier)
-            case Begin(session, assignment):
+            case BeginEpisode(session, assignment):
                 return self._begin(session, assignment)
-            case Advance(session, reply):
+            case AdvanceEpisode(session, reply):
                 slot = self._live[session]
                 slot.observation = slot.env.step(reply)
                 return self._view_or_record(slot)
-            case Fail(session, boundary, message):
+            case FailEpisode(session, boundary, message):
                 slot = self._live[session]
                 slot.env.fail(boundary, message)
                 return self._record(slot)
-            case Drop(session):
+            case DropEpisode(session):
                 return self._drop(session)
             case Resimulate():
                 return self._resimulate(request)
@@ -141,7 +141,7 @@ class RequestHandler:
     def close(self) -> None:
         """Ends the agents' programs and frees the simulators."""
         self._close_agents()
-        for slot in [*self._live.values(), *self._spare]:
+        for slot in [*self._live.values(), *self._idle]:
             slot.simulator.close()
 
     def _close_agents(self) -> None:
@@ -152,7 +152,7 @@ class RequestHandler:
 
     def _facts(self, drawn: Assignment | None) -> SimulatorFacts:
         slot = self._take_slot() if drawn is None else self._slot_for(drawn)
-        self._spare.append(slot)
+        self._idle.append(slot)
         observation = None if drawn is None else slot.env.reset(drawn.episode)
         if observation is not None:
             _ = observation.rgb  # raises SimulatorError where nothing can be drawn
@@ -162,15 +162,21 @@ class RequestHandler:
         slot = self._slot_for(assignment)
         try:
             with self._agent_for(assignment, slot.simulator) as agent:
-                play(assignment.episode, slot.env, agent, EpisodeObserver(self._line.shows, self._answered), earlier)
+                play(
+                    assignment.episode,
+                    slot.env,
+                    agent,
+                    EpisodeObserver(self._channel.on_first_frame, self._on_reply),
+                    earlier,
+                )
             return self._record(slot)
         finally:
             self._release(slot)
 
-    def _answered(self, observation: Observation, reply: Reply) -> None:
-        self._line.beat(reply)
+    def _on_reply(self, observation: Observation, reply: Reply) -> None:
+        self._channel.send_heartbeat(reply)
         if self._frames is not None:
-            self._frames.keep(observation.rgb)
+            self._frames.save(observation.rgb)
 
     @contextmanager
     def _agent_for(self, assignment: Assignment, simulator: Simulator) -> Iterator[Agent]:
@@ -181,7 +187,7 @@ class RequestHandler:
                 raise SettingError(f"Agent {plan.agent!r} needs hidden sight, which {simulator.name!r} does not give.")
             yield plan.agent_factory(plan.agent, assignment.episode, simulator)
             return
-        seed = 0 if is_exec(plan.agent) else _seed_of(plan.seed, assignment.epoch)
+        seed = 0 if is_exec(plan.agent) else _epoch_seed(plan.seed, assignment.epoch)
         if seed not in self._agents:
             self._agents[seed] = make_agent(plan.agent, plan.profile, seed, self._program)
         try:
@@ -202,8 +208,8 @@ class RequestHandler:
             return self._record(slot)
         rgb = observation.rgb
         if self._frames is not None:
-            self._frames.keep(rgb)
-        return EncodedObservation(encode(rgb, self._plan.profile.image_format), observation.feedback)
+            self._frames.save(rgb)
+        return EncodedObservation(encode_frame(rgb, self._plan.profile.image_format), observation.feedback)
 
     def _record(self, slot: EnvSlot) -> EpisodeRecord:
         assignment = slot.assignment
@@ -219,15 +225,15 @@ class RequestHandler:
     def _release(self, slot: EnvSlot) -> None:
         """Keeps a simulator for the next episode, unless there is one already or something went wrong on it."""
         slot.observation = None
-        if self._spare or slot.env.end in (None, "error"):
+        if self._idle or slot.env.end in (None, "error"):
             slot.simulator.close()
         else:
-            self._spare.append(slot)
+            self._idle.append(slot)
 
     def _resimulate(self, request: Resimulate) -> list[FactDifference]:
         slot = self._slot_for(request.assignment)
         try:
-            how = ComparisonSettings(frames=request.frames, exact=request.exact, beat=self._line.beat)
+            how = ComparisonSettings(frames=request.frames, exact=request.exact, on_step=self._channel.send_heartbeat)
             return resimulate(request.assignment.episode, request.record, slot.env, how)
         finally:
             self._release(slot)
@@ -247,8 +253,8 @@ class RequestHandler:
 
     def _take_slot(self) -> EnvSlot:
         """Returns a free simulator; one is kept at hand, since building a simulator takes time and memory."""
-        if self._spare:
-            return self._spare.pop()
+        if self._idle:
+            return self._idle.pop()
         plan = self._plan
         if plan.simulator_factory is not None:
             simulator: Simulator = plan.simulator_factory(self._assets, plan.quality)
@@ -257,7 +263,7 @@ class RequestHandler:
         return EnvSlot(simulator, Env(simulator, self._house_of, self._plan.profile))
 
 
-def _seed_of(seed: int, epoch: int) -> int:
+def _epoch_seed(seed: int, epoch: int) -> int:
     """Returns the seed of an epoch: the run's own in the first, none of a run with a seed beside it in the others."""
     if epoch == 1:
         return seed
@@ -267,18 +273,18 @@ def _seed_of(seed: int, epoch: int) -> int:
 def serve(connection: Connection) -> None:
     """Answers requests until the other end closes the connection."""
     gc.freeze()  # what is imported stays; playing need not look through it for garbage
-    leaving = threading.Event()
-    signal.signal(signal.SIGTERM, lambda *_: None if leaving.is_set() else sys.exit())
-    threading.Thread(target=_end_with_main_process, args=(connection.fileno(), leaving), daemon=True).start()
-    plan, line = connection.recv(), WorkerChannel(connection)
+    is_ending = threading.Event()
+    signal.signal(signal.SIGTERM, lambda *_: None if is_ending.is_set() else sys.exit())
+    threading.Thread(target=_end_with_main_process, args=(connection.fileno(), is_ending), daemon=True).start()
+    plan, channel = connection.recv(), WorkerChannel(connection)
     handler: RequestHandler | DrawingHandler | None = None
     try:
         while True:
             request = connection.recv()
             try:
                 if handler is None:
-                    handler = _handler(plan, line)
-                    line.beat()
+                    handler = _handler(plan, channel)
+                    channel.send_heartbeat()
                 answer: Done | Failed = Done(handler.answer(request))
             except VigilError as error:
                 answer = Failed(error)
@@ -288,21 +294,21 @@ def serve(connection: Connection) -> None:
     except (EOFError, BrokenPipeError, ConnectionResetError):
         return  # the main process has gone or wants no more
     finally:
-        leaving.set()
+        is_ending.set()
         if handler is not None:
             handler.close()
 
 
-def _handler(plan: Plan, line: WorkerChannel) -> RequestHandler | DrawingHandler:
-    return DrawingHandler() if isinstance(plan, DrawingPlan) else RequestHandler(plan, line)
+def _handler(plan: Plan, channel: WorkerChannel) -> RequestHandler | DrawingHandler:
+    return DrawingHandler() if isinstance(plan, DrawingPlan) else RequestHandler(plan, channel)
 
 
-def _end_with_main_process(fd: int, leaving: threading.Event) -> None:
+def _end_with_main_process(fd: int, is_ending: threading.Event) -> None:
     """Ends a worker that is at a request when the other end is closed: it unwinds, or else goes as it is."""
     other_end = select.poll()
     other_end.register(fd, POLL_END)
     other_end.poll()
-    if not leaving.wait(UNWIND_AFTER_S):
+    if not is_ending.wait(UNWIND_AFTER_S):
         os.kill(os.getpid(), signal.SIGTERM)
     time.sleep(END_AFTER_S)
     os._exit(1)
@@ -310,5 +316,5 @@ def _end_with_main_process(fd: int, leaving: threading.Event) -> None:
 
 if __name__ == "__main__":
     faulthandler.enable()
-    import_named_modules()
+    import_modules_from_environment()
     serve(Connection(int(sys.argv[1])))

@@ -1,15 +1,16 @@
 """The checks that every simulator backend must pass, in the trial house.
 
-Each check takes a `Trial` (`vigil.sim.conformance.trial`) and raises AssertionError with what was expected and found.
+Each check takes a `Harness` (`vigil.sim.conformance.harness`) and raises AssertionError with what was
+expected and found.
 They speak to a backend through `vigil.sim.protocol` and `vigil.sim.privileged` alone.
 """
 
 from collections.abc import Callable
 
 from vigil.sim.conformance import handling, moving, privileged, seeing, single_drawers
-from vigil.sim.conformance.trial import Trial
+from vigil.sim.conformance.harness import Harness
 
-ConformanceCheck = Callable[[Trial], None]
+ConformanceCheck = Callable[[Harness], None]
 
 CHECKS: tuple[ConformanceCheck, ...] = (
     moving.walks_whole_steps_then_the_fraction,
@@ -32,7 +33,7 @@ CHECKS: tuple[ConformanceCheck, ...] = (
     handling.leaves_stop_at_what_is_in_the_way,
     handling.doors_open_and_close,
     single_drawers.open_one_by_one,
-    single_drawers.hold_things_of_their_own,
+    single_drawers.hold_their_own_things,
     single_drawers.stop_at_what_is_in_the_way,
     single_drawers.are_seen_as_part_of_their_furniture,
     single_drawers.move_with_their_furniture,
@@ -52,12 +53,12 @@ CHECKS: tuple[ConformanceCheck, ...] = (
     seeing.refuses_impossible_setups,
     privileged.keeps_the_privileged_protocol,
     privileged.shows_the_scene_as_it_is,
-    privileged.tells_the_room_of_a_place,
+    privileged.finds_the_room_of_a_place,
     privileged.lists_pixels_in_the_frame,
     privileged.sees_from_anywhere,
     privileged.may_show_what_it_shows,
-    privileged.undoes_rehearsals,
-    privileged.stands_elsewhere_for_a_while,
+    privileged.rolls_back,
+    privileged.moves_the_agent_temporarily,
     privileged.refuses_unknown_ids,
     privileged.needs_a_house,
 )

@@ -2,8 +2,8 @@
 
 from vigil.base.geometry import Vec3, floor_distance
 from vigil.protocol.world import ObjectSetup, Setup
-from vigil.sim.conformance.trial import Trial, expect, expect_near, expect_refused, placed
-from vigil.sim.conformance.trial_house import DOOR, NORTH, SOUTH, WEST
+from vigil.sim.conformance.harness import Harness, expect, expect_near, expect_refused, placed
+from vigil.sim.conformance.reference_house import DOOR, NORTH, SOUTH, WEST
 
 FREE_COUNTER = Vec3(3.65, 0.9225, 4.55)
 
@@ -13,184 +13,184 @@ def holding(object_id: str) -> Setup:
     return Setup(held=object_id)
 
 
-def reaches_a_metre_and_a_half(trial: Trial) -> None:
+def reaches_a_metre_and_a_half(harness: Harness) -> None:
     """Beyond 1.5 m nothing is done but to ground."""
-    trial.face(1.4, 4.2, "Apple|1")
-    effect = trial.click("pick", "Apple|1")
+    harness.face(1.4, 4.2, "Apple|1")
+    effect = harness.click("pick", "Apple|1")
     expect(effect.too_far and effect.hit == "Apple|1", f"an apple 1.75 m away was not too far: {effect}")
     expect_refused(effect, "too_far")
-    expect(trial.held is None, "picked from too far")
-    effect = trial.click("ground", "Apple|1")
+    expect(harness.held is None, "picked from too far")
+    effect = harness.click("ground", "Apple|1")
     expect(not effect.too_far and effect.hit == "Apple|1" and "Apple|1" in effect.near, f"ground failed: {effect}")
     expect_refused(effect, None)
-    trial.go("forward", 2)
-    trial.pitch(20)
-    expect_refused(trial.click("pick", "Apple|1"), None)
+    harness.go("forward", 2)
+    harness.pitch(20)
+    expect_refused(harness.click("pick", "Apple|1"), None)
 
 
-def picks_and_places_where_clicked(trial: Trial) -> None:
+def picks_and_places_where_clicked(harness: Harness) -> None:
     """The hand takes the apple; the counter gets it at the clicked point."""
-    trial.face(1.4, 3.3, "Apple|1")
-    effect = trial.click("pick", "Apple|1")
+    harness.face(1.4, 3.3, "Apple|1")
+    effect = harness.click("pick", "Apple|1")
     expect_refused(effect, None)
-    expect(trial.held == "Apple|1" and effect.changed == ("Apple|1",), f"the apple is not held: {effect}")
-    state = trial.state("Apple|1")
+    expect(harness.held == "Apple|1" and effect.changed == ("Apple|1",), f"the apple is not held: {effect}")
+    state = harness.state("Apple|1")
     expect(state.is_held and state.parent is None and state.visible_px == 0, f"a held apple's state: {state}")
     expect(state.box_distance_m < 0.5, "a held object does not follow the agent")
-    trial.look_at(3.4, 3.6, FREE_COUNTER, holding("Apple|1"))
-    effect = trial.click_at("place", FREE_COUNTER)
+    harness.look_at(3.4, 3.6, FREE_COUNTER, holding("Apple|1"))
+    effect = harness.click_at("place", FREE_COUNTER)
     expect_refused(effect, None)
-    state = trial.state("Apple|1")
-    expect(trial.held is None and state.parent == "CounterTop|1", f"the apple is not on the counter: {state}")
+    state = harness.state("Apple|1")
+    expect(harness.held is None and state.parent == "CounterTop|1", f"the apple is not on the counter: {state}")
     expect(floor_distance(state.position, FREE_COUNTER) < 0.03, f"not at the clicked point: {state.position}")
     expect_near(state.box.bottom, FREE_COUNTER.y, 0.01, "bottom of the placed apple")
     expect(state.visible_px > 0, "a placed apple is not seen")
 
 
-def refuses_with_the_reason(trial: Trial) -> None:
+def refuses_with_the_reason(harness: Harness) -> None:
     """Impossible interactions do nothing and are recorded with their reason."""
-    trial.face(1.2, 1.0, "FloorLamp|1")
-    expect_refused(trial.click("open_access", "FloorLamp|1"), "not_openable")
-    expect_refused(trial.click("pick", "FloorLamp|1"), "not_pickupable")
-    effect = trial.click("deactivate", "FloorLamp|1")
+    harness.face(1.2, 1.0, "FloorLamp|1")
+    expect_refused(harness.click("open_access", "FloorLamp|1"), "not_openable")
+    expect_refused(harness.click("pick", "FloorLamp|1"), "not_pickupable")
+    effect = harness.click("deactivate", "FloorLamp|1")
     expect_refused(effect, "already_so")
     expect(effect.hit == "FloorLamp|1", f"what a refused click hit is not told: {effect}")
-    expect_refused(trial.click("place", "FloorLamp|1"), "hand_empty")
-    expect_refused(trial.drop(), "hand_empty")
-    trial.face(1.2, 1.0, "FloorLamp|1", holding("Apple|1"))
-    expect_refused(trial.click("place", "FloorLamp|1"), "not_a_receptacle")
-    trial.face(2.4, 3.1, "Mug|1", holding("Apple|1"))
-    expect_refused(trial.click("pick", "Mug|1"), "hand_full")
-    expect_refused(trial.click("activate", "DiningTable|1"), "not_toggleable")
-    trial.look_at(3.5, 2.0, Vec3(3.5, 0.0, 3.0), holding("Apple|1"))
-    expect_refused(trial.click_at("place", Vec3(3.5, 0.0, 3.0)), "nothing_hit")
-    expect(trial.held == "Apple|1", "a refused place emptied the hand")
+    expect_refused(harness.click("place", "FloorLamp|1"), "hand_empty")
+    expect_refused(harness.drop(), "hand_empty")
+    harness.face(1.2, 1.0, "FloorLamp|1", holding("Apple|1"))
+    expect_refused(harness.click("place", "FloorLamp|1"), "not_a_receptacle")
+    harness.face(2.4, 3.1, "Mug|1", holding("Apple|1"))
+    expect_refused(harness.click("pick", "Mug|1"), "hand_full")
+    expect_refused(harness.click("activate", "DiningTable|1"), "not_toggleable")
+    harness.look_at(3.5, 2.0, Vec3(3.5, 0.0, 3.0), holding("Apple|1"))
+    expect_refused(harness.click_at("place", Vec3(3.5, 0.0, 3.0)), "nothing_hit")
+    expect(harness.held == "Apple|1", "a refused place emptied the hand")
 
 
-def places_beside_what_is_in_the_way(trial: Trial) -> None:
+def places_beside_what_is_in_the_way(harness: Harness) -> None:
     """Where the thing does not fit it goes to the nearest free spot within 0.3 m, else nowhere."""
     beside = Vec3(2.6 + 0.26, 0.9225, 4.5)
-    trial.look_at(2.9, 3.6, beside, holding("Apple|1"))
-    expect_refused(trial.click_at("place", beside), None)
-    state = trial.state("Apple|1")
+    harness.look_at(2.9, 3.6, beside, holding("Apple|1"))
+    expect_refused(harness.click_at("place", beside), None)
+    state = harness.state("Apple|1")
     expect(0.01 < floor_distance(state.position, beside) <= 0.31, f"not the nearest free spot: {state.position}")
-    trial.face(3.3, 3.6, "Plate|1", holding("Pillow|1"))
-    expect_refused(trial.click("place", "Plate|1"), "no_room")
-    expect(trial.held == "Pillow|1", "a pillow without room left the hand")
+    harness.face(3.3, 3.6, "Plate|1", holding("Pillow|1"))
+    expect_refused(harness.click("place", "Plate|1"), "no_room")
+    expect(harness.held == "Pillow|1", "a pillow without room left the hand")
 
 
-def stacks_and_counts_supports(trial: Trial) -> None:
+def stacks_and_counts_supports(harness: Harness) -> None:
     """An apple on a plate on the counter: parent, chain, and what lies over what."""
-    trial.face(3.3, 3.6, "Plate|1", holding("Apple|1"))
-    expect_refused(trial.click("place", "Plate|1"), None)
-    objects = trial.simulator.world(["Apple|1", "Plate|1", "CounterTop|1"]).objects
+    harness.face(3.3, 3.6, "Plate|1", holding("Apple|1"))
+    expect_refused(harness.click("place", "Plate|1"), None)
+    objects = harness.simulator.world(["Apple|1", "Plate|1", "CounterTop|1"]).objects
     apple = objects["Apple|1"]
     expect(apple.support_chain == ("Plate|1", "CounterTop|1"), f"support chain: {apple.support_chain}")
     expect(set(apple.over) == {"Plate|1", "CounterTop|1"}, f"over: {apple.over}")
-    trial.stand(3.5, 3.0, setup=placed("Apple|1", 1.8, 0.04, 2.2))
-    under = trial.simulator.world(["Apple|1", "DiningTable|1"]).objects["Apple|1"]
+    harness.stand(3.5, 3.0, setup=placed("Apple|1", 1.8, 0.04, 2.2))
+    under = harness.simulator.world(["Apple|1", "DiningTable|1"]).objects["Apple|1"]
     expect(under.over == () and under.parent is None, f"an apple under the table: {under}")
 
 
-def drops_straight_down(trial: Trial) -> None:
+def drops_straight_down(harness: Harness) -> None:
     """0.4 m ahead onto the floor, or onto what is below; never through a wall."""
-    trial.stand(3.5, 2.5, NORTH, setup=holding("Apple|1"))
-    expect_refused(trial.drop(), None)
-    state = trial.state("Apple|1")
-    expect(state.parent is None and trial.held is None, f"dropped on the floor: {state}")
+    harness.stand(3.5, 2.5, NORTH, setup=holding("Apple|1"))
+    expect_refused(harness.drop(), None)
+    state = harness.state("Apple|1")
+    expect(state.parent is None and harness.held is None, f"dropped on the floor: {state}")
     expect_near(state.position.z, 2.9, 1e-6, "z of the dropped apple")
     expect_near(state.box.bottom, 0.0, 1e-3, "bottom of the dropped apple")
-    trial.stand(1.6, 2.84, SOUTH, setup=holding("Pillow|1"))
-    trial.stand(1.6, 2.84, SOUTH, setup=holding("Watch|1"))
-    expect_refused(trial.drop(), None)
-    expect(trial.state("Watch|1").parent == "DiningTable|1", f"over the table: {trial.state('Watch|1')}")
-    trial.stand(0.21, 2.5, WEST, setup=holding("Apple|1"))
-    expect_refused(trial.drop(), "no_room")
+    harness.stand(1.6, 2.84, SOUTH, setup=holding("Pillow|1"))
+    harness.stand(1.6, 2.84, SOUTH, setup=holding("Watch|1"))
+    expect_refused(harness.drop(), None)
+    expect(harness.state("Watch|1").parent == "DiningTable|1", f"over the table: {harness.state('Watch|1')}")
+    harness.stand(0.21, 2.5, WEST, setup=holding("Apple|1"))
+    expect_refused(harness.drop(), "no_room")
 
 
-def opens_and_closes(trial: Trial) -> None:
+def opens_and_closes(harness: Harness) -> None:
     """What is inside a closed fridge is not seen; open, it is; a closed one takes nothing in."""
-    trial.face(5.2, 3.1, "Lettuce|1")
-    closed = trial.state("Lettuce|1")
+    harness.face(5.2, 3.1, "Lettuce|1")
+    closed = harness.state("Lettuce|1")
     expect(closed.visible_px == 0 and not closed.visible, "a lettuce is seen through a closed door")
-    expect_refused(trial.click("close_access", "Fridge|1"), "already_so")
-    effect = trial.click("open_access", "Fridge|1")
+    expect_refused(harness.click("close_access", "Fridge|1"), "already_so")
+    effect = harness.click("open_access", "Fridge|1")
     expect_refused(effect, None)
     expect(effect.changed == ("Fridge|1",), f"changed by opening: {effect.changed}")
-    expect_near(trial.state("Fridge|1").openness or 0.0, 1.0, 1e-9, "openness")
-    expect(trial.state("Lettuce|1").visible_px > 0, "a lettuce in an open fridge is not seen")
-    expect(trial.state("Lettuce|1").not_on == ("Fridge|1",), "a lettuce in an open fridge lies on it")
-    expect_refused(trial.click("pick", "Lettuce|1"), None)
+    expect_near(harness.state("Fridge|1").openness or 0.0, 1.0, 1e-9, "openness")
+    expect(harness.state("Lettuce|1").visible_px > 0, "a lettuce in an open fridge is not seen")
+    expect(harness.state("Lettuce|1").not_on == ("Fridge|1",), "a lettuce in an open fridge lies on it")
+    expect_refused(harness.click("pick", "Lettuce|1"), None)
     shelf = Vec3(5.2, closed.box.bottom + 0.005, 4.5)
-    expect_refused(trial.click_at("place", shelf), None)
-    expect(trial.state("Lettuce|1").parent == "Fridge|1", "the lettuce is not back in the fridge")
-    expect_refused(trial.click("close_access", "Fridge|1"), None)
-    trial.face(5.2, 3.1, "Fridge|1", holding("Apple|1"))
-    expect_refused(trial.click("place", "Fridge|1"), "receptacle_closed")
+    expect_refused(harness.click_at("place", shelf), None)
+    expect(harness.state("Lettuce|1").parent == "Fridge|1", "the lettuce is not back in the fridge")
+    expect_refused(harness.click("close_access", "Fridge|1"), None)
+    harness.face(5.2, 3.1, "Fridge|1", holding("Apple|1"))
+    expect_refused(harness.click("place", "Fridge|1"), "receptacle_closed")
 
 
-def leaves_stop_at_what_is_in_the_way(trial: Trial) -> None:
+def leaves_stop_at_what_is_in_the_way(harness: Harness) -> None:
     """A leaf that would hit the body or a thing does not move at all."""
-    trial.face(5.2, 3.7, "Fridge|1")
-    effect = trial.click("open_access", "Fridge|1")
+    harness.face(5.2, 3.7, "Fridge|1")
+    effect = harness.click("open_access", "Fridge|1")
     expect_refused(effect, "blocked_by_agent")
-    expect(trial.state("Fridge|1").openness == 0.0, "a blocked leaf moved")
-    trial.face(5.2, 3.1, "Fridge|1", placed("Box|1", 5.2, 0.152, 3.95))
-    effect = trial.click("open_access", "Fridge|1")
+    expect(harness.state("Fridge|1").openness == 0.0, "a blocked leaf moved")
+    harness.face(5.2, 3.1, "Fridge|1", placed("Box|1", 5.2, 0.152, 3.95))
+    effect = harness.click("open_access", "Fridge|1")
     expect_refused(effect, "blocked_by_object")
     expect(effect.blocked_by == "Box|1", f"blocked by {effect.blocked_by}")
 
 
-def doors_open_and_close(trial: Trial) -> None:
+def doors_open_and_close(harness: Harness) -> None:
     """From either side, when the body stands clear of the leaf."""
-    trial.face(4.8, 2.2, DOOR)
-    expect_refused(trial.click("open_access", DOOR), None)
-    expect(not trial.go("backward", 1).path_blocked, "cannot step back from an open door")
-    expect_refused(trial.click("close_access", DOOR), None)
-    expect(trial.state(DOOR).openness == 0.0, "the door is not closed")
+    harness.face(4.8, 2.2, DOOR)
+    expect_refused(harness.click("open_access", DOOR), None)
+    expect(not harness.go("backward", 1).path_blocked, "cannot step back from an open door")
+    expect_refused(harness.click("close_access", DOOR), None)
+    expect(harness.state(DOOR).openness == 0.0, "the door is not closed")
 
 
-def appliances_interlock(trial: Trial) -> None:
+def appliances_interlock(harness: Harness) -> None:
     """A microwave neither opens while it runs nor starts while it is open."""
-    trial.face(2.6, 3.4, "Microwave|1")
-    expect_refused(trial.click("activate", "Microwave|1"), None)
-    expect(trial.state("Microwave|1").is_toggled is True, "the microwave does not run")
-    expect_refused(trial.click("open_access", "Microwave|1"), "interlock")
-    expect_refused(trial.click("activate", "Microwave|1"), "already_so")
-    expect_refused(trial.click("deactivate", "Microwave|1"), None)
-    expect_refused(trial.click("open_access", "Microwave|1"), None)
-    expect_refused(trial.click("activate", "Microwave|1"), "interlock")
-    expect_refused(trial.click("close_access", "Microwave|1"), None)
-    expect_refused(trial.click("activate", "Microwave|1"), None)
+    harness.face(2.6, 3.4, "Microwave|1")
+    expect_refused(harness.click("activate", "Microwave|1"), None)
+    expect(harness.state("Microwave|1").is_toggled is True, "the microwave does not run")
+    expect_refused(harness.click("open_access", "Microwave|1"), "interlock")
+    expect_refused(harness.click("activate", "Microwave|1"), "already_so")
+    expect_refused(harness.click("deactivate", "Microwave|1"), None)
+    expect_refused(harness.click("open_access", "Microwave|1"), None)
+    expect_refused(harness.click("activate", "Microwave|1"), "interlock")
+    expect_refused(harness.click("close_access", "Microwave|1"), None)
+    expect_refused(harness.click("activate", "Microwave|1"), None)
 
 
-def contents_move_along(trial: Trial) -> None:
+def contents_move_along(harness: Harness) -> None:
     """An egg stays in the bowl that is carried; a book with a pen on it is not picked up."""
-    trial.face(2.4, 3.1, "Bowl|1")
-    before = trial.simulator.world(["Bowl|1", "Egg|1"]).objects
-    effect = trial.click("pick", "Bowl|1")
+    harness.face(2.4, 3.1, "Bowl|1")
+    before = harness.simulator.world(["Bowl|1", "Egg|1"]).objects
+    effect = harness.click("pick", "Bowl|1")
     expect_refused(effect, None)
-    expect(trial.held == "Bowl|1" and effect.changed == ("Bowl|1", "Egg|1"), f"changed by picking: {effect.changed}")
-    carried = trial.state("Egg|1")
+    expect(harness.held == "Bowl|1" and effect.changed == ("Bowl|1", "Egg|1"), f"changed by picking: {effect.changed}")
+    carried = harness.state("Egg|1")
     expect(not carried.is_held and carried.parent == "Bowl|1", f"an egg in a held bowl: {carried}")
-    trial.look_at(3.4, 3.6, FREE_COUNTER, holding("Bowl|1"))
-    expect_refused(trial.click_at("place", FREE_COUNTER), None)
-    after = trial.simulator.world(["Bowl|1", "Egg|1"]).objects
+    harness.look_at(3.4, 3.6, FREE_COUNTER, holding("Bowl|1"))
+    expect_refused(harness.click_at("place", FREE_COUNTER), None)
+    after = harness.simulator.world(["Bowl|1", "Egg|1"]).objects
     for axis in range(3):
         shift = after["Bowl|1"].position[axis] - before["Bowl|1"].position[axis]
         expect_near(after["Egg|1"].position[axis] - before["Egg|1"].position[axis], shift, 1e-6, "shift of the egg")
     expect(after["Egg|1"].support_chain == ("Bowl|1", "CounterTop|1"), f"chain: {after['Egg|1'].support_chain}")
     expect(after["Egg|1"].not_on == (), f"an egg in a bowl on a counter does not lie on it: {after['Egg|1']}")
-    trial.face(8.7, 2.4, "Book|1")
-    expect_refused(trial.click("pick", "Book|1"), "object_occupied")
+    harness.face(8.7, 2.4, "Book|1")
+    expect_refused(harness.click("pick", "Book|1"), "object_occupied")
 
 
-def switches_change_the_state(trial: Trial) -> None:
+def switches_change_the_state(harness: Harness) -> None:
     """A lamp goes on and off, and a setup can start with it on."""
-    trial.face(1.2, 1.0, "FloorLamp|1")
-    expect_refused(trial.click("activate", "FloorLamp|1"), None)
-    expect(trial.state("FloorLamp|1").is_toggled is True, "the lamp is not on")
-    trial.face(1.2, 1.0, "FloorLamp|1", Setup(objects={"FloorLamp|1": ObjectSetup(is_toggled=True)}))
-    expect_refused(trial.click("activate", "FloorLamp|1"), "already_so")
-    expect_refused(trial.click("deactivate", "FloorLamp|1"), None)
-    expect(trial.state("FloorLamp|1").is_toggled is False, "the lamp is not off")
+    harness.face(1.2, 1.0, "FloorLamp|1")
+    expect_refused(harness.click("activate", "FloorLamp|1"), None)
+    expect(harness.state("FloorLamp|1").is_toggled is True, "the lamp is not on")
+    harness.face(1.2, 1.0, "FloorLamp|1", Setup(objects={"FloorLamp|1": ObjectSetup(is_toggled=True)}))
+    expect_refused(harness.click("activate", "FloorLamp|1"), "already_so")
+    expect_refused(harness.click("deactivate", "FloorLamp|1"), None)
+    expect(harness.state("FloorLamp|1").is_toggled is False, "the lamp is not off")

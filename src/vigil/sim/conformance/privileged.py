@@ -9,8 +9,8 @@ from vigil.base.geometry import Pose, Vec3
 from vigil.errors import EpisodeError, SimulatorError
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Thing
-from vigil.sim.conformance.trial import NOTHING, Trial, expect, expect_refused, opened
-from vigil.sim.conformance.trial_house import BEDROOM, DOOR, DRAWER, EAST, KITCHEN, PANE, WEST
+from vigil.sim.conformance.harness import NOTHING, Harness, expect, expect_refused, opened
+from vigil.sim.conformance.reference_house import BEDROOM, DOOR, DRAWER, EAST, KITCHEN, PANE, WEST
 from vigil.sim.privileged import PrivilegedSimulator
 
 HERE = Vec3(3.5, 0.0, 2.5)
@@ -20,23 +20,25 @@ APPLE_FROM = Vec3(1.4, 1.576, 3.2)
 """An eye that sees the apple."""
 
 
-def keeps_the_privileged_protocol(trial: Trial) -> None:
+def keeps_the_privileged_protocol(harness: Harness) -> None:
     """Every member is there."""
-    expect(isinstance(trial.simulator, PrivilegedSimulator), f"{trial.simulator.name} lacks a member of the protocol")
+    expect(
+        isinstance(harness.simulator, PrivilegedSimulator), f"{harness.simulator.name} lacks a member of the protocol"
+    )
 
 
-def shows_the_scene_as_it_is(trial: Trial) -> None:
+def shows_the_scene_as_it_is(harness: Harness) -> None:
     """One scene from load to load, whose things have the places and states of the world."""
-    trial.stand(HERE.x, HERE.z)
-    scene = trial.simulator.scene()
+    harness.stand(HERE.x, HERE.z)
+    scene = harness.simulator.scene()
     setup = opened("Fridge|1").model_copy(update={"held": "Mug|1"})
     absent = {"Statue|1": ObjectSetup(is_absent=True), "FloorLamp|1": ObjectSetup(is_toggled=True)}
-    trial.face(5.2, 3.1, "Lettuce|1", Setup(objects={**setup.objects, **absent}, held="Mug|1"))
-    expect(trial.simulator.scene() is scene, "a reset made another scene")
-    ids = trial.simulator.object_ids()
+    harness.face(5.2, 3.1, "Lettuce|1", Setup(objects={**setup.objects, **absent}, held="Mug|1"))
+    expect(harness.simulator.scene() is scene, "a reset made another scene")
+    ids = harness.simulator.object_ids()
     present = sorted(thing.id for thing in scene.things.values() if thing.is_present)
     expect(ids == present and "Statue|1" not in ids and "Mug|1" in ids, f"object_ids: {ids}, in the scene: {present}")
-    for object_id, state in trial.simulator.world(ids).objects.items():
+    for object_id, state in harness.simulator.world(ids).objects.items():
         thing = scene.things[object_id]
         in_scene = (thing.category, thing.position, thing.parent, thing.is_held)
         in_world = (state.category, state.position, state.parent, state.is_held)
@@ -47,113 +49,121 @@ def shows_the_scene_as_it_is(trial: Trial) -> None:
     expect({room.id for room in scene.rooms} == {KITCHEN, BEDROOM}, "rooms of the scene")
 
 
-def tells_the_room_of_a_place(trial: Trial) -> None:
+def finds_the_room_of_a_place(harness: Harness) -> None:
     """By the floor, whatever the height; None outside."""
     rooms = {HERE: KITCHEN, Vec3(3.5, 1.7, 2.5): KITCHEN, THERE.position: BEDROOM, Vec3(-1.0, 0.0, 2.5): None}
     for place, room in rooms.items():
-        found = trial.simulator.room_at(place)
+        found = harness.simulator.room_at(place)
         expect(found == room, f"{place} is in {found}, not in {room}")
 
 
-def lists_pixels_in_the_frame(trial: Trial) -> None:
+def lists_pixels_in_the_frame(harness: Harness) -> None:
     """Whole pixels (n, 2) of the frame; none of what is out of view, hidden, held or absent."""
-    trial.face(1.4, 3.2, "Apple|1")
-    pixels = trial.simulator.pixels_of("Apple|1")
+    harness.face(1.4, 3.2, "Apple|1")
+    pixels = harness.simulator.pixels_of("Apple|1")
     expect(pixels.ndim == 2 and pixels.shape[1] == 2 and pixels.dtype.kind == "i", f"{pixels.shape} {pixels.dtype}")
     expect(bool(((pixels >= 0) & (pixels < [640, 480])).all()), "pixels outside of the frame")
     without = Setup(objects={"Apple|1": ObjectSetup(is_absent=True)})
     cases = {"behind the agent": ("Fridge|1", NOTHING), "held": ("Apple|1", Setup(held="Apple|1")),
              "absent": ("Apple|1", without), "in a closed fridge": ("Lettuce|1", NOTHING)}  # fmt: skip
     for what, (object_id, setup) in cases.items():
-        trial.stand(1.4, 3.2, WEST, setup=setup)
-        expect(trial.simulator.pixels_of(object_id).shape == (0, 2), f"{object_id}, {what}, has pixels")
+        harness.stand(1.4, 3.2, WEST, setup=setup)
+        expect(harness.simulator.pixels_of(object_id).shape == (0, 2), f"{object_id}, {what}, has pixels")
 
 
-def sees_from_anywhere(trial: Trial) -> None:
+def sees_from_anywhere(harness: Harness) -> None:
     """Rays from any eye tell which points of an object are met first, wherever the agent is."""
-    trial.stand(THERE.position.x, THERE.position.z)
-    apple = trial.state("Apple|1").position
+    harness.stand(THERE.position.x, THERE.position.z)
+    apple = harness.state("Apple|1").position
     points = np.array([apple, apple])
-    sees = trial.simulator.sees_from
+    sees = harness.simulator.points_visible_from
     seen = sees(APPLE_FROM, points, "Apple|1")
     expect(seen.shape == (2,) and seen.dtype == bool and bool(seen.all()), f"an apple seen from near: {seen}")
     expect(not sees(THERE.eye, points, "Apple|1").any(), "an apple is seen through a wall")
     expect(not sees(APPLE_FROM, points, "Mug|1").any(), "a point on another object counts")
     expect(sees(APPLE_FROM, np.empty((0, 3)), "Apple|1").shape == (0,), "no points gave an answer")
-    eye, lamp = Vec3(5.0, 1.2, 1.0), trial.state("FloorLamp|2").position
+    eye, lamp = Vec3(5.0, 1.2, 1.0), harness.state("FloorLamp|2").position
     beyond = np.array([[lamp.x, 1.2, lamp.z]])
     expect(bool(sees(eye, beyond, PANE).all()), "a pane does not stop a ray")
     expect(bool(sees(eye, beyond, PANE, through_glass=True).all()), "an object's own glass is not of it")
     expect(not sees(eye, beyond, "FloorLamp|2").any(), "a ray that stops at glass went through")
-    trial.stand(THERE.position.x, THERE.position.z, setup=Setup(held="Apple|1"))
+    harness.stand(THERE.position.x, THERE.position.z, setup=Setup(held="Apple|1"))
     expect(not sees(APPLE_FROM, points, "Apple|1").any(), "what is held is met by rays")
 
 
-def may_show_what_it_shows(trial: Trial) -> None:
+def may_show_what_it_shows(harness: Harness) -> None:
     """As many pixels as are visible may be; never more than the frame has, and none of what is held or absent."""
     absent = {"Statue|1": ObjectSetup(is_absent=True)}
-    trial.face(5.2, 3.1, "Fridge|1", Setup(objects=absent, held="Mug|1"))
-    may_show = trial.simulator.may_show
-    for object_id, state in trial.simulator.world(trial.simulator.object_ids()).objects.items():
-        expect(may_show(object_id, state.visible_px), f"{state.visible_px} px of {object_id} are seen, but may not be")
-        expect(not may_show(object_id, 640 * 480 + 1), f"more of {object_id} may be seen than the frame has pixels")
-    expect(not may_show("Mug|1", 1), "what is held may be seen")
-    expect(not may_show("Statue|1", 1), "what is absent may be seen")
+    harness.face(5.2, 3.1, "Fridge|1", Setup(objects=absent, held="Mug|1"))
+    may_be_visible = harness.simulator.may_be_visible
+    for object_id, state in harness.simulator.world(harness.simulator.object_ids()).objects.items():
+        expect(
+            may_be_visible(object_id, state.visible_px),
+            f"{state.visible_px} px of {object_id} are seen, but may not be",
+        )
+        expect(
+            not may_be_visible(object_id, 640 * 480 + 1), f"more of {object_id} may be seen than the frame has pixels"
+        )
+    expect(not may_be_visible("Mug|1", 1), "what is held may be seen")
+    expect(not may_be_visible("Statue|1", 1), "what is absent may be seen")
 
 
-def undoes_rehearsals(trial: Trial) -> None:
+def rolls_back(harness: Harness) -> None:
     """To the last bit, nested, and when something raises."""
-    trial.face(5.2, 3.1, "Fridge|1", Setup(held="Mug|1"))
-    before = _answers(trial)
-    with trial.simulator.rehearsal():
-        expect_refused(trial.click("open_access", "Fridge|1"), None)
-        trial.go("turn_left", 100)
-        middle = _answers(trial)
+    harness.face(5.2, 3.1, "Fridge|1", Setup(held="Mug|1"))
+    before = _answers(harness)
+    with harness.simulator.rollback():
+        expect_refused(harness.click("open_access", "Fridge|1"), None)
+        harness.go("turn_left", 100)
+        middle = _answers(harness)
         expect(middle != before, "nothing was done in the rehearsal")
-        with trial.simulator.rehearsal():
-            trial.go("forward", 2)
-            expect_refused(trial.drop(), None)
-            expect(trial.held is None, "a drop in a rehearsal left the hand full")
-        expect(_answers(trial) == middle, "an inner rehearsal was not undone")
-    expect(_answers(trial) == before, "a rehearsal was not undone")
+        with harness.simulator.rollback():
+            harness.go("forward", 2)
+            expect_refused(harness.drop(), None)
+            expect(harness.held is None, "a drop in a rehearsal left the hand full")
+        expect(_answers(harness) == middle, "an inner rehearsal was not undone")
+    expect(_answers(harness) == before, "a rehearsal was not undone")
     try:
-        with trial.simulator.rehearsal():
-            trial.go("turn_right", 30)
+        with harness.simulator.rollback():
+            harness.go("turn_right", 30)
             raise ZeroDivisionError
     except ZeroDivisionError:
-        expect(_answers(trial) == before, "a rehearsal that raised was not undone")
+        expect(_answers(harness) == before, "a rehearsal that raised was not undone")
     else:
         raise AssertionError("a rehearsal swallowed what was raised inside of it")
-    expect_refused(trial.click("open_access", "Fridge|1"), None)
+    expect_refused(harness.click("open_access", "Fridge|1"), None)
 
 
-def stands_elsewhere_for_a_while(trial: Trial) -> None:
+def moves_the_agent_temporarily(harness: Harness) -> None:
     """The world is as after a reset there; the hand comes along; afterwards the agent is back."""
-    trial.stand(THERE.position.x, THERE.position.z, THERE.rotation, THERE.horizon, Setup(held="Mug|1"))
-    wanted = _answers(trial)
-    trial.stand(HERE.x, HERE.z, EAST, setup=Setup(held="Mug|1"))
-    before = _answers(trial)
-    with trial.simulator.standing_at(THERE):
-        expect(trial.agent == THERE and trial.held == "Mug|1", f"the agent is at {trial.agent}, holding {trial.held}")
-        expect(_answers(trial) == wanted, "elsewhere the world is not as after a reset there")
-        expect_refused(trial.click("open_access", DRAWER), None)
-    expect(_answers(trial) == before, "the agent, or what it did elsewhere, stayed")
-    with trial.simulator.standing_at(Pose(position=Vec3(1.8, 0.0, 2.2), rotation=0.0)):
-        expect(trial.agent.position == Vec3(1.8, 0.0, 2.2), "a place in a table was refused")
-    expect(_answers(trial) == before, "the agent stayed elsewhere")
+    harness.stand(THERE.position.x, THERE.position.z, THERE.rotation, THERE.horizon, Setup(held="Mug|1"))
+    wanted = _answers(harness)
+    harness.stand(HERE.x, HERE.z, EAST, setup=Setup(held="Mug|1"))
+    before = _answers(harness)
+    with harness.simulator.at_pose(THERE):
+        expect(
+            harness.agent == THERE and harness.held == "Mug|1",
+            f"the agent is at {harness.agent}, holding {harness.held}",
+        )
+        expect(_answers(harness) == wanted, "elsewhere the world is not as after a reset there")
+        expect_refused(harness.click("open_access", DRAWER), None)
+    expect(_answers(harness) == before, "the agent, or what it did elsewhere, stayed")
+    with harness.simulator.at_pose(Pose(position=Vec3(1.8, 0.0, 2.2), rotation=0.0)):
+        expect(harness.agent.position == Vec3(1.8, 0.0, 2.2), "a place in a table was refused")
+    expect(_answers(harness) == before, "the agent stayed elsewhere")
 
 
-def refuses_unknown_ids(trial: Trial) -> None:
+def refuses_unknown_ids(harness: Harness) -> None:
     """An id that the house lacks is an EpisodeError."""
-    trial.stand(HERE.x, HERE.z)
+    harness.stand(HERE.x, HERE.z)
     points = np.zeros((1, 3))
-    _raises(EpisodeError, lambda: trial.simulator.pixels_of("Aple|1"))
-    _raises(EpisodeError, lambda: trial.simulator.sees_from(HERE, points, "Aple|1"))
+    _raises(EpisodeError, lambda: harness.simulator.pixels_of("Aple|1"))
+    _raises(EpisodeError, lambda: harness.simulator.points_visible_from(HERE, points, "Aple|1"))
 
 
-def needs_a_house(trial: Trial) -> None:
+def needs_a_house(harness: Harness) -> None:
     """Once closed, every member is a SimulatorError until a house is loaded again."""
-    simulator = trial.simulator
+    simulator = harness.simulator
     simulator.close()
     try:
         for ask in (
@@ -162,20 +172,20 @@ def needs_a_house(trial: Trial) -> None:
             lambda: simulator.room_at(HERE),
             lambda: simulator.can_stand(HERE),
             lambda: simulator.pixels_of(DOOR),
-            lambda: simulator.sees_from(HERE, np.zeros((1, 3)), DOOR),
-            lambda: simulator.rehearsal().__enter__(),
-            lambda: simulator.standing_at(THERE).__enter__(),
+            lambda: simulator.points_visible_from(HERE, np.zeros((1, 3)), DOOR),
+            lambda: simulator.rollback().__enter__(),
+            lambda: simulator.at_pose(THERE).__enter__(),
         ):
             _raises(SimulatorError, ask)
     finally:
-        simulator.load(trial.house)
-    trial.stand(HERE.x, HERE.z)
+        simulator.load(harness.house)
+    harness.stand(HERE.x, HERE.z)
     expect(simulator.can_stand(HERE), "a simulator that was closed does not load again")
 
 
-def _answers(trial: Trial) -> tuple[object, ...]:
+def _answers(harness: Harness) -> tuple[object, ...]:
     """Returns the whole hidden world, and what privileged sight says of it."""
-    simulator = trial.simulator
+    simulator = harness.simulator
     things = tuple(_facts_of(thing) for thing in simulator.scene().things.values())
     return (
         simulator.world(simulator.object_ids()),

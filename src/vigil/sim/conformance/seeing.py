@@ -5,136 +5,136 @@ import numpy as np
 from vigil.base.geometry import Vec3, distance
 from vigil.errors import EpisodeError
 from vigil.protocol.world import ObjectSetup, Setup, WorldState
-from vigil.sim.conformance.trial import NOTHING, Trial, expect, expect_near, expect_refused, opened, placed
-from vigil.sim.conformance.trial_house import DOOR, DRAWER, EAST, PANE, WEST
+from vigil.sim.conformance.harness import NOTHING, Harness, expect, expect_near, expect_refused, opened, placed
+from vigil.sim.conformance.reference_house import DOOR, DRAWER, EAST, PANE, WEST
 
 
-def counts_visible_pixels(trial: Trial) -> None:
+def counts_visible_pixels(harness: Harness) -> None:
     """More from near than from far, none through walls, none when absent."""
-    trial.face(1.4, 3.2, "Apple|1")
-    near = trial.state("Apple|1")
-    trial.face(4.6, 2.4, "Apple|1")
-    far = trial.state("Apple|1")
+    harness.face(1.4, 3.2, "Apple|1")
+    near = harness.state("Apple|1")
+    harness.face(4.6, 2.4, "Apple|1")
+    far = harness.state("Apple|1")
     expect(near.visible, f"an apple at {near.nearest_visible_m} m is not visible")
     expect(near.visible_px > 4 * far.visible_px > 0, f"{near.visible_px} px near, {far.visible_px} px far")
     expect(near.nearest_visible_m is not None, "a seen apple has no distance")
     centre_m = distance(Vec3(1.4, 1.576, 3.2), near.position)
     expect_near(near.nearest_visible_m or 0.0, centre_m - 0.04, 0.03, "camera to the apple's nearest point")
-    trial.stand(8.0, 2.5, WEST)
-    expect(trial.state("Apple|1").visible_px == 0, "an apple is seen through a wall")
-    trial.face(1.4, 3.2, "Apple|1", Setup(objects={"Apple|1": ObjectSetup(is_absent=True)}))
-    gone = trial.state("Apple|1")
+    harness.stand(8.0, 2.5, WEST)
+    expect(harness.state("Apple|1").visible_px == 0, "an apple is seen through a wall")
+    harness.face(1.4, 3.2, "Apple|1", Setup(objects={"Apple|1": ObjectSetup(is_absent=True)}))
+    gone = harness.state("Apple|1")
     expect(gone.visible_px == 0 and not gone.visible and gone.nearest_visible_m is None, f"an absent apple: {gone}")
-    expect("Apple|1" not in trial.simulator.object_ids(), "an absent apple is listed")
+    expect("Apple|1" not in harness.simulator.object_ids(), "an absent apple is listed")
 
 
-def counts_what_hides_a_thing(trial: Trial) -> None:
+def counts_what_hides_a_thing(harness: Harness) -> None:
     """Half behind a box fewer pixels are seen; behind it all none."""
     free = placed("Apple|1", 3.5, 0.045, 3.2)
-    trial.stand(3.5, 1.4, 0.0, 30.0, free)
-    whole = trial.state("Apple|1").visible_px
+    harness.stand(3.5, 1.4, 0.0, 30.0, free)
+    whole = harness.state("Apple|1").visible_px
     hidden = Setup(objects={**free.objects, **placed("Box|1", 3.5, 0.152, 2.9).objects})
-    trial.stand(3.5, 1.4, 0.0, 30.0, hidden)
-    expect(trial.state("Apple|1").visible_px < whole / 2, "a box before an apple hides nothing")
+    harness.stand(3.5, 1.4, 0.0, 30.0, hidden)
+    expect(harness.state("Apple|1").visible_px < whole / 2, "a box before an apple hides nothing")
 
 
-def counts_state_pixels(trial: Trial) -> None:
+def counts_state_pixels(harness: Harness) -> None:
     """Only parts that tell the state count; a table has none."""
-    trial.face(5.2, 3.1, "Fridge|1")
-    fridge = trial.state("Fridge|1")
+    harness.face(5.2, 3.1, "Fridge|1")
+    fridge = harness.state("Fridge|1")
     expect(0 < fridge.open_px <= fridge.visible_px, f"a fridge's pixels: {fridge.open_px} of {fridge.visible_px}")
-    trial.face(3.6, 2.4, "DiningTable|1")
-    table = trial.state("DiningTable|1")
+    harness.face(3.6, 2.4, "DiningTable|1")
+    table = harness.state("DiningTable|1")
     expect(table.open_px == table.toggle_px == 0, "a table has state pixels")
-    trial.face(1.6, 1.2, "FloorLamp|1")
-    expect(trial.state("FloorLamp|1").toggle_px > 0, "a lamp has no state pixels")
+    harness.face(1.6, 1.2, "FloorLamp|1")
+    expect(harness.state("FloorLamp|1").toggle_px > 0, "a lamp has no state pixels")
 
 
-def sees_through_glass_but_clicks_it(trial: Trial) -> None:
+def sees_through_glass_but_clicks_it(harness: Harness) -> None:
     """A lamp beyond the inner window is seen; the click hits the window."""
-    trial.look_at(5.0, 1.0, Vec3(6.9, 1.2, 1.0))
-    expect(trial.state("FloorLamp|2").visible_px > 100, "a lamp is not seen through a window")
-    effect = trial.click_at("ground", Vec3(6.9, 1.2, 1.0))
+    harness.look_at(5.0, 1.0, Vec3(6.9, 1.2, 1.0))
+    expect(harness.state("FloorLamp|2").visible_px > 100, "a lamp is not seen through a window")
+    effect = harness.click_at("ground", Vec3(6.9, 1.2, 1.0))
     expect(effect.hit == PANE, f"a click on a pane hit {effect.hit}")
 
 
-def clicks_agree_with_pixels(trial: Trial) -> None:
+def clicks_agree_with_pixels(harness: Harness) -> None:
     """Every pixel said to be an object's is, and structure without an id is nothing."""
-    trial.face(3.4, 3.2, "Microwave|1")
+    harness.face(3.4, 3.2, "Microwave|1")
     for object_id in ("Microwave|1", "Plate|1", "CounterTop|1"):
-        pixels = trial.simulator.pixels_of(object_id)
+        pixels = harness.simulator.pixels_of(object_id)
         expect(len(pixels) > 0, f"{object_id} has no pixel")
         for x, y in pixels[:: max(1, len(pixels) // 7)]:
-            found = trial.simulator.object_at(int(x), int(y))
+            found = harness.simulator.object_at(int(x), int(y))
             expect(found == object_id, f"pixel {x}, {y} of {object_id} is {found}'s")
-    trial.stand(3.5, 1.5, EAST, 60.0)
-    expect(trial.simulator.object_at(320, 470) in (None, "Rug|1"), "the floor has an id")
+    harness.stand(3.5, 1.5, EAST, 60.0)
+    expect(harness.simulator.object_at(320, 470) in (None, "Rug|1"), "the floor has an id")
 
 
-def says_where_things_are(trial: Trial) -> None:
+def says_where_things_are(harness: Harness) -> None:
     """Distances, boxes and affordances of the world state."""
-    trial.stand(3.5, 2.5, WEST)
-    world = trial.simulator.world(["DiningTable|1", "Fridge|1", "FloorLamp|1"])
+    harness.stand(3.5, 2.5, WEST)
+    world = harness.simulator.world(["DiningTable|1", "Fridge|1", "FloorLamp|1"])
     table, fridge, lamp = (world.objects[object_id] for object_id in ("DiningTable|1", "Fridge|1", "FloorLamp|1"))
     expect_near(table.box_distance_m, 3.5 - 1.8 - 1.4437 / 2, 0.01, "floor distance to the table's box")
     expect_near(table.center_distance_m, distance(Vec3(3.5, 0.0, 2.5), table.position), 1e-9, "centre distance")
     expect(table.openness is None and fridge.openness == 0.0, "openness")
     expect(lamp.is_toggled is False and table.is_toggled is None, "is_toggled")
-    trial.stand(3.5, 2.5, WEST, setup=opened("Fridge|1"))
-    expect(trial.state("Fridge|1").box == fridge.box, "an open leaf changed the body's box")
+    harness.stand(3.5, 2.5, WEST, setup=opened("Fridge|1"))
+    expect(harness.state("Fridge|1").box == fridge.box, "an open leaf changed the body's box")
 
 
-def draws_frames(trial: Trial) -> None:
+def draws_frames(harness: Harness) -> None:
     """(480, 640, 3) uint8; another view is another picture; the same view the same."""
-    trial.stand(3.5, 2.5, WEST)
-    first = trial.simulator.frame()
+    harness.stand(3.5, 2.5, WEST)
+    first = harness.simulator.frame()
     expect(first.shape == (480, 640, 3) and first.dtype == np.uint8, f"frame: {first.shape}, {first.dtype}")
-    expect(bool((trial.simulator.frame() == first).all()), "the same view gave another frame")
-    trial.go("turn_right", 90)
-    expect(bool((trial.simulator.frame() != first).any()), "a turn changed nothing in the frame")
-    trial.stand(3.5, 2.5, WEST, setup=Setup(held="Apple|1"))
-    held = trial.simulator.frame()
+    expect(bool((harness.simulator.frame() == first).all()), "the same view gave another frame")
+    harness.go("turn_right", 90)
+    expect(bool((harness.simulator.frame() != first).any()), "a turn changed nothing in the frame")
+    harness.stand(3.5, 2.5, WEST, setup=Setup(held="Apple|1"))
+    held = harness.simulator.frame()
     expect(bool((held[300:, 200:440] != first[300:, 200:440]).any()), "a held apple is not drawn")
 
 
-def _several_actions(trial: Trial) -> list[WorldState]:
+def _several_actions(harness: Harness) -> list[WorldState]:
     """Does a bit of everything. Returns the world after each part."""
     worlds: list[WorldState] = []
-    ids = trial.simulator.object_ids()
-    trial.face(5.2, 3.1, "Fridge|1")
-    trial.click("open_access", "Fridge|1")
-    trial.click("pick", "Lettuce|1")
-    worlds.append(trial.simulator.world(ids))
-    trial.go("turn_left", 100)
-    trial.go("forward", 3)
-    trial.drop()
-    worlds.append(trial.simulator.world(ids))
-    trial.face(8.0, 1.5, DRAWER)
-    trial.click("open_access", DRAWER)
-    trial.click("activate", "DeskLamp|1")
-    worlds.append(trial.simulator.world(ids))
+    ids = harness.simulator.object_ids()
+    harness.face(5.2, 3.1, "Fridge|1")
+    harness.click("open_access", "Fridge|1")
+    harness.click("pick", "Lettuce|1")
+    worlds.append(harness.simulator.world(ids))
+    harness.go("turn_left", 100)
+    harness.go("forward", 3)
+    harness.drop()
+    worlds.append(harness.simulator.world(ids))
+    harness.face(8.0, 1.5, DRAWER)
+    harness.click("open_access", DRAWER)
+    harness.click("activate", "DeskLamp|1")
+    worlds.append(harness.simulator.world(ids))
     return worlds
 
 
-def resets_exactly(trial: Trial) -> None:
+def resets_exactly(harness: Harness) -> None:
     """After any actions a reset gives exactly the same world."""
-    ids = trial.simulator.object_ids()
-    trial.stand(3.5, 2.5, WEST)
-    first = trial.simulator.world(ids)
-    _several_actions(trial)
-    trial.stand(3.5, 2.5, WEST)
-    expect(trial.simulator.world(ids) == first, "a reset did not restore the house")
+    ids = harness.simulator.object_ids()
+    harness.stand(3.5, 2.5, WEST)
+    first = harness.simulator.world(ids)
+    _several_actions(harness)
+    harness.stand(3.5, 2.5, WEST)
+    expect(harness.simulator.world(ids) == first, "a reset did not restore the house")
 
 
-def repeats_itself(trial: Trial) -> None:
+def repeats_itself(harness: Harness) -> None:
     """The same actions give the same worlds to the last bit."""
-    first = [world.model_dump_json() for world in _several_actions(trial)]
-    trial.simulator.load(trial.house)
-    again = [world.model_dump_json() for world in _several_actions(trial)]
+    first = [world.model_dump_json() for world in _several_actions(harness)]
+    harness.simulator.load(harness.house)
+    again = [world.model_dump_json() for world in _several_actions(harness)]
     expect(first == again, "the same actions gave other worlds")
 
 
-def applies_setups(trial: Trial) -> None:
+def applies_setups(harness: Harness) -> None:
     """Openness, switches, places, absence and the hand, as an episode says."""
     setup = Setup(
         objects={
@@ -145,16 +145,16 @@ def applies_setups(trial: Trial) -> None:
         },
         held="Mug|1",
     )
-    trial.stand(3.5, 2.5, WEST, setup=setup)
-    expect_near(trial.state(DOOR).openness or 0.0, 0.8, 1e-9, "openness of the door")
-    expect(trial.state("FloorLamp|1").is_toggled is True, "the lamp is off")
-    expect(trial.held == "Mug|1" and trial.state("Mug|1").is_held, "the mug is not held")
-    expect_near(trial.state("Egg|1").position.z, 3.5, 0.05, "z of the egg, moved with its bowl")
-    expect("Statue|1" not in trial.simulator.object_ids(), "the statue is there")
-    expect_refused(trial.drop(), None)
+    harness.stand(3.5, 2.5, WEST, setup=setup)
+    expect_near(harness.state(DOOR).openness or 0.0, 0.8, 1e-9, "openness of the door")
+    expect(harness.state("FloorLamp|1").is_toggled is True, "the lamp is off")
+    expect(harness.held == "Mug|1" and harness.state("Mug|1").is_held, "the mug is not held")
+    expect_near(harness.state("Egg|1").position.z, 3.5, 0.05, "z of the egg, moved with its bowl")
+    expect("Statue|1" not in harness.simulator.object_ids(), "the statue is there")
+    expect_refused(harness.drop(), None)
 
 
-def refuses_impossible_setups(trial: Trial) -> None:
+def refuses_impossible_setups(harness: Harness) -> None:
     """What the house does not have, or cannot be, is an error that says what to do."""
     faults = {
         "Did you mean 'Apple|1'?": Setup(objects={"Apple|2": ObjectSetup(is_toggled=True)}),
@@ -164,14 +164,14 @@ def refuses_impossible_setups(trial: Trial) -> None:
     }
     for words, setup in faults.items():
         try:
-            trial.stand(3.5, 2.5, setup=setup)
+            harness.stand(3.5, 2.5, setup=setup)
         except EpisodeError as error:
             expect(words in str(error), f"expected {words!r} in {str(error)!r}")
         else:
             raise AssertionError(f"a setup with fault {words!r} was accepted")
-    trial.stand(3.5, 2.5, setup=NOTHING)
+    harness.stand(3.5, 2.5, setup=NOTHING)
     try:
-        trial.simulator.world(["Aple|1"])
+        harness.simulator.world(["Aple|1"])
     except EpisodeError as error:
         expect("Did you mean 'Apple|1'?" in str(error), str(error))
     else:

@@ -3,86 +3,89 @@
 from vigil.base.geometry import Vec3
 from vigil.errors import EpisodeError
 from vigil.protocol.world import ObjectSetup, Placement, Setup
-from vigil.sim.conformance.trial import Trial, expect, expect_near, expect_refused, opened, placed
-from vigil.sim.conformance.trial_house import DRAWER, DRESSER, LOWEST, SIBLING, WATCH
+from vigil.sim.conformance.harness import Harness, expect, expect_near, expect_refused, opened, placed
+from vigil.sim.conformance.reference_house import DRAWER, DRESSER, LOWEST, SIBLING, WATCH
 
 FRONT = (8.0, 1.5)
 """Where one stands before the dresser."""
 MOVED_M = 0.3
 
 
-def open_one_by_one(trial: Trial) -> None:
+def open_one_by_one(harness: Harness) -> None:
     """A click on a drawer opens it alone, with what lies in it; the dresser itself does not open."""
-    trial.face(*FRONT, DRAWER)
-    before = trial.state(WATCH)
+    harness.face(*FRONT, DRAWER)
+    before = harness.state(WATCH)
     expect(before.visible_px == 0 and before.parent == DRAWER, f"a watch in a closed drawer: {before}")
-    expect_refused(trial.click("open_access", DRESSER), "not_openable")
-    effect = trial.click("open_access", DRAWER)
+    expect_refused(harness.click("open_access", DRESSER), "not_openable")
+    effect = harness.click("open_access", DRAWER)
     expect_refused(effect, None)
     expect(effect.changed == tuple(sorted((DRAWER, WATCH))), f"changed by opening: {effect.changed}")
-    expect(trial.state(DRAWER).openness == 1.0 and trial.state(SIBLING).openness == 0.0, "another drawer opened")
-    after = trial.state(WATCH)
+    expect(harness.state(DRAWER).openness == 1.0 and harness.state(SIBLING).openness == 0.0, "another drawer opened")
+    after = harness.state(WATCH)
     expect(after.visible_px > 0, "a watch in an open drawer is not seen")
     expect(after.position.z > before.position.z + 0.1, "the watch did not come along")
-    expect_refused(trial.click("open_access", SIBLING), None)
-    expect_refused(trial.click("close_access", DRAWER), None)
-    expect(trial.state(SIBLING).openness == 1.0, "another drawer closed")
-    expect_near(trial.state(WATCH).position.z, before.position.z, 1e-9, "z of the watch, closed again")
+    expect_refused(harness.click("open_access", SIBLING), None)
+    expect_refused(harness.click("close_access", DRAWER), None)
+    expect(harness.state(SIBLING).openness == 1.0, "another drawer closed")
+    expect_near(harness.state(WATCH).position.z, before.position.z, 1e-9, "z of the watch, closed again")
 
 
-def hold_things_of_their_own(trial: Trial) -> None:
+def hold_their_own_things(harness: Harness) -> None:
     """A shut drawer takes nothing, an open one does; what lies in it lies in the furniture, too."""
     holding = Setup(held="Pen|1")
-    trial.face(*FRONT, DRAWER, holding)
-    expect_refused(trial.click("place", DRAWER), "receptacle_closed")
-    trial.face(*FRONT, WATCH, holding.model_copy(update={"objects": opened(DRAWER).objects}))
-    expect_refused(trial.click("place", SIBLING), "receptacle_closed")
-    watch = trial.state(WATCH).position
-    expect_refused(trial.click_at("place", Vec3(watch.x + 0.08, watch.y, watch.z)), None)
-    pen = trial.simulator.world(["Pen|1", DRAWER, DRESSER]).objects["Pen|1"]
+    harness.face(*FRONT, DRAWER, holding)
+    expect_refused(harness.click("place", DRAWER), "receptacle_closed")
+    harness.face(*FRONT, WATCH, holding.model_copy(update={"objects": opened(DRAWER).objects}))
+    expect_refused(harness.click("place", SIBLING), "receptacle_closed")
+    watch = harness.state(WATCH).position
+    expect_refused(harness.click_at("place", Vec3(watch.x + 0.08, watch.y, watch.z)), None)
+    pen = harness.simulator.world(["Pen|1", DRAWER, DRESSER]).objects["Pen|1"]
     expect(pen.parent == DRAWER and pen.support_chain == (DRAWER, DRESSER), f"a pen in a drawer: {pen}")
     expect(pen.inside == (DRAWER, DRESSER) and pen.over_inside == (DRAWER,), f"a pen in a drawer: {pen}")
     expect(pen.not_on == (DRAWER, DRESSER), f"a pen in a drawer lies on it: {pen}")
-    expect_refused(trial.click("pick", WATCH), None)
+    expect_refused(harness.click("pick", WATCH), None)
     top = Vec3(8.0, 0.8438, 0.3)
-    trial.look_at(*FRONT, top, holding)
-    expect_refused(trial.click_at("place", top), None)
-    pen = trial.state("Pen|1")
+    harness.look_at(*FRONT, top, holding)
+    expect_refused(harness.click_at("place", top), None)
+    pen = harness.state("Pen|1")
     expect(pen.parent == DRESSER and pen.inside == () and pen.not_on == (), f"a pen on a dresser: {pen}")
 
 
-def stop_at_what_is_in_the_way(trial: Trial) -> None:
+def stop_at_what_is_in_the_way(harness: Harness) -> None:
     """A drawer that would hit the body or a thing does not move; another one of the same dresser does."""
-    trial.face(7.76, 0.72, LOWEST)
-    expect_refused(trial.click("open_access", LOWEST), "blocked_by_agent")
+    harness.face(7.76, 0.72, LOWEST)
+    expect_refused(harness.click("open_access", LOWEST), "blocked_by_agent")
     in_front = placed("Box|1", 7.76, 0.152, 0.75)
-    trial.face(8.3, 1.5, LOWEST, in_front)
-    effect = trial.click("open_access", LOWEST)
+    harness.face(8.3, 1.5, LOWEST, in_front)
+    effect = harness.click("open_access", LOWEST)
     expect_refused(effect, "blocked_by_object")
-    expect(effect.blocked_by == "Box|1" and trial.state(LOWEST).openness == 0.0, f"not blocked: {effect}")
-    expect_refused(trial.click("open_access", DRAWER), None)
+    expect(effect.blocked_by == "Box|1" and harness.state(LOWEST).openness == 0.0, f"not blocked: {effect}")
+    expect_refused(harness.click("open_access", DRAWER), None)
 
 
-def are_seen_as_part_of_their_furniture(trial: Trial) -> None:
+def are_seen_as_part_of_their_furniture(harness: Harness) -> None:
     """Drawers count for what is seen of their dresser, and a click on one is near to it."""
-    trial.face(*FRONT, DRESSER)
-    whole, parts = trial.state(DRESSER).visible_px, trial.state(DRAWER).visible_px + trial.state(SIBLING).visible_px
+    harness.face(*FRONT, DRESSER)
+    whole, parts = (
+        harness.state(DRESSER).visible_px,
+        harness.state(DRAWER).visible_px + harness.state(SIBLING).visible_px,
+    )
     expect(0 < parts < whole, f"two drawers show {parts} px, their dresser {whole}")
-    effect = trial.click("ground", DRAWER)
+    effect = harness.click("ground", DRAWER)
     expect(effect.hit == DRAWER and DRESSER in effect.near, f"pointed at a drawer: {effect}")
 
 
-def move_with_their_furniture(trial: Trial) -> None:
+def move_with_their_furniture(harness: Harness) -> None:
     """A dresser that is put elsewhere takes its drawers with it; a drawer alone cannot be."""
-    trial.stand(7.0, 2.5)
-    dresser, before = trial.state(DRESSER).position, trial.state(WATCH).position
+    harness.stand(7.0, 2.5)
+    dresser, before = harness.state(DRESSER).position, harness.state(WATCH).position
     elsewhere = Placement(position=dresser._replace(x=dresser.x + MOVED_M))
-    trial.stand(7.0, 2.5, setup=Setup(objects={DRESSER: ObjectSetup(placement=elsewhere)}))
-    expect_near(trial.state(WATCH).position.x, before.x + MOVED_M, 1e-6, "x of the watch, moved with the dresser")
+    harness.stand(7.0, 2.5, setup=Setup(objects={DRESSER: ObjectSetup(placement=elsewhere)}))
+    expect_near(harness.state(WATCH).position.x, before.x + MOVED_M, 1e-6, "x of the watch, moved with the dresser")
     try:
-        trial.stand(7.0, 2.5, setup=Setup(objects={DRAWER: ObjectSetup(placement=elsewhere)}))
+        harness.stand(7.0, 2.5, setup=Setup(objects={DRAWER: ObjectSetup(placement=elsewhere)}))
     except EpisodeError:
         return
     finally:
-        trial.simulator.load(trial.house)
+        harness.simulator.load(harness.house)
     raise AssertionError("a drawer was placed without its dresser")

@@ -10,7 +10,7 @@ import shapely
 
 from vigil.assets.kernel.asset import Surface
 from vigil.base.geometry import Vec3, rotate_floor
-from vigil.scene.geometry import Motion, box_of, prisms_of
+from vigil.scene.geometry import Motion, body_box, prisms_of
 from vigil.scene.supports import TOUCH_M, headroom, is_over, is_shut, level_surfaces, offset_from
 from vigil.scene.things import Thing
 
@@ -22,7 +22,7 @@ SIDE_M = 0.01
 """How deep under the side of a body's box its outer side may lie."""
 
 
-def kind_meant(receptacle: Thing, point: Vec3) -> TargetKind:
+def target_kind(receptacle: Thing, point: Vec3) -> TargetKind:
     """Returns the kind of place that a click at a point of a receptacle means.
 
     A hollow that the point lies in comes first, then a top that it lies over, then what the leaf or drawer under it
@@ -62,7 +62,7 @@ def _gap(receptacle: Thing, surface: Surface, frame: Motion, point: Vec3) -> flo
 
 def _is_on_outer_side(receptacle: Thing, point: Vec3) -> bool:
     """Whether a point lies on one of the four sides of the upright box of the body."""
-    box = box_of(receptacle)
+    box = body_box(receptacle)
     x, z = rotate_floor(point.x - box.center.x, point.z - box.center.z, -box.yaw)
     return abs(x) > box.size.x / 2 - SIDE_M or abs(z) > box.size.z / 2 - SIDE_M
 

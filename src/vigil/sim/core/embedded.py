@@ -1,7 +1,7 @@
 """The embedded simulator: a house as a scene, motion, manipulation and visibility, over any engine.
 
-It implements `vigil.sim.staging.Stage`, and with it every protocol of a simulator. The engine only draws and casts
-rays; a step whose frame is not requested draws nothing.
+It implements `vigil.sim.scene_editor.SceneEditor`, and with it every protocol of a simulator. The engine
+only draws and casts rays; a step whose frame is not requested draws nothing.
 """
 
 from collections.abc import Iterable, Iterator
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3, distance, floor_distance, heading, wrap_deg
 from vigil.errors import EpisodeError, SimulatorError
 from vigil.protocol.actions import (
@@ -28,16 +28,16 @@ from vigil.protocol.actions import (
 from vigil.protocol.house import House
 from vigil.protocol.world import Effect, ObjectState, Setup, WorldState
 from vigil.scene.build import build_scene
-from vigil.scene.geometry import box_of
-from vigil.scene.supports import ancestors, around, lies_over, not_lain_on
+from vigil.scene.geometry import body_box
+from vigil.scene.supports import ancestors, containers_of, receptacles_below, supports_not_lain_on
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.engine import Engine
-from vigil.sim.core.handling import Click, Result, handle, interact, open_to
-from vigil.sim.core.motion import CollisionMap, sweeps
-from vigil.sim.core.setup import apply_setup, blocked_start, unknown_object
-from vigil.sim.core.sight import HEIGHT, WIDTH, Sight, Sighting
-from vigil.sim.core.state import CHANGING, SceneState, changing_of
-from vigil.sim.staging import Layer, Picture, View
+from vigil.sim.core.handling import ClickHit, InteractionResult, apply_intent, interact, open_to
+from vigil.sim.core.motion import CollisionMap, step_lengths
+from vigil.sim.core.setup import apply_setup, blocked_start_error, unknown_object_message
+from vigil.sim.core.sight import HEIGHT, WIDTH, ObjectVisibility, Sight
+from vigil.sim.core.state import MUTABLE_FIELDS, SceneState, mutable_state_of
+from vigil.sim.scene_editor import CameraImage, CameraView, Layer
 
 
 @dataclass(slots=True)
@@ -50,7 +50,7 @@ class _Loaded:
 
 
 @dataclass(frozen=True, slots=True)
-class _Kept:
+class _WorldSnapshot:
     """The world at a moment, to go back to."""
 
     agent: Pose
@@ -60,7 +60,7 @@ class _Kept:
 
 
 class EmbeddedSimulator:
-    """A `Stage` over an engine."""
+    """A `SceneEditor` over an engine."""
 
     def __init__(self, engine: Engine, assets: AssetDatabase) -> None:
         self.name = engine.name
@@ -75,7 +75,7 @@ class EmbeddedSimulator:
         first = scene.rooms[0].polygon[0]
         nowhere = Pose(position=Vec3(float(first[0]), 0.0, float(first[1])), rotation=0.0)
         state = SceneState(scene, nowhere, CollisionMap(scene))
-        initial = changing_of(scene)
+        initial = mutable_state_of(scene)
         self._loaded = _Loaded(house, state, Sight(self._engine, scene), initial)
 
     def prepare(self, house: House) -> None:
@@ -84,14 +84,14 @@ class EmbeddedSimulator:
 
     def reset(self, start: Pose, setup: Setup) -> None:
         """Restores the house as loaded, applies `setup`, stands the agent at `start`. Raises EpisodeError."""
-        loaded = self._now()
+        loaded = self._require_loaded()
         state = loaded.state
         state.agent, state.held = start, None
         _restore(state, loaded.initial)
         apply_setup(state, setup, loaded.house.name)
         self._flush()
-        if not state.plan.centre_is_free(start.position):
-            raise blocked_start(start, loaded.house.name)
+        if not state.collision_map.centre_is_free(start.position):
+            raise blocked_start_error(start, loaded.house.name)
 
     def step(self, action: PhysicalAction) -> Effect:
         """Carries out one action, or refuses it; never raises for what an agent did."""
@@ -101,24 +101,24 @@ class EmbeddedSimulator:
             effect = self._look(action)
         else:
             effect = self._interact(action)
-        self._now().state.carry_along()
+        self._require_loaded().state.move_held()
         self._flush()
         return effect
 
     def frame(self) -> np.ndarray:
         """Returns the current egocentric frame, (480, 640, 3) uint8."""
-        state = self._now().state
+        state = self._require_loaded().state
         return self._engine.draw(state.agent, state.held)
 
     def object_at(self, x: int, y: int) -> str | None:
         """Returns the id of the object under a pixel; None for structure without an id and sky."""
-        loaded = self._now()
+        loaded = self._require_loaded()
         thing, _ = loaded.sight.click(loaded.state.agent, x, y)
         return thing.id if thing else None
 
     def world(self, object_ids: Iterable[str]) -> WorldState:
         """Returns the agent's and the named objects' hidden state. Raises EpisodeError on an unknown id."""
-        loaded = self._now()
+        loaded = self._require_loaded()
         things = [self._thing(object_id) for object_id in dict.fromkeys(object_ids)]
         seen = loaded.sight.see(loaded.state.agent, things)
         objects = {thing.id: self._object_state(thing, seen[thing.id], things) for thing in things}
@@ -137,160 +137,162 @@ class EmbeddedSimulator:
 
     def object_ids(self) -> list[str]:
         """Returns the ids of all objects present, sorted."""
-        return sorted(thing.id for thing in self._now().state.scene.things.values() if thing.is_present)
+        return sorted(thing.id for thing in self._require_loaded().state.scene.things.values() if thing.is_present)
 
     def pixels_of(self, object_id: str) -> np.ndarray:
         """Returns the pixels (n, 2) of x, y on which a click hits the object, maybe strided; n = 0 when none."""
-        loaded = self._now()
-        return loaded.sight.clickable(loaded.state.agent, self._thing(object_id))
+        loaded = self._require_loaded()
+        return loaded.sight.click_pixel(loaded.state.agent, self._thing(object_id))
 
     def can_stand(self, position: Vec3) -> bool:
         """Whether the agent's body fits there."""
-        return self._now().state.plan.can_stand(position)
+        return self._require_loaded().state.collision_map.can_stand(position)
 
     def scene(self) -> Scene:
         """Returns the scene as it is now: rooms, panels, and every thing with its category, asset, surfaces and state.
 
         To look at, never to change.
         """
-        return self._now().state.scene
+        return self._require_loaded().state.scene
 
     def room_at(self, position: Vec3) -> str | None:
         """Returns the id of the room whose floor holds a place; None outside."""
-        return self._now().state.plan.room_at(position)
+        return self._require_loaded().state.collision_map.room_at(position)
 
-    def sees_from(self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False) -> np.ndarray:
+    def points_visible_from(
+        self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False
+    ) -> np.ndarray:
         """Returns which of n points on an object rays from `eye`, which may be anywhere, meet before all else."""
         offsets = points - np.array(eye)
         away = np.maximum(np.linalg.norm(offsets, axis=1), 1e-9)
         rays, thing = offsets / away[:, None], self._thing(object_id)
-        return self._now().sight.meets(eye, rays, thing, through_glass=through_glass)
+        return self._require_loaded().sight.meets(eye, rays, thing, through_glass=through_glass)
 
-    def may_show(self, object_id: str, least_px: int) -> bool:
+    def may_be_visible(self, object_id: str, least_px: int) -> bool:
         """Whether so many pixels of an object may be in view; True wherever they are."""
-        loaded = self._now()
-        return loaded.sight.may_show(loaded.state.agent, self._thing(object_id), least_px)
+        loaded = self._require_loaded()
+        return loaded.sight.may_be_visible(loaded.state.agent, self._thing(object_id), least_px)
 
     @contextmanager
-    def rehearsal(self) -> Iterator[None]:
+    def rollback(self) -> Iterator[None]:
         """Undoes at its end all that is done inside."""
-        before = self._kept()
+        before = self._snapshot()
         try:
             yield
         finally:
-            self._go_back(before)
+            self._restore_snapshot(before)
 
     @contextmanager
-    def standing_at(self, pose: Pose) -> Iterator[None]:
+    def at_pose(self, pose: Pose) -> Iterator[None]:
         """Stands the agent elsewhere for the time being, wherever that is."""
-        with self.rehearsal():
-            state = self._now().state
+        with self.rollback():
+            state = self._require_loaded().state
             state.agent = pose
-            state.carry_along()
+            state.move_held()
             self._flush()
             yield
 
-    # The rest of `Stage`: for programs that direct a scene.
+    # The rest of `SceneEditor`: for programs that direct a scene.
 
     def stand(self, pose: Pose) -> None:
         """Stands the agent at a pose, with what it holds."""
-        state = self._now().state
+        state = self._require_loaded().state
         state.agent = pose
-        state.carry_along()
+        state.move_held()
         self._flush()
 
-    def alter(self, setup: Setup) -> None:
+    def apply_changes(self, setup: Setup) -> None:
         """Changes the world as it is now. Raises EpisodeError, and has then changed nothing."""
-        loaded = self._now()
-        before = self._kept()
+        loaded = self._require_loaded()
+        before = self._snapshot()
         change = setup.objects.get(loaded.state.held or "")
         try:
             if change is not None and (change.is_absent or change.placement is not None):
                 loaded.state.release()
             apply_setup(loaded.state, setup, loaded.house.name)
         except EpisodeError:
-            self._go_back(before)
+            self._restore_snapshot(before)
             raise
         self._flush()
 
-    def bring_back(self, object_id: str) -> None:
+    def restore_object(self, object_id: str) -> None:
         """Puts a thing that was taken out of the scene back to where it was."""
         thing = self._thing(object_id)
         thing.is_present = True
-        self._now().state.mark(thing)
+        self._require_loaded().state.mark_changed(thing)
         self._flush()
 
-    def handle(self, intent: Intent, object_id: str, point: Vec3) -> Effect:
+    def apply_intent(self, intent: Intent, object_id: str, point: Vec3) -> Effect:
         """Does what a click on a point of an object would do, however far it is."""
-        return self._done(handle(self._now().state, intent, self._thing(object_id), point))
+        return self._effect_of(apply_intent(self._require_loaded().state, intent, self._thing(object_id), point))
 
     def open_to(self, object_id: str, openness: float) -> Effect:
         """Opens or closes an object to an openness, or refuses it."""
-        return self._done(open_to(self._now().state, self._thing(object_id), openness))
+        return self._effect_of(open_to(self._require_loaded().state, self._thing(object_id), openness))
 
     def reachable(self, start: Vec3, step_m: float) -> np.ndarray:
         """Returns the places (n, 2) on a grid to which the body gets."""
-        return self._now().state.plan.reachable(start, step_m)
+        return self._require_loaded().state.collision_map.reachable(start, step_m)
 
     def blocker(self, start: Vec3, end: Vec3) -> str | None:
         """Returns the id of what stops the body on a straight way, "exterior" outside of the rooms; None when free."""
-        return self._now().state.plan.blocker(start, end)
+        return self._require_loaded().state.collision_map.blocker(start, end)
 
     def meets(self, eye: Vec3, directions: np.ndarray, *, through_glass: bool = False) -> tuple[np.ndarray, np.ndarray]:
         """Returns the index of the thing that each ray meets first, and the distance (m)."""
-        self._now()
+        self._require_loaded()
         hits = self._engine.cast(eye, directions, through_glass=through_glass)
         return hits.things, hits.distances
 
-    def look(self, view: View, layers: frozenset[Layer], *, with_hand: bool) -> Picture:
+    def render_view(self, view: CameraView, layers: frozenset[Layer], *, with_hand: bool) -> CameraImage:
         """Returns what a camera sees."""
-        held = self._now().state.held
-        return self._engine.look(view, layers, held if with_hand else None)
+        held = self._require_loaded().state.held
+        return self._engine.render_view(view, layers, held if with_hand else None)
 
-    def _kept(self) -> _Kept:
-        state = self._now().state
-        return _Kept(state.agent, state.held, changing_of(state.scene))
+    def _snapshot(self) -> _WorldSnapshot:
+        state = self._require_loaded().state
+        return _WorldSnapshot(state.agent, state.held, mutable_state_of(state.scene))
 
-    def _go_back(self, kept: _Kept) -> None:
-        state = self._now().state
-        state.agent, state.held = kept.agent, kept.held
-        _restore(state, kept.things)
+    def _restore_snapshot(self, snapshot: _WorldSnapshot) -> None:
+        state = self._require_loaded().state
+        state.agent, state.held = snapshot.agent, snapshot.held
+        _restore(state, snapshot.things)
         self._flush()
 
-    def _done(self, result: Result) -> Effect:
-        self._now().state.carry_along()
+    def _effect_of(self, result: InteractionResult) -> Effect:
+        self._require_loaded().state.move_held()
         self._flush()
         return Effect(refusal=result.refusal, blocked_by=result.blocked_by, changed=result.changed)
 
-    def _now(self) -> _Loaded:
+    def _require_loaded(self) -> _Loaded:
         if self._loaded is None:
             raise SimulatorError(f"Simulator {self.name!r} has no house: call `load` first.")
         return self._loaded
 
     def _thing(self, object_id: str) -> Thing:
-        loaded = self._now()
+        loaded = self._require_loaded()
         thing = loaded.state.scene.things.get(object_id)
         if thing is None:
-            raise EpisodeError(unknown_object(object_id, loaded.state.scene, loaded.house.name))
+            raise EpisodeError(unknown_object_message(object_id, loaded.state.scene, loaded.house.name))
         return thing
 
     def _flush(self) -> None:
-        loaded = self._now()
+        loaded = self._require_loaded()
         changed = loaded.state.flush()
         if changed:
             self._engine.update(loaded.state.scene, changed)
-            loaded.sight.forget()
+            loaded.sight.clear_cache()
 
     def _walk(self, action: Navigate) -> Effect:
-        state = self._now().state
+        state = self._require_loaded().state
         magnitude = min(action.magnitude, float(MAX_STEPS_PER_ACTION))
         sign = 1.0 if action.mode == "forward" else -1.0
         ahead_x, ahead_z = heading(state.agent.rotation)
         moved_m, blocker = 0.0, None
-        for length_m in sweeps(magnitude):
+        for length_m in step_lengths(magnitude):
             x, y, z = state.agent.position
             end = Vec3(x + sign * length_m * ahead_x, y, z + sign * length_m * ahead_z)
-            blocker = state.plan.blocker(state.agent.position, end)
+            blocker = state.collision_map.blocker(state.agent.position, end)
             if blocker is not None:
                 break
             state.agent = state.agent.model_copy(update={"position": end})
@@ -304,13 +306,13 @@ class EmbeddedSimulator:
         )
 
     def _turn(self, action: Navigate) -> Effect:
-        state = self._now().state
+        state = self._require_loaded().state
         angle = min(action.magnitude, MAX_TURN_DEG) * (1.0 if action.mode == "turn_right" else -1.0)
         state.agent = state.agent.model_copy(update={"rotation": wrap_deg(state.agent.rotation + angle)})
         return Effect(turned_deg=angle, capped=action.magnitude > MAX_TURN_DEG)
 
     def _look(self, action: Look) -> Effect:
-        state = self._now().state
+        state = self._require_loaded().state
         wanted = state.agent.horizon + action.magnitude * (1.0 if action.direction == "down" else -1.0)
         horizon = max(HORIZON_UP_DEG, min(HORIZON_DOWN_DEG, wanted))
         pitched = horizon - state.agent.horizon
@@ -318,16 +320,16 @@ class EmbeddedSimulator:
         return Effect(pitched_deg=pitched, capped=action.magnitude > MAX_TURN_DEG)
 
     def _interact(self, action: InteractPixel) -> Effect:
-        loaded = self._now()
+        loaded = self._require_loaded()
         state = loaded.state
         if action.x is None or action.y is None or action.intent == "drop":
-            result = interact(state, action.intent, Click(None, None))
+            result = interact(state, action.intent, ClickHit(None, None))
             return Effect(refusal=result.refusal, changed=result.changed)
         if not (0 <= action.x < WIDTH and 0 <= action.y < HEIGHT):
             return Effect(refusal="nothing_hit")
         thing, point = loaded.sight.click(state.agent, action.x, action.y)
-        near = loaded.sight.near(state.agent, action.x, action.y)
-        result = interact(state, action.intent, Click(thing, point))
+        near = loaded.sight.ids_near_pixel(state.agent, action.x, action.y)
+        result = interact(state, action.intent, ClickHit(thing, point))
         return Effect(
             hit=thing.id if thing else None,
             hit_category=thing.category if thing else None,
@@ -339,9 +341,9 @@ class EmbeddedSimulator:
             changed=result.changed,
         )
 
-    def _object_state(self, thing: Thing, seen: Sighting, asked: list[Thing]) -> ObjectState:
-        state = self._now().state
-        box = box_of(thing)
+    def _object_state(self, thing: Thing, seen: ObjectVisibility, asked: list[Thing]) -> ObjectState:
+        state = self._require_loaded().state
+        box = body_box(thing)
         return ObjectState(
             category=thing.category,
             position=thing.position,
@@ -358,17 +360,17 @@ class EmbeddedSimulator:
             center_distance_m=distance(state.agent.position, thing.position),
             parent=thing.parent,
             support_chain=tuple(below.id for below in ancestors(state.scene, thing)),
-            inside=tuple(other.id for other in around(state.scene, thing)),
-            not_on=not_lain_on(state.scene, thing, asked),
-            over=lies_over(thing, asked, inside=False),
-            over_inside=lies_over(thing, asked, inside=True),
+            inside=tuple(other.id for other in containers_of(state.scene, thing)),
+            not_on=supports_not_lain_on(state.scene, thing, asked),
+            over=receptacles_below(thing, asked, inside=False),
+            over_inside=receptacles_below(thing, asked, inside=True),
         )
 
 
 def _restore(state: SceneState, before: list[tuple[Any, ...]]) -> None:
     """Makes all things as they were, and marks those that this changes."""
-    for thing, now, then in zip(state.scene.things.values(), changing_of(state.scene), before, strict=True):
+    for thing, now, then in zip(state.scene.things.values(), mutable_state_of(state.scene), before, strict=True):
         if now != then:
-            for name, value in zip(CHANGING, then, strict=True):
+            for name, value in zip(MUTABLE_FIELDS, then, strict=True):
                 setattr(thing, name, value)
-            state.mark(thing)
+            state.mark_changed(thing)

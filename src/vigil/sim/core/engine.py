@@ -11,7 +11,7 @@ import numpy as np
 
 from vigil.base.geometry import Pose, Vec3
 from vigil.scene.things import Scene
-from vigil.sim.staging import Layer, Picture, View
+from vigil.sim.scene_editor import CameraImage, CameraView, Layer
 
 BEARS_OPEN = 1
 BEARS_TOGGLE = 2
@@ -63,7 +63,7 @@ class Engine(Protocol):
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:
         """Returns the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""
 
-    def look(self, view: View, layers: frozenset[Layer], held: str | None) -> Picture:
+    def render_view(self, view: CameraView, layers: frozenset[Layer], held: str | None) -> CameraImage:
         """Returns what a camera sees; with `held`, that thing is drawn in the hand of who looks."""
 
     def renderer(self) -> str:

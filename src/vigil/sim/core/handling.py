@@ -9,16 +9,16 @@ from typing import assert_never
 from vigil.base.geometry import Vec3
 from vigil.protocol.actions import Intent
 from vigil.protocol.world import RefusalCode
-from vigil.scene.geometry import box_of
+from vigil.scene.geometry import body_box
 from vigil.scene.things import Thing
-from vigil.sim.core.handling_rules import gets_to, opening_refusal, refusal_by_rule
-from vigil.sim.core.opening import set_openness, swing_blocker
+from vigil.sim.core.handling_rules import can_reach, opening_refusal, refusal_by_rule
+from vigil.sim.core.opening import opening_blocker, set_openness
 from vigil.sim.core.placing import FreeSpot, put_down, spot_below, spot_on
 from vigil.sim.core.state import AGENT, SceneState
 
 
 @dataclass(frozen=True, slots=True)
-class Click:
+class ClickHit:
     """What the ray of a click met."""
 
     thing: Thing | None
@@ -27,7 +27,7 @@ class Click:
 
 
 @dataclass(frozen=True, slots=True)
-class Result:
+class InteractionResult:
     """What an interaction came to."""
 
     refusal: RefusalCode | None = None
@@ -35,65 +35,65 @@ class Result:
     changed: tuple[str, ...] = ()
 
 
-def interact(state: SceneState, intent: Intent, click: Click) -> Result:
+def interact(state: SceneState, intent: Intent, click: ClickHit) -> InteractionResult:
     """Carries out one intent, or refuses it."""
     if intent == "drop":
         return _drop(state)
     if click.thing is None or click.point is None:
-        return Result("nothing_hit")
-    if intent != "ground" and not gets_to(state.agent.position, intent, box_of(click.thing), click.point):
-        return Result("too_far")
-    return handle(state, intent, click.thing, click.point)
+        return InteractionResult("nothing_hit")
+    if intent != "ground" and not can_reach(state.agent.position, intent, body_box(click.thing), click.point):
+        return InteractionResult("too_far")
+    return apply_intent(state, intent, click.thing, click.point)
 
 
-def handle(state: SceneState, intent: Intent, thing: Thing, point: Vec3) -> Result:
+def apply_intent(state: SceneState, intent: Intent, thing: Thing, point: Vec3) -> InteractionResult:
     """Carries out one intent on a thing, or refuses it, without asking whether the hand gets there."""
     if intent == "drop":
         return _drop(state)
     refusal = refusal_by_rule(state.scene, state.held, intent, thing, point)
     if refusal is not None:
-        return Result(refusal)
+        return InteractionResult(refusal)
     match intent:
         case "open_access" | "close_access":
             return _swing(state, thing, float(intent == "open_access"))
         case "activate" | "deactivate":
             thing.is_toggled = intent == "activate"
-            state.mark(thing)
+            state.mark_changed(thing)
             return _done([thing])
         case "pick":
             return _done(state.take(thing))
         case "place":
             return _put(state, spot_on(state, _held(state), thing, point))
         case "ground":
-            return Result()
+            return InteractionResult()
         case _:
             assert_never(intent)
 
 
-def open_to(state: SceneState, thing: Thing, target: float) -> Result:
+def open_to(state: SceneState, thing: Thing, target: float) -> InteractionResult:
     """Opens or closes a thing to an openness of 0 to 1, or refuses it."""
     refusal = opening_refusal(thing, target)
-    return _swing(state, thing, target) if refusal is None else Result(refusal)
+    return _swing(state, thing, target) if refusal is None else InteractionResult(refusal)
 
 
-def _swing(state: SceneState, thing: Thing, target: float) -> Result:
-    blocker = swing_blocker(state, thing, target)
+def _swing(state: SceneState, thing: Thing, target: float) -> InteractionResult:
+    blocker = opening_blocker(state, thing, target)
     if blocker is not None:
-        return Result("blocked_by_agent" if blocker == AGENT else "blocked_by_object", blocker)
+        return InteractionResult("blocked_by_agent" if blocker == AGENT else "blocked_by_object", blocker)
     return _done(set_openness(state, thing, target))
 
 
-def _drop(state: SceneState) -> Result:
-    return Result("hand_empty") if state.held is None else _put(state, spot_below(state, _held(state)))
+def _drop(state: SceneState) -> InteractionResult:
+    return InteractionResult("hand_empty") if state.held is None else _put(state, spot_below(state, _held(state)))
 
 
 def _held(state: SceneState) -> Thing:
     return state.scene.things[state.held or ""]
 
 
-def _put(state: SceneState, spot: FreeSpot | None) -> Result:
-    return Result("no_room") if spot is None else _done(put_down(state, spot))
+def _put(state: SceneState, spot: FreeSpot | None) -> InteractionResult:
+    return InteractionResult("no_room") if spot is None else _done(put_down(state, spot))
 
 
-def _done(changed: list[Thing]) -> Result:
-    return Result(changed=tuple(sorted({thing.id for thing in changed})))
+def _done(changed: list[Thing]) -> InteractionResult:
+    return InteractionResult(changed=tuple(sorted({thing.id for thing in changed})))

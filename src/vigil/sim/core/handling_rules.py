@@ -10,15 +10,15 @@ from vigil.assets.catalog import CATALOG
 from vigil.base.geometry import Box, Vec3, floor_distance
 from vigil.protocol.actions import REACH_HEIGHT_M, REACH_M, Intent
 from vigil.protocol.world import CLOSED_BELOW, RefusalCode
-from vigil.scene.supports import children, is_shut_in
+from vigil.scene.supports import children, is_inside_closed
 from vigil.scene.things import Scene, Thing
-from vigil.sim.core.click_target import kind_meant
+from vigil.sim.core.click_target import target_kind
 from vigil.sim.core.opening import MOVED_WITHIN
 
 REACH_SLACK_M = 1e-9
 
 
-def gets_to(floor: Vec3, intent: Intent, box: Box, point: Vec3) -> bool:
+def can_reach(floor: Vec3, intent: Intent, box: Box, point: Vec3) -> bool:
     """Whether the hand of a body that stands at `floor` gets to a box, or for `place` to the clicked point."""
     if intent == "place":
         distance_m, height_m = floor_distance(floor, point), point.y - floor.y
@@ -75,7 +75,7 @@ def _picking_refusal(scene: Scene, held: str | None, thing: Thing) -> RefusalCod
         return "not_pickupable"
     if held is not None:
         return "hand_full"
-    if is_shut_in(scene, thing):
+    if is_inside_closed(scene, thing):
         return "receptacle_closed"
     if not thing.is_receptacle and children(scene, thing.id):
         return "object_occupied"
@@ -85,8 +85,8 @@ def _picking_refusal(scene: Scene, held: str | None, thing: Thing) -> RefusalCod
 def _placing_refusal(scene: Scene, held: str | None, receptacle: Thing, point: Vec3) -> RefusalCode | None:
     if held is None:
         return "hand_empty"
-    if not receptacle.is_receptacle or not CATALOG[receptacle.category].takes(CATALOG[scene.things[held].category]):
+    if not receptacle.is_receptacle or not CATALOG[receptacle.category].can_hold(CATALOG[scene.things[held].category]):
         return "not_a_receptacle"
-    if is_shut_in(scene, receptacle) or kind_meant(receptacle, point) == "shut":
+    if is_inside_closed(scene, receptacle) or target_kind(receptacle, point) == "shut":
         return "receptacle_closed"
     return None

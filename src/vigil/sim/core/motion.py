@@ -16,7 +16,7 @@ from shapely.geometry.base import BaseGeometry
 from vigil.base.geometry import Vec3
 from vigil.protocol.actions import STEP_M
 from vigil.protocol.house import EXTERIOR
-from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, room_floor, thing_shapes, wall_shapes, whole_floor
+from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, floor_of_rooms, room_floor, thing_shapes, wall_shapes
 from vigil.scene.things import Scene
 
 CENTRE_SHARE = 0.25
@@ -25,7 +25,7 @@ TOUCH_M = 1e-6
 """Slack of the distance test: exact contact is free."""
 
 
-def sweeps(magnitude: float) -> list[float]:
+def step_lengths(magnitude: float) -> list[float]:
     """Returns the lengths (m) of a walk: whole steps, then the fraction."""
     whole = math.floor(magnitude + 1e-9)
     rest = magnitude - whole
@@ -37,7 +37,7 @@ class CollisionMap:
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
-        self._inside = whole_floor(scene.rooms)
+        self._inside = floor_of_rooms(scene.rooms)
         shapely.prepare(self._inside)
         self._wall_shapes = [(panel.id, shape) for panel in scene.panels for shape in wall_shapes(panel)]
         self._thing_shapes: dict[str, list[BaseGeometry]] = {}

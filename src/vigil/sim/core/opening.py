@@ -16,7 +16,15 @@ import numpy as np
 
 from vigil.assets.catalog import CATALOG, WALL
 from vigil.scene.geometry import Prism, joint_of, moving_prisms_of, part_motion, penetrations, prisms_of
-from vigil.scene.supports import around, carried_by, children, contents, joint_is_hinge, surface_named, whole_of
+from vigil.scene.supports import (
+    children,
+    containers_of,
+    contents,
+    furniture_of,
+    joint_is_hinge,
+    moved_by_joint,
+    surface_named,
+)
 from vigil.scene.things import Thing
 from vigil.sim.core.state import AGENT, SceneState
 
@@ -26,7 +34,7 @@ SAMPLE_M = 0.02
 MOVED_WITHIN = 0.005
 
 
-def swing_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
+def opening_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
     """Returns the id of what stops the thing's parts on their way to openness `target`; None when nothing does."""
     rider = _rider(state, thing)
     if rider is not None:
@@ -36,11 +44,11 @@ def swing_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
     if partition is not None:
         return partition
     obstacles = _obstacles(state, thing)
-    struck = _struck(state, [moving_prisms_of(thing, openness) for openness in samples], obstacles)
-    return struck or _struck_by_carried(state, thing, samples, obstacles)
+    struck = _first_collision(state, [moving_prisms_of(thing, openness) for openness in samples], obstacles)
+    return struck or _carried_collision(state, thing, samples, obstacles)
 
 
-def _struck(state: SceneState, path: list[list[Prism]], obstacles: list[tuple[str, Prism]]) -> str | None:
+def _first_collision(state: SceneState, path: list[list[Prism]], obstacles: list[tuple[str, Prism]]) -> str | None:
     """Returns the owner of the solid that stops others on their path; None when nothing does."""
     if not path[0]:
         return None
@@ -57,24 +65,24 @@ def _struck(state: SceneState, path: list[list[Prism]], obstacles: list[tuple[st
     return None
 
 
-def _struck_by_carried(
+def _carried_collision(
     state: SceneState, thing: Thing, samples: list[float], obstacles: list[tuple[str, Prism]]
 ) -> str | None:
     """Returns what stops the open leaves of things that move along; of the thing's own body, the id of what is open.
 
     The body of a drawer is that of its furniture.
     """
-    whole = whole_of(state.scene, thing) or thing
+    whole = furniture_of(state.scene, thing) or thing
     body = [prism for prism in prisms_of(whole) if prism.joint is None]
     obstacles = [(owner, prism) for owner, prism in obstacles if owner != whole.id]
     for joint in thing.asset.joints:
         before = part_motion(thing, joint.name).inverse()
         motions = [part_motion(thing, joint.name, openness).after(before) for openness in samples]
-        for carried in carried_by(state.scene, thing, joint.name):
+        for carried in moved_by_joint(state.scene, thing, joint.name):
             if carried.openness == 0.0:
                 continue
             path = [moving_prisms_of(carried, along=motion) for motion in motions]
-            struck = _struck(state, path, [*obstacles, *((carried.id, prism) for prism in body)])
+            struck = _first_collision(state, path, [*obstacles, *((carried.id, prism) for prism in body)])
             if struck is not None:
                 return struck
     return None
@@ -85,9 +93,9 @@ def pierced_carrier(state: SceneState, thing: Thing) -> str | None:
     if thing.openness == 0.0:
         return None
     shut, now = (moving_prisms_of(thing, openness) for openness in (0.0, thing.openness))
-    for carrier in around(state.scene, thing):
+    for carrier in containers_of(state.scene, thing):
         body = [(carrier.id, prism) for prism in prisms_of(carrier) if prism.joint is None]
-        struck = _struck(state, [shut, now], body)
+        struck = _first_collision(state, [shut, now], body)
         if struck is not None:
             return struck
     return None
@@ -97,11 +105,11 @@ def set_openness(state: SceneState, thing: Thing, target: float) -> list[Thing]:
     """Opens or closes without asking whether it can, drawers' contents along. Returns what changed, the thing first."""
     moved: list[Thing] = []
     for joint in thing.asset.joints:
-        along = carried_by(state.scene, thing, joint.name)
+        along = moved_by_joint(state.scene, thing, joint.name)
         before, after = part_motion(thing, joint.name), part_motion(thing, joint.name, target)
         moved += state.shift(along, after.after(before.inverse()))
     thing.openness = target
-    state.mark(thing)
+    state.mark_changed(thing)
     return [thing, *moved]
 
 

@@ -19,18 +19,18 @@ from vigil.scene.geometry import Motion, Prism, place_of, prisms_of
 from vigil.scene.outlines import polygon_of
 from vigil.scene.supports import (
     TOUCH_M,
-    around,
+    containers_of,
     contents,
-    hollows_around,
+    furniture_of,
+    interior_surfaces_around,
     is_over,
     is_shut,
     level_surfaces,
     offset_from,
     surface_frame,
-    whole_of,
 )
 from vigil.scene.things import Thing
-from vigil.sim.core.click_target import kind_meant
+from vigil.sim.core.click_target import target_kind
 from vigil.sim.core.state import SceneState
 
 SPOT_WITHIN_M = 0.3
@@ -84,7 +84,7 @@ class FreeSpot:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Spots:
+class _CandidateSpots:
     """n places on a surface for a thing with one yaw, that edges and clearance allow."""
 
     surface: Surface
@@ -96,7 +96,7 @@ class _Spots:
     """(n, 3), in the house."""
 
 
-def bulk_of(state: SceneState, held: Thing) -> HeldBox:
+def held_box_of(state: SceneState, held: Thing) -> HeldBox:
     """Returns the bulk of a thing in the hand with all that rests on it."""
     inverse = place_of(held).inverse()
     stack = [held, *contents(state.scene, held.id)]
@@ -109,17 +109,17 @@ def bulk_of(state: SceneState, held: Thing) -> HeldBox:
 
 def spot_on(state: SceneState, held: Thing, receptacle: Thing, clicked: Vec3) -> FreeSpot | None:
     """Returns the free spot nearest to the clicked point, at most 0.3 m from it: inside or on top, as was clicked."""
-    bulk = bulk_of(state, held)
-    kind = kind_meant(receptacle, clicked)
+    bulk = held_box_of(state, held)
+    kind = target_kind(receptacle, clicked)
     surfaces = [each for each in open_surfaces(receptacle) if kind == ("inside" if each[0].is_inside else "on")]
-    options = [each for surface, frame in surfaces for each in _spots(bulk, held, surface, frame, clicked)]
+    options = [each for surface, frame in surfaces for each in _candidate_spots(bulk, held, surface, frame, clicked)]
     if not options:
         return None
     keys, positions = (np.concatenate([getattr(each, name) for each in options]) for name in ("keys", "positions"))
     owners = np.repeat(np.arange(len(options)), [len(each.keys) for each in options])
     yaws = np.array([each.yaw for each in options])[owners]
     order = np.lexsort(keys.T[::-1])
-    order = order[_stay_in(state, bulk, positions[order], yaws[order], receptacle)]
+    order = order[_fits_in_hollows(state, bulk, positions[order], yaws[order], receptacle)]
     for chunk in (order[:FIRST_TRIED], order[FIRST_TRIED:]):
         free = _first_free(state, bulk, (positions[chunk], yaws[chunk]), receptacle, clicked)
         if free is not None:
@@ -132,7 +132,7 @@ def spot_on(state: SceneState, held: Thing, receptacle: Thing, clicked: Vec3) ->
 
 def spot_below(state: SceneState, held: Thing) -> FreeSpot | None:
     """Returns where the held thing comes to rest when dropped; None when no place ahead is free."""
-    bulk = bulk_of(state, held)
+    bulk = held_box_of(state, held)
     ahead_x, ahead_z = heading(state.agent.rotation)
     for ahead_m in DROP_AHEAD_M:
         x, z = state.agent.position.x + ahead_m * ahead_x, state.agent.position.z + ahead_m * ahead_z
@@ -165,7 +165,9 @@ def _yaw_of(frame: Motion) -> float:
     return math.degrees(math.atan2(frame.turn[0, 2], frame.turn[2, 2]))
 
 
-def _spots(bulk: HeldBox, held: Thing, surface: Surface, frame: Motion, clicked: Vec3) -> list[_Spots]:
+def _candidate_spots(
+    bulk: HeldBox, held: Thing, surface: Surface, frame: Motion, clicked: Vec3
+) -> list[_CandidateSpots]:
     """Returns the spots on a surface near the click that its edges and clearance allow, yaw by yaw."""
     if bulk.height > surface.clearance + TOUCH_M:
         return []
@@ -180,14 +182,14 @@ def _spots(bulk: HeldBox, held: Thing, surface: Surface, frame: Motion, clicked:
     keep = (np.abs(places) <= half + 1e-9).all(axis=1) & (gaps <= SPOT_WITHIN_M + 1e-9)
     places, gaps = places[keep], np.round(gaps[keep], 6)
     turn = _yaw_of(frame)
-    found: list[_Spots] = []
+    found: list[_CandidateSpots] = []
     for rank, yaw in enumerate(dict.fromkeys((held.rotation.y, wrap_deg(turn), wrap_deg(turn + 90.0)))):
         corners = bulk.footprint(places[:, 0], places[:, 1], np.full(len(places), yaw - turn))
         fits = (np.abs(corners) <= _edge(surface)).all(axis=(1, 2))
         x, z = places[fits].T
         keys = np.column_stack([gaps[fits], np.full(len(x), float(rank)), x, z])
         positions = frame(np.column_stack([x, np.zeros(len(x)), z])) - np.array([0.0, bulk.low[1], 0.0])
-        found.append(_Spots(surface, frame, yaw, keys, positions))
+        found.append(_CandidateSpots(surface, frame, yaw, keys, positions))
     return found
 
 
@@ -201,7 +203,7 @@ def _first_free(
     free = np.flatnonzero(_unobstructed(state, bulk, columns, bottoms, receptacle))
     if len(free):
         hand = clicked.x, clicked.z
-        free = free[~_parted(state, bulk, [column[free] for column in columns], bottoms[free], hand)]
+        free = free[~_is_separated(state, bulk, [column[free] for column in columns], bottoms[free], hand)]
     return int(free[0]) if len(free) else None
 
 
@@ -211,7 +213,7 @@ def _unobstructed(
     """Returns at which places, x, z and yaw (n,) each, no solid is in the way; each solid is asked what is left."""
     corners = bulk.footprint(*columns)
     lows, highs = corners.min(axis=1), corners.max(axis=1)
-    hollow = _ids_around(state, receptacle)
+    hollow = _container_ids(state, receptacle)
     is_free = np.ones(len(bottoms), dtype=bool)
     for owner, prism in _overlapping(state, lows, highs):
         x0, z0, x1, z1 = prism.bounds
@@ -231,18 +233,18 @@ def _unobstructed(
     return is_free
 
 
-def _ids_around(state: SceneState, receptacle: Thing) -> set[str]:
+def _container_ids(state: SceneState, receptacle: Thing) -> set[str]:
     """Returns the ids of a receptacle, of what it is part of, and of all that it lies inside of."""
-    whole = whole_of(state.scene, receptacle)
-    return {each.id for each in (receptacle, whole, *around(state.scene, receptacle)) if each is not None}
+    whole = furniture_of(state.scene, receptacle)
+    return {each.id for each in (receptacle, whole, *containers_of(state.scene, receptacle)) if each is not None}
 
 
-def _stay_in(
+def _fits_in_hollows(
     state: SceneState, bulk: HeldBox, positions: np.ndarray, yaws: np.ndarray, receptacle: Thing
 ) -> np.ndarray:
     """Returns which of some places (n, 3) with yaws (n,) on a receptacle keep within the hollows that it lies in."""
     stays = np.ones(len(positions), dtype=bool)
-    for owner, surface in hollows_around(state.scene, receptacle):
+    for owner, surface in interior_surfaces_around(state.scene, receptacle):
         frame = surface_frame(owner, surface)
         local = frame.inverse()(positions)
         corners = bulk.footprint(local[:, 0], local[:, 2], yaws - _yaw_of(frame))
@@ -268,7 +270,7 @@ def _overlapping(state: SceneState, lows: np.ndarray, highs: np.ndarray) -> Iter
             yield owner, prism
 
 
-def _parted(
+def _is_separated(
     state: SceneState, bulk: HeldBox, columns: list[np.ndarray], bottoms: np.ndarray, hand: tuple[float, float]
 ) -> np.ndarray:
     """Returns which places a wall, window or shut door runs through, or parts from where the hand is."""
@@ -306,14 +308,14 @@ def _landing(state: SceneState, held: Thing, bulk: HeldBox, x: float, z: float) 
         return None
     body = polygon_of(state.body())
     if not things:
-        on_floor = state.plan.is_inside(footprint) and not body.intersects(footprint)
+        on_floor = state.collision_map.is_inside(footprint) and not body.intersects(footprint)
         return FreeSpot(Vec3(x, state.agent.position.y - float(bulk.low[1]), z), yaw) if on_floor else None
     landings = [spot for thing in things.values() for spot in _landings_on(thing, bulk, x, z, yaw)]
     for spot in sorted(landings, key=lambda each: -each.position.y):
         rest, support = spot.position.y + float(bulk.low[1]), things[spot.parent or ""]
-        hollow = _ids_around(state, support)
+        hollow = _container_ids(state, support)
         is_clear = all(_lets_through(prism, rest, owner in hollow) for owner, prism in below)
-        is_clear &= bool(_stay_in(state, bulk, np.array([spot.position]), np.array([yaw]), support).all())
+        is_clear &= bool(_fits_in_hollows(state, bulk, np.array([spot.position]), np.array([yaw]), support).all())
         if is_clear and not body.intersects(footprint):
             return spot
         return None

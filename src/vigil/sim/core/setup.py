@@ -2,11 +2,11 @@
 
 import difflib
 
-from vigil.assets.notice import notice_of
+from vigil.assets.notice import notice_parts
 from vigil.base.geometry import Pose
 from vigil.errors import EpisodeError
 from vigil.protocol.world import ObjectSetup, Placement, Setup
-from vigil.scene.build import settle
+from vigil.scene.build import rest_on_surface
 from vigil.scene.supports import ancestors, contents
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.opening import pierced_carrier, set_openness
@@ -17,7 +17,7 @@ def apply_setup(state: SceneState, setup: Setup, house_name: str) -> None:
     """Changes the scene as an episode says. Raises EpisodeError when the house cannot be so."""
     for object_id in [*setup.objects, *([setup.held] if setup.held else [])]:
         if object_id not in state.scene.things:
-            raise EpisodeError(f"Setup: {unknown_object(object_id, state.scene, house_name)}")
+            raise EpisodeError(f"Setup: {unknown_object_message(object_id, state.scene, house_name)}")
     wanted = [(state.scene.things[object_id], change) for object_id, change in setup.objects.items()]
     for thing, change in wanted:
         _set_states(state, thing, change)
@@ -28,7 +28,7 @@ def apply_setup(state: SceneState, setup: Setup, house_name: str) -> None:
         if change.is_absent:
             for gone in [thing, *contents(state.scene, thing.id)]:
                 gone.is_present = False
-                state.mark(gone)
+                state.mark_changed(gone)
     for thing, _ in placed:
         if not thing.is_present:
             raise EpisodeError(
@@ -41,7 +41,7 @@ def apply_setup(state: SceneState, setup: Setup, house_name: str) -> None:
     _check_carriers(state, [thing for thing, _ in wanted])
 
 
-def blocked_start(start: Pose, house_name: str) -> EpisodeError:
+def blocked_start_error(start: Pose, house_name: str) -> EpisodeError:
     """Returns the error for a start at which the body does not fit."""
     x, _, z = start.position
     return EpisodeError(
@@ -50,7 +50,7 @@ def blocked_start(start: Pose, house_name: str) -> EpisodeError:
     )
 
 
-def unknown_object(object_id: str, scene: Scene, house_name: str) -> str:
+def unknown_object_message(object_id: str, scene: Scene, house_name: str) -> str:
     """Returns the message for an id that the house does not have."""
     close = difflib.get_close_matches(object_id, scene.things, n=1)
     hint = f" Did you mean {close[0]!r}?" if close else f" It has {len(scene.things)} objects."
@@ -66,20 +66,20 @@ def _set_states(state: SceneState, thing: Thing, change: ObjectSetup) -> None:
         if not thing.is_toggleable:
             raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be switched; drop its `is_toggled`.")
         thing.is_toggled = change.is_toggled
-        state.mark(thing)
+        state.mark_changed(thing)
     if change.is_broken:
         _break(state, thing)
 
 
 def _break(state: SceneState, thing: Thing) -> None:
-    if not thing.is_toggleable or not notice_of(thing.asset):
+    if not thing.is_toggleable or not notice_parts(thing.asset):
         raise EpisodeError(
             f"Setup: {thing.id!r} ({thing.category}) is no machine with a front for a notice; drop its `is_broken`."
         )
     if thing.is_toggled:
         raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) runs and is broken; set its `is_toggled` to false.")
     thing.is_broken = True
-    state.mark(thing)
+    state.mark_changed(thing)
 
 
 def _check_walls(state: SceneState, changed: list[Thing]) -> None:
@@ -89,7 +89,7 @@ def _check_walls(state: SceneState, changed: list[Thing]) -> None:
     for thing in changed:
         if not thing.is_present or thing.is_held or thing.openness == 0.0:
             continue
-        through = state.partitions.sticks_through(thing, thing.openness)
+        through = state.partitions.reaches_through(thing, thing.openness)
         if through is not None:
             raise EpisodeError(
                 f"Setup: at openness {thing.openness:g}, {thing.id!r} ({thing.category}) reaches through {through!r} "
@@ -112,13 +112,13 @@ def _check_carriers(state: SceneState, changed: list[Thing]) -> None:
 def _put(state: SceneState, thing: Thing, placement: Placement, house_name: str) -> None:
     if thing.is_structure:
         raise EpisodeError(f"Setup: {thing.id!r} is a door or window and cannot be placed elsewhere.")
-    if thing.is_part:
+    if thing.is_drawer:
         raise EpisodeError(f"Setup: {thing.id!r} is a drawer of {thing.parent!r} and cannot be placed elsewhere.")
     parent = None
     if placement.parent is not None:
         parent = state.scene.things.get(placement.parent)
         if parent is None:
-            missing = unknown_object(placement.parent, state.scene, house_name)
+            missing = unknown_object_message(placement.parent, state.scene, house_name)
             raise EpisodeError(f"Setup: parent of {thing.id!r}: {missing}")
         if parent is thing or thing in ancestors(state.scene, parent):
             raise EpisodeError(
@@ -128,14 +128,14 @@ def _put(state: SceneState, thing: Thing, placement: Placement, house_name: str)
     state.move(thing, placement.position, placement.rotation)
     if parent is not None:
         before = thing.position
-        settle(thing, parent)
-        settled, thing.position = thing.position, before
-        if settled != before:
-            state.move(thing, settled, thing.rotation)
+        rest_on_surface(thing, parent)
+        rested, thing.position = thing.position, before
+        if rested != before:
+            state.move(thing, rested, thing.rotation)
 
 
 def _fill_hand(state: SceneState, thing: Thing) -> None:
     if not thing.is_pickupable or not thing.is_present:
         raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be held: it is absent or not pickupable.")
     state.take(thing)
-    state.carry_along()
+    state.move_held()

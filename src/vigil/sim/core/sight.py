@@ -29,11 +29,11 @@ VISIBLE_PX = 200
 VISIBLE_SHARE = 0.25
 BEYOND_M = 0.01
 """What a ray that is to meet a thing still looks at behind it."""
-KEPT_POSES = 64
+MAX_CACHED_POSES = 64
 """From how many poses what was seen is kept while nothing changes."""
-KEPT_EYES = 4096
+MAX_CACHED_EYES = 4096
 """Of so many pairs of an eye and a thing it is kept, while nothing changes, whether walls hide the thing."""
-KEPT_OUTLINES = 16
+MAX_CACHED_OUTLINES = 16
 """How many outlines are kept while nothing changes: what may show enough is looked at next."""
 _EDGES = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
 
@@ -47,7 +47,7 @@ class Lens:
     focal_px: float = FOCAL_PX
 
 
-AGENTS = Lens()
+AGENT_LENS = Lens()
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +89,7 @@ class _Outline:
 
 
 @dataclass(frozen=True, slots=True)
-class Sighting:
+class ObjectVisibility:
     """What is seen of one thing."""
 
     visible: bool = False
@@ -99,7 +99,7 @@ class Sighting:
     nearest_m: float | None = None
 
 
-UNSEEN = Sighting()
+NOT_VISIBLE = ObjectVisibility()
 
 
 def camera_axes(agent: Pose) -> np.ndarray:
@@ -111,7 +111,7 @@ def camera_axes(agent: Pose) -> np.ndarray:
     return np.array([right, up, forward])
 
 
-def directions(agent: Pose, pixels: np.ndarray, lens: Lens = AGENTS) -> np.ndarray:
+def directions(agent: Pose, pixels: np.ndarray, lens: Lens = AGENT_LENS) -> np.ndarray:
     """Returns the unit directions (n, 3) through the centres of (n, 2) pixels."""
     right = (pixels[:, 0] + 0.5 - lens.width / 2) / lens.focal_px
     up = (lens.height / 2 - pixels[:, 1] - 0.5) / lens.focal_px
@@ -120,7 +120,7 @@ def directions(agent: Pose, pixels: np.ndarray, lens: Lens = AGENTS) -> np.ndarr
     return rays @ camera_axes(agent)
 
 
-def project(agent: Pose, points: np.ndarray, lens: Lens = AGENTS) -> np.ndarray:
+def project(agent: Pose, points: np.ndarray, lens: Lens = AGENT_LENS) -> np.ndarray:
     """Returns (n, 3): x and y (pixels, continuous), and depth (m) along the view; only a depth > 0 has an x and y."""
     local = (points - np.array(agent.eye)) @ camera_axes(agent).T
     depth = np.where(np.abs(local[:, 2]) < 1e-9, 1e-9, local[:, 2])
@@ -137,7 +137,7 @@ def pixel_of(agent: Pose, point: Vec3) -> tuple[int, int] | None:
     return int(x), int(y)
 
 
-def window_of(agent: Pose, boxes: list[np.ndarray], lens: Lens = AGENTS) -> PixelWindow | None:
+def window_of(agent: Pose, boxes: list[np.ndarray], lens: Lens = AGENT_LENS) -> PixelWindow | None:
     """Returns the pixels that boxes, each of corners (8, 3), can cover; None outside of the frame."""
     points, is_before = _clipped(agent, boxes)
     if not len(points):
@@ -195,15 +195,15 @@ class Sight:
         self._parts: dict[str, list[Thing]] = {}
         """The drawers of furniture, which are seen as part of it."""
         for thing in self._things:
-            if thing.is_part and thing.parent is not None:
+            if thing.is_drawer and thing.parent is not None:
                 self._parts.setdefault(thing.parent, []).append(thing)
-        self._seen: dict[Pose, dict[str, Sighting]] = {}
+        self._seen: dict[Pose, dict[str, ObjectVisibility]] = {}
         """From where which things were seen, and how, since anything changed: the same is asked again and again."""
         self._boxes: dict[str, list[np.ndarray]] = {}
         """The corners of the boxes of whole things, as they have been since anything changed."""
-        self._outlines: LRUCache[tuple[Pose, str], _Outline] = LRUCache(KEPT_OUTLINES)
+        self._outlines: LRUCache[tuple[Pose, str], _Outline] = LRUCache(MAX_CACHED_OUTLINES)
         """Outlines of things from poses, as they have been since anything changed."""
-        self._shut_off: LRUCache[tuple[Vec3, str], bool] = LRUCache(KEPT_EYES)
+        self._behind_walls: LRUCache[tuple[Vec3, str], bool] = LRUCache(MAX_CACHED_EYES)
         """From which eyes walls hide which things, since anything changed, and ..."""
         self._extents: dict[str, Extent] = {}
         """what things take of the house."""
@@ -212,12 +212,12 @@ class Sight:
     def _portals(self) -> Portals:
         return Portals(self._scene)
 
-    def forget(self) -> None:
+    def clear_cache(self) -> None:
         """Must be called when anything in the scene has changed."""
         self._seen.clear()
         self._boxes.clear()
         self._outlines.clear()
-        self._shut_off.clear()
+        self._behind_walls.clear()
         self._extents.clear()
 
     def click(self, agent: Pose, x: int, y: int) -> tuple[Thing | None, Vec3 | None]:
@@ -230,7 +230,7 @@ class Sight:
         thing = self._things[int(hits.things[0])] if hits.things[0] >= 0 else None
         return thing, Vec3(*(float(value) for value in point))
 
-    def near(self, agent: Pose, x: int, y: int) -> tuple[str, ...]:
+    def ids_near_pixel(self, agent: Pose, x: int, y: int) -> tuple[str, ...]:
         """Returns the sorted ids of the things within 3 px of a pixel, with a drawer the furniture that it is of."""
         reach = np.arange(-NEAR_CLICK_PX, NEAR_CLICK_PX + 1)
         disc = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2)
@@ -238,10 +238,10 @@ class Sight:
         pixels = pixels[((pixels >= 0) & (pixels < [WIDTH, HEIGHT])).all(axis=1)]
         hit = np.unique(self._engine.cast(agent.eye, directions(agent, pixels), through_glass=False).things)
         met = [self._things[index] for index in hit if index >= 0]
-        wholes = {thing.parent for thing in met if thing.is_part and thing.parent is not None}
+        wholes = {thing.parent for thing in met if thing.is_drawer and thing.parent is not None}
         return tuple(sorted({thing.id for thing in met} | wholes))
 
-    def clickable(self, agent: Pose, thing: Thing) -> np.ndarray:
+    def click_pixel(self, agent: Pose, thing: Thing) -> np.ndarray:
         """Returns the sampled pixels (n, 2) on which a click hits the thing."""
         boxes = boxes_of([thing])
         window = window_of(agent, boxes) if thing.is_present and not thing.is_held else None
@@ -254,7 +254,7 @@ class Sight:
 
     def meets(self, eye: Vec3, rays: np.ndarray, thing: Thing, *, through_glass: bool) -> np.ndarray:
         """Returns which unit directions (n, 3) from any eye meet the thing before all else; its own glass is of it."""
-        if self._is_shut_off(eye, thing):
+        if self._is_behind_walls(eye, thing):
             return np.zeros(len(rays), dtype=bool)
         within_m = farthest_m(eye, self._boxes_of(thing))
         hits = self._engine.cast(eye, rays, through_glass=through_glass, within_m=within_m)
@@ -264,9 +264,9 @@ class Sight:
             is_met |= alone.distances < hits.distances
         return is_met
 
-    def see(self, agent: Pose, things: list[Thing]) -> dict[str, Sighting]:
+    def see(self, agent: Pose, things: list[Thing]) -> dict[str, ObjectVisibility]:
         """Returns what is seen of each thing. Rays pass through the glass of other things; a vase of glass is seen."""
-        if agent not in self._seen and len(self._seen) >= KEPT_POSES:
+        if agent not in self._seen and len(self._seen) >= MAX_CACHED_POSES:
             self._seen.clear()
         known = self._seen.setdefault(agent, {})
         missing = [thing for thing in things if thing.id not in known]
@@ -274,24 +274,24 @@ class Sight:
             known |= self._see(agent, missing)
         return {thing.id: known[thing.id] for thing in things}
 
-    def may_show(self, agent: Pose, thing: Thing, least_px: int) -> bool:
+    def may_be_visible(self, agent: Pose, thing: Thing, least_px: int) -> bool:
         """Whether so many pixels of a thing would be seen if nothing stood before it; sooner told than what is seen."""
         window = self._window_of(agent, thing)
         if window is None or window.most_px < least_px:
             return least_px <= 0
         return len(self._outline(agent, thing, window).rays) * window.stride**2 >= least_px
 
-    def _see(self, agent: Pose, things: list[Thing]) -> dict[str, Sighting]:
+    def _see(self, agent: Pose, things: list[Thing]) -> dict[str, ObjectVisibility]:
         """Casts each thing's outline alone first, then into the scene."""
-        found = {thing.id: UNSEEN for thing in things}
+        found = {thing.id: NOT_VISIBLE for thing in things}
         for thing in things:
             window = self._window_of(agent, thing)
             if window is None:
                 continue
             outline = self._outline(agent, thing, window)
-            is_hit, roles = self._unhidden(agent, thing, outline)
+            is_hit, roles = self._visible_rays(agent, thing, outline)
             if is_hit.any():
-                found[thing.id] = _sighting(thing, window, is_hit, roles, outline.hits.distances)
+                found[thing.id] = _visibility_from_rays(thing, window, is_hit, roles, outline.hits.distances)
         return found
 
     def _window_of(self, agent: Pose, thing: Thing) -> PixelWindow | None:
@@ -308,12 +308,12 @@ class Sight:
             self._outlines[agent, thing.id] = _Outline(rays[is_met], _only_rows(alone, is_met))
         return self._outlines[agent, thing.id]
 
-    def _unhidden(self, agent: Pose, thing: Thing, outline: _Outline) -> tuple[np.ndarray, np.ndarray]:
+    def _visible_rays(self, agent: Pose, thing: Thing, outline: _Outline) -> tuple[np.ndarray, np.ndarray]:
         """Returns which rays of an outline meet a whole thing before all else, and the roles of what each meets of it.
 
         What has glass is cast at once more, for rays pass through its panes to what is behind them.
         """
-        whole = self._whole(thing)
+        whole = self._with_drawers(thing)
         has_glass = any(map(_has_glass, whole))
         hidden = [] if has_glass else [each.id for each in whole]
         within_m = farthest_m(agent.eye, self._boxes_of(thing))
@@ -326,41 +326,41 @@ class Sight:
         is_own = self._is_of(hits.things, thing)
         return is_own | is_nearer, np.where(is_own, hits.roles, alone.roles)
 
-    def _whole(self, thing: Thing) -> list[Thing]:
+    def _with_drawers(self, thing: Thing) -> list[Thing]:
         """Returns a thing with its drawers that are things too."""
         return [thing, *(part for part in self._parts.get(thing.id, ()) if part.is_present)]
 
     def _boxes_of(self, thing: Thing) -> list[np.ndarray]:
         """Returns the corners (8, 3) of the boxes of a whole thing; what is in the hand moves without being told."""
         if thing.is_held:
-            return boxes_of(self._whole(thing))
+            return boxes_of(self._with_drawers(thing))
         if thing.id not in self._boxes:
-            self._boxes[thing.id] = boxes_of(self._whole(thing))
+            self._boxes[thing.id] = boxes_of(self._with_drawers(thing))
         return self._boxes[thing.id]
 
-    def _is_shut_off(self, eye: Vec3, thing: Thing) -> bool:
+    def _is_behind_walls(self, eye: Vec3, thing: Thing) -> bool:
         """Whether walls alone hide all of a thing from an eye: this is sooner known than what rays meet."""
         if thing.is_held:
             return False
-        if (eye, thing.id) not in self._shut_off:
+        if (eye, thing.id) not in self._behind_walls:
             if thing.id not in self._extents:
                 corners = np.concatenate(self._boxes_of(thing))[:, [0, 2, 1]]
                 self._extents[thing.id] = self._portals.extent(
                     corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
                 )
             seen = self._portals.may_see((eye.x, eye.z, eye.y), self._extents[thing.id])
-            self._shut_off[eye, thing.id] = not seen
-        return self._shut_off[eye, thing.id]
+            self._behind_walls[eye, thing.id] = not seen
+        return self._behind_walls[eye, thing.id]
 
     def _is_of(self, met: np.ndarray, thing: Thing) -> np.ndarray:
         """Returns which of the things that rays met (n,) are a thing, or drawers of it."""
-        own = [self._index[each.id] for each in self._whole(thing)]
+        own = [self._index[each.id] for each in self._with_drawers(thing)]
         return met == own[0] if len(own) == 1 else np.isin(met, own)
 
     def _alone(self, agent: Pose, thing: Thing, rays: np.ndarray) -> RayHits:
         """Returns what rays meet of a thing and its drawers, as if there were nothing else."""
         first, *rest = (
-            self._engine.cast(agent.eye, rays, through_glass=False, only=each.id) for each in self._whole(thing)
+            self._engine.cast(agent.eye, rays, through_glass=False, only=each.id) for each in self._with_drawers(thing)
         )
         for hits in rest:
             nearer = hits.distances < first.distances
@@ -380,22 +380,22 @@ def _has_glass(thing: Thing) -> bool:
     return any(part.is_glass for part in thing.asset.parts)
 
 
-def _sighting(
+def _visibility_from_rays(
     thing: Thing, window: PixelWindow, is_hit: np.ndarray, roles: np.ndarray, distances: np.ndarray
-) -> Sighting:
+) -> ObjectVisibility:
     """Returns what the rays of a thing's outline say; strictly visible: >= 200 px and >= 25 % of it, or all of it."""
     seen, whole = int(is_hit.sum()), len(is_hit)
     visible_px = seen * window.stride**2
     is_plain = visible_px >= VISIBLE_PX and seen >= VISIBLE_SHARE * whole
-    return Sighting(
+    return ObjectVisibility(
         visible=is_plain or (window.is_whole and seen == whole),
         visible_px=visible_px,
-        open_px=_telling(roles[is_hit], BEARS_OPEN) * window.stride**2 if thing.is_openable else 0,
-        toggle_px=_telling(roles[is_hit], BEARS_TOGGLE) * window.stride**2 if thing.is_toggleable else 0,
+        open_px=_count_bearing(roles[is_hit], BEARS_OPEN) * window.stride**2 if thing.is_openable else 0,
+        toggle_px=_count_bearing(roles[is_hit], BEARS_TOGGLE) * window.stride**2 if thing.is_toggleable else 0,
         nearest_m=float(distances[is_hit].min()),
     )
 
 
-def _telling(roles: np.ndarray, bit: int) -> int:
+def _count_bearing(roles: np.ndarray, bit: int) -> int:
     """Returns how many hits are on parts that bear a state."""
     return int(np.count_nonzero(roles & bit))

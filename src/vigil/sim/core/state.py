@@ -17,16 +17,16 @@ from vigil.sim.core.motion import CollisionMap
 HAND_AHEAD_M = 0.4
 HAND_DROP_M = 0.45
 """Where a held object is reported to be: this far ahead of the eye and below it."""
-KEPT_DECIMALS = 9
+ROUNDED_DECIMALS = 9
 """Of the places (m) and angles of what is moved along: far finer than anything judged, far coarser than an error."""
 AGENT = "agent"
-CHANGING = (
+MUTABLE_FIELDS = (
     *("position", "rotation", "parent", "parent_joint", "surface"),
     *("openness", "is_toggled", "is_broken", "is_held", "from_hand", "is_present"),
 )
 """What may change of a thing."""
 _BODY_SIDES = 24
-_changing = attrgetter(*CHANGING)
+_mutable_state = attrgetter(*MUTABLE_FIELDS)
 
 
 @dataclass(slots=True, eq=False)
@@ -35,22 +35,22 @@ class SceneState:
 
     scene: Scene
     agent: Pose
-    plan: CollisionMap
+    collision_map: CollisionMap
     held: str | None = None
     changed: set[str] = field(default_factory=set)
     """Ids of what may have changed since the last call of `flush`."""
     partitions: Partitions = field(init=False)
     _prisms: dict[str, list[Prism]] = field(default_factory=dict)
     _walls: list[tuple[str, Prism]] = field(default_factory=list)
-    _told: dict[str, tuple[Any, ...]] = field(init=False)
+    _last_flushed: dict[str, tuple[Any, ...]] = field(init=False)
     """What may change of each thing, as it was when it was last told."""
 
     def __post_init__(self) -> None:
-        self._told = dict(zip(self.scene.things, changing_of(self.scene), strict=True))
+        self._last_flushed = dict(zip(self.scene.things, mutable_state_of(self.scene), strict=True))
         self.partitions = Partitions(self.scene)
         self._walls = [(panel.id, prism) for panel in self.scene.panels for prism in wall_prisms(panel)]
 
-    def mark(self, thing: Thing) -> None:
+    def mark_changed(self, thing: Thing) -> None:
         """Notes that a thing's place or state changed."""
         self.changed.add(thing.id)
         self._prisms.pop(thing.id, None)
@@ -60,12 +60,12 @@ class SceneState:
 
         A reset undoes and does again much the same, of which nothing is told.
         """
-        now = {thing_id: _changing(self.scene.things[thing_id]) for thing_id in self.changed}
-        ids = {thing_id for thing_id, facts in now.items() if facts != self._told[thing_id]}
-        self._told |= now
+        now = {thing_id: _mutable_state(self.scene.things[thing_id]) for thing_id in self.changed}
+        ids = {thing_id for thing_id, facts in now.items() if facts != self._last_flushed[thing_id]}
+        self._last_flushed |= now
         self.changed = set()
         if ids:
-            self.plan.refresh(ids)
+            self.collision_map.refresh(ids)
         return ids
 
     def prisms(self, thing: Thing) -> list[Prism]:
@@ -99,7 +99,7 @@ class SceneState:
         before = place_of(thing)
         after = Motion(rotation_matrix(rotation), np.array(position))
         thing.position, thing.rotation = position, rotation
-        self.mark(thing)
+        self.mark_changed(thing)
         return [thing, *self.shift(contents(self.scene, thing.id), after.after(before.inverse()))]
 
     def shift(self, things: list[Thing], motion: Motion) -> list[Thing]:
@@ -109,7 +109,7 @@ class SceneState:
             thing.position = _rounded(Vec3(*motion(np.array(thing.position)[None])[0]))
             if is_turned:
                 thing.rotation = _rounded(euler_angles(motion.turn @ rotation_matrix(thing.rotation)))
-            self.mark(thing)
+            self.mark_changed(thing)
         return things
 
     def take(self, thing: Thing) -> list[Thing]:
@@ -118,7 +118,7 @@ class SceneState:
         thing.parent = thing.surface = thing.parent_joint = None
         for each in stack:
             each.is_held = True
-            self.mark(each)
+            self.mark_changed(each)
         self.held = thing.id
         self.move(thing, self._hand(), Vec3(0.0, thing.rotation.y, 0.0))
         for each in stack:
@@ -131,11 +131,11 @@ class SceneState:
         stack = [held, *contents(self.scene, held.id)]
         for each in stack:
             each.is_held, each.from_hand = False, None
-            self.mark(each)
+            self.mark_changed(each)
         self.held = None
         return stack
 
-    def carry_along(self) -> None:
+    def move_held(self) -> None:
         """Moves what is held to where the hand is now; its yaw stays as it was in the house."""
         if self.held is None:
             return
@@ -151,10 +151,10 @@ class SceneState:
         return Vec3(x + HAND_AHEAD_M * ahead_x, y - HAND_DROP_M, z + HAND_AHEAD_M * ahead_z)
 
 
-def changing_of(scene: Scene) -> list[tuple[Any, ...]]:
+def mutable_state_of(scene: Scene) -> list[tuple[Any, ...]]:
     """Returns what may change of each thing, as it is now, in the scene's order."""
-    return list(map(_changing, scene.things.values()))
+    return list(map(_mutable_state, scene.things.values()))
 
 
 def _rounded(values: Vec3) -> Vec3:
-    return Vec3(*(round(float(value), KEPT_DECIMALS) for value in values))
+    return Vec3(*(round(float(value), ROUNDED_DECIMALS) for value in values))

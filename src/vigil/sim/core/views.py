@@ -1,4 +1,4 @@
-"""The rays of a camera that may be anywhere, with any field of view and size (`vigil.sim.staging.View`)."""
+"""The rays of a camera that may be anywhere, with any field of view and size (`vigil.sim.scene_editor.CameraView`)."""
 
 import math
 
@@ -6,21 +6,21 @@ import numpy as np
 
 from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3
 from vigil.sim.core.sight import Lens, camera_axes
-from vigil.sim.staging import View
+from vigil.sim.scene_editor import CameraView
 
 
-def pose_of(view: View) -> Pose:
+def pose_of(view: CameraView) -> Pose:
     """Returns the pose of a standing agent whose eye is the camera; its floor may be anywhere."""
     x, y, z = view.eye
     return Pose(position=Vec3(x, y - EYE_HEIGHT_M, z), rotation=view.yaw, horizon=view.pitch)
 
 
-def lens_of(view: View) -> Lens:
+def lens_of(view: CameraView) -> Lens:
     """Returns the lens of a camera."""
     return Lens(view.width, view.height, view.height / 2 / math.tan(math.radians(view.fovy_deg) / 2))
 
 
-def directions_at(view: View, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def directions_at(view: CameraView, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Returns the unit directions (n, 3) through places (n, 2) of the picture, with the cosine (n,) to its axis.
 
     A place is x, y in pixels from the top left corner; a pixel's middle is its number and a half.
@@ -32,13 +32,13 @@ def directions_at(view: View, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarra
     return (rays / lengths[:, None]) @ camera_axes(pose_of(view)), 1.0 / lengths
 
 
-def rays_of(view: View) -> tuple[np.ndarray, np.ndarray]:
+def rays_of(view: CameraView) -> tuple[np.ndarray, np.ndarray]:
     """Returns the unit directions (n, 3) through all pixels' middles, row by row, with the cosines (n,) to its axis."""
     middles = np.stack(np.meshgrid(np.arange(view.width) + 0.5, np.arange(view.height) + 0.5), axis=-1).reshape(-1, 2)
     return directions_at(view, middles)
 
 
-def project(view: View, points: np.ndarray) -> np.ndarray:
+def project(view: CameraView, points: np.ndarray) -> np.ndarray:
     """Returns (n, 3): x and y (0..1 inside of the picture, from the top left), and depth (m) along the axis."""
     local = (points - np.array(view.eye)) @ camera_axes(pose_of(view)).T
     half = math.tan(math.radians(view.fovy_deg) / 2)

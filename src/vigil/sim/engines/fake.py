@@ -16,7 +16,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from vigil.assets.kernel.asset import Asset, Part
-from vigil.assets.notice import notice_of
+from vigil.assets.notice import notice_parts
 from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.world import OPEN_ABOVE
 from vigil.scene.geometry import STILL, Motion, part_motion
@@ -26,7 +26,7 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE, RayHits
 from vigil.sim.core.sight import HEIGHT, WIDTH, directions
 from vigil.sim.core.views import rays_of
-from vigil.sim.staging import NOTHING, Layer, Picture, View
+from vigil.sim.scene_editor import NOTHING, CameraImage, CameraView, Layer
 
 CHUNK_RAYS = 400
 CONE_STEPS = 3.0
@@ -82,7 +82,7 @@ def pieces_of(asset: Asset) -> tuple[BoxPiece, ...]:
             _holds(asset, part, low, high, needs_opening=False),
             _holds(asset, part, low, high, needs_opening=True),
         )
-        for part in (*asset.parts, *notice_of(asset))
+        for part in (*asset.parts, *notice_parts(asset))
         if len(part.mesh.vertices)
         for low, high in _around_panes(_mesh_boxes(part), [] if part.is_glass else _panes(asset, part.joint))
     )
@@ -204,7 +204,7 @@ class FakeEngine:
             )
         return np.ascontiguousarray(coarse.repeat(DRAW_STRIDE, axis=0).repeat(DRAW_STRIDE, axis=1))
 
-    def look(self, view: View, layers: frozenset[Layer], held: str | None) -> Picture:
+    def render_view(self, view: CameraView, layers: frozenset[Layer], held: str | None) -> CameraImage:
         """Returns a coarse picture, one ray to a block of pixels; what is held is not in it."""
         del held
         coarse = replace(view, width=-(-view.width // LOOK_STRIDE), height=-(-view.height // LOOK_STRIDE))
@@ -219,7 +219,7 @@ class FakeEngine:
             whole = values.reshape(coarse.height, coarse.width, -1).repeat(LOOK_STRIDE, 0).repeat(LOOK_STRIDE, 1)
             return np.ascontiguousarray(whole[: view.height, : view.width].squeeze())
 
-        return Picture(
+        return CameraImage(
             layer(self._colours(row, distance), "rgb"),
             layer((distance * along).astype(np.float32), "depth"),
             layer(owner, "things"),

@@ -11,12 +11,12 @@ import numpy as np
 
 from vigil.assets import MAKERS
 from vigil.assets.catalog import CATALOG, CEILING, WALL
+from vigil.assets.database import AssetDatabase
 from vigil.assets.kernel.asset import Asset, Part
-from vigil.assets.sizes import AssetDatabase
 from vigil.base.geometry import Vec3
 from vigil.protocol.house import House
-from vigil.scene.geometry import joint_motion, joint_of, whole_box
-from vigil.scene.supports import parts_of, surface_frame, surface_named
+from vigil.scene.geometry import bounding_box, joint_motion, joint_of
+from vigil.scene.supports import drawers_of, surface_frame, surface_named
 from vigil.scene.things import Scene, Thing
 
 BOX_SHARE, BOX_M = 0.02, 0.001
@@ -42,13 +42,13 @@ def mismatches_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Mis
 
     Furniture whose drawers are things of their own does not fill its box without them; each of them does.
     """
-    asked = {node.id: assets.look_up(node.asset_id, node.called).size for node, _ in house.objects()}
+    asked = {node.id: assets.look_up(node.asset_id, node.name_in_house).size for node, _ in house.objects()}
     return [
         Mismatch(rule, thing.id, message)
         for thing in scene.things.values()
         for rule, message in (
             *_stand_in(thing),
-            *(() if parts_of(scene, thing) else _box(thing, asked.get(thing.id, thing.asset.size))),
+            *(() if drawers_of(scene, thing) else _box(thing, asked.get(thing.id, thing.asset.size))),
             *_gap(thing, scene),
             *_state(thing),
         )
@@ -91,9 +91,9 @@ def _metres(size: np.ndarray) -> str:
 
 def _gap(thing: Thing, scene: Scene) -> Iterator[tuple[str, str]]:
     """What hangs on a rail, or lies on what is made to carry nothing, is where the house says."""
-    if thing.is_structure or thing.is_part:
+    if thing.is_structure or thing.is_drawer:
         return
-    bottom = whole_box(thing).bottom
+    bottom = bounding_box(thing).bottom
     parent = scene.things.get(thing.parent or "")
     surface = surface_named(parent, thing.surface) if parent else None
     if parent and surface:

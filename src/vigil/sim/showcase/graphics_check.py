@@ -18,7 +18,7 @@ from vigil.sim.engines.mujoco.engine import MujocoEngine
 FRAMES = 5
 
 
-def doctor() -> dict[str, Any]:
+def check_graphics() -> dict[str, Any]:
     """Returns what was found: `ok`, `backend`, `fault` (None when all is well), GL strings, times and a `frame`."""
     found: dict[str, Any] = {
         "ok": False,

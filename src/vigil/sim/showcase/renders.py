@@ -79,7 +79,7 @@ def _picture(scene: Scene, view: _FreeCamera, quality: Quality) -> np.ndarray:
     model.native.geom_group[unwanted] = HIDDEN
     camera = Camera(model, quality)
     try:
-        return camera.survey(Viewer(view.eye, view.axes, view.fovy_deg, view.width, FRAME_HEIGHT))
+        return camera.draw_from(Viewer(view.eye, view.axes, view.fovy_deg, view.width, FRAME_HEIGHT))
     finally:
         camera.close()
 

@@ -59,5 +59,5 @@ DIFFERENCES: tuple[Difference, ...] = (
 )
 
 EXPLAINED: frozenset[str] = frozenset(kind for each in DIFFERENCES for kind in each.kinds)
-CANNOT_HOLD: dict[str, str] = {check: each.what for each in DIFFERENCES for check in each.checks}
+EXPECTED_FAILURES: dict[str, str] = {check: each.what for each in DIFFERENCES for check in each.checks}
 """Conformance check -> why it cannot hold."""

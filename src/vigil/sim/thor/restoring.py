@@ -10,13 +10,13 @@ from typing import Any
 from vigil.base.geometry import Pose, Vec3, distance, turn_between
 from vigil.errors import EpisodeError, SimulatorError
 from vigil.protocol.world import ObjectSetup, Placement, Setup
-from vigil.scene.build import settle
+from vigil.scene.build import rest_on_surface
 from vigil.scene.supports import ancestors, contents
 from vigil.scene.things import Thing
-from vigil.sim.core.setup import unknown_object
-from vigil.sim.thor.driver import Driver
-from vigil.sim.thor.mirror import Kept
-from vigil.sim.thor.units import read, teleport_arguments, written
+from vigil.sim.core.setup import unknown_object_message
+from vigil.sim.thor.engine_session import EngineSession
+from vigil.sim.thor.scene_sync import ThorSnapshot
+from vigil.sim.thor.units import from_thor, teleport_arguments, to_thor
 
 COARSE = 1e-3
 """How far (m, degrees, openness) a thing that was put back may be from where it was: physics may have moved it."""
@@ -27,55 +27,55 @@ _PLACE = ("position", "rotation", "parentReceptacles", "isPickedUp")
 Step = tuple[str, dict[str, Any]]
 
 
-def set_up(driver: Driver, setup: Setup, house_name: str) -> None:
+def set_up(session: EngineSession, setup: Setup, house_name: str) -> None:
     """Changes the house as an episode says. Raises EpisodeError when it cannot be so."""
-    things = driver.mirror.scene.things
+    things = session.scene_sync.scene.things
     for object_id in [*setup.objects, *([setup.held] if setup.held else [])]:
         if object_id not in things:
-            raise EpisodeError(f"Setup: {unknown_object(object_id, driver.mirror.scene, house_name)}")
+            raise EpisodeError(f"Setup: {unknown_object_message(object_id, session.scene_sync.scene, house_name)}")
     wanted = [(things[object_id], change) for object_id, change in setup.objects.items()]
     for thing, change in wanted:
-        _set_states(driver, thing, change)
+        _set_states(session, thing, change)
     placed = [(thing, change.placement) for thing, change in wanted if change.placement is not None]
     for thing, placement in sorted(placed, key=lambda pair: (_depth(setup, pair[0].id), pair[0].id)):
-        _put(driver, thing, placement, house_name)
+        _put(session, thing, placement, house_name)
     for thing, change in wanted:
         if change.is_absent:
-            for gone in [*reversed(contents(driver.mirror.scene, thing.id)), thing]:
-                _force(driver, "DisableObject", objectId=gone.id)
+            for gone in [*reversed(contents(session.scene_sync.scene, thing.id)), thing]:
+                _force(session, "DisableObject", objectId=gone.id)
     for thing, _ in placed:
         if not thing.is_present:
             raise EpisodeError(f"Setup: {thing.id!r} is placed on what is taken out of the scene. Place it elsewhere.")
     if setup.held is not None:
-        _fill_hand(driver, things[setup.held])
+        _fill_hand(session, things[setup.held])
     if setup.objects:
-        driver.settle()
+        session.wait_until_at_rest()
 
 
-def stand(driver: Driver, pose: Pose) -> None:
+def stand(session: EngineSession, pose: Pose) -> None:
     """Stands the agent at a pose, whether its body fits or not. Raises SimulatorError."""
-    outcome = driver.do("TeleportFull", **teleport_arguments(pose), forceAction=True)
+    outcome = session.do("TeleportFull", **teleport_arguments(pose), forceAction=True)
     if not outcome.is_done:
         raise SimulatorError(f"AI2-THOR did not stand the agent at {tuple(pose.position)}: {outcome.message}")
 
 
-def go_back(driver: Driver, kept: Kept) -> bool:
+def restore_snapshot(session: EngineSession, snapshot: ThorSnapshot) -> bool:
     """Makes the objects and the hand as they were at a moment. Returns whether that succeeded."""
     done: set[str] = set()
     for _ in range(ROUNDS):
-        steps = next((steps for steps in _ways_back(driver, kept, done) if steps), None)
+        steps = next((steps for steps in _restore_steps(session, snapshot, done) if steps), None)
         if steps is None:
             return True
         for action, arguments in steps:
-            driver.do(action, **arguments)
+            session.do(action, **arguments)
             done.add(arguments["objectId"])
     return False
 
 
-def _ways_back(driver: Driver, kept: Kept, done: set[str]) -> Iterator[list[Step]]:
+def _restore_steps(session: EngineSession, snapshot: ThorSnapshot, done: set[str]) -> Iterator[list[Step]]:
     """Yields, kind by kind, what is to be done next; nothing when all is as it was, to the last bit or as `done`."""
-    now, before = driver.mirror.objects, kept.objects
-    scene = driver.mirror.scene
+    now, before = session.scene_sync.objects, snapshot.objects
+    scene = session.scene_sync.scene
     yield [("EnableObject", {"objectId": name}) for name in before if name not in now]
     gone = [scene.things[name] for name in now if name not in before]
     gone.sort(key=lambda thing: -len(ancestors(scene, thing)))  # what is carried goes before what carries it
@@ -92,25 +92,27 @@ def _ways_back(driver: Driver, kept: Kept, done: set[str]) -> Iterator[list[Step
         for name in both
         if now[name]["isToggled"] != before[name]["isToggled"]
     ]
-    stack = _stack(kept)
+    stack = _stack(snapshot)
     astray = [name for name in both if name not in stack and _is_elsewhere(now[name], before[name], slack[name])]
     if astray:
         name = min(astray, key=lambda name: (_carriers(before, name), name))  # what carries others goes first
         yield [("TeleportObject", {**_pose_of(before[name]), "objectId": name, "forceAction": True})]
-    if kept.held is not None and driver.mirror.held != kept.held:
-        turned = {**_pose_of(now[kept.held]), "rotation": dict(before[kept.held]["rotation"])}
-        if _is_turned(now[kept.held], before[kept.held], slack[kept.held]):  # the hand keeps a thing's yaw
-            yield [("TeleportObject", {**turned, "objectId": kept.held, "forceAction": True})]
-        yield [("PickupObject", {"objectId": kept.held, "forceAction": True})]
+    if snapshot.held is not None and session.scene_sync.held != snapshot.held:
+        turned = {**_pose_of(now[snapshot.held]), "rotation": dict(before[snapshot.held]["rotation"])}
+        if _is_turned(now[snapshot.held], before[snapshot.held], slack[snapshot.held]):  # the hand keeps a thing's yaw
+            yield [("TeleportObject", {**turned, "objectId": snapshot.held, "forceAction": True})]
+        yield [("PickupObject", {"objectId": snapshot.held, "forceAction": True})]
 
 
-def _stack(kept: Kept) -> set[str]:
+def _stack(snapshot: ThorSnapshot) -> set[str]:
     """Returns the ids of what was in the hand, with all that this carried."""
-    if kept.held is None:
+    if snapshot.held is None:
         return set()
-    stack = {kept.held}
+    stack = {snapshot.held}
     while True:
-        more = {name for name, said in kept.objects.items() if stack & set(said["parentReceptacles"] or ())} - stack
+        more = {
+            name for name, entry in snapshot.objects.items() if stack & set(entry["parentReceptacles"] or ())
+        } - stack
         if not more:
             return stack
         stack |= more
@@ -127,8 +129,8 @@ def _carriers(objects: dict[str, Any], name: str) -> int:
     return len(found)
 
 
-def _pose_of(said: Any) -> dict[str, Any]:
-    return {"position": dict(said["position"]), "rotation": dict(said["rotation"])}
+def _pose_of(entry: Any) -> dict[str, Any]:
+    return {"position": dict(entry["position"]), "rotation": dict(entry["rotation"])}
 
 
 def _is_elsewhere(now: Any, before: Any, tolerance: float) -> bool:
@@ -136,17 +138,17 @@ def _is_elsewhere(now: Any, before: Any, tolerance: float) -> bool:
         return False
     if now["isPickedUp"] or set(now["parentReceptacles"] or ()) != set(before["parentReceptacles"] or ()):
         return True
-    if distance(read(now["position"]), read(before["position"])) > tolerance:
+    if distance(from_thor(now["position"]), from_thor(before["position"])) > tolerance:
         return True
     return _is_turned(now, before, tolerance)
 
 
 def _is_turned(now: Any, before: Any, tolerance: float) -> bool:
-    turns = zip(read(now["rotation"]), read(before["rotation"]), strict=True)
+    turns = zip(from_thor(now["rotation"]), from_thor(before["rotation"]), strict=True)
     return any(abs(turn_between(a, b)) > tolerance for a, b in turns)
 
 
-def _set_states(driver: Driver, thing: Thing, change: ObjectSetup) -> None:
+def _set_states(session: EngineSession, thing: Thing, change: ObjectSetup) -> None:
     if change.is_broken:
         raise EpisodeError(
             f"Setup: AI2-THOR has no notice to put on {thing.id!r} ({thing.category}). Play the episode on the "
@@ -155,12 +157,12 @@ def _set_states(driver: Driver, thing: Thing, change: ObjectSetup) -> None:
     if change.openness is not None and change.openness != thing.openness:
         if not thing.is_openable:
             raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) has no part that opens; drop its `openness`.")
-        _force(driver, "OpenObject", objectId=thing.id, openness=change.openness, forceAction=True)
+        _force(session, "OpenObject", objectId=thing.id, openness=change.openness, forceAction=True)
     if change.is_toggled is not None and change.is_toggled != thing.is_toggled:
         if not thing.is_toggleable:
             raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be switched; drop its `is_toggled`.")
         action = "ToggleObjectOn" if change.is_toggled else "ToggleObjectOff"
-        _force(driver, action, objectId=thing.id, forceAction=True)
+        _force(session, action, objectId=thing.id, forceAction=True)
 
 
 def _depth(setup: Setup, object_id: str) -> int:
@@ -170,44 +172,44 @@ def _depth(setup: Setup, object_id: str) -> int:
     return 0 if parent is None else 1 + _depth(setup, parent)
 
 
-def _put(driver: Driver, thing: Thing, placement: Placement, house_name: str) -> None:
+def _put(session: EngineSession, thing: Thing, placement: Placement, house_name: str) -> None:
     """Puts a thing down where an episode wants it, on the surface of what carries it where one is near."""
-    mirror = driver.mirror
+    scene_sync = session.scene_sync
     if thing.is_structure:
         raise EpisodeError(f"Setup: {thing.id!r} is a door or window and cannot be placed elsewhere.")
-    if not mirror.is_movable(thing):
+    if not scene_sync.is_movable(thing):
         raise EpisodeError(f"Setup: AI2-THOR does not move {thing.id!r} ({thing.category}). Leave it where it is.")
     goal = copy.copy(thing)
     goal.position, goal.rotation = placement.position, placement.rotation
     if placement.parent is not None:
-        parent = mirror.scene.things.get(placement.parent)
+        parent = scene_sync.scene.things.get(placement.parent)
         if parent is None:
-            missing = unknown_object(placement.parent, mirror.scene, house_name)
+            missing = unknown_object_message(placement.parent, scene_sync.scene, house_name)
             raise EpisodeError(f"Setup: parent of {thing.id!r}: {missing}")
-        settle(goal, parent)
+        rest_on_surface(goal, parent)
     before = Vec3(*thing.position)
-    carried = [(each, Vec3(*each.position)) for each in contents(mirror.scene, thing.id)]
-    _teleport(driver, thing, goal.position, goal.rotation)
+    carried = [(each, Vec3(*each.position)) for each in contents(scene_sync.scene, thing.id)]
+    _teleport(session, thing, goal.position, goal.rotation)
     shift = [b - a for a, b in zip(before, thing.position, strict=True)]
     for each, place in carried:  # THOR leaves behind what lay in or on the thing
         if distance(each.position, place) <= COARSE < sum(map(abs, shift)):
-            _teleport(driver, each, Vec3(*(a + b for a, b in zip(place, shift, strict=True))), each.rotation)
+            _teleport(session, each, Vec3(*(a + b for a, b in zip(place, shift, strict=True))), each.rotation)
 
 
-def _teleport(driver: Driver, thing: Thing, position: Vec3, rotation: Vec3) -> None:
-    pivot = driver.mirror.pivot(thing, position, rotation)
-    arguments = {"position": written(pivot), "rotation": written(rotation), "forceAction": True}
-    _force(driver, "TeleportObject", objectId=thing.id, **arguments)
+def _teleport(session: EngineSession, thing: Thing, position: Vec3, rotation: Vec3) -> None:
+    pivot = session.scene_sync.pivot(thing, position, rotation)
+    arguments = {"position": to_thor(pivot), "rotation": to_thor(rotation), "forceAction": True}
+    _force(session, "TeleportObject", objectId=thing.id, **arguments)
 
 
-def _fill_hand(driver: Driver, thing: Thing) -> None:
+def _fill_hand(session: EngineSession, thing: Thing) -> None:
     if not thing.is_pickupable or not thing.is_present:
         raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be held: it is absent or not pickupable.")
-    _force(driver, "PickupObject", objectId=thing.id, forceAction=True)
+    _force(session, "PickupObject", objectId=thing.id, forceAction=True)
 
 
-def _force(driver: Driver, action: str, **arguments: Any) -> None:
-    outcome = driver.do(action, **arguments)
+def _force(session: EngineSession, action: str, **arguments: Any) -> None:
+    outcome = session.do(action, **arguments)
     if not outcome.is_done:
         name = arguments["objectId"]
         raise EpisodeError(f"Setup: AI2-THOR's {action} of {name!r} failed: {outcome.message.partition('. trace')[0]}")

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import shapely
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3, distance, floor_distance
 from vigil.errors import EpisodeError, SimulatorError
 from vigil.protocol.actions import (
@@ -28,20 +28,27 @@ from vigil.protocol.actions import (
 from vigil.protocol.house import House
 from vigil.protocol.world import Effect, ObjectState, Setup, WorldState
 from vigil.scene.outlines import room_floor
-from vigil.scene.supports import ancestors, around, lies_over, not_lain_on, parts_of, whole_of
+from vigil.scene.supports import (
+    ancestors,
+    containers_of,
+    drawers_of,
+    furniture_of,
+    receptacles_below,
+    supports_not_lain_on,
+)
 from vigil.scene.things import Scene, Thing
-from vigil.sim.core.motion import CollisionMap, sweeps
-from vigil.sim.core.setup import blocked_start, unknown_object
+from vigil.sim.core.motion import CollisionMap, step_lengths
+from vigil.sim.core.setup import blocked_start_error, unknown_object_message
 from vigil.sim.core.sight import HEIGHT, WIDTH
-from vigil.sim.thor.driver import Driver
-from vigil.sim.thor.hand import Click, drop, interact, place_of_pixel
-from vigil.sim.thor.line import Line
-from vigil.sim.thor.mirror import Kept, Mirror
+from vigil.sim.thor.engine_client import EngineClient
+from vigil.sim.thor.engine_session import EngineSession
+from vigil.sim.thor.interaction import ObjectClick, drop, interact, place_of_pixel
 from vigil.sim.thor.refusals import refusal_of
-from vigil.sim.thor.restoring import go_back, set_up, stand
-from vigil.sim.thor.units import teleport_arguments, written
+from vigil.sim.thor.restoring import restore_snapshot, set_up, stand
+from vigil.sim.thor.scene_sync import SceneSync, ThorSnapshot
+from vigil.sim.thor.units import teleport_arguments, to_thor
 
-Connect = Callable[[dict[str, Any]], Line]
+Connect = Callable[[dict[str, Any]], EngineClient]
 """Starts an engine with a house. Raises SimulatorError and SettingError."""
 FAR_M = 100.0
 
@@ -49,8 +56,8 @@ FAR_M = 100.0
 @dataclass(slots=True)
 class _Loaded:
     house: House
-    driver: Driver
-    initial: Kept
+    session: EngineSession
+    initial: ThorSnapshot
 
 
 class ThorSimulator:
@@ -60,7 +67,7 @@ class ThorSimulator:
         self.name = name
         self._connect = connect
         self._assets = assets
-        self._line: Line | None = None
+        self._client: EngineClient | None = None
         self._loaded: _Loaded | None = None
 
     def prepare(self, house: House) -> None:
@@ -69,22 +76,22 @@ class ThorSimulator:
     def load(self, house: House) -> None:
         """Has the house built by THOR, in place of any earlier one; starts an engine where none runs."""
         self._loaded = None
-        if self._line is None or self._line.is_over:
-            self._line = self._connect(house.data)
+        if self._client is None or self._client.is_over:
+            self._client = self._connect(house.data)
         else:
-            self._line.open(house.data)
-        mirror = Mirror(house, self._assets, self._line.step("Pass", renderImage=False).metadata)
-        self._loaded = _Loaded(house, Driver(self._line, mirror), mirror.kept())
+            self._client.open(house.data)
+        scene_sync = SceneSync(house, self._assets, self._client.step("Pass", renderImage=False).metadata)
+        self._loaded = _Loaded(house, EngineSession(self._client, scene_sync), scene_sync.snapshot())
 
     def reset(self, start: Pose, setup: Setup) -> None:
         """Restores the house as loaded, applies `setup`, stands the agent at `start`. Raises EpisodeError."""
-        self._restore(self._now().initial)
-        loaded = self._now()
-        set_up(loaded.driver, setup, loaded.house.name)
-        if not loaded.driver.do("TeleportFull", **teleport_arguments(start)).is_done:
-            stand(loaded.driver, start)
-            if not CollisionMap(loaded.driver.mirror.scene).centre_is_free(start.position):
-                raise blocked_start(start, loaded.house.name)
+        self._restore(self._require_loaded().initial)
+        loaded = self._require_loaded()
+        set_up(loaded.session, setup, loaded.house.name)
+        if not loaded.session.do("TeleportFull", **teleport_arguments(start)).is_done:
+            stand(loaded.session, start)
+            if not CollisionMap(loaded.session.scene_sync.scene).centre_is_free(start.position):
+                raise blocked_start_error(start, loaded.house.name)
 
     def step(self, action: PhysicalAction) -> Effect:
         """Carries out one action, or refuses it; never raises for what an agent did."""
@@ -94,7 +101,7 @@ class ThorSimulator:
 
     def frame(self) -> np.ndarray:
         """Returns the current egocentric frame, (480, 640, 3) uint8."""
-        return self._now().driver.frame()
+        return self._require_loaded().session.frame()
 
     def object_at(self, x: int, y: int) -> str | None:
         """Returns the id of the object under a pixel; None for structure without an id and sky."""
@@ -103,10 +110,10 @@ class ThorSimulator:
 
     def world(self, object_ids: Iterable[str]) -> WorldState:
         """Returns the agent's and the named objects' hidden state. Raises EpisodeError on an unknown id."""
-        mirror = self._mirror
+        scene_sync = self._scene_sync
         things = [self._thing(object_id) for object_id in dict.fromkeys(object_ids)]
         objects = {thing.id: self._object_state(thing, things) for thing in things}
-        return WorldState(agent=mirror.agent, held=mirror.held, objects=objects)
+        return WorldState(agent=scene_sync.agent, held=scene_sync.held, objects=objects)
 
     def renderer(self) -> str:
         """Returns who draws: AI2-THOR's client does not tell which OpenGL or Vulkan its engine has."""
@@ -114,42 +121,44 @@ class ThorSimulator:
 
     def close(self) -> None:
         """Ends the engine; the simulator can load again."""
-        if self._line is not None:
-            self._line.close()
-        self._line = self._loaded = None
+        if self._client is not None:
+            self._client.close()
+        self._client = self._loaded = None
 
     # The rest of `PrivilegedSimulator`: for solvers, validation and authoring alone.
 
     def object_ids(self) -> list[str]:
         """Returns the ids of all objects present, sorted."""
-        return sorted(thing.id for thing in self._mirror.scene.things.values() if thing.is_present)
+        return sorted(thing.id for thing in self._scene_sync.scene.things.values() if thing.is_present)
 
     def scene(self) -> Scene:
         """Returns the document's things where THOR says that they are. To look at, never to change."""
-        return self._mirror.scene
+        return self._scene_sync.scene
 
     def room_at(self, position: Vec3) -> str | None:
         """Returns the id of the document's room whose floor holds a place; None outside."""
         where = shapely.Point(position.x, position.z)
-        return next((room.id for room in self._mirror.scene.rooms if room_floor(room).covers(where)), None)
+        return next((room.id for room in self._scene_sync.scene.rooms if room_floor(room).covers(where)), None)
 
     def can_stand(self, position: Vec3) -> bool:
         """Whether THOR lets the agent be teleported there."""
         if self.room_at(position) is None:
             return False
-        driver, here = self._now().driver, self._mirror.agent
+        session, here = self._require_loaded().session, self._scene_sync.agent
         there = here.model_copy(update={"position": position._replace(y=here.position.y)})
-        is_free = driver.do("TeleportFull", **teleport_arguments(there)).is_done
+        is_free = session.do("TeleportFull", **teleport_arguments(there)).is_done
         if is_free:
-            stand(driver, here)
+            stand(session, here)
         return is_free
 
     def pixels_of(self, object_id: str) -> np.ndarray:
         """Returns the pixels (n, 2) of x, y that show the object, maybe strided; n = 0 when none."""
         thing = self._thing(object_id)
-        return self._now().driver.picture().pixels_of(thing.id)
+        return self._require_loaded().session.segmented_frame().pixels_of(thing.id)
 
-    def sees_from(self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False) -> np.ndarray:
+    def points_visible_from(
+        self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False
+    ) -> np.ndarray:
         """Returns which of n points on an object THOR's own rays from `eye` meet before all else.
 
         Panes of other things stop these rays in any case: THOR has no others, and its pictures show panes.
@@ -160,78 +169,86 @@ class ThorSimulator:
             return np.zeros(len(points), dtype=bool)
         return np.array([self._meets(eye, Vec3(*point)) == thing.id for point in points.tolist()], dtype=bool)
 
-    def may_show(self, object_id: str, least_px: int) -> bool:
+    def may_be_visible(self, object_id: str, least_px: int) -> bool:
         """Whether the picture shows so many pixels of the object."""
         thing = self._thing(object_id)
         is_there = thing.is_present and not thing.is_held
-        pixels = self._now().driver.picture().sighting(*self._names_of(thing)).pixels if is_there else 0
+        pixels = (
+            self._require_loaded().session.segmented_frame().pixel_count(*self._names_of(thing)).pixels
+            if is_there
+            else 0
+        )
         return pixels >= least_px
 
     @contextmanager
-    def rehearsal(self) -> Iterator[None]:
+    def rollback(self) -> Iterator[None]:
         """Undoes at its end all that is done inside."""
-        kept = self._mirror.kept()
+        snapshot = self._scene_sync.snapshot()
         try:
             yield
         finally:
-            self._restore(kept)
-            if self._mirror.agent != kept.agent:
-                stand(self._now().driver, kept.agent)
+            self._restore(snapshot)
+            if self._scene_sync.agent != snapshot.agent:
+                stand(self._require_loaded().session, snapshot.agent)
 
     @contextmanager
-    def standing_at(self, pose: Pose) -> Iterator[None]:
+    def at_pose(self, pose: Pose) -> Iterator[None]:
         """Stands the agent elsewhere for the time being, wherever that is."""
-        with self.rehearsal():
-            stand(self._now().driver, pose)
+        with self.rollback():
+            stand(self._require_loaded().session, pose)
             yield
 
-    def _now(self) -> _Loaded:
+    def _require_loaded(self) -> _Loaded:
         if self._loaded is None:
             raise SimulatorError(f"Simulator {self.name!r} has no house: call `load` first.")
         return self._loaded
 
     @property
-    def _mirror(self) -> Mirror:
-        return self._now().driver.mirror
+    def _scene_sync(self) -> SceneSync:
+        return self._require_loaded().session.scene_sync
 
     def _thing(self, object_id: str) -> Thing:
-        thing = self._mirror.scene.things.get(object_id)
+        thing = self._scene_sync.scene.things.get(object_id)
         if thing is None:
-            raise EpisodeError(unknown_object(object_id, self._mirror.scene, self._now().house.name))
+            raise EpisodeError(
+                unknown_object_message(object_id, self._scene_sync.scene, self._require_loaded().house.name)
+            )
         return thing
 
-    def _restore(self, kept: Kept) -> None:
+    def _restore(self, snapshot: ThorSnapshot) -> None:
         """Brings objects and hand back to a moment; has the house built anew where that does not succeed."""
-        loaded = self._now()
-        if go_back(loaded.driver, kept):
+        loaded = self._require_loaded()
+        if restore_snapshot(loaded.session, snapshot):
             return
-        assert self._line is not None
-        self._line.open(loaded.house.data)
-        loaded.driver.do("Pass")
-        if not go_back(loaded.driver, kept):
+        assert self._client is not None
+        self._client.open(loaded.house.data)
+        loaded.session.do("Pass")
+        if not restore_snapshot(loaded.session, snapshot):
             raise SimulatorError(f"AI2-THOR did not bring house {loaded.house.name!r} back to what it was.")
 
     def _meets(self, eye: Vec3, point: Vec3) -> str | None:
         """Returns the id of what a ray of THOR's from an eye through a point meets."""
         way = np.subtract(point, eye)
         end = np.array(eye) + way * (FAR_M / max(float(np.linalg.norm(way)), 1e-9))
-        outcome = self._now().driver.ask("PerformRaycast", origin=written(eye), destination=written(Vec3(*end)))
+        outcome = self._require_loaded().session.query(
+            "PerformRaycast", origin=to_thor(eye), destination=to_thor(Vec3(*end))
+        )
         return outcome.returned["objectId"] if outcome.is_done else None
 
     def _shown(self, x: int, y: int) -> Thing | None:
         """Returns the thing under a pixel: what the picture shows, or where that is the hand, what lies behind it."""
-        driver, things = self._now().driver, self._mirror.scene.things
-        name = driver.picture().at(x, y)
-        if name in self._mirror.in_hand():
-            name = driver.ask("GetObjectInFrame", **place_of_pixel(x, y), checkVisible=False).returned
+        session, things = self._require_loaded().session, self._scene_sync.scene.things
+        name = session.segmented_frame().at(x, y)
+        if name in self._scene_sync.in_hand():
+            name = session.query("GetObjectInFrame", **place_of_pixel(x, y), checkVisible=False).returned
         thing = things.get(name or "")
         return None if thing is None or thing.is_held else thing
 
     def _walk(self, action: Navigate) -> Effect:
-        driver = self._now().driver
+        session = self._require_loaded().session
         moved_m, refusal = 0.0, None
-        for length_m in sweeps(min(action.magnitude, float(MAX_STEPS_PER_ACTION))):
-            outcome = driver.do("MoveAhead" if action.mode == "forward" else "MoveBack", moveMagnitude=length_m)
+        for length_m in step_lengths(min(action.magnitude, float(MAX_STEPS_PER_ACTION))):
+            outcome = session.do("MoveAhead" if action.mode == "forward" else "MoveBack", moveMagnitude=length_m)
             if not outcome.is_done:
                 refusal = refusal_of(outcome.message)
                 break
@@ -246,7 +263,7 @@ class ThorSimulator:
 
     def _turn(self, action: Navigate) -> Effect:
         degrees, is_right = min(action.magnitude, MAX_TURN_DEG), action.mode == "turn_right"
-        outcome = self._now().driver.do("RotateRight" if is_right else "RotateLeft", degrees=degrees)
+        outcome = self._require_loaded().session.do("RotateRight" if is_right else "RotateLeft", degrees=degrees)
         is_capped = action.magnitude > MAX_TURN_DEG
         if not outcome.is_done:
             refusal = refusal_of(outcome.message)
@@ -255,54 +272,54 @@ class ThorSimulator:
 
     def _look(self, action: Look) -> Effect:
         """Turns the head by Teleport: LookUp and LookDown take tenths of degrees alone, and refuse what is beyond."""
-        before = self._mirror.agent
+        before = self._scene_sync.agent
         wanted = before.horizon + action.magnitude * (1.0 if action.direction == "down" else -1.0)
         horizon = max(HORIZON_UP_DEG, min(HORIZON_DOWN_DEG, wanted))
-        self._now().driver.do("Teleport", horizon=horizon, forceAction=True)
-        pitched = self._mirror.agent.horizon - before.horizon
+        self._require_loaded().session.do("Teleport", horizon=horizon, forceAction=True)
+        pitched = self._scene_sync.agent.horizon - before.horizon
         return Effect(pitched_deg=pitched, capped=action.magnitude > MAX_TURN_DEG)
 
     def _interact(self, action: InteractPixel) -> Effect:
-        driver = self._now().driver
+        session = self._require_loaded().session
         if action.x is None or action.y is None or action.intent == "drop":
-            result = drop(driver)
+            result = drop(session)
             return Effect(refusal=result.refusal, changed=result.changed)
         if not (0 <= action.x < WIDTH and 0 <= action.y < HEIGHT):
             return Effect(refusal="nothing_hit")
-        thing, near = self._shown(action.x, action.y), driver.picture().near(action.x, action.y)
+        thing, near = self._shown(action.x, action.y), session.segmented_frame().ids_near_pixel(action.x, action.y)
         point = self._point_under(action.x, action.y)
-        things = self._mirror.scene.things
+        things = self._scene_sync.scene.things
         known = {name for name in near if name in things} | ({thing.id} if thing else set())
-        wholes = (whole_of(self._mirror.scene, things[name]) for name in known)
+        wholes = (furniture_of(self._scene_sync.scene, things[name]) for name in known)
         known = known.union(whole.id for whole in wholes if whole is not None)
         seen = Effect(
             hit=thing.id if thing else None,
             hit_category=thing.category if thing else None,
             near=tuple(sorted(known)),
-            click_m=None if point is None else floor_distance(self._mirror.agent.position, point),
+            click_m=None if point is None else floor_distance(self._scene_sync.agent.position, point),
         )
         if thing is None or point is None:
             return seen.model_copy(update={"refusal": "nothing_hit"})
-        result = interact(driver, action.intent, Click(thing, point, action.x, action.y))
+        result = interact(session, action.intent, ObjectClick(thing, point, action.x, action.y))
         facts = {"refusal": result.refusal, "blocked_by": result.blocked_by, "changed": result.changed}
         return seen.model_copy(update={**facts, "too_far": result.refusal == "too_far"})
 
     def _point_under(self, x: int, y: int) -> Vec3 | None:
         """Returns where THOR's ray through a pixel meets something; None where it says that nothing is."""
-        returned = self._now().driver.ask("GetCoordinateFromRaycast", **place_of_pixel(x, y)).returned
+        returned = self._require_loaded().session.query("GetCoordinateFromRaycast", **place_of_pixel(x, y)).returned
         if returned is None or not any(returned.values()):
             return None
         return Vec3(*(float(returned[axis]) for axis in "xyz"))
 
     def _names_of(self, thing: Thing) -> list[str]:
         """Returns the ids of a thing and of its drawers, which are seen as part of it."""
-        return [thing.id, *(part.id for part in parts_of(self._mirror.scene, thing))]
+        return [thing.id, *(part.id for part in drawers_of(self._scene_sync.scene, thing))]
 
     def _object_state(self, thing: Thing, asked: list[Thing]) -> ObjectState:
-        mirror = self._mirror
-        box, is_seen = mirror.box(thing), thing.is_present and not thing.is_held
+        scene_sync = self._scene_sync
+        box, is_seen = scene_sync.box(thing), thing.is_present and not thing.is_held
         names = self._names_of(thing)
-        seen = self._now().driver.picture().sighting(*names)
+        seen = self._require_loaded().session.segmented_frame().pixel_count(*names)
         pixels = seen.pixels if is_seen else 0
         return ObjectState(
             category=thing.category,
@@ -310,18 +327,18 @@ class ThorSimulator:
             box=box,
             openness=thing.openness if thing.is_openable else None,
             is_toggled=thing.is_toggled if thing.is_toggleable else None,
-            is_held=mirror.held == thing.id,
-            visible=is_seen and not mirror.visible.isdisjoint(names),
+            is_held=scene_sync.held == thing.id,
+            visible=is_seen and not scene_sync.visible.isdisjoint(names),
             visible_px=pixels,
             open_px=pixels if thing.is_openable else 0,
             toggle_px=pixels if thing.is_toggleable else 0,
             nearest_visible_m=seen.nearest_m if pixels else None,
-            box_distance_m=box.floor_distance(mirror.agent.position),
-            center_distance_m=distance(mirror.agent.position, thing.position),
+            box_distance_m=box.floor_distance(scene_sync.agent.position),
+            center_distance_m=distance(scene_sync.agent.position, thing.position),
             parent=thing.parent,
-            support_chain=tuple(below.id for below in ancestors(mirror.scene, thing)),
-            inside=tuple(other.id for other in around(mirror.scene, thing)),
-            not_on=not_lain_on(mirror.scene, thing, asked),
-            over=lies_over(thing, asked, inside=False),
-            over_inside=lies_over(thing, asked, inside=True),
+            support_chain=tuple(below.id for below in ancestors(scene_sync.scene, thing)),
+            inside=tuple(other.id for other in containers_of(scene_sync.scene, thing)),
+            not_on=supports_not_lain_on(scene_sync.scene, thing, asked),
+            over=receptacles_below(thing, asked, inside=False),
+            over_inside=receptacles_below(thing, asked, inside=True),
         )

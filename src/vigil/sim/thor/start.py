@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.errors import SettingError
 from vigil.sim.core.sight import HEIGHT, WIDTH
 from vigil.sim.protocol import WORKER_NUMBER
-from vigil.sim.thor.connection import Connection
+from vigil.sim.thor.guarded_client import GuardedClient
 from vigil.sim.thor.requirements import BUILD, CLIENT, examine
 from vigil.sim.thor.simulator import ThorSimulator
 
@@ -85,14 +85,14 @@ def thor_simulator(assets: AssetDatabase, quality: str) -> ThorSimulator:
     """Returns the back end over the engine that the environment chooses, which starts with the first house."""
     engine = chosen_engine(quality, assets.path)
 
-    def connect(house: dict[str, Any]) -> Connection:
+    def connect(house: dict[str, Any]) -> GuardedClient:
         if engine.command is not None:
-            return Connection(house, engine.command, **INITIALIZE)
+            return GuardedClient(house, engine.command, **INITIALIZE)
         platform = _unity_platform(
             f"{ENGINE_VARIABLE}={OWN} takes this project's engine, which needs the client alone."
         )
         where = {"platform": platform, "gpu_device": own_gpu()}
-        return Connection(house, None, start_s=UNITY_START_S, **where, **INITIALIZE)
+        return GuardedClient(house, None, start_s=UNITY_START_S, **where, **INITIALIZE)
 
     return ThorSimulator(simulator_name(engine), connect, assets)
 

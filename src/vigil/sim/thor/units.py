@@ -13,19 +13,19 @@ OFF_FLOOR_M = 0.05
 """How far from that height the agent may be and still stand on the floor."""
 
 
-def written(vector: Vec3) -> dict[str, float]:
+def to_thor(vector: Vec3) -> dict[str, float]:
     """Returns a vector as THOR writes it."""
     return {"x": float(vector.x), "y": float(vector.y), "z": float(vector.z)}
 
 
-def read(said: Mapping[str, Any]) -> Vec3:
+def from_thor(entry: Mapping[str, Any]) -> Vec3:
     """Returns a vector that THOR wrote."""
-    return Vec3(float(said["x"]), float(said["y"]), float(said["z"]))
+    return Vec3(float(entry["x"]), float(entry["y"]), float(entry["z"]))
 
 
-def read_pose(agent: Mapping[str, Any]) -> Pose:
+def pose_from_thor(agent: Mapping[str, Any]) -> Pose:
     """Returns the pose that metadata tell; heights near the floor are the floor's."""
-    x, y, z = read(agent["position"])
+    x, y, z = from_thor(agent["position"])
     height, horizon = y - BODY_HEIGHT_M, float(agent["cameraHorizon"])
     return Pose(
         position=Vec3(x, 0.0 if abs(height) <= OFF_FLOOR_M else height, z),
@@ -39,7 +39,7 @@ def teleport_arguments(pose: Pose) -> dict[str, Any]:
     """Returns the arguments of TeleportFull that stand the agent at a pose."""
     x, y, z = pose.position
     return {
-        "position": written(Vec3(x, y + BODY_HEIGHT_M, z)),
+        "position": to_thor(Vec3(x, y + BODY_HEIGHT_M, z)),
         "rotation": {"x": 0.0, "y": pose.rotation, "z": 0.0},
         "horizon": pose.horizon,
         "standing": pose.standing,

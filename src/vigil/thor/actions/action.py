@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from vigil.base.geometry import Vec3
-from vigil.thor.base.failures import ActionFailed
+from vigil.thor.base.errors import ActionFailed
 
-Kind = Literal["float", "int", "bool", "string", "Vector3", "OptionalVector3", "object", "list", "any"]
+ParameterKind = Literal["float", "int", "bool", "string", "Vector3", "OptionalVector3", "object", "list", "any"]
 
 ALWAYS_ALLOWED = frozenset(
     {
@@ -25,7 +25,7 @@ class Action:
     name: str
     handler: Callable[..., Any]
     """Takes the world and the arguments by name; returns `actionReturn`. Raises ActionFailed."""
-    parameters: Mapping[str, Kind] = field(default_factory=dict)
+    parameters: Mapping[str, ParameterKind] = field(default_factory=dict)
     required: tuple[tuple[str, ...], ...] = ((),)
     """Alternatives; the arguments of one must all be there."""
     takes_anything: bool = False
@@ -71,7 +71,7 @@ def _number(value: Any) -> float:
     return float(value)
 
 
-def _whole(value: Any) -> int:
+def _integer(value: Any) -> int:
     if _number(value) != int(value):
         raise ValueError
     return int(value)
@@ -94,9 +94,9 @@ def _some_of_a_vector(value: Any) -> dict[str, float]:
     return {axis: _number(value[axis]) for axis in "xyz" if value.get(axis) is not None}
 
 
-_CONVERT: dict[Kind, Callable[[Any], Any]] = {
+_CONVERT: dict[ParameterKind, Callable[[Any], Any]] = {
     "float": _number,
-    "int": _whole,
+    "int": _integer,
     "bool": _exactly(bool),
     "string": _exactly(str),
     "Vector3": _vector,

@@ -5,15 +5,15 @@ from typing import Any
 import numpy as np
 
 from vigil.base.geometry import Pose, Vec3, floor_distance
-from vigil.scene.geometry import whole_box
+from vigil.scene.geometry import bounding_box
 from vigil.scene.things import Thing
 from vigil.sim.thor.units import BODY_HEIGHT_M
-from vigil.thor.actions.action import Action, Kind
-from vigil.thor.base.failures import ActionFailed, bad_argument, invalid_operation
+from vigil.thor.actions.action import Action, ParameterKind
+from vigil.thor.base.errors import ActionFailed, bad_argument, invalid_operation
 from vigil.thor.base.metadata import vector
 from vigil.thor.base.paths import walk
 from vigil.thor.base.settings import RIGHT_ANGLE
-from vigil.thor.base.sight import points_of, seen_from, wide
+from vigil.thor.base.sight import points_of, visibility_of, without_distance_limit
 from vigil.thor.base.targets import cast, first_met, need_interactable, of_type
 from vigil.thor.base.world import PROCEDURAL, World, body_of
 
@@ -24,7 +24,7 @@ _NEAR_OBJECT_M = 0.5
 
 def _reachable(world: World, gridSize: float | None = None, **_: object) -> list[dict[str, float]]:
     start, step = world.agent.position._replace(y=0.0), gridSize or world.settings.grid_size
-    places = [Vec3(x, 0.0, z) for x, z in world.stage.reachable(start, step).tolist()]
+    places = [Vec3(x, 0.0, z) for x, z in world.editor.reachable(start, step).tolist()]
     return [vector(place._replace(y=BODY_HEIGHT_M)) for place in places if world.is_on_grid(place)]
 
 
@@ -47,7 +47,7 @@ def _interactable_poses(
         if floor_distance(place, thing.position) > limit:
             continue
         for pose in _poses_at(place, rotations, horizons, standings):
-            if seen_from(seeing, [thing], pose)[thing.id].interactable:
+            if visibility_of(seeing, [thing], pose)[thing.id].interactable:
                 found.append(_as_teleport(pose))
                 if maxPoses is not None and len(found) >= maxPoses:
                     return found
@@ -55,7 +55,7 @@ def _interactable_poses(
 
 
 def _within(world: World, distance_m: float) -> World:
-    near = wide(world)
+    near = without_distance_limit(world)
     near.settings = near.settings.model_copy(update={"visibility_distance": distance_m})
     return near
 
@@ -163,13 +163,15 @@ def _visibility_points(world: World, objectId: str) -> list[dict[str, float]]:
 def _in_view(world: World, maxDistance: float | None = None, visibilityScheme: str | None = None) -> list[str]:
     del visibilityScheme
     world.need_house()
-    seen = seen_from(wide(world) if maxDistance is None else _within(world, maxDistance), world.things())
+    seen = visibility_of(
+        without_distance_limit(world) if maxDistance is None else _within(world, maxDistance), world.things()
+    )
     return [name for name, found in seen.items() if found.visible]
 
 
 def _map_view(world: World) -> dict[str, Any]:
     world.need_house()
-    rooms = world.stage.scene().rooms
+    rooms = world.editor.scene().rooms
     floor = np.concatenate([room.polygon for room in rooms])
     (left, low), (right, high) = floor.min(axis=0).tolist(), floor.max(axis=0).tolist()
     top = max(room.height for room in rooms)
@@ -186,7 +188,7 @@ def _distance(world: World, objectId: str) -> float:
 
 
 def _box_distance(world: World, thing: Thing) -> float:
-    return whole_box(thing).floor_distance(world.agent.position)
+    return bounding_box(thing).floor_distance(world.agent.position)
 
 
 def _scenes(world: World) -> list[str]:
@@ -194,9 +196,9 @@ def _scenes(world: World) -> list[str]:
     return [PROCEDURAL]
 
 
-_RAY: dict[str, Kind] = {"origin": "Vector3", "destination": "Vector3"}
+_RAY: dict[str, ParameterKind] = {"origin": "Vector3", "destination": "Vector3"}
 _BOTH = (("origin", "destination"),)
-_ID: dict[str, Kind] = {"objectId": "string"}
+_ID: dict[str, ParameterKind] = {"objectId": "string"}
 _NEAR = "walks are over a grid of 0.125 m, drawn straight; THOR's are over a mesh"
 _POINTS = "an object's points are a lattice in each part's box, where THOR's assets have chosen ones"
 

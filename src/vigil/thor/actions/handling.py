@@ -10,8 +10,8 @@ from vigil.protocol.actions import Intent
 from vigil.protocol.world import ObjectSetup, Placement, RefusalCode, Setup
 from vigil.scene.supports import is_shut, level_surfaces
 from vigil.scene.things import Thing
-from vigil.thor.actions.action import Action, Kind
-from vigil.thor.base.failures import ActionFailed, bad_argument, invalid_operation
+from vigil.thor.actions.action import Action, ParameterKind
+from vigil.thor.base.errors import ActionFailed, bad_argument, invalid_operation
 from vigil.thor.base.targets import target
 from vigil.thor.base.world import World
 
@@ -40,18 +40,18 @@ _SPOTS = np.stack(np.meshgrid(*[[0.0, -0.3, 0.3, -0.45, 0.45]] * 2), axis=-1).re
 
 def _set_open(world: World, thing: Thing, openness: float, *, forced: bool) -> None:
     if not thing.is_openable:
-        raise ActionFailed(_said(world, "not_openable", thing))
+        raise ActionFailed(_error_text(world, "not_openable", thing))
     if forced:
-        _alter(world, Setup(objects={thing.id: ObjectSetup(openness=openness)}))
+        _apply_changes(world, Setup(objects={thing.id: ObjectSetup(openness=openness)}))
         return
-    effect = world.stage.open_to(thing.id, openness)
+    effect = world.editor.open_to(thing.id, openness)
     if effect.refusal == "interlock":
         raise ActionFailed("Target must be OFF to open!")
     if effect.refusal not in (None, "already_so"):
-        raise ActionFailed(_said(world, effect.refusal, thing, effect.blocked_by))
+        raise ActionFailed(_error_text(world, effect.refusal, thing, effect.blocked_by))
 
 
-def _asked(
+def _target_of(
     world: World,
     objectId: str | None = None,
     x: float | None = None,
@@ -68,43 +68,43 @@ def _open(world: World, openness: float = 1.0, moveMagnitude: float | None = Non
         openness = moveMagnitude or 1.0
     if not 0.0 <= openness <= 1.0:
         raise invalid_operation("openness must be in [0:1]")
-    thing, _, forced = _asked(world, **asked)
+    thing, _, forced = _target_of(world, **asked)
     _set_open(world, thing, openness, forced=forced)
 
 
 def _close(world: World, **asked: Any) -> None:
-    thing, _, forced = _asked(world, **asked)
+    thing, _, forced = _target_of(world, **asked)
     _set_open(world, thing, 0.0, forced=forced)
 
 
 def _toggle(world: World, thing: Thing, *, on: bool, forced: bool) -> None:
     word = "on" if on else "off"
     if not thing.is_toggleable:
-        raise ActionFailed(_said(world, "not_toggleable", thing))
+        raise ActionFailed(_error_text(world, "not_toggleable", thing))
     if thing.is_toggled == on:
         raise ActionFailed(f"can't toggle object {word} if it's already {word}!")
     if forced:
-        _alter(world, Setup(objects={thing.id: ObjectSetup(is_toggled=on)}))
-    elif world.stage.handle("activate" if on else "deactivate", thing.id, thing.position).refusal is not None:
+        _apply_changes(world, Setup(objects={thing.id: ObjectSetup(is_toggled=on)}))
+    elif world.editor.apply_intent("activate" if on else "deactivate", thing.id, thing.position).refusal is not None:
         raise ActionFailed("Target must be closed to Toggle On!")
 
 
 def _toggle_on(world: World, **asked: Any) -> None:
-    thing, _, forced = _asked(world, **asked)
+    thing, _, forced = _target_of(world, **asked)
     _toggle(world, thing, on=True, forced=forced)
 
 
 def _toggle_off(world: World, **asked: Any) -> None:
-    thing, _, forced = _asked(world, **asked)
+    thing, _, forced = _target_of(world, **asked)
     _toggle(world, thing, on=False, forced=forced)
 
 
 def _pick_up(world: World, **asked: Any) -> str:
     if world.held is not None:
-        raise ActionFailed(_said(world, "hand_full", world.thing(world.held)))
-    thing, point, forced = _asked(world, **asked)
+        raise ActionFailed(_error_text(world, "hand_full", world.thing(world.held)))
+    thing, point, forced = _target_of(world, **asked)
     if forced and thing.is_pickupable:
-        _alter(world, Setup(held=thing.id))
+        _apply_changes(world, Setup(held=thing.id))
     else:
         _do(world, "pick", thing, point)
     return thing.id
@@ -113,7 +113,7 @@ def _pick_up(world: World, **asked: Any) -> str:
 def _put(world: World, **asked: Any) -> None:
     if world.held is None:
         raise ActionFailed(REFUSALS["hand_empty"])
-    receptacle, point, _ = _asked(world, **asked)
+    receptacle, point, _ = _target_of(world, **asked)
     if not receptacle.is_receptacle:
         raise ActionFailed("This target object is NOT a receptacle!")
     if receptacle.category in MUST_BE_OPEN and is_shut(receptacle):
@@ -121,12 +121,12 @@ def _put(world: World, **asked: Any) -> None:
     points = [point] if asked.get("objectId") is None else _points_on(world, receptacle)
     refusals: list[RefusalCode] = []
     for place in points:
-        refusal = world.stage.handle("place", receptacle.id, place).refusal
+        refusal = world.editor.apply_intent("place", receptacle.id, place).refusal
         if refusal is None:
             return
         refusals.append(refusal)
     other: list[RefusalCode] = [refusal for refusal in refusals if refusal != "no_room"]
-    raise ActionFailed(_said(world, other[0] if other else "no_room", receptacle))
+    raise ActionFailed(_error_text(world, other[0] if other else "no_room", receptacle))
 
 
 def _points_on(world: World, receptacle: Thing) -> list[Vec3]:
@@ -147,37 +147,37 @@ def _drop(world: World, forceAction: bool = False, **_: object) -> None:
     if world.held is None:
         raise ActionFailed("Nothing is in the agent's hand to drop!")
     held = world.thing(world.held)
-    if world.stage.handle("drop", held.id, held.position).refusal is None:
+    if world.editor.apply_intent("drop", held.id, held.position).refusal is None:
         return
     if not forceAction:
         raise ActionFailed(f"{held.id} can't be dropped. It must be clear of all other collision first")
     x, floor, z = world.agent.position
     at_the_feet = Placement(position=Vec3(x, floor + held.asset.size.y / 2, z))
-    _alter(world, Setup(objects={held.id: ObjectSetup(placement=at_the_feet)}))
+    _apply_changes(world, Setup(objects={held.id: ObjectSetup(placement=at_the_feet)}))
 
 
 def _do(world: World, intent: Intent, thing: Thing, point: Vec3) -> None:
-    effect = world.stage.handle(intent, thing.id, point)
+    effect = world.editor.apply_intent(intent, thing.id, point)
     if effect.refusal is not None:
-        raise ActionFailed(_said(world, effect.refusal, thing, effect.blocked_by))
+        raise ActionFailed(_error_text(world, effect.refusal, thing, effect.blocked_by))
 
 
-def _said(world: World, refusal: RefusalCode, thing: Thing, blocker: str | None = None) -> str:
+def _error_text(world: World, refusal: RefusalCode, thing: Thing, blocker: str | None = None) -> str:
     held = world.thing(world.held).category if world.held else ""
     return REFUSALS[refusal].format(thing=thing.id, blocker=blocker, held=held)
 
 
-def _alter(world: World, setup: Setup) -> None:
+def _apply_changes(world: World, setup: Setup) -> None:
     try:
-        world.stage.alter(setup)
+        world.editor.apply_changes(setup)
     except EpisodeError as error:
         raise bad_argument(str(error)) from None
 
 
-_AT: dict[str, Kind] = {"objectId": "string", "x": "float", "y": "float", "forceAction": "bool"}
+_AT: dict[str, ParameterKind] = {"objectId": "string", "x": "float", "y": "float", "forceAction": "bool"}
 _WHICH = (("objectId",), ("x", "y"))
-_OPEN: dict[str, Kind] = {**_AT, "openness": "float", "simplifyPhysics": "bool", "moveMagnitude": "float"}
-_PUT: dict[str, Kind] = {
+_OPEN: dict[str, ParameterKind] = {**_AT, "openness": "float", "simplifyPhysics": "bool", "moveMagnitude": "float"}
+_PUT: dict[str, ParameterKind] = {
     **_AT,
     "placeStationary": "bool",
     "randomSeed": "int",

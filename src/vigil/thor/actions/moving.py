@@ -5,8 +5,8 @@ from collections.abc import Callable
 
 from vigil.base.geometry import Pose, Vec3, rotate_floor, wrap_deg
 from vigil.sim.thor.units import BODY_HEIGHT_M
-from vigil.thor.actions.action import Action, Kind
-from vigil.thor.base.failures import ActionFailed, invalid_operation
+from vigil.thor.actions.action import Action, ParameterKind
+from vigil.thor.base.errors import ActionFailed, invalid_operation
 from vigil.thor.base.settings import RIGHT_ANGLE
 from vigil.thor.base.world import World, body_of
 
@@ -19,12 +19,12 @@ def _walk(world: World, right: float, ahead: float) -> None:
     pose = world.agent
     x, z = rotate_floor(right, ahead, pose.rotation)
     end = world.on_grid(Vec3(pose.position.x + x, pose.position.y, pose.position.z + z))
-    blocker = world.stage.blocker(pose.position, end)
+    blocker = world.editor.blocker(pose.position, end)
     if blocker == "exterior":
         raise invalid_operation(f"Scene bounds do not contain target position ({end.x:.4f}, {end.y:.4f}, {end.z:.4f})")
     if blocker is not None:
         raise ActionFailed(f"{blocker} is blocking Agent 0 from moving by ({x:.4f}, 0.0000, {z:.4f}).")
-    world.stage.stand(pose.model_copy(update={"position": end}))
+    world.editor.stand(pose.model_copy(update={"position": end}))
 
 
 def _length(world: World, move_magnitude: float | None) -> float:
@@ -55,7 +55,7 @@ def _turn(world: World, degrees: float) -> None:
     turned = wrap_deg(pose.rotation + degrees)
     if world.settings.snap_to_grid:
         turned = wrap_deg(round(turned / RIGHT_ANGLE) * RIGHT_ANGLE)
-    world.stage.stand(pose.model_copy(update={"rotation": turned}))
+    world.editor.stand(pose.model_copy(update={"rotation": turned}))
 
 
 def _rotate_right(world: World, degrees: float | None = None, **_: object) -> None:
@@ -82,7 +82,7 @@ def _look(world: World, degrees: float, *, down: bool) -> None:
         raise ActionFailed(f"can't look down beyond {settings.looks_down:g} degrees below the forward horizon")
     if not down and horizon < -settings.looks_up:
         raise ActionFailed(f"can't look up beyond {settings.looks_up:g} degrees above the forward horizon")
-    world.stage.stand(pose.model_copy(update={"horizon": horizon}))
+    world.editor.stand(pose.model_copy(update={"horizon": horizon}))
 
 
 def _look_up(world: World, degrees: float = 0.0, **_: object) -> None:
@@ -95,7 +95,7 @@ def _look_down(world: World, degrees: float = 0.0, **_: object) -> None:
 
 def _rotate_look(world: World, rotation: Vec3 | None = None, horizon: float = 0.0, **_: object) -> None:
     turned = wrap_deg(0.0 if rotation is None else rotation.y)
-    world.stage.stand(world.agent.model_copy(update={"rotation": turned, "horizon": horizon}))
+    world.editor.stand(world.agent.model_copy(update={"rotation": turned, "horizon": horizon}))
 
 
 def _teleport(  # THOR's names, and both of its forms: position, or x, y and z
@@ -121,7 +121,7 @@ def _teleport(  # THOR's names, and both of its forms: position, or x, y and z
     if not forceAction:
         _check_pose(world, wanted)
         wanted = wanted.model_copy(update={"position": wanted.position._replace(y=0.0)})
-    world.stage.stand(wanted)
+    world.editor.stand(wanted)
 
 
 def _check_pose(world: World, pose: Pose) -> None:
@@ -148,26 +148,31 @@ def _crouch(world: World) -> None:
     pose = world.agent
     if not pose.standing:
         raise ActionFailed("Already crouching")
-    world.stage.stand(pose.model_copy(update={"standing": False}))
+    world.editor.stand(pose.model_copy(update={"standing": False}))
 
 
 def _stand(world: World) -> None:
     pose = world.agent
     if pose.standing:
         raise ActionFailed("Already standing")
-    world.stage.stand(pose.model_copy(update={"standing": True}))
+    world.editor.stand(pose.model_copy(update={"standing": True}))
 
 
-_MOVE: dict[str, Kind] = {
+_MOVE: dict[str, ParameterKind] = {
     "moveMagnitude": "float",
     "noise": "float",
     "forceAction": "bool",
     "snapToGrid": "bool",
     "manualInteract": "bool",
 }
-_TURN: dict[str, Kind] = {"degrees": "float", "manualInteract": "bool", "forceAction": "bool", "speed": "float"}
-_LOOK: dict[str, Kind] = {"degrees": "float", "manualInteract": "bool"}
-_POSE: dict[str, Kind] = {
+_TURN: dict[str, ParameterKind] = {
+    "degrees": "float",
+    "manualInteract": "bool",
+    "forceAction": "bool",
+    "speed": "float",
+}
+_LOOK: dict[str, ParameterKind] = {"degrees": "float", "manualInteract": "bool"}
+_POSE: dict[str, ParameterKind] = {
     "position": "Vector3",
     "x": "float",
     "y": "float",

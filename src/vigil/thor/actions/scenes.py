@@ -10,9 +10,9 @@ from vigil.errors import VigilError
 from vigil.protocol.house import House
 from vigil.protocol.world import Setup
 from vigil.scene.outlines import GRID_M
-from vigil.sim.staging import Stage
-from vigil.thor.actions.action import Action, Kind
-from vigil.thor.base.failures import ActionFailed, bad_argument
+from vigil.sim.scene_editor import SceneEditor
+from vigil.thor.actions.action import Action, ParameterKind
+from vigil.thor.base.errors import ActionFailed, bad_argument
 from vigil.thor.base.settings import settings_of
 from vigil.thor.base.world import PROCEDURAL, ThirdPartyCamera, World
 
@@ -23,7 +23,7 @@ MOST_PIXELS = 4096
 def _reset(world: World, sceneName: str = PROCEDURAL, **_: object) -> None:
     if sceneName != PROCEDURAL:
         raise bad_argument(f"Scene {sceneName!r} is not in this engine: it has houses given to CreateHouse alone.")
-    world.stage.close()
+    world.editor.close()
     world.has_house, world.cameras, world.shown = False, [], None
 
 
@@ -39,8 +39,8 @@ def _create_house(world: World, house: dict[str, Any]) -> None:
     world.has_house, world.shown = False, None
     try:
         found = House("house", house)
-        world.stage.load(found)
-        world.stage.reset(_start(found, world.stage), Setup())
+        world.editor.load(found)
+        world.editor.reset(_start(found, world.editor), Setup())
     except VigilError as error:
         raise ActionFailed(f"Exception creating house: {error}") from None
     world.has_house = True
@@ -48,15 +48,15 @@ def _create_house(world: World, house: dict[str, Any]) -> None:
     world.assets = {each.id: each.asset_id for each in [*openings, *(node for node, _ in found.objects())]}
 
 
-def _start(house: House, stage: Stage) -> Pose:
+def _start(house: House, editor: SceneEditor) -> Pose:
     """Returns the house's own start; where that is taken or missing, the first free place. Raises ActionFailed."""
     own = house.start
-    if own is not None and stage.can_stand(own.position):
+    if own is not None and editor.can_stand(own.position):
         return own
-    for room in stage.scene().rooms:
+    for room in editor.scene().rooms:
         low, high = room.polygon.min(axis=0), room.polygon.max(axis=0)
         for x, z in itertools.product(*(np.arange(a, b, GRID_M).tolist() for a, b in zip(low, high, strict=True))):
-            if stage.can_stand(Vec3(x, 0.0, z)):
+            if editor.can_stand(Vec3(x, 0.0, z)):
                 return Pose(position=Vec3(x, 0.0, z), rotation=0.0)
     raise ActionFailed(f"Exception creating house: {house.name!r} has no free place for the agent")
 
@@ -130,7 +130,7 @@ def _reset_filter(world: World) -> None:
     world.shown = None
 
 
-_CAMERA: dict[str, Kind] = {
+_CAMERA: dict[str, ParameterKind] = {
     **dict.fromkeys(("position", "rotation"), "Vector3"),
     **dict.fromkeys(("fieldOfView", "orthographicSize", "nearClippingPlane", "farClippingPlane"), "float"),
     "orthographic": "bool",

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from vigil.base.geometry import Vec3, heading
-from vigil.sim.staging import STRUCTURES, Layer, Picture, View
+from vigil.sim.scene_editor import STRUCTURES, CameraImage, CameraView, Layer
 from vigil.thor.base.world import ThirdPartyCamera, World
 
 Wanted = Literal["all", "without colours", "none"]
@@ -45,7 +45,7 @@ def _agent_images(world: World, layers: frozenset[Layer]) -> Iterator[Image]:
         return
     width, height = world.settings.screen_width, world.settings.screen_height
     nothing = np.full((height, width), -1, dtype=np.int32)
-    black = Picture(np.zeros((height, width, 3), np.uint8), np.full((height, width), np.inf, np.float32), nothing)
+    black = CameraImage(np.zeros((height, width, 3), np.uint8), np.full((height, width), np.inf, np.float32), nothing)
     yield from _encoded(world, black, layers, is_third_party=False)
 
 
@@ -59,12 +59,12 @@ def _layers(world: World) -> frozenset[Layer]:
     return frozenset(layer for layer, is_wanted in wanted.items() if is_wanted)
 
 
-def _of(world: World, view: View, layers: frozenset[Layer], *, is_third_party: bool) -> Iterator[Image]:
-    picture = world.stage.look(view, layers, with_hand=not is_third_party) if layers else Picture()
+def _of(world: World, view: CameraView, layers: frozenset[Layer], *, is_third_party: bool) -> Iterator[Image]:
+    picture = world.editor.render_view(view, layers, with_hand=not is_third_party) if layers else CameraImage()
     yield from _encoded(world, picture, layers, is_third_party=is_third_party)
 
 
-def _encoded(world: World, picture: Picture, layers: frozenset[Layer], *, is_third_party: bool) -> Iterator[Image]:
+def _encoded(world: World, picture: CameraImage, layers: frozenset[Layer], *, is_third_party: bool) -> Iterator[Image]:
     if picture.rgb is not None and "rgb" in layers:
         yield Image("image", is_third_party, picture.rgb[::-1].tobytes())
     if picture.depth is not None and "depth" in layers:
@@ -95,11 +95,11 @@ def colours(world: World) -> list[dict[str, object]]:
 
 
 def _instance_palette(world: World) -> np.ndarray:
-    return _palette(list(world.stage.scene().things) if world.has_house else [])
+    return _palette(list(world.editor.scene().things) if world.has_house else [])
 
 
 def _class_palette(world: World) -> np.ndarray:
-    things = world.stage.scene().things.values() if world.has_house else ()
+    things = world.editor.scene().things.values() if world.has_house else ()
     return _palette([thing.category for thing in things])
 
 
@@ -109,7 +109,7 @@ def _palette(names: list[str]) -> np.ndarray:
     return np.array([*rows, [0, 0, 0]], dtype=np.uint8)
 
 
-def _third_party_view(world: World, camera: ThirdPartyCamera) -> View:
+def _third_party_view(world: World, camera: ThirdPartyCamera) -> CameraView:
     settings = world.settings
     yaw, pitch, fovy, eye = camera.rotation.y, camera.rotation.x, camera.field_of_view, camera.position
     pitch = (pitch + 180.0) % 360.0 - 180.0
@@ -120,4 +120,4 @@ def _third_party_view(world: World, camera: ThirdPartyCamera) -> View:
         back = FAR_AWAY_M - to_floor
         eye = Vec3(eye.x - back * ahead_x * level, eye.y + back * down, eye.z - back * ahead_z * level)
         fovy = 2 * math.degrees(math.atan(camera.orthographic_size / FAR_AWAY_M))
-    return View(eye, yaw, pitch, fovy, settings.screen_width, settings.screen_height)
+    return CameraView(eye, yaw, pitch, fovy, settings.screen_width, settings.screen_height)

@@ -12,7 +12,7 @@ from vigil.scene.geometry import box_corners, part_boxes, part_motion
 from vigil.scene.supports import children
 from vigil.scene.things import Scene, Thing
 from vigil.thor.base.images import colours
-from vigil.thor.base.sight import Seen, seen_from
+from vigil.thor.base.sight import Visibility, visibility_of
 from vigil.thor.base.world import PROCEDURAL, World, body_of, eye_of
 
 OPEN_FROM = 1e-3
@@ -76,7 +76,7 @@ def _agent(world: World) -> dict[str, Any]:
     pose = world.agent if world.has_house else None
     body = body_of(pose) if pose else _NOWHERE
     eye = eye_of(pose) if pose else _NOWHERE
-    held = world.stage.scene().things[world.held] if world.held else None
+    held = world.editor.scene().things[world.held] if world.held else None
     place = held.position if held else eye
     return {
         "agent": {
@@ -118,7 +118,7 @@ def objects(world: World) -> list[dict[str, Any]]:
     if not world.has_house:
         return []
     things = [thing for thing in world.things() if world.shown is None or thing.id in world.shown]
-    seen, body, scene = seen_from(world, things), body_of(world.agent), world.stage.scene()
+    seen, body, scene = visibility_of(world, things), body_of(world.agent), world.editor.scene()
     held = world.held
     return [
         {**_object(scene, thing, seen[thing.id], body, held), "assetId": world.assets.get(thing.id, "")}
@@ -126,7 +126,7 @@ def objects(world: World) -> list[dict[str, Any]]:
     ]
 
 
-def _object(scene: Scene, thing: Thing, seen: Seen, body: Vec3, held: str | None) -> dict[str, Any]:
+def _object(scene: Scene, thing: Thing, seen: Visibility, body: Vec3, held: str | None) -> dict[str, Any]:
     kind = CATALOG[thing.category]
     is_loose = thing.is_pickupable or kind.is_moveable
     return {
@@ -176,7 +176,7 @@ def box_of_corners(points: np.ndarray) -> dict[str, Any]:
 def _bounds(world: World) -> dict[str, Any]:
     if not world.has_house:
         return box_of_corners(np.zeros((1, 3)))
-    rooms = world.stage.scene().rooms
+    rooms = world.editor.scene().rooms
     floor = np.concatenate([room.polygon for room in rooms])
     height = max(room.height for room in rooms)
     return box_of_corners(np.concatenate([np.insert(floor, 1, 0.0, axis=1), np.insert(floor, 1, height, axis=1)]))

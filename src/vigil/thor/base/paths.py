@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vigil.base.geometry import Vec3
-from vigil.thor.base.failures import ActionFailed, bad_argument
+from vigil.thor.base.errors import ActionFailed, bad_argument
 from vigil.thor.base.world import World
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ def walk(world: World, start: Vec3, end: Vec3, within_m: float = NEAR_M) -> list
 
     if not world.can_be_at(start):
         raise bad_argument(f"The agent cannot stand at ({start.x:.4f}, {start.z:.4f}), where the path is to start")
-    places = world.stage.reachable(start, GRID_M)
+    places = world.editor.reachable(start, GRID_M)
     goal = int(np.argmin(np.hypot(places[:, 0] - end.x, places[:, 1] - end.z)))
     if np.hypot(*(places[goal] - [end.x, end.z])) > within_m:
         raise ActionFailed(
@@ -61,6 +61,6 @@ def _straightened(world: World, corners: list[Vec3]) -> list[Vec3]:
     kept, here = [corners[0]], 0
     while here < len(corners) - 1:
         ahead = range(len(corners) - 1, here, -1)
-        here = next((far for far in ahead if world.stage.blocker(corners[here], corners[far]) is None), here + 1)
+        here = next((far for far in ahead if world.editor.blocker(corners[here], corners[far]) is None), here + 1)
         kept.append(corners[here])
     return kept

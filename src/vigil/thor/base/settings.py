@@ -6,7 +6,7 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from pydantic.alias_generators import to_camel
 
-from vigil.thor.base.failures import ActionFailed
+from vigil.thor.base.errors import ActionFailed
 
 RIGHT_ANGLE = 90.0
 OLD_NAMES = {"renderObjectImage": "renderInstanceSegmentation", "renderClassImage": "renderSemanticSegmentation"}
@@ -49,14 +49,14 @@ class Settings(BaseModel):
         return self.max_downward_look_angle or 60.0
 
 
-NEGLECTED = ("renderNormalsImage", "renderFlowImage")
+UNSUPPORTED_SETTINGS = ("renderNormalsImage", "renderFlowImage")
 """Asked for, these would be missing from the answer: better refused."""
 
 
 def settings_of(sent: Mapping[str, Any], width: int, height: int) -> Settings:
     """Returns the settings of an `Initialize` action. Raises ActionFailed."""
     named = {OLD_NAMES.get(name, name): value for name, value in sent.items() if value is not None}
-    for name in NEGLECTED:
+    for name in UNSUPPORTED_SETTINGS:
         if named.get(name):
             raise ActionFailed(f"{name} is not supported by VIGIL's engine: leave it out.")
     try:

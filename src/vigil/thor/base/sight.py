@@ -13,7 +13,7 @@ from vigil.base.geometry import Pose, Vec3
 from vigil.scene.geometry import part_boxes, part_motion
 from vigil.scene.things import Thing
 from vigil.sim.core.views import project
-from vigil.sim.staging import View
+from vigil.sim.scene_editor import CameraView
 from vigil.thor.base.world import World
 
 _LATTICE = np.stack(np.meshgrid(*[[0.05, 0.5, 0.95]] * 3), axis=-1).reshape(-1, 3)
@@ -23,7 +23,7 @@ _NOT_CAST = -2
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class Visibility:
     """Whether something is seen, and whether nothing, glass included, is before it."""
 
     visible: bool = False
@@ -42,14 +42,14 @@ def _points(asset: Asset, position: Vec3, rotation: Vec3, openness: float) -> np
     return np.concatenate([part_motion(thing, joint)(low + _LATTICE * (high - low)) for joint, low, high in boxes])
 
 
-def seen_from(world: World, things: list[Thing], pose: Pose | None = None) -> dict[str, Seen]:
+def visibility_of(world: World, things: list[Thing], pose: Pose | None = None) -> dict[str, Visibility]:
     """Returns what is seen of things from the agent's pose, or another; what is in the hand always is."""
     view = world.view(pose)
-    found = {thing.id: Seen(thing.is_held, thing.is_held) for thing in things}
+    found = {thing.id: Visibility(thing.is_held, thing.is_held) for thing in things}
     free = [thing for thing in things if not thing.is_held and _may_be_near(world, view, thing)]
     if not free:
         return found
-    scene = world.stage.scene().things
+    scene = world.editor.scene().things
     numbers = {thing_id: number for number, thing_id in enumerate(scene)}
     clouds = [points_of(thing) for thing in free]
     points = np.concatenate(clouds)
@@ -61,7 +61,7 @@ def seen_from(world: World, things: list[Thing], pose: Pose | None = None) -> di
     interactable, visible = _met(world, view.eye, rays, owners[is_inside], is_glassy)
     for thing in free:
         number = numbers[thing.id]
-        found[thing.id] = Seen(number in interactable or number in visible, number in interactable)
+        found[thing.id] = Visibility(number in interactable or number in visible, number in interactable)
     return found
 
 
@@ -70,26 +70,26 @@ def _met(
 ) -> tuple[set[int], set[int]]:
     """Returns which things rays meet, each ray sent out for the thing `owners` says: directly, and behind glass."""
     hits = np.full(len(rays), _NOT_CAST)
-    hits[::CAST_FIRST], _ = world.stage.meets(eye, rays[::CAST_FIRST])
+    hits[::CAST_FIRST], _ = world.editor.meets(eye, rays[::CAST_FIRST])
     rest = (hits == _NOT_CAST) & ~np.isin(owners, owners[hits == owners])
-    hits[rest], _ = world.stage.meets(eye, rays[rest])
+    hits[rest], _ = world.editor.meets(eye, rays[rest])
     directly = owners[hits == owners]
     stopped = (hits >= 0) & is_glassy[hits] & ~np.isin(owners, directly)
-    behind, _ = world.stage.meets(eye, rays[stopped], through_glass=True)
+    behind, _ = world.editor.meets(eye, rays[stopped], through_glass=True)
     return set(directly.tolist()), set(owners[stopped][behind == owners[stopped]].tolist())
 
 
-def wide(world: World) -> World:
+def without_distance_limit(world: World) -> World:
     """Returns the world as one sees it without a limit of distance."""
     return replace(world, settings=world.settings.model_copy(update={"visibility_distance": 1e6}))
 
 
-def _may_be_near(world: World, view: View, thing: Thing) -> bool:
+def _may_be_near(world: World, view: CameraView, thing: Thing) -> bool:
     gap = np.hypot(thing.position.x - view.eye.x, thing.position.z - view.eye.z)
     return bool(gap <= world.settings.visibility_distance + np.linalg.norm(thing.asset.size) * 1.5)
 
 
-def _is_in_view(world: World, view: View, points: np.ndarray) -> np.ndarray:
+def _is_in_view(world: World, view: CameraView, points: np.ndarray) -> np.ndarray:
     """Returns which points are near enough, in the floor plane, and in the picture."""
     gaps = np.hypot(points[:, 0] - view.eye.x, points[:, 2] - view.eye.z)
     flat = project(view, points)

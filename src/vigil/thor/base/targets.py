@@ -5,8 +5,8 @@ import numpy as np
 from vigil.base.geometry import Vec3
 from vigil.scene.things import Thing
 from vigil.sim.core.views import directions_at
-from vigil.thor.base.failures import ActionFailed, bad_argument, invalid_operation, null_reference
-from vigil.thor.base.sight import seen_from
+from vigil.thor.base.errors import ActionFailed, bad_argument, invalid_operation, null_reference
+from vigil.thor.base.sight import visibility_of
 from vigil.thor.base.world import World
 
 
@@ -29,7 +29,7 @@ def target(
 
 def need_interactable(world: World, thing: Thing) -> None:
     """Raises ActionFailed when THOR's agent could not get at a thing."""
-    seen = seen_from(world, [thing])[thing.id]
+    seen = visibility_of(world, [thing])[thing.id]
     if not seen.visible:
         raise null_reference("Target object not found within the specified visibility.")
     if not seen.interactable:
@@ -50,11 +50,11 @@ def cast(world: World, x: float, y: float) -> tuple[Thing | None, Vec3 | None]:
 
 def first_met(world: World, origin: Vec3, rays: np.ndarray) -> tuple[Thing | None, Vec3 | None]:
     """Returns what the first of unit rays (n, 3) meets, and where; None for structure, or when nothing is there."""
-    indices, distances = world.stage.meets(origin, rays)
+    indices, distances = world.editor.meets(origin, rays)
     if not np.isfinite(distances[0]):
         return None, None
     point = Vec3(*(np.array(origin) + float(distances[0]) * rays[0]).tolist())
-    things = list(world.stage.scene().things.values())
+    things = list(world.editor.scene().things.values())
     return (things[int(indices[0])] if indices[0] >= 0 else None), point
 
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 
 from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3
 from vigil.scene.things import Thing
-from vigil.sim.staging import Stage, View
+from vigil.sim.scene_editor import CameraView, SceneEditor
 from vigil.sim.thor.units import BODY_HEIGHT_M
-from vigil.thor.base.failures import bad_argument, invalid_operation
+from vigil.thor.base.errors import bad_argument, invalid_operation
 from vigil.thor.base.settings import Settings
 
 PROCEDURAL = "Procedural"
@@ -29,7 +29,7 @@ class ThirdPartyCamera:
 class World:
     """All that the engine knows."""
 
-    stage: Stage
+    editor: SceneEditor
     settings: Settings = field(default_factory=Settings)
     has_house: bool = False
     cameras: list[ThirdPartyCamera] = field(default_factory=list)
@@ -44,7 +44,7 @@ class World:
     def agent(self) -> Pose:
         """Where the agent stands. Raises ActionFailed before `CreateHouse`."""
         self.need_house()
-        return self.stage.world([]).agent
+        return self.editor.world([]).agent
 
     def need_house(self) -> None:
         """Raises ActionFailed before `CreateHouse`."""
@@ -65,30 +65,30 @@ class World:
     def can_be_at(self, place: Vec3) -> bool:
         """Whether the agent's body fits at a place on the floor, or is there already."""
         here = self.agent.position
-        return math.hypot(place.x - here.x, place.z - here.z) <= OFF_GRID_M or self.stage.can_stand(place)
+        return math.hypot(place.x - here.x, place.z - here.z) <= OFF_GRID_M or self.editor.can_stand(place)
 
     def thing(self, object_id: str) -> Thing:
         """Returns a thing that is in the house. Raises ActionFailed."""
         self.need_house()
-        found = self.stage.scene().things.get(object_id)
+        found = self.editor.scene().things.get(object_id)
         if found is None or not found.is_present:
             raise bad_argument(f"objectId: {object_id} is not the objectId on any object in the scene!")
         return found
 
     def things(self) -> list[Thing]:
         """Returns what is in the house, in the document's order."""
-        return [thing for thing in self.stage.scene().things.values() if thing.is_present] if self.has_house else []
+        return [thing for thing in self.editor.scene().things.values() if thing.is_present] if self.has_house else []
 
     @property
     def held(self) -> str | None:
         """Id of what is in the hand."""
-        return self.stage.world([]).held if self.has_house else None
+        return self.editor.world([]).held if self.has_house else None
 
-    def view(self, agent: Pose | None = None) -> View:
+    def view(self, agent: Pose | None = None) -> CameraView:
         """Returns the camera of the agent, or of one at another pose."""
         pose = agent or self.agent
         settings = self.settings
-        return View(
+        return CameraView(
             eye_of(pose),
             pose.rotation,
             pose.horizon,

@@ -9,7 +9,7 @@ from contextlib import suppress
 from typing import Any, BinaryIO, cast
 
 from vigil.errors import SettingError
-from vigil.thor.base.answer import Answer, Answering
+from vigil.thor.base.response import EngineResponse, Responder
 
 HEADER = struct.Struct("!BI")
 METADATA, ACTION, METADATA_PATCH, END_OF_MESSAGE = 1, 2, 11, 255
@@ -33,7 +33,7 @@ class ClientGone(Exception):
     """The client closed its pipe, or ended."""
 
 
-def serve(engine: Answering, environment: Mapping[str, str]) -> None:
+def serve(engine: Responder, environment: Mapping[str, str]) -> None:
     """Answers until the client ends."""
     parent = os.getppid()
     pack = packer()
@@ -41,11 +41,11 @@ def serve(engine: Answering, environment: Mapping[str, str]) -> None:
         suppress(ClientGone, BrokenPipeError),
         _opened(environment["AI2THOR_FIFO_SERVER_PIPE_PATH"], parent) as out,
     ):
-        out.write(message(engine.first(), pack))
+        out.write(message(engine.first_response(), pack))
         out.flush()
         with open(environment["AI2THOR_FIFO_CLIENT_PIPE_PATH"], "rb") as incoming:
             for action in actions(incoming):
-                out.write(message(engine.answer(action), pack))
+                out.write(message(engine.respond(action), pack))
                 out.flush()
 
 
@@ -94,10 +94,10 @@ def packer() -> Callable[[Any], bytes]:
     return cast("Callable[[Any], bytes]", packb)
 
 
-def message(answer: Answer, pack: Callable[[Any], bytes]) -> bytes:
+def message(response: EngineResponse, pack: Callable[[Any], bytes]) -> bytes:
     """Returns the bytes of an answer."""
-    kind = METADATA_PATCH if answer.is_patch else METADATA
-    fields = [(kind, pack(answer.metadata))]
-    fields += [(IMAGE_FIELDS[image.kind, image.is_third_party], image.data) for image in answer.images]
+    kind = METADATA_PATCH if response.is_patch else METADATA
+    fields = [(kind, pack(response.metadata))]
+    fields += [(IMAGE_FIELDS[image.kind, image.is_third_party], image.data) for image in response.images]
     parts = [part for kind, body in fields for part in (HEADER.pack(kind, len(body)), body)]
     return b"".join([*parts, HEADER.pack(END_OF_MESSAGE, 0)])

@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterable, Mapping
 from http.client import HTTPConnection, HTTPException
 
-from vigil.thor.base.answer import Answer, Answering
+from vigil.thor.base.response import EngineResponse, Responder
 
 BOUNDARY = "vigil-thor-engine-boundary"
 PATH = "/train"
@@ -21,32 +21,32 @@ IMAGE_PARTS = {
 """(kind of image, whether of a third-party camera) -> name of the part."""
 
 
-def serve(engine: Answering, environment: Mapping[str, str]) -> None:
+def serve(engine: Responder, environment: Mapping[str, str]) -> None:
     """Answers until the client ends or says so."""
     connection = HTTPConnection(environment["AI2THOR_HOST"], int(environment["AI2THOR_PORT"]))
     token = environment.get("AI2THOR_CLIENT_TOKEN", "")
-    answer = engine.first()
+    response = engine.first_response()
     headers = {"Content-Type": f"multipart/form-data; boundary={BOUNDARY}"}
     try:
         while True:
-            connection.request("POST", PATH, body=form(answer, token), headers=headers)
+            connection.request("POST", PATH, body=form(response, token), headers=headers)
             response = connection.getresponse()
             body = response.read()
             action = json.loads(body) if response.status == 200 else {}
             if not action:
                 return
-            answer = engine.answer(action)
+            response = engine.respond(action)
     except (HTTPException, OSError):  # the client ended
         return
     finally:
         connection.close()
 
 
-def form(answer: Answer, token: str) -> bytes:
+def form(response: EngineResponse, token: str) -> bytes:
     """Returns the form of an answer, as the client's own parser wants it: its headers are told by their case."""
-    texts = {"metadata": json.dumps(answer.metadata), "actionReturns": "[]", "token": token}
+    texts = {"metadata": json.dumps(response.metadata), "actionReturns": "[]", "token": token}
     pieces = [_part(f'name="{name}"', "text/plain; charset=utf-8", text.encode()) for name, text in texts.items()]
-    for image in answer.images:
+    for image in response.images:
         name = IMAGE_PARTS[image.kind, image.is_third_party]
         pieces.append(_part(f'name="{name}"; filename="{name}"', "image/raw", image.data))
     return b"".join([*_flat(pieces), f"--{BOUNDARY}--\r\n".encode()])

@@ -115,7 +115,7 @@ def mp4(shots: Sequence[FilmFrame]) -> bytes:
             (stream.width, stream.height), stream.pix_fmt = FILM_SIZE, "yuv420p"
             context = stream.codec_context
             context.colorspace = context.color_primaries = context.color_trc = BT709
-            for number, pixels in enumerate(_ticks(shots)):
+            for number, pixels in enumerate(_video_frames(shots)):
                 picture = av.VideoFrame.from_ndarray(pixels, format="rgb24")
                 picture = picture.reformat(format="yuv420p", dst_colorspace=BT709)
                 picture.pts, picture.time_base = number, Fraction(1, VIDEO_FPS)
@@ -136,7 +136,7 @@ def _animated(slides: Sequence[Image.Image], kind: str, **options: Any) -> bytes
     return buffer.getvalue()
 
 
-def _ticks(shots: Sequence[FilmFrame]) -> Iterator[np.ndarray]:
+def _video_frames(shots: Sequence[FilmFrame]) -> Iterator[np.ndarray]:
     """Yields each frame of a video."""
     for index, shot in enumerate(shots):
         seconds = LAST_S if index == len(shots) - 1 else STEP_S
@@ -162,11 +162,11 @@ def _slide(shot: FilmFrame) -> Image.Image:
 
 def _draw_strip(draw: ImageDraw.ImageDraw, shot: FilmFrame) -> None:
     width, left, top = FILM_SIZE[0] - 2 * _MARGIN_PX, _MARGIN_PX, FRAME_HEIGHT
-    draw.text((left, top + 10), _fitting(shot.instruction, font_of(17), width), fill=_SOFT, font=font_of(17))
-    for number, line in enumerate(_lines(shot.thought, font_of(20), width)[:THOUGHT_LINES]):
+    draw.text((left, top + 10), _cut_to_width(shot.instruction, font_of(17), width), fill=_SOFT, font=font_of(17))
+    for number, line in enumerate(_wrapped(shot.thought, font_of(20), width)[:THOUGHT_LINES]):
         draw.text((left, top + 40 + 27 * number), line, fill=_INK, font=font_of(20))
     bold = font_of(18, is_bold=True)
-    draw.text((left, top + 102), _fitting(shot.action, bold, width), fill=_ACTION, font=bold)
+    draw.text((left, top + 102), _cut_to_width(shot.action, bold, width), fill=_ACTION, font=bold)
 
 
 def _draw_verdict(draw: ImageDraw.ImageDraw, verdict: dict[str, Any]) -> None:
@@ -177,13 +177,13 @@ def _draw_verdict(draw: ImageDraw.ImageDraw, verdict: dict[str, Any]) -> None:
         draw.text((x, 60), f"{name} {int(verdict[name])}", fill=_YES if verdict[name] else _NO, font=large)
     colour, top = _LABELS[verdict["label"]], 172
     for sentence in (verdict["why"][-1], *verdict["why"][:-1]):
-        for line in _lines(sentence, font_of(20), FRAME_WIDTH - 80):
+        for line in _wrapped(sentence, font_of(20), FRAME_WIDTH - 80):
             draw.text((40, top), line, fill=colour, font=font_of(20))
             top += 29
         colour, top = _INK, top + 14
 
 
-def _fitting(text: str, font: ImageFont.FreeTypeFont, width: int) -> str:
+def _cut_to_width(text: str, font: ImageFont.FreeTypeFont, width: int) -> str:
     """Returns a text as one line that is not wider: nothing that cannot be printed, cut with an ellipsis."""
     line = "".join(each if each.isprintable() else " " for each in text[:400])
     if font.getlength(line) <= width:
@@ -193,12 +193,12 @@ def _fitting(text: str, font: ImageFont.FreeTypeFont, width: int) -> str:
     return line.rstrip() + "…"
 
 
-def _lines(text: str, font: ImageFont.FreeTypeFont, width: int) -> list[str]:
+def _wrapped(text: str, font: ImageFont.FreeTypeFont, width: int) -> list[str]:
     """Returns a text broken at its blanks into lines that are not wider, of two lines at most the second one cut."""
     words, line = text[:400].split(), ""
     while words and font.getlength(f"{line} {words[0]}") <= width:
         line = f"{line} {words.pop(0)}".strip()
     if not words:
-        return [_fitting(line, font, width)]
-    rest = _fitting(" ".join(words), font, width)
-    return [_fitting(line, font, width), rest] if line else [rest]
+        return [_cut_to_width(line, font, width)]
+    rest = _cut_to_width(" ".join(words), font, width)
+    return [_cut_to_width(line, font, width), rest] if line else [rest]

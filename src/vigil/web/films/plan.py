@@ -10,15 +10,15 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from vigil.base.geometry import heading
-from vigil.housegen.checking.plan_image import PlanSheet
+from vigil.housegen.checking.plan_image import PlanDrawing
 from vigil.scene.plan import FloorPlan
 
 Colour = tuple[int, int, int]
 PANEL_PX = 480
 CAPTION_PX, LEGEND_PX = 44, 36
-FINER = 3
+SUPERSAMPLING = 3
 """The plan is drawn that many times larger, and then made smaller: smooth edges."""
-MOST_PX_PER_M = 100
+MAX_PX_PER_M = 100
 """A single room is not drawn larger than that."""
 VIEW_DEG = 106
 """What the camera sees from left to right: 90 degrees upright, at 4:3."""
@@ -42,14 +42,14 @@ class FilmPlan:
     """The plan of one house, to be drawn at each step of an episode."""
 
     def __init__(self, plan: FloorPlan) -> None:
-        one_metre = PlanSheet(plan, 1.0)
+        one_metre = PlanDrawing(plan, 1.0)
         width, height = one_metre.high - one_metre.low
         room = (PANEL_PX / width, (PANEL_PX - CAPTION_PX - LEGEND_PX) / height)
-        self._sheet = PlanSheet(plan, FINER * float(min(*room, MOST_PX_PER_M)), GROUND)
-        self._sheet.furnish(plan)
+        self._sheet = PlanDrawing(plan, SUPERSAMPLING * float(min(*room, MAX_PX_PER_M)), GROUND)
+        self._sheet.draw_contents(plan)
         self._outlines = {thing.id: thing.corners for thing in plan.things}
         for each in plan.rooms:
-            font = font_of(14 * FINER)
+            font = font_of(14 * SUPERSAMPLING)
             self._sheet.draw.text(self._sheet.at(*each.name_at), each.name, fill=SOFT, font=font, anchor="mm")
 
     def panel(self, worlds: Sequence[dict[str, Any]], holds: bool | None) -> Image.Image:
@@ -62,7 +62,7 @@ class FilmPlan:
             self._draw_walk(draw, worlds)
             self._draw_agent(draw, worlds[-1])
         panel = Image.new("RGB", (PANEL_PX, PANEL_PX), GROUND)
-        small = large.resize((large.width // FINER, large.height // FINER), Image.Resampling.LANCZOS)
+        small = large.resize((large.width // SUPERSAMPLING, large.height // SUPERSAMPLING), Image.Resampling.LANCZOS)
         free = PANEL_PX - CAPTION_PX - LEGEND_PX
         panel.paste(small, ((PANEL_PX - small.width) // 2, CAPTION_PX + (free - small.height) // 2))
         _draw_caption(panel, holds)
@@ -75,12 +75,12 @@ class FilmPlan:
     def _draw_targets(self, draw: ImageDraw.ImageDraw, world: dict[str, Any]) -> None:
         for name, thing in world["objects"].items():
             points = [self._sheet.at(x, z) for x, z in self._outline(name, thing["corners"])]
-            draw.polygon(points, fill=(*TARGET, 110), outline=TARGET, width=2 * FINER)
+            draw.polygon(points, fill=(*TARGET, 110), outline=TARGET, width=2 * SUPERSAMPLING)
             (low_x, low_y), (high_x, high_y) = (tuple(map(pick, zip(*points, strict=True))) for pick in (min, max))
             radius = RING_M * self._sheet.scale
             if max(high_x - low_x, high_y - low_y) < radius:
                 x, y = (low_x + high_x) / 2, (low_y + high_y) / 2
-                draw.ellipse((x - radius, y - radius, x + radius, y + radius), outline=TARGET, width=3 * FINER)
+                draw.ellipse((x - radius, y - radius, x + radius, y + radius), outline=TARGET, width=3 * SUPERSAMPLING)
 
     def _outline(self, name: str, box: str) -> list[list[float]]:
         """Returns the corners (x, z) of a thing: of its box, or of what the plan shows of it there."""
@@ -93,7 +93,7 @@ class FilmPlan:
     def _draw_walk(self, draw: ImageDraw.ImageDraw, worlds: Sequence[dict[str, Any]]) -> None:
         way = [self._at(world) for world in worlds]
         if len(way) > 1:
-            draw.line(way, fill=PATH, width=3 * FINER, joint="curve")
+            draw.line(way, fill=PATH, width=3 * SUPERSAMPLING, joint="curve")
         for x, y in way:
             radius = STEP_DOT_M * self._sheet.scale
             draw.ellipse((x - radius, y - radius, x + radius, y + radius), fill=PATH)
@@ -104,8 +104,10 @@ class FilmPlan:
         far, radius = VIEW_M * self._sheet.scale, AGENT_M * self._sheet.scale
         turn = world["yaw"] - 90
         draw.pieslice((x - far, y - far, x + far, y + far), turn - VIEW_DEG / 2, turn + VIEW_DEG / 2, fill=(*AGENT, 50))
-        draw.ellipse((x - radius, y - radius, x + radius, y + radius), fill=AGENT, outline=GROUND, width=2 * FINER)
-        draw.line([(x, y), (x + radius * dx, y - radius * dz)], fill=GROUND, width=2 * FINER)
+        draw.ellipse(
+            (x - radius, y - radius, x + radius, y + radius), fill=AGENT, outline=GROUND, width=2 * SUPERSAMPLING
+        )
+        draw.line([(x, y), (x + radius * dx, y - radius * dz)], fill=GROUND, width=2 * SUPERSAMPLING)
 
 
 def _extent(corners: np.ndarray) -> np.ndarray:

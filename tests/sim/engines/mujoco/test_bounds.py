@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.packs.pack import Pack
 from vigil.scene.build import build_scene
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
@@ -35,7 +35,7 @@ def test_a_plane_is_beside_nothing() -> None:
     model = model_of_a_house()
     planes = np.flatnonzero(model.native.geom_dataid < 0)
     far = np.full(3, 1e6)
-    is_beside = model.bounds().beside(far, far + 1.0, model.native.ngeom)
+    is_beside = model.bounds().geoms_outside(far, far + 1.0, model.native.ngeom)
     assert len(planes)
     assert not is_beside[planes].any()
     assert is_beside[model.native.geom_dataid >= 0].all()
@@ -45,7 +45,7 @@ def test_walls_have_boxes_of_their_pieces() -> None:
     model = model_of_a_house()
     walls = [geom for geom, kind in model.structure_kinds.items() if kind == "wall"]
     middle = (model.data.geom_xpos[walls[0]] * [1.0, 1.0, 0.0]) + [0.0, 0.0, 1.2]
-    is_beside = model.bounds().beside(middle - 0.1, middle + 0.1, model.native.ngeom)
+    is_beside = model.bounds().geoms_outside(middle - 0.1, middle + 0.1, model.native.ngeom)
     assert is_beside[walls].all()
 
 
@@ -54,6 +54,6 @@ def test_a_copy_follows_its_own_things() -> None:
     first = model.bounds().lows.copy()
     copy = model.copy()
     copy.data.mocap_pos[:] += 1.0
-    copy.settle()
+    copy.update_kinematics()
     assert (model.bounds().lows == first).all()
     assert (copy.bounds().lows != first).any()

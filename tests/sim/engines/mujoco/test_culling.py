@@ -17,7 +17,7 @@ from vigil.sim.core.sight import Sight
 from vigil.sim.engines.mujoco.compiled import frames
 from vigil.sim.engines.mujoco.compiled.model import HIDDEN, CompiledModel, build
 from vigil.sim.engines.mujoco.engine import MujocoEngine
-from vigil.sim.engines.mujoco.raster.culling import unseen
+from vigil.sim.engines.mujoco.raster.culling import invisible_geoms
 from vigil.sim.engines.mujoco.raster.mirrors import box_of
 from vigil.sim.engines.mujoco.raster.surfaces import Surfaces
 from vigil.sim.engines.mujoco.raster.viewer import Mirror, Viewer
@@ -56,7 +56,7 @@ def rooms(*doors: Hole | None) -> Scene:
 
 def seen(scene: Scene, x: float, z: float, height: float = EYE_M) -> set[int]:
     """Returns which rooms are seen from a place, in any direction; all when nothing is left out."""
-    found = Portals(scene).seen_from((x, z, height))
+    found = Portals(scene).visible_rooms((x, z, height))
     return set(range(len(scene.rooms))) if found is None else {room for room, _ in found}
 
 
@@ -106,9 +106,9 @@ def test_through_a_mirror_only_what_lies_behind_it_is_seen() -> None:
     portals, eye, entry = Portals(rooms(DOOR)), (-1.0, 0.5, EYE_M), (0.01, 0.5, EYE_M)
     towards_door = Sector.of(eye, [(0.0, 0.4, 1.4), (0.0, 0.6, 1.6)])
     past_it = Sector.of(eye, [(0.0, 1.9, 1.4), (0.0, 2.1, 1.6)])
-    assert portals.seen_from(eye) is None
+    assert portals.visible_rooms(eye) is None
     for through, expected in ((towards_door, {0, 1}), (past_it, {0})):
-        found = portals.seen_from(eye, [entry], through)
+        found = portals.visible_rooms(eye, [entry], through)
         assert found is not None
         assert {room for room, _ in found} == expected
 
@@ -142,7 +142,7 @@ def test_without_any_inner_wall_a_large_house_is_soon_looked_over() -> None:
             ((0.0, 16.0), (16.0, 16.0)),
         ]
     ]
-    found = Portals(scene).seen_from((2.0, 2.0, EYE_M))
+    found = Portals(scene).visible_rooms((2.0, 2.0, EYE_M))
     assert found is not None
     assert sorted(room for room, _ in found) == list(range(16))  # each of them once
 
@@ -257,7 +257,7 @@ def test_from_above_no_room_is_left_out() -> None:
     model, middle_of_a = build(rooms(None)), frames.points(np.array([2.0, 0.0, 2.0]))
     for height, shown in ((1.5, {0}), (12.0, {0, 1})):
         eye = middle_of_a + np.array([0.0, 0.0, height])
-        gone = unseen(model, Viewer(eye, np.eye(3), 100.0, 640, 480))  # it looks straight down
+        gone = invisible_geoms(model, Viewer(eye, np.eye(3), 100.0, 640, 480))  # it looks straight down
         assert {room for geom, room in model.structure_rooms.items() if not gone[geom]} == shown
 
 
@@ -279,7 +279,7 @@ def test_nothing_is_left_out_to_which_a_line_leads_through_the_doorways(seed: in
             found += 1
             at = Spans.of(eye, point + rng.uniform(-0.2, 0.2, (8, 1, 1)) * way / np.linalg.norm(way))
             assert any(
-                sector.holds_any(at).all() for other, sector in portals.seen_from(tuple(eye)) or [] if other == room
+                sector.overlaps(at).all() for other, sector in portals.visible_rooms(tuple(eye)) or [] if other == room
             )
     assert found > 5
 
@@ -302,7 +302,7 @@ def put(scene: Scene, name: str, x: float, z: float, height: float = 0.5) -> Non
 def left_out(model: CompiledModel, looker: Pose) -> set[str]:
     """Returns the things of which nothing is drawn."""
     eye, axes = frames.points(np.array(looker.eye)), frames.camera_axes(looker)
-    gone = unseen(model, Viewer(eye, axes, 80.0, 640, 480))
+    gone = invisible_geoms(model, Viewer(eye, axes, 80.0, 640, 480))
     return {name for name, placed in model.things.items() if gone[placed.geoms].all()}
 
 
@@ -390,7 +390,7 @@ def test_what_has_moved_into_view_is_drawn() -> None:
     model, looker = build(scene), Pose(position=Vec3(1.0, 0.0, 0.5), rotation=70.0)
     assert left_out(model, looker) == {"thing"}
     model.place(replace(scene.things["thing"], position=Vec3(6.0, 0.5, 0.5)))
-    model.settle()
+    model.update_kinematics()
     assert not left_out(model, looker)
 
 
@@ -404,7 +404,7 @@ def test_rays_are_cast_at_what_has_moved_into_view() -> None:
     for z in (3.0, 0.5, 3.0):
         thing.position = Vec3(6.0, 0.5, z)
         engine.update(scene, {"thing"})
-        sight.forget()
+        sight.clear_cache()
         way = np.array([tuple(thing.position)]) - np.array(tuple(eye))
         met.append(bool(sight.meets(eye, way / np.linalg.norm(way), thing, through_glass=True)[0]))
     engine.close()

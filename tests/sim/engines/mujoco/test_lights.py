@@ -10,7 +10,7 @@ from vigil.assets.kernel.asset import Glow
 from vigil.base.geometry import Vec3
 from vigil.protocol.house import MaterialRef
 from vigil.scene.things import RoomShape, Scene, Thing
-from vigil.sim.engines.mujoco.compiled.lights import UNLIT, glow_of, lamps_of
+from vigil.sim.engines.mujoco.compiled.lights import DIM_SHARE, lamps_of, point_light_of
 
 ELL = [(0.0, 0.0), (4.0, 0.0), (4.0, 1.5), (1.5, 1.5), (1.5, 5.0), (0.0, 5.0)]
 ZED = [(0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (6.0, 2.0), (6.0, 3.0), (2.0, 3.0), (2.0, 1.0), (0.0, 1.0)]
@@ -55,10 +55,10 @@ def test_what_is_on_shines_from_where_it_is(scene: Scene) -> None:
     cabinet = scene.things["cabinet"]
     cabinet.asset = replace(cabinet.asset, glow=glow)
     # The cabinet is turned by half, so what is in front of its middle lies towards -z (MuJoCo's -y).
-    assert glow_of(cabinet).place == pytest.approx((0.0, 0.4, 0.7))
-    assert glow_of(cabinet).colour[0] > glow_of(cabinet).colour[2] > 0
+    assert point_light_of(cabinet).place == pytest.approx((0.0, 0.4, 0.7))
+    assert point_light_of(cabinet).colour[0] > point_light_of(cabinet).colour[2] > 0
     with pytest.raises(ValueError, match="gives no light"):
-        glow_of(scene.things["cube"])
+        point_light_of(scene.things["cube"])
 
 
 def test_a_room_is_dim_while_its_switches_are_off() -> None:
@@ -69,13 +69,13 @@ def test_a_room_is_dim_while_its_switches_are_off() -> None:
     lamps = lamps_of(scene)
 
     def brightness(index: int) -> float:
-        lamps.heed([switch])
+        lamps.update_switches([switch])
         return float(lamps.strengths()[index].mean())
 
     behind, dim = brightness(0), brightness(1)
     switch.is_toggled = True
-    assert brightness(1) == pytest.approx(dim / UNLIT)
+    assert brightness(1) == pytest.approx(dim / DIM_SHARE)
     assert brightness(0) == pytest.approx(behind)
     switch.is_toggled = False
-    lamps.heed([])
-    assert lamps.strengths()[1].mean() == pytest.approx(dim / UNLIT)
+    lamps.update_switches([])
+    assert lamps.strengths()[1].mean() == pytest.approx(dim / DIM_SHARE)

@@ -6,27 +6,27 @@ from weakref import WeakSet
 import numpy as np
 import pytest
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.actions import InteractPixel, Navigate
 from vigil.protocol.house import MaterialRef
 from vigil.protocol.world import Setup, WorldState
 from vigil.scene.things import Scene
 from vigil.sim import make_simulator
-from vigil.sim.conformance.trial_house import trial_house
+from vigil.sim.conformance.reference_house import reference_house
 from vigil.sim.engines.mujoco.compiled import model as compiled
 from vigil.sim.engines.mujoco.compiled import model_cache
 from vigil.sim.engines.mujoco.compiled.model import HIDDEN, build
 from vigil.sim.engines.mujoco.raster import surfaces
-from vigil.sim.engines.mujoco.raster.culling import unseen
+from vigil.sim.engines.mujoco.raster.culling import invisible_geoms
 from vigil.sim.privileged import PrivilegedSimulator
 
 
 @pytest.fixture(autouse=True)
 def _empty_store():
-    model_cache.forget()
+    model_cache.clear()
     yield
-    model_cache.forget()
+    model_cache.clear()
 
 
 def test_a_kept_model_is_handed_out_as_an_equal_copy(scene: Scene) -> None:
@@ -67,14 +67,14 @@ def test_what_happens_in_one_scene_stays_there(scene: Scene) -> None:
     before = first.data.geom_xpos.copy()
     cabinet.openness, cabinet.is_toggled = 1.0, True
     first.place(cabinet)
-    first.settle()
-    first.lamps.unlit = frozenset({0})
+    first.update_kinematics()
+    first.lamps.dim_rooms = frozenset({0})
     assert not np.array_equal(first.data.geom_xpos, before)
     cabinet.openness, cabinet.is_toggled = 0.0, False
     second = model_cache.model_of(scene)
     assert np.array_equal(second.data.geom_xpos, before)
     assert np.array_equal(second.native.geom_matid, build(scene).native.geom_matid)
-    assert not second.lamps.unlit
+    assert not second.lamps.dim_rooms
 
 
 def _other_wall(scene: Scene) -> None:
@@ -120,19 +120,19 @@ def test_only_the_latest_scenes_are_kept(scene: Scene, monkeypatch) -> None:
     monkeypatch.setattr(model_cache, "_engines", WeakSet())  # each engine that still lives has more kept
     built = []
     monkeypatch.setattr(model_cache, "build", lambda wanted: built.append(wanted) or build(wanted))
-    for number in range(model_cache.KEPT + 1):
+    for number in range(model_cache.MAX_CACHED_PER_ENGINE + 1):
         scene.things["cube"].position = Vec3(0.1 * number, 0.1, 0.0)
         model_cache.model_of(scene)
     model_cache.model_of(scene)
-    assert len(built) == model_cache.KEPT + 1
+    assert len(built) == model_cache.MAX_CACHED_PER_ENGINE + 1
     scene.things["cube"].position = Vec3(0.0, 0.1, 0.0)
     model_cache.model_of(scene)
-    assert len(built) == model_cache.KEPT + 2
+    assert len(built) == model_cache.MAX_CACHED_PER_ENGINE + 2
 
 
 def _play(simulator: PrivilegedSimulator, *, drawn: bool) -> tuple[list[WorldState], list[bytes]]:
     """Returns the states and frames of a short walk with some opening, picking and dropping."""
-    house = trial_house()
+    house = reference_house()
     simulator.load(house)
     simulator.reset(Pose(position=Vec3(1.4, 0.0, 3.2), rotation=180.0, horizon=30.0), Setup())
     ids = simulator.object_ids()
@@ -168,13 +168,13 @@ def test_frames_are_the_same_with_all_geoms_drawn(monkeypatch) -> None:
     left_out: list[float] = []
 
     def counted(model, viewer):
-        gone = unseen(model, viewer)
+        gone = invisible_geoms(model, viewer)
         left_out.append(float(gone.mean()))
         assert (model.native.geom_group[gone] != HIDDEN).any()
         return gone
 
-    monkeypatch.setattr(surfaces, "unseen", counted)
+    monkeypatch.setattr(surfaces, "invisible_geoms", counted)
     _, frames = _play(simulator, drawn=True)
-    monkeypatch.setattr(surfaces, "unseen", lambda model, *_: np.zeros(model.native.ngeom, dtype=bool))
+    monkeypatch.setattr(surfaces, "invisible_geoms", lambda model, *_: np.zeros(model.native.ngeom, dtype=bool))
     assert _play(simulator, drawn=True)[1] == frames
     assert np.mean(left_out) > 0.2

@@ -14,14 +14,21 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.engines.mujoco.compiled import model_cache
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 from vigil.sim.engines.mujoco.engine import MujocoEngine
-from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, occluders
+from vigil.sim.engines.mujoco.raster import crevice_occlusion, irradiance, lightmap_atlas, occluders
 from vigil.sim.engines.mujoco.raster import lighting as lighting_module
 from vigil.sim.engines.mujoco.raster.geometry import BOARD_EDGE_M, geometry_of
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
-from vigil.sim.engines.mujoco.raster.lighting import FULL, Cast, Lighting
+from vigil.sim.engines.mujoco.raster.lighting import FULL, CastLight, Lighting
 from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh, refined
 from vigil.sim.engines.mujoco.raster.mirrors import box_of
-from vigil.sim.engines.mujoco.raster.smoothing import INSET_M, inset, lightened, of_one_surface, on_strips, smoothed
+from vigil.sim.engines.mujoco.raster.smoothing import (
+    INSET_M,
+    are_on_strips,
+    lightened,
+    move_inward,
+    smooth_edges,
+    smoothed,
+)
 from vigil.sim.engines.mujoco.raster.viewer import Viewer
 
 LOOK = Pose(position=Vec3(0.0, 0.0, -1.5), rotation=0.0, horizon=20.0)
@@ -76,13 +83,13 @@ def test_planes_lie_apart_and_keep_their_points() -> None:
     wall = np.array([[0, 3, 0], [4, 3, 0], [4, 3, 2.5], [0, 3, 2.5]], float)
     normals = np.array([[0, 0, 1.0]] * 4 + [[0, -1.0, 0]] * 4)
     vertices = np.concatenate([floor, wall])
-    laid_out = charts.lay_out(vertices, normals, np.repeat([7, 9], 4))
+    laid_out = lightmap_atlas.pack_atlas(vertices, normals, np.repeat([7, 9], 4))
     assert sorted(laid_out.owners) == [7, 9]
     height, width = laid_out.is_used.shape
     texels = np.floor(laid_out.places * (width, height)).astype(int)
     for vertex, normal, (column, row) in zip(vertices, normals, texels, strict=True):
         inner = laid_out.points[row - (row > 5), column - (column > 5)]
-        assert np.linalg.norm(inner - vertex) < 3 * charts.TEXEL_M
+        assert np.linalg.norm(inner - vertex) < 3 * lightmap_atlas.TEXEL_M
         assert inner @ normal == pytest.approx(vertex @ normal, abs=1e-5)
     owner = np.full(laid_out.is_used.shape, -1)
     for number, (top, left, tall, wide) in enumerate(laid_out.boxes):
@@ -109,8 +116,8 @@ def test_both_ray_casters_measure_the_same() -> None:
 def test_little_light_reaches_what_is_under_something() -> None:
     scene = occluders.Occluders(drawn_block().vertices + np.array([0.0, 0.0, 0.25]), drawn_block().faces)
     up = np.array([[0.0, 0.0, 1.0]] * 3, np.float32)
-    under, beside, inside = (0.0, 0.0, 0.0), (3.0, 0.0, 0.0), (0.0, 0.0, 0.33)
-    samples = Samples(np.array([under, beside, inside], np.float32), up)
+    under, side_by_side, inside = (0.0, 0.0, 0.0), (3.0, 0.0, 0.0), (0.0, 0.0, 0.33)
+    samples = Samples(np.array([under, side_by_side, inside], np.float32), up)
     light, is_buried = irradiance.ambient(scene, samples)
     assert light[0].mean() < 0.5 * light[1].mean()
     assert is_buried.tolist() == [False, False, True]
@@ -118,9 +125,9 @@ def test_little_light_reaches_what_is_under_something() -> None:
     here = irradiance.from_lamp(scene, lamp, samples, np.full(3, 0.98, np.float32))
     assert here[0] == 0.0
     assert here[1] > 0.2
-    spilled = irradiance.from_lamp(scene, lamp, samples, np.array([1.0, 0.5, 0.01], np.float32))
-    assert spilled[1] == pytest.approx(0.5 / 0.98 * here[1])
-    assert spilled[2] == 0.0
+    spill_shares = irradiance.from_lamp(scene, lamp, samples, np.array([1.0, 0.5, 0.01], np.float32))
+    assert spill_shares[1] == pytest.approx(0.5 / 0.98 * here[1])
+    assert spill_shares[2] == 0.0
 
 
 @pytest.mark.parametrize("count", [1, 3, 17, 150])
@@ -133,7 +140,12 @@ def test_light_on_a_point_does_not_depend_on_what_else_is_lit(count: int) -> Non
     def lit(some: Samples) -> np.ndarray:
         lamps = irradiance.from_lamp(scene, lamp, some, np.ones(len(some.points), np.float32))
         return np.column_stack(
-            [irradiance.ambient(scene, some)[0], irradiance.aside(some), lamps, irradiance.faced(lamp, some)]
+            [
+                irradiance.ambient(scene, some)[0],
+                irradiance.ambient_facing_shares(some),
+                lamps,
+                irradiance.lamp_facing_shares(lamp, some),
+            ]
         )
 
     assert np.array_equal(lit(samples)[:count], lit(samples.part(slice(count))))
@@ -151,7 +163,7 @@ def test_light_keeps_the_form_of_what_it_falls_on() -> None:
     """What turns from the lamp is darker however light was averaged over its surface, and dark on its far side."""
     normals = np.array([(0, 0, 1), (0.8, 0, 0.6), (0, 0, -1)], np.float32)
     samples = Samples(np.zeros((3, 3), np.float32), normals)
-    even = Cast(np.ones((3, 3), np.float32), np.ones((1, 3), np.float32))
+    even = CastLight(np.ones((3, 3), np.float32), np.ones((1, 3), np.float32))
     cast = even.shaded(samples, [np.array([0.0, 0.0, 2.0])])
     assert cast.reach[0, 0] > cast.reach[0, 1] > cast.reach[0, 2] == 0.0
     assert cast.ambient[1, 0] > cast.ambient[0, 0]
@@ -160,9 +172,9 @@ def test_light_keeps_the_form_of_what_it_falls_on() -> None:
 def test_walls_that_meet_are_told_apart() -> None:
     sides = np.array([(1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0)], np.float32)
     samples = Samples(np.zeros((4, 3), np.float32), sides)
-    even = Cast(np.full((4, 3), irradiance.AMBIENT, np.float32), np.full((1, 4), irradiance.LAMP, np.float32))
+    even = CastLight(np.full((4, 3), irradiance.AMBIENT, np.float32), np.full((1, 4), irradiance.LAMP, np.float32))
     above = np.array([0.0, 0.0, 0.5])  # which all face alike
-    light = even.shaded(samples, [above]).under(np.ones((1, 3)), slice(None))[:, 0]
+    light = even.shaded(samples, [above]).mixed(np.ones((1, 3)), slice(None))[:, 0]
     apart = np.abs(light - np.roll(light, 1)) / np.minimum(light, np.roll(light, 1))
     assert apart.min() > 0.1
 
@@ -170,7 +182,7 @@ def test_walls_that_meet_are_told_apart() -> None:
 def test_a_lamp_makes_no_spot_on_the_ceiling() -> None:
     places = np.array([(x, 0.0, 2.5) for x in (0.0, 0.1, 0.5, 2.0)], np.float32)
     samples = Samples(places, np.array([(0, 0, -1.0)] * 4, np.float32))
-    shares = irradiance.faced(np.array([0.0, 0.0, 2.44]), samples)
+    shares = irradiance.lamp_facing_shares(np.array([0.0, 0.0, 2.44]), samples)
     assert shares.max() < 1.6 * shares.min()
 
 
@@ -179,7 +191,7 @@ def test_light_on_a_face_does_not_come_from_the_corners_of_its_rim() -> None:
     front = np.array([(x, 0.0, z) for x in (0.0, 0.3, 0.6) for z in (0.0, 0.4, 0.8)], np.float32)
     samples = Samples(front, np.array([(0, -1.0, 0)] * 9, np.float32))
     across = [(i, j) for i in range(9) for j in range(i) if np.abs(front[i] - front[j]).sum() < 0.5]
-    moved = inset(samples, np.array(across)).points
+    moved = move_inward(samples, np.array(across)).points
     assert moved[4] == pytest.approx(front[4])
     for corner, inward in ((0, (1, 1)), (2, (1, -1)), (6, (-1, 1)), (8, (-1, -1))):
         step = moved[corner] - front[corner]
@@ -191,9 +203,9 @@ def test_light_on_a_face_does_not_come_from_the_corners_of_its_rim() -> None:
 def test_the_sides_of_a_panel_are_strips_and_its_front_is_none() -> None:
     (slim,) = refined([panel := drawn_mesh((-0.4, -0.01, -0.9), (0.4, 0.01, 0.9))], 0.12)
     both = np.zeros(len(slim.vertices), int)
-    assert on_strips(slim.vertices, slim.normals, both).tolist() == (np.abs(slim.normals[:, 1]) < 0.5).tolist()
+    assert are_on_strips(slim.vertices, slim.normals, both).tolist() == (np.abs(slim.normals[:, 1]) < 0.5).tolist()
     small = 0.04 * panel.vertices
-    assert not on_strips(small, panel.normals, np.zeros(len(small), int)).any()
+    assert not are_on_strips(small, panel.normals, np.zeros(len(small), int)).any()
 
 
 def test_strips_have_the_light_of_the_whole_from_afar_and_their_own_near_by() -> None:
@@ -226,7 +238,7 @@ def test_smoothed_light_keeps_to_one_surface_and_fills_what_is_not_known() -> No
     dark, hidden = np.flatnonzero(is_top)[[0, 3]]
     light[dark], light[hidden] = 0.0, 77.0
     is_known = np.arange(len(light)) != hidden
-    edges = of_one_surface(mesh.normals, edge_list(mesh.faces))
+    edges = smooth_edges(mesh.normals, edge_list(mesh.faces))
     after = smoothed(light, is_known, mesh.vertices, edges)
     assert after[~is_top] == pytest.approx(0.2)  # across an edge no light is taken
     assert (after[is_top] > 0.5).all()
@@ -241,7 +253,7 @@ def test_a_thing_that_stands_on_another_is_not_black_at_its_foot(scene: Scene) -
     scene.things["cube"].position = Vec3(-1.0, 0.0999, 0.0)  # its foot lies just inside the floor
     model = model_cache.model_of(scene)
     lighting = Lighting(model)
-    lighting.follow(np.arange(model.native.ngeom))
+    lighting.update(np.arange(model.native.ngeom))
     (geom,) = model.things["cube"].geoms
     light = lighting.vertices[lighting.geometry.vertex_slices[geom], :3].astype(int)
     normals = np.round(lighting.geometry.world(model, geom)[1])
@@ -264,7 +276,7 @@ def test_a_leaf_stops_light_unless_it_opens(scene: Scene) -> None:
     stop = []
     for is_openable in (True, False):
         scene.things["cabinet"].is_openable = is_openable
-        stop.append(set(model_cache.model_of(scene).still.tolist()))
+        stop.append(set(model_cache.model_of(scene).static_occluders.tolist()))
     ajar, shut = stop
     (leaf,) = shut - ajar
     assert ajar < shut
@@ -299,7 +311,7 @@ def test_little_light_gets_into_what_is_shut_until_it_opens(scene: Scene) -> Non
     part = lighting.geometry.vertex_slices[body]
 
     def behind_leaf() -> float:
-        lighting.follow(every)
+        lighting.update(every)
         _, normals = lighting.geometry.world(model, body)
         light = lighting.vertices[part].astype(float)[normals[:, 1] < -0.9]
         return float((light[:, :3] * light[:, 3:] / FULL).min())
@@ -307,11 +319,11 @@ def test_little_light_gets_into_what_is_shut_until_it_opens(scene: Scene) -> Non
     shut = behind_leaf()
     cabinet.openness = 1.0
     model.place(cabinet)
-    model.settle()
+    model.update_kinematics()
     assert behind_leaf() > 1.5 * shut
     cabinet.openness = 0.0
     model.place(cabinet)
-    model.settle()
+    model.update_kinematics()
     assert behind_leaf() == shut
 
 
@@ -320,14 +332,14 @@ def test_light_follows_what_moves_and_leaves_no_shade_behind(scene: Scene) -> No
     model = model_cache.model_of(scene)
     lighting, other = Lighting(model), Lighting(model_cache.model_of(scene))
     every = np.arange(model.native.ngeom)
-    assert lighting.follow(every)[0]
+    assert lighting.update(every)[0]
     vertices, planes = lighting.vertices.copy(), lighting.planes.copy()
     assert planes.any()
     thing = scene.things["cube"]
     thing.position = Vec3(-0.5, 0.1, 0.4)  # beside the cabinet
     model.place(thing)
-    model.settle()
-    has_new_planes, changed = lighting.follow(every)
+    model.update_kinematics()
+    has_new_planes, changed = lighting.update(every)
     assert not has_new_planes
     assert len(changed) == len(model.things["cube"].geoms)
     moved = np.flatnonzero((lighting.vertices != vertices).any(axis=1))
@@ -336,11 +348,11 @@ def test_light_follows_what_moves_and_leaves_no_shade_behind(scene: Scene) -> No
     assert np.array_equal(lighting.planes, planes)
     thing.position = Vec3(-1.0, 0.1, 0.0)
     model.place(thing)
-    model.settle()
-    lighting.follow(every)
+    model.update_kinematics()
+    lighting.update(every)
     assert np.array_equal(lighting.vertices, vertices)
     for geom in every[::-1]:  # one after the other, as they come into view
-        other.follow(np.array([geom]))
+        other.update(np.array([geom]))
     assert np.array_equal(other.vertices, vertices)
     assert np.array_equal(other.planes, planes)
 
@@ -351,7 +363,7 @@ def test_furniture_that_a_setup_has_moved_changes_the_light_on_itself_alone(scen
         model = build(scene)
         put(model, scene.things["big"], position)
         lighting = Lighting(model)
-        lighting.follow(np.arange(model.native.ngeom))
+        lighting.update(np.arange(model.native.ngeom))
         found.append((lighting.vertices, lighting.planes))
         (own,) = (lighting.geometry.vertex_slices[geom] for geom in model.things["big"].geoms)
         scene.things["big"].position = Vec3(1.3, 0.45, 1.3)
@@ -372,15 +384,15 @@ def test_what_is_put_where_furniture_stood_is_lit(scene: Scene, is_taken_away) -
     big = scene.things["big"]
     before = big.position
     put(model, scene.things["cube"], before)
-    lighting.follow(every)
+    lighting.update(every)
     inside = lighting.vertices[own, :3].copy()
     big.is_present = not is_taken_away
     put(model, big, before if is_taken_away else Vec3(-1.3, 0.45, 1.3))
-    lighting.follow(every)
+    lighting.update(every)
     assert lighting.vertices[own, :3].mean() > inside.mean() + 20
     big.is_present = True
     put(model, big, before)
-    lighting.follow(every)
+    lighting.update(every)
     assert np.array_equal(lighting.vertices[own, :3], inside)
 
 
@@ -388,12 +400,12 @@ def test_how_a_case_looked_when_its_light_was_cast_does_not_matter(scene: Scene)
     cabinet = scene.things["cabinet"]
     found = []
     for is_toggled, is_broken, is_present in ((False, False, True), (True, True, True), (False, False, False)):
-        model_cache.forget()
+        model_cache.clear()
         model = model_cache.model_of(scene)
         every, lighting = np.arange(model.native.ngeom), Lighting(model)
         cabinet.is_toggled, cabinet.is_broken, cabinet.is_present = is_toggled, is_broken, is_present
         put(model, cabinet, cabinet.position)
-        lighting.follow(every)
+        lighting.update(every)
         found.append(lighting.vertices)
         cabinet.is_toggled, cabinet.is_broken, cabinet.is_present = False, False, True
     assert np.array_equal(found[1], found[0])
@@ -403,7 +415,7 @@ def test_how_a_case_looked_when_its_light_was_cast_does_not_matter(scene: Scene)
 def put(model: CompiledModel, thing: Thing, position: Vec3) -> None:
     thing.position = position
     model.place(thing)
-    model.settle()
+    model.update_kinematics()
 
 
 def test_light_is_the_same_however_it_is_cast_in_parts(scene: Scene, monkeypatch) -> None:
@@ -411,7 +423,7 @@ def test_light_is_the_same_however_it_is_cast_in_parts(scene: Scene, monkeypatch
     for points in (10, 500, 10**6):
         monkeypatch.setattr(lighting_module, "PART_POINTS", points)
         lighting = Lighting(build(scene))
-        lighting.follow(np.arange(len(lighting.geometry.is_charted) - len(lighting.geometry.hand)))
+        lighting.update(np.arange(len(lighting.geometry.is_in_atlas) - len(lighting.geometry.hand)))
         found.append((lighting.vertices, lighting.planes))
     for vertices, planes in found[1:]:
         assert np.array_equal(vertices, found[0][0])
@@ -420,19 +432,19 @@ def test_light_is_the_same_however_it_is_cast_in_parts(scene: Scene, monkeypatch
 
 def test_a_failure_on_one_of_two_threads_is_told() -> None:
     with pytest.raises(ZeroDivisionError):
-        lighting_module.do_at_once([lambda: 1, lambda: divmod(1, 0)])
+        lighting_module.run_in_parallel([lambda: 1, lambda: divmod(1, 0)])
 
 
 def test_a_room_is_drawn_darker_while_its_lamp_is_dim(scene: Scene) -> None:
     model = model_cache.model_of(scene)
     lighting, every = Lighting(model), np.arange(model.native.ngeom)
-    lighting.follow(every)
+    lighting.update(every)
     bright = lighting.planes.copy()
-    model.lamps.unlit = frozenset({0})
-    assert lighting.follow(every)[0]
+    model.lamps.dim_rooms = frozenset({0})
+    assert lighting.update(every)[0]
     assert lighting.planes[..., :3].mean() < 0.85 * bright[..., :3].mean()
-    model.lamps.unlit = frozenset()
-    lighting.follow(every)
+    model.lamps.dim_rooms = frozenset()
+    lighting.update(every)
     assert np.array_equal(lighting.planes, bright)
 
 
@@ -464,7 +476,7 @@ def test_a_frame_does_not_depend_on_the_setups_drawn_before_it(scene: Scene, qua
     cube = scene.things["cube"].position
 
     def frames(order: list[int]) -> dict[int, np.ndarray]:
-        model_cache.forget()
+        model_cache.clear()
         engine = MujocoEngine(quality)
         engine.load(scene)
         drawn = {}
@@ -553,7 +565,7 @@ def test_only_what_is_inside_a_case_is_dark_behind_a_leaf(
     body = model.things["cabinet"].geoms[0]
     points, normals = lighting.geometry.world(model, body)
     samples = Samples(points, normals)
-    shut = gaps.shares_of_light(model, lighting.geometry, np.full(len(points), body), samples) < 1.0
+    shut = crevice_occlusion.light_shares(model, lighting.geometry, np.full(len(points), body), samples) < 1.0
     faces_leaf = normals[:, 1] < -0.9
     inside = faces_leaf & (np.abs(points[:, [0, 2]] - (0.0, 0.4)) < 0.35).all(axis=1)
     is_dark = is_enclosed and bool(surfaces)
@@ -564,8 +576,18 @@ def test_only_what_is_inside_a_case_is_dark_behind_a_leaf(
 def test_the_dark_of_a_gap_does_not_run_out_along_a_long_edge() -> None:
     points = np.array([(0.0, 0.0, 0.0), (0.01, 0.0, 0.0), (0.02, 0.0, 0.0), (0.3, 0.0, 0.0)], np.float32)
     edges = np.array([(0, 1), (1, 2), (2, 3)])
-    assert gaps.bounded(np.array([True, True, True, False]), points, edges).tolist() == [True, True, False, False]
-    assert gaps.bounded(np.array([False, True, True, True]), points, edges).tolist() == [False, True, True, True]
+    assert crevice_occlusion.without_long_gradients(np.array([True, True, True, False]), points, edges).tolist() == [
+        True,
+        True,
+        False,
+        False,
+    ]
+    assert crevice_occlusion.without_long_gradients(np.array([False, True, True, True]), points, edges).tolist() == [
+        False,
+        True,
+        True,
+        True,
+    ]
 
 
 def test_a_gap_between_leaves_is_dim_at_its_lips_and_dark_behind(scene: Scene) -> None:
@@ -585,12 +607,14 @@ def test_a_gap_between_leaves_is_dim_at_its_lips_and_dark_behind(scene: Scene) -
     lips, fronts = [], []
     for geom in geoms[1:].tolist():
         points, normals = geometry.world(model, geom)
-        shares = gaps.shares_of_light(model, geometry, np.full(len(points), geom), Samples(points, normals))
-        from_middle = np.abs((points - model.data.xpos[case]) @ axes[:, gaps.BESIDE[0]])
-        lips.append(set(shares[(np.abs(normals @ axes[:, gaps.BESIDE[0]]) > 0.9) & (from_middle < 0.003)].tolist()))
-        fronts.append(set(shares[normals @ axes[:, gaps.FRONT] > 0.9].tolist()))
-    assert [gaps.LIP_SHARE in lip for lip in lips] == [True, False, True]
-    assert [gaps.INSIDE_SHARE in front for front in fronts] == [False, True, False]
+        shares = crevice_occlusion.light_shares(model, geometry, np.full(len(points), geom), Samples(points, normals))
+        from_middle = np.abs((points - model.data.xpos[case]) @ axes[:, crevice_occlusion.BESIDE[0]])
+        lips.append(
+            set(shares[(np.abs(normals @ axes[:, crevice_occlusion.BESIDE[0]]) > 0.9) & (from_middle < 0.003)].tolist())
+        )
+        fronts.append(set(shares[normals @ axes[:, crevice_occlusion.FRONT] > 0.9].tolist()))
+    assert [crevice_occlusion.LIP_SHARE in lip for lip in lips] == [True, False, True]
+    assert [crevice_occlusion.CLOSED_SHARE in front for front in fronts] == [False, True, False]
 
 
 def test_a_narrow_gap_is_no_brighter_than_a_front_before_a_paler_box(scene: Scene) -> None:
@@ -603,6 +627,8 @@ def test_a_narrow_gap_is_no_brighter_than_a_front_before_a_paler_box(scene: Scen
     model = model_cache.model_of(scene)
     wood, paint = (model.things["cabinet"].geoms[[1, 2]]).tolist()
     assert model.native.geom_rbound[paint] > model.native.geom_rbound[wood]
-    on_wood, on_paint = gaps.shares_from_afar(model, np.array([wood, paint]), np.array([0.01, 0.01])).tolist()
+    on_wood, on_paint = crevice_occlusion.distant_light_shares(
+        model, np.array([wood, paint]), np.array([0.01, 0.01])
+    ).tolist()
     assert 0.01 < on_paint < 0.2
-    assert on_wood == pytest.approx(gaps.AFAR_SHARE)
+    assert on_wood == pytest.approx(crevice_occlusion.DISTANT_SHARE)

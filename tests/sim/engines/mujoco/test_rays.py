@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Vec3
 from vigil.packs.pack import Pack
 from vigil.scene.build import build_scene

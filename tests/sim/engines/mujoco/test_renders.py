@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from vigil.scene.things import Scene
-from vigil.sim.showcase.graphics_check import doctor
+from vigil.sim.showcase.graphics_check import check_graphics
 from vigil.sim.showcase.renders import render_asset, render_birdseye
 
 pytestmark = pytest.mark.usefixtures("drawing")
@@ -30,7 +30,7 @@ def test_a_house_is_seen_from_above_with_north_up(scene: Scene) -> None:
 
 
 def test_the_doctor_draws_and_names_the_driver() -> None:
-    found = doctor()
+    found = check_graphics()
     assert found["ok"], found["fault"]
     assert found["frame"].shape == (480, 640, 3)
     assert found["gl_renderer"]

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.world import Setup
 from vigil.sim import make_simulator
-from vigil.sim.conformance.trial import opened
-from vigil.sim.conformance.trial_house import DRAWER, trial_house
+from vigil.sim.conformance.harness import opened
+from vigil.sim.conformance.reference_house import DRAWER, reference_house
 
 BEFORE = Pose(position=Vec3(8.0, 0.0, 1.4), rotation=180.0, horizon=35.0)
 SEEN = 12
@@ -19,7 +19,7 @@ SEEN = 12
 def frames(drawing: None) -> dict[str, np.ndarray]:
     simulator = make_simulator("mujoco", assets=AssetDatabase.default())
     found = {}
-    simulator.load(trial_house())
+    simulator.load(reference_house())
     for name, setup in (("shut", Setup()), ("open", opened(DRAWER)), ("shut again", Setup())):
         simulator.reset(BEFORE, setup)
         found[name] = simulator.frame()

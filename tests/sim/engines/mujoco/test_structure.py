@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 import shapely
 
-from vigil.assets.sizes import AssetDatabase
+from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Vec3
 from vigil.protocol.house import MaterialRef
 from vigil.scene.build import build_scene
 from vigil.scene.things import Hole, RoomShape, Scene, WallPanel
-from vigil.sim.conformance.trial_house import PANE, trial_house
+from vigil.sim.conformance.reference_house import PANE, reference_house
 from vigil.sim.engines.mujoco.compiled.pieces import Triangles
 from vigil.sim.engines.mujoco.compiled.structure import BEHIND_FRAME_M, OVERLAP_M, shells_of
 from vigil.sim.engines.mujoco.engine import MujocoEngine
@@ -84,7 +84,7 @@ def test_neighbouring_cells_share_their_corners() -> None:
 
 def test_no_ray_slips_between_a_frame_and_its_wall() -> None:
     """Rays at the corners and edges of the window between two rooms end at its frame, its pane or the wall."""
-    scene = build_scene(trial_house(), AssetDatabase.default())
+    scene = build_scene(reference_house(), AssetDatabase.default())
     engine = MujocoEngine()
     engine.load(scene)
     pane, rng = scene.things[PANE], np.random.default_rng(3)

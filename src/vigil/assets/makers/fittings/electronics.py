@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import Maker, lengthwise, settled
+from vigil.assets.kernel.arrange import Maker, lengthwise, lowered_into
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import COLOURS, colour, one_of
@@ -74,7 +74,7 @@ def laptop(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     if size.y > 0.25 * size.z:
         thick, lean, depth = _measured_open(size)
         flat = _laptop(Vec3(size.x, thick, depth), rng, 90.0 + lean)
-        return settled(flat, size, forward=float(size.z - depth) / 2)
+        return lowered_into(flat, size, forward=float(size.z - depth) / 2)
     return _laptop(size, rng, 110.0)
 
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import Maker, turning
+from vigil.assets.kernel.arrange import Maker, lathed_oval
 from vigil.assets.kernel.asset import Asset, Glow
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import colour, one_of
@@ -255,8 +255,8 @@ def candle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
         top, radius = 0.62 * height, 0.44 * width
         jar = shapes.lathe([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.92, 1.0), (0.92, 0.06), (0.0, 0.06)], segments=16)
         builder.add(PartStyle("glass", is_glass=True), shapes.scale(jar, (width / 2, height, depth / 2)))
-        builder.add("metal/brass", turning([(1.0, 0.96 * height), (1.0, height), (0.9, height)], width, depth, 16))
-        builder.add("paper/#efe6cf", turning([(1.01, 0.14 * height), (1.01, 0.44 * height)], width, depth, 16))
+        builder.add("metal/brass", lathed_oval([(1.0, 0.96 * height), (1.0, height), (0.9, height)], width, depth, 16))
+        builder.add("paper/#efe6cf", lathed_oval([(1.01, 0.14 * height), (1.01, 0.44 * height)], width, depth, 16))
         base = 0.06 * height
     split = base + 0.62 * (top - base)
     body = [(radius, base), (radius, split)]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import Maker, along_longest, bend, lengthwise, strip, turning
+from vigil.assets.kernel.arrange import Maker, along_longest, bend, lathed_oval, lengthwise, strip
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.palette import colour, one_of
@@ -42,8 +42,8 @@ def pot(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
     across = min(width, 0.66 * length if long_handle else length - 2 * ear)
     middle = -length / 2 + ear + across / 2 if long_handle else 0.0
     _vessel(builder, (body, inside), (width, across), (0.98, 0.06), middle)
-    lip = turning([(0.97, 0.94 * height), (1.03, 0.95 * height), (1.03, height), (0.97, height)], width, across)
-    sole = turning([(0.99, 0.0), (1.0, 0.0), (1.0, 0.1 * height), (0.97, 0.1 * height)], width, across)
+    lip = lathed_oval([(0.97, 0.94 * height), (1.03, 0.95 * height), (1.03, height), (0.97, height)], width, across)
+    sole = lathed_oval([(0.99, 0.0), (1.0, 0.0), (1.0, 0.1 * height), (0.97, 0.1 * height)], width, across)
     builder.add(STEEL, shapes.translate(lip, (0, 0, middle)), shapes.translate(sole, (0, 0, middle)))
     edge = middle + 0.48 * across
     for side in (-1,) if long_handle else (-1, 1):
@@ -104,7 +104,7 @@ def _vessel(
     outer = [(0.0, 0.0), (foot * 0.96, 0.0), (foot, 0.04 * height), (0.98, 0.95 * height), (1.0, height)]
     inner = [(1.0, height), (0.95, 0.97 * height), (foot - 0.05, floor), (0.0, floor)]
     for material, profile in zip(looks, (outer, inner), strict=True):
-        builder.add(material, shapes.translate(turning(profile, width, across), (0, 0, middle)))
+        builder.add(material, shapes.translate(lathed_oval(profile, width, across), (0, 0, middle)))
     builder.surface("inside", (0, floor, middle), (0.66 * foot * width, 0.66 * foot * across), is_inside=True)
     hollow(builder, width, across, floor, z=middle)
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import Maker, Silhouette, lengthwise, turning
+from vigil.assets.kernel.arrange import Maker, Silhouette, lathed_oval, lengthwise
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import COLOURS, colour, one_of
@@ -44,18 +44,18 @@ def bowl(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
         "glass": (f"glass/{tint}", f"glass/{tint}"),
     }[kind]
     for material, profile in zip(looks, (shell, inside), strict=True):
-        builder.add(PartStyle(material, is_glass=kind == "glass"), turning(profile, width, depth))
+        builder.add(PartStyle(material, is_glass=kind == "glass"), lathed_oval(profile, width, depth))
     if kind == "banded":
         band = [(outer[k][0] * 1.015, outer[k][1]) for k in (3, 4)]
-        builder.add(f"ceramic/{tint}", turning(band, width * 0.999, depth * 0.999))
+        builder.add(f"ceramic/{tint}", lathed_oval(band, width * 0.999, depth * 0.999))
     if kind in ("banded", "glass"):
         lip, hollow_edge = 1.012 * outer[-1][0], 0.985 * inner[-1][0]
         top = 1.015 * height
         rim = [(lip, 0.93 * height), (lip, top), (hollow_edge, top), (hollow_edge, 0.95 * height)]
-        builder.add(f"ceramic/{tint}", turning(rim, width, depth))
+        builder.add(f"ceramic/{tint}", lathed_oval(rim, width, depth))
     if kind == "glass":
         foot = [(0.0, 0.0), (0.46, 0.0), (0.48, 0.05 * height), (0.4, 0.1 * height), (0.0, 0.1 * height)]
-        builder.add(f"ceramic/{tint}", turning(foot, width, depth))
+        builder.add(f"ceramic/{tint}", lathed_oval(foot, width, depth))
     builder.surface("inside", (0, 0.16 * height, 0), (0.56 * width, 0.56 * depth), is_inside=True)
     hollow(builder, width, depth, 0.13 * height)
     is_plain = kind == "ceramic" and tint in looks[1]
@@ -77,17 +77,17 @@ def plate(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
     sunk = 0.42 * height
     builder.add(
         f"ceramic/{base}",
-        turning([(0.0, 0.0), (0.62, 0.0), (0.96, 0.76 * height)], width, depth, 24),
-        turning([(0.69, 0.55 * height), (0.62, sunk), (0.0, sunk)], width, depth, 24),
+        lathed_oval([(0.0, 0.0), (0.62, 0.0), (0.96, 0.76 * height)], width, depth, 24),
+        lathed_oval([(0.69, 0.55 * height), (0.62, sunk), (0.0, sunk)], width, depth, 24),
     )
     lip = [(0.96, 0.76 * height), (0.99, 0.82 * height), (1.0, 0.93 * height), (0.985, height), (0.93, 0.92 * height)]
-    builder.add(f"ceramic/{edge}", turning(lip, width, depth, 24))
-    builder.add(f"ceramic/{rim}", turning([(0.93, 0.92 * height), (0.69, 0.55 * height)], width, depth, 24))
+    builder.add(f"ceramic/{edge}", lathed_oval(lip, width, depth, 24))
+    builder.add(f"ceramic/{rim}", lathed_oval([(0.93, 0.92 * height), (0.69, 0.55 * height)], width, depth, 24))
     if kind != "rim":
         far, near = (0.86, 0.78) if kind == "ring" else (0.73, 0.69)
         slope = (0.92 - 0.55) / (0.93 - 0.69)
         ring = [(radius, (0.57 + (radius - 0.69) * slope) * height) for radius in (far, near)]
-        builder.add(f"ceramic/{edge}", turning(ring, width, depth, 24))
+        builder.add(f"ceramic/{edge}", lathed_oval(ring, width, depth, 24))
     builder.surface("top", (0, sunk, 0), (0.72 * width, 0.72 * depth))
     builder.octagon(width, depth, 0.0, sunk)
     return builder.build([name] if kind == "coloured" else [kind])
@@ -104,14 +104,14 @@ def mug(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
     taper = float(rng.choice([1.0, 0.9, 0.82]))
     outer = [(0.0, 0.0), (0.94 * taper, 0.0), (taper, 0.05 * height), (1.0, height)]
     inner = [(1.0, height), (0.9, height), (0.9 * taper, 0.08 * height), (0.0, 0.08 * height)]
-    builder.add(f"ceramic/{tint}", shapes.translate(turning(outer, width, across), (0, 0, middle)))
-    builder.add(f"ceramic/{inside}", shapes.translate(turning(inner, width, across), (0, 0, middle)))
+    builder.add(f"ceramic/{tint}", shapes.translate(lathed_oval(outer, width, across), (0, 0, middle)))
+    builder.add(f"ceramic/{inside}", shapes.translate(lathed_oval(inner, width, across), (0, 0, middle)))
     if rng.random() < 0.4:
         _, other = colour(rng, "white", "red", "yellow", "black", "light blue")
         low, high = sorted(rng.uniform(0.25, 0.8, 2) * height)
         high = max(high, low + 0.12 * height)
         radius = [1.012 * (taper + (1 - taper) * y / height) for y in (low, high)]
-        band = turning([(radius[0], low), (radius[1], high)], width, across)
+        band = lathed_oval([(radius[0], low), (radius[1], high)], width, across)
         builder.add(f"ceramic/{other}", shapes.translate(band, (0, 0, middle)))
     angles = np.linspace(-np.pi / 2, np.pi / 2, 8)
     thick = min(0.075 * height, 0.3 * (length - across))
@@ -146,12 +146,12 @@ def cup(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
         (foot - wall, floor),
         (0.0, floor),
     ]
-    builder.add(PartStyle(material, is_glass=kind == "glass"), turning(profile, width, depth))
+    builder.add(PartStyle(material, is_glass=kind == "glass"), lathed_oval(profile, width, depth))
     if kind in ("paper", "ceramic"):
         band = COLOURS["brown"] if kind == "paper" else COLOURS["white"]
         low, high = (0.25, 0.7) if kind == "paper" else (0.78, 0.9)
         sides = [(1.015 * (foot + (1 - foot) * share), share * height) for share in (low, high)]
-        builder.add(f"paper/{band}" if kind == "paper" else f"ceramic/{band}", turning(sides, width, depth))
+        builder.add(f"paper/{band}" if kind == "paper" else f"ceramic/{band}", lathed_oval(sides, width, depth))
     builder.surface("inside", (0, floor, 0), (1.2 * foot * width / 2, 1.2 * foot * depth / 2), is_inside=True)
     hollow(builder, width, depth, floor)
     return builder.build([kind] if kind in ("glass", "metal", "paper") else [name])

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import Maker, turning
+from vigil.assets.kernel.arrange import Maker, lathed_oval
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.meshes import cross
@@ -92,7 +92,7 @@ def house_plant(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
     across = min((0.62 if kind != "cactus" else 0.9) * min(width, depth), 1.3 * pot_top)
     pot = [(0.0, 0.0), (0.66, 0.0), (0.92, 0.82), (1.0, 0.84), (1.0, 1.0), (0.88, 1.0), (0.86, 0.9)]
     look = f"stone/{'#b8674a' if name == 'orange' else tint}" if rng.random() < 0.4 else f"ceramic/{tint}"
-    builder.add(look, turning([(r, y * pot_top) for r, y in pot], across, across, 16))
+    builder.add(look, lathed_oval([(r, y * pot_top) for r, y in pot], across, across, 16))
     builder.add(PLASTIC_SOIL, shapes.disc(0.44 * across, (0, 0.9 * pot_top, 0), segments=14))
     green = one_of(rng, ("leaf/#4f8a3f", "leaf/#3c7a46", "leaf/#6b9a44", "leaf/#2f6b3a"))
     spread = (width / 2, height - pot_top, depth / 2)
@@ -294,7 +294,7 @@ def room_decor(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
     across = min(0.62 * width, 0.5 * low)
     form = VASE_FORMS[one_of(rng, ("classic", "bottle", "cone", "barrel"))]
     inner = [(0.8 * form[-1][0], 1.0), (0.7 * form[-1][0], 0.8), (0.0, 0.8)]
-    builder.add(f"ceramic/{tint}", turning([(r, y * low) for r, y in [*form, *inner]], across, across))
+    builder.add(f"ceramic/{tint}", lathed_oval([(r, y * low) for r, y in [*form, *inner]], across, across))
     wood = one_of(rng, ("wood/walnut", "wood/worn"))
     blossom = one_of(rng, ("fabric/#e8d9b8", "fabric/#d98ea3", "leaf/#6b9a44", "fabric/#b4262b"))
     for k in range(7):

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import Maker, along_longest, creased, lengthwise, turning
+from vigil.assets.kernel.arrange import Maker, along_longest, creased, lathed_oval, lengthwise
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.palette import colour, one_of
@@ -29,7 +29,7 @@ def paper_towel_roll(size: Vec3, rng: np.random.Generator, _levels: Sequence[flo
     _, ink = colour(rng, "light blue", "light green", "pink", "teal")
     tall = high - low
     for edge in (low + 0.02 * tall, high - 0.09 * tall):
-        border = turning(
+        border = lathed_oval(
             [(1.004 * share, edge * height), (1.004 * share, (edge + 0.07 * tall) * height)], width, depth, 20
         )
         builder.add(f"paper/{ink}", border)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import turning
+from vigil.assets.kernel.arrange import lathed_oval
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import colour, one_of
@@ -115,7 +115,7 @@ def _turned(
 ) -> None:
     """Adds a profile of (share of half the width, height) turned about a kettle's middle; `x` is that and its width."""
     middle, across = x
-    builder.add(look, shapes.translate(turning(profile, across, builder.depth, segments), (middle, 0, 0)))
+    builder.add(look, shapes.translate(lathed_oval(profile, across, builder.depth, segments), (middle, 0, 0)))
 
 
 MAKERS = {"Kettle": kettle}

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import Maker, lengthwise, turning
+from vigil.assets.kernel.arrange import Maker, lathed_oval, lengthwise
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.palette import COLOURS, colour, one_of
@@ -83,8 +83,8 @@ def spray_bottle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
     across = float(np.clip(1.6 * width, 0.62 * depth, 0.8 * depth))
     middle = -depth / 2 + across / 2
     wall = [(0.0, 0.0), (0.94, 0.0), (1.0, 0.04), (1.0, 0.34), (0.9, 0.42), (0.5, 0.52), (0.3, 0.6), (0.28, 0.72)]
-    body = turning([(r, y * height) for r, y in wall], width, across)
-    band = turning([(1.012, 0.1 * height), (1.012, 0.32 * height)], width, across)
+    body = lathed_oval([(r, y * height) for r, y in wall], width, across)
+    band = lathed_oval([(1.012, 0.1 * height), (1.012, 0.32 * height)], width, across)
     builder.add(f"plastic/{tint}", shapes.translate(body, (0, 0, middle)))
     builder.add("paper/#ecebe6" if name != "white" else "paper/#4a6fa5", shapes.translate(band, (0, 0, middle)))
     _spray_head(builder, trigger, across, middle)
@@ -217,8 +217,8 @@ def watering_can(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
     across = min(width, 0.52 * length)
     middle = -length / 2 + 0.18 * length + across / 2
     top = 0.66 * height
-    body = turning([(0.0, 0.0), (0.98, 0.0), (1.0, 0.04 * height), (0.9, top), (0.82, top)], width, across)
-    inside = turning([(0.82, top), (0.8, 0.8 * top), (0.0, 0.8 * top)], width, across)
+    body = lathed_oval([(0.0, 0.0), (0.98, 0.0), (1.0, 0.04 * height), (0.9, top), (0.82, top)], width, across)
+    inside = lathed_oval([(0.82, top), (0.8, 0.8 * top), (0.0, 0.8 * top)], width, across)
     builder.add(paint, shapes.translate(body, (0, 0, middle)))
     builder.add("plastic/#2b2d30", shapes.translate(inside, (0, 0, middle)))
     start = middle + 0.4 * across
@@ -241,7 +241,7 @@ def watering_can(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
 def _turned(builder: Builder, look: PartStyle | str, profile: list[tuple[float, float]], segments: int = 18) -> None:
     """Adds a turned part: radii as shares of half the width, heights as shares of the height."""
     points = [(radius, y * builder.height) for radius, y in profile]
-    builder.add(look, turning(points, builder.width, builder.depth, segments))
+    builder.add(look, lathed_oval(points, builder.width, builder.depth, segments))
 
 
 MAKERS: dict[str, Maker] = {

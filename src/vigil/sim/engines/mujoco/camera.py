@@ -18,12 +18,12 @@ from vigil.sim.core.views import pose_of
 from vigil.sim.engines.mujoco import held
 from vigil.sim.engines.mujoco.compiled import frames, gl
 from vigil.sim.engines.mujoco.compiled.binding import BACKEND, GL, GLContext
-from vigil.sim.engines.mujoco.compiled.lights import Glow
+from vigil.sim.engines.mujoco.compiled.lights import PointLight
 from vigil.sim.engines.mujoco.compiled.model import FOVY_DEG, CompiledModel
 from vigil.sim.engines.mujoco.raster.context import GraphicsError
 from vigil.sim.engines.mujoco.raster.painter import Painter
-from vigil.sim.engines.mujoco.raster.viewer import Held, Viewer
-from vigil.sim.staging import NOTHING, STRUCTURES, Layer, Picture, View
+from vigil.sim.engines.mujoco.raster.viewer import HeldGeoms, Viewer
+from vigil.sim.scene_editor import NOTHING, STRUCTURES, CameraImage, CameraView, Layer
 
 SAMPLES: dict[Quality, int] = {"default": 4, "fast": 0}
 """Samples a pixel."""
@@ -99,33 +99,35 @@ class Camera:
     def __init__(self, model: CompiledModel, quality: Quality) -> None:
         self._model = model
         with _drawing():
-            self._painter = Painter(model, BACKEND.module, SAMPLES[quality], has_shade=quality == "default")
+            self._painter = Painter(model, BACKEND.module, SAMPLES[quality], has_ssao=quality == "default")
         _cameras.add(self)
 
-    def draw(self, agent: Pose, glows: list[Glow], in_hand: list[Thing]) -> np.ndarray:
+    def draw(self, agent: Pose, point_lights: list[PointLight], in_hand: list[Thing]) -> np.ndarray:
         """Returns the frame that the agent sees, (480, 640, 3) uint8.
 
-        `glows` are what shines into it; `in_hand` is what is held, with what that carries after it.
+        `point_lights` are what shines into it; `in_hand` is what is held, with what that carries after it.
         """
         viewer = _viewer(agent, FOVY_DEG, FRAME_WIDTH, FRAME_HEIGHT)
-        return self._paint(viewer, glows, self._hold(viewer.eye, agent, in_hand))
+        return self._paint(viewer, point_lights, self._hold(viewer.eye, agent, in_hand))
 
-    def look(self, view: View, layers: frozenset[Layer], glows: list[Glow], in_hand: list[Thing]) -> Picture:
+    def render_view(
+        self, view: CameraView, layers: frozenset[Layer], point_lights: list[PointLight], in_hand: list[Thing]
+    ) -> CameraImage:
         """Returns the layers of what a camera sees; `in_hand` is what it holds, with what that carries after it."""
         looker = pose_of(view)
         viewer = _viewer(looker, view.fovy_deg, view.width, view.height)
         things_held = self._hold(viewer.eye, looker, in_hand)
-        rgb = self._paint(viewer, glows, things_held) if "rgb" in layers else None
+        rgb = self._paint(viewer, point_lights, things_held) if "rgb" in layers else None
         if layers <= {"rgb"}:
-            return Picture(rgb)
+            return CameraImage(rgb)
         with _drawing():
             geoms, depth = self._painter.identify(viewer, things_held)
         things = _things_of(self._model)[geoms]
-        return Picture(rgb, depth if "depth" in layers else None, things if "things" in layers else None)
+        return CameraImage(rgb, depth if "depth" in layers else None, things if "things" in layers else None)
 
-    def survey(self, viewer: Viewer) -> np.ndarray:
+    def draw_from(self, viewer: Viewer) -> np.ndarray:
         """Returns a picture from anywhere, (height, width, 3) uint8: every room is lit, and nothing shines into it."""
-        self._model.lamps.heed([])
+        self._model.lamps.update_switches([])
         return self._paint(viewer, [], None)
 
     def segment(self, agent: Pose) -> np.ndarray:
@@ -139,19 +141,19 @@ class Camera:
         _cameras.discard(self)
         self._painter.close()
 
-    def _paint(self, viewer: Viewer, glows: list[Glow], in_hand: Held | None) -> np.ndarray:
+    def _paint(self, viewer: Viewer, point_lights: list[PointLight], in_hand: HeldGeoms | None) -> np.ndarray:
         lamp = self._model.lamps.place_over(viewer.eye)
         with _drawing():
-            return self._painter.paint(viewer, lamp, glows, in_hand)
+            return self._painter.paint(viewer, lamp, point_lights, in_hand)
 
-    def _hold(self, eye: np.ndarray, looker: Pose, things: list[Thing]) -> Held | None:
+    def _hold(self, eye: np.ndarray, looker: Pose, things: list[Thing]) -> HeldGeoms | None:
         if not things:
             return None
         in_hand = held.pose_in_hand(things[0], looker)
         held.put_in_hand(self._model, things, in_hand.center, in_hand.matrix)
         geoms = np.concatenate([self._model.things[thing.id].geoms for thing in things])
         gripper = held.gripper(eye, frames.camera_axes(looker), in_hand)
-        return Held(geoms, *held.drawn_near(eye, in_hand), gripper)
+        return HeldGeoms(geoms, *held.shrink_towards_eye(eye, in_hand), gripper)
 
 
 def _viewer(looker: Pose, fovy_deg: float, width: int, height: int) -> Viewer:

@@ -9,15 +9,15 @@ from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.observation import Quality
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.engine import RayHits
-from vigil.sim.core.sight import AGENTS, Lens
+from vigil.sim.core.sight import AGENT_LENS, Lens
 from vigil.sim.core.views import lens_of, pose_of
-from vigil.sim.engines.mujoco import rays, sources
+from vigil.sim.engines.mujoco import light_sources, rays
 from vigil.sim.engines.mujoco.camera import Camera, gl_strings
 from vigil.sim.engines.mujoco.compiled import model_cache
 from vigil.sim.engines.mujoco.compiled.binding import BACKEND, mujoco
-from vigil.sim.engines.mujoco.compiled.lights import Glow
+from vigil.sim.engines.mujoco.compiled.lights import PointLight
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
-from vigil.sim.staging import Layer, Picture, View
+from vigil.sim.scene_editor import CameraImage, CameraView, Layer
 
 
 class MujocoEngine:
@@ -29,7 +29,7 @@ class MujocoEngine:
         self._scene: Scene | None = None
         self._model: CompiledModel | None = None
         self._camera: Camera | None = None
-        model_cache.join(self)
+        model_cache.register_engine(self)
 
     def load(self, scene: Scene) -> None:
         """Builds `scene`, replacing any earlier one."""
@@ -45,7 +45,7 @@ class MujocoEngine:
         model = self._loaded
         for thing_id in sorted(ids):
             model.place(scene.things[thing_id])
-        model.settle()
+        model.update_kinematics()
 
     def cast(
         self,
@@ -71,13 +71,13 @@ class MujocoEngine:
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:
         """Returns the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""
         in_hand = self._in_hand(held)
-        return self.camera.draw(agent, self._glows(agent, AGENTS, in_hand), in_hand)
+        return self.camera.draw(agent, self._point_lights(agent, AGENT_LENS, in_hand), in_hand)
 
-    def look(self, view: View, layers: frozenset[Layer], held: str | None) -> Picture:
+    def render_view(self, view: CameraView, layers: frozenset[Layer], held: str | None) -> CameraImage:
         """Returns what a camera sees; with `held`, that thing is drawn in the hand of who looks."""
         in_hand = self._in_hand(held)
-        glows = self._glows(pose_of(view), lens_of(view), in_hand) if "rgb" in layers else []
-        return self.camera.look(view, layers, glows, in_hand)
+        point_lights = self._point_lights(pose_of(view), lens_of(view), in_hand) if "rgb" in layers else []
+        return self.camera.render_view(view, layers, point_lights, in_hand)
 
     def renderer(self) -> str:
         """Returns the GL renderer string; "none" when there is no GL."""
@@ -110,12 +110,12 @@ class MujocoEngine:
             raise RuntimeError("MujocoEngine: load a scene first")
         return self._model
 
-    def _glows(self, looker: Pose, lens: Lens, in_hand: list[Thing]) -> list[Glow]:
+    def _point_lights(self, looker: Pose, lens: Lens, in_hand: list[Thing]) -> list[PointLight]:
         """Returns what shines into a picture; the lamps of rooms follow the switches that are in it."""
         if self._scene is None:
             return []
-        sources.heed_switches(self._loaded, self._scene, looker, lens)
-        return sources.glows_of(self._loaded, self._scene, looker, lens, in_hand)
+        light_sources.update_room_lamps(self._loaded, self._scene, looker, lens)
+        return light_sources.point_lights_of(self._loaded, self._scene, looker, lens, in_hand)
 
     def _in_hand(self, held: str | None) -> list[Thing]:
         if self._scene is None or held is None:

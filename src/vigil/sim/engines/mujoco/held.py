@@ -55,7 +55,7 @@ def pose_in_hand(thing: Thing, agent: Pose) -> InHand:
     return InHand(center, axes @ local, smaller, np.abs(corners).max(axis=0))
 
 
-def drawn_near(eye: np.ndarray, in_hand: InHand) -> tuple[float, np.ndarray]:
+def shrink_towards_eye(eye: np.ndarray, in_hand: InHand) -> tuple[float, np.ndarray]:
     """Returns (scale, shift) that make things smaller about the thing's centre, then about the eye."""
     smaller = in_hand.smaller
     return NEARER * smaller, NEARER * (1.0 - smaller) * in_hand.center + (1.0 - NEARER) * eye
@@ -88,4 +88,4 @@ def put_in_hand(model: CompiledModel, things: list[Thing], center: np.ndarray, m
             position, joint_matrix = frames.thing_place(thing, joint)
             model.data.mocap_pos[mocap] = center + relative @ (position - first_position)
             model.data.mocap_quat[mocap] = frames.quaternion(relative @ joint_matrix)
-    model.settle()
+    model.update_kinematics()

@@ -33,7 +33,7 @@ def cast(
         eye, rays = frames.points(np.array(origin, dtype=np.float64)), frames.points(directions)
         aside = np.empty(0, dtype=np.int64)
         if only is None and count >= PRUNED_FROM:
-            aside = _out_of_the_way(model, eye, rays, within_m)
+            aside = _geoms_rays_cannot_meet(model, eye, rays, within_m)
         hidden = np.concatenate([aside, *(model.things[thing_id].geoms for thing_id in without)])
         with _only(model, only, through_glass), _without(model, hidden):
             mujoco.mj_multiRay(
@@ -53,11 +53,11 @@ def cast(
     return RayHits(model.geom_things[geoms], model.geom_roles[geoms], np.where(geoms < 0, np.inf, distances))
 
 
-def _out_of_the_way(model: CompiledModel, eye: np.ndarray, rays: np.ndarray, within_m: float) -> np.ndarray:
+def _geoms_rays_cannot_meet(model: CompiledModel, eye: np.ndarray, rays: np.ndarray, within_m: float) -> np.ndarray:
     """Returns the geoms that no ray can meet: they lie beside the box around the rays."""
     ends = eye + min(within_m, mujoco.mjMAXVAL) * rays
     low, high = np.minimum(eye, ends.min(axis=0)), np.maximum(eye, ends.max(axis=0))
-    return np.flatnonzero(model.bounds().beside(low, high, model.native.ngeom))
+    return np.flatnonzero(model.bounds().geoms_outside(low, high, model.native.ngeom))
 
 
 @contextmanager

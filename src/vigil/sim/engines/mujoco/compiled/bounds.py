@@ -33,7 +33,7 @@ class Bounds:
             np.concatenate([self.highs, others.highs], axis=1),
         )
 
-    def beside(self, low: np.ndarray, high: np.ndarray, count: int) -> np.ndarray:
+    def geoms_outside(self, low: np.ndarray, high: np.ndarray, count: int) -> np.ndarray:
         """Returns which of `count` geoms have no box that overlaps the one between two corners."""
         is_near = ((self.lows <= high[:, None]) & (self.highs >= low[:, None])).all(axis=0)
         is_beside = np.ones(count, dtype=bool)
@@ -41,7 +41,7 @@ class Bounds:
         return is_beside
 
 
-def whole_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -> Bounds:
+def geom_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -> Bounds:
     """Returns one box around each of some geoms where they are now; one without end around a plane."""
     turns, boxes = data.geom_xmat[geoms].reshape(-1, 3, 3), native.geom_aabb[geoms]
     middles = data.geom_xpos[geoms] + np.einsum("nij,nj->ni", turns, boxes[:, :3])

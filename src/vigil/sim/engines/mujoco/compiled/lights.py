@@ -1,7 +1,7 @@
 """Lights: one lamp in every room, and things that shine while they are on.
 
 A room whose light switches are off is dim, not dark: there is daylight. Which things shine into a picture, and which
-switches count in it, is for whoever draws it to say (`vigil.sim.engines.mujoco.sources`).
+switches count in it, is for whoever draws it to say (`vigil.sim.engines.mujoco.light_sources`).
 """
 
 import itertools
@@ -19,12 +19,12 @@ from vigil.sim.engines.mujoco.compiled import frames
 SWITCH = "LightSwitch"
 ARM_M = 0.3
 """A switch belongs to the room this far in front of it."""
-MAX_GLOWS = 2
+MAX_POINT_LIGHTS = 2
 """So many things shine at most; the shader takes no more."""
-GLOW = 0.5
+POINT_LIGHT_STRENGTH = 0.5
 PALER = 0.2
 """How far the colour of a room's light is moved to white."""
-UNLIT = 0.4
+DIM_SHARE = 0.4
 """What is left of a lamp whose switches are off."""
 USUAL_HEIGHT_M = 2.6
 GAIN_PER_M2 = 0.02
@@ -35,7 +35,7 @@ KERNEL_EDGE_M = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Glow:
+class PointLight:
     """The light of a lamp that is on."""
 
     place: np.ndarray
@@ -55,19 +55,19 @@ class Lamps:
     """(rooms, 3), 1 for white light of the usual strength."""
     switches: dict[str, int]
     """Light switch -> its room."""
-    unlit: frozenset[int] = frozenset()
+    dim_rooms: frozenset[int] = frozenset()
     """Rooms whose switches are all off."""
 
-    def heed(self, switches: Iterable[Thing]) -> None:
+    def update_switches(self, switches: Iterable[Thing]) -> None:
         """Takes over how some light switches stand; no others count."""
         off, on = set[int](), set[int]()
         for switch in switches:
             (on if switch.is_toggled else off).add(self.switches[switch.id])
-        self.unlit = frozenset(off - on)
+        self.dim_rooms = frozenset(off - on)
 
     def strengths(self) -> np.ndarray:
         """Returns the colour of each room's lamp (rooms, 3) as its switches stand."""
-        dimmed = [UNLIT if room in self.unlit else 1.0 for room in range(len(self.rooms))]
+        dimmed = [DIM_SHARE if room in self.dim_rooms else 1.0 for room in range(len(self.rooms))]
         return self.colors * np.array(dimmed)[:, None]
 
     def place_over(self, eye: np.ndarray) -> np.ndarray:
@@ -86,14 +86,14 @@ def lamps_of(scene: Scene) -> Lamps:
     )
 
 
-def glow_of(thing: Thing) -> Glow:
+def point_light_of(thing: Thing) -> PointLight:
     """Returns the light of a thing that is on. Raises ValueError when it never shines."""
     glow = thing.asset.glow
     if glow is None:
         raise ValueError(f"{thing.id} gives no light.")
     position, matrix = frames.thing_place(thing)
     place = position + matrix @ frames.points(np.array(glow.position))
-    return Glow(place, np.array(glow.rgb) * min(glow.intensity, 1.0) * GLOW)
+    return PointLight(place, np.array(glow.rgb) * min(glow.intensity, 1.0) * POINT_LIGHT_STRENGTH)
 
 
 def _room_of(thing: Thing, rooms: list[shapely.Polygon]) -> int:

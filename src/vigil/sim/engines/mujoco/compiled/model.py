@@ -16,7 +16,7 @@ from vigil.scene.portals import Portals
 from vigil.scene.things import Scene, Thing
 from vigil.sim.engines.mujoco.compiled import frames, lights, outdoors
 from vigil.sim.engines.mujoco.compiled.binding import NativeBody, NativeData, NativeModel, NativeSpec, mujoco
-from vigil.sim.engines.mujoco.compiled.bounds import Bounds, piecewise_bounds, whole_bounds
+from vigil.sim.engines.mujoco.compiled.bounds import Bounds, geom_bounds, piecewise_bounds
 from vigil.sim.engines.mujoco.compiled.materials import MaterialTable
 from vigil.sim.engines.mujoco.compiled.pieces import MeshPiece, Triangles, pieces_of
 from vigil.sim.engines.mujoco.compiled.structure import Shell, shells_of, tint_of
@@ -31,7 +31,7 @@ THIN_M, OFF_FLOOR_M = 0.24, 0.3
 
 
 @dataclass(slots=True, eq=False)
-class Placed:
+class CompiledThing:
     """Where a thing is found in the model."""
 
     index: int
@@ -45,9 +45,9 @@ class Placed:
     shown_off: np.ndarray
     notices: np.ndarray
     """Whether each geom is drawn while broken, and only then."""
-    looks_on: np.ndarray
+    materials_on: np.ndarray
     """Material of each geom while toggled on, and ..."""
-    looks_off: np.ndarray
+    materials_off: np.ndarray
     has_inside: bool
     """Whether it has room inside that is reached by opening it."""
 
@@ -58,31 +58,31 @@ class CompiledModel:
 
     native: NativeModel
     data: NativeData
-    first: NativeData
+    initial_data: NativeData
     """Where everything was when the model was built; its copies share it."""
-    things: dict[str, Placed]
+    things: dict[str, CompiledThing]
     geom_things: np.ndarray
     """(ngeom + 1,) int32: thing of each geom, -1 for structure and for "no geom" in the last place."""
     geom_roles: np.ndarray
     body_things: np.ndarray
     """(bodies,): thing of each body that is placed."""
-    wholes: np.ndarray
+    furniture_index: np.ndarray
     """(things + 1,): what each thing is a drawer of, itself for all others; the last stands for what is no thing."""
     structure_kinds: dict[int, str]
     """Kind of each structural geom."""
     structure_rooms: dict[int, int]
     """Number of the room from which alone a structural geom is seen, where there is one."""
     lamps: lights.Lamps
-    still: np.ndarray
+    static_occluders: np.ndarray
     """Geoms that stop light: structure, and the bodies of furniture; no leaf that opens, no glass, nothing on top."""
-    usual_groups: np.ndarray
+    default_groups: np.ndarray
     """The group of each geom while its thing is off, whole and there, and ..."""
-    usual_looks: np.ndarray
+    default_materials: np.ndarray
     """its native material then: light that is cast once must not depend on how a thing looked at that time."""
     materials: tuple[Material, ...]
     """Of each native material."""
     portals: Portals
-    keepsake: dict[str, Any]
+    shared_cache: dict[str, Any]
     """What is derived from the model as it was built; its copies share it."""
     _bounds: Bounds | None = None
     """Around everything where it is now; None until it is asked for."""
@@ -94,7 +94,7 @@ class CompiledModel:
         return int(self.native.mesh_facenum[meshes].sum())
 
     def place(self, thing: Thing) -> None:
-        """Takes over a thing's place and state; `settle` must follow."""
+        """Takes over a thing's place and state; `update_kinematics` must follow."""
         placed = self.things[thing.id]
         for mocap, joint in placed.bodies:
             position, matrix = frames.thing_place(thing, joint)
@@ -108,9 +108,9 @@ class CompiledModel:
         else:
             groups = HELD if thing.is_held else placed.groups
             self.native.geom_group[placed.geoms] = np.where(shown, groups, HIDDEN)
-        self.native.geom_matid[placed.geoms] = placed.looks_on if thing.is_toggled else placed.looks_off
+        self.native.geom_matid[placed.geoms] = placed.materials_on if thing.is_toggled else placed.materials_off
 
-    def moved(self, before: np.ndarray, after: np.ndarray) -> np.ndarray:
+    def moved_things(self, before: np.ndarray, after: np.ndarray) -> np.ndarray:
         """Returns which things (things + 1,) have a part whose place differs between two lists (bodies, ...) of places.
 
         Furniture and its drawers have moved when one of them has. The last, which never has, stands for what is no
@@ -119,15 +119,19 @@ class CompiledModel:
         changed = np.flatnonzero((before != after).any(axis=1))
         has_moved = np.zeros(len(self.things) + 1, dtype=bool)
         if len(changed):
-            has_moved[self.wholes[self.body_things[changed]]] = True
-        return has_moved[self.wholes]
+            has_moved[self.furniture_index[self.body_things[changed]]] = True
+        return has_moved[self.furniture_index]
 
-    def displaced(self) -> np.ndarray:
-        """Returns which of the `still` geoms (k,) are absent, or not where they were when the model was built."""
-        now, first = self.data, self.first
-        is_absent = self.native.geom_group[self.still] == HIDDEN
-        is_elsewhere = (now.geom_xpos[self.still] != first.geom_xpos[self.still]).any(axis=1)
-        return is_absent | is_elsewhere | (now.geom_xmat[self.still] != first.geom_xmat[self.still]).any(axis=1)
+    def displaced_occluders(self) -> np.ndarray:
+        """Returns which of the `static_occluders` geoms (k,) are absent, or not where they were at first."""
+        now, first = self.data, self.initial_data
+        is_absent = self.native.geom_group[self.static_occluders] == HIDDEN
+        is_elsewhere = (now.geom_xpos[self.static_occluders] != first.geom_xpos[self.static_occluders]).any(axis=1)
+        return (
+            is_absent
+            | is_elsewhere
+            | (now.geom_xmat[self.static_occluders] != first.geom_xmat[self.static_occluders]).any(axis=1)
+        )
 
     def copy(self) -> "CompiledModel":
         """Returns a model of the same scene, everything where it is now, that changes by itself."""
@@ -136,7 +140,7 @@ class CompiledModel:
         mujoco.mj_copyData(data, native, self.data)
         return replace(self, native=native, data=data, lamps=replace(self.lamps))
 
-    def settle(self) -> None:
+    def update_kinematics(self) -> None:
         """Carries the places over to everything derived from them."""
         mujoco.mj_kinematics(self.native, self.data)
         self._bounds = None
@@ -145,27 +149,27 @@ class CompiledModel:
         """Returns boxes around everything where it is now."""
         if self._bounds is None:
             is_placed = self.geom_things[:-1] >= 0
-            placed = whole_bounds(self.native, self.data, np.flatnonzero(is_placed))
+            placed = geom_bounds(self.native, self.data, np.flatnonzero(is_placed))
             self._bounds = self._structure_bounds().joined(placed)
         return self._bounds
 
     def _structure_bounds(self) -> Bounds:
         """Returns boxes around what never moves."""
-        if "bounds" not in self.keepsake:
+        if "bounds" not in self.shared_cache:
             geoms = np.flatnonzero(self.geom_things[:-1] < 0)
             is_mesh = self.native.geom_dataid[geoms] >= 0
-            endless = whole_bounds(self.native, self.data, geoms[~is_mesh])
+            endless = geom_bounds(self.native, self.data, geoms[~is_mesh])
             pieces = piecewise_bounds(self.native, self.data, geoms[is_mesh])
-            self.keepsake["bounds"] = pieces.joined(endless)
-        return self.keepsake["bounds"]
+            self.shared_cache["bounds"] = pieces.joined(endless)
+        return self.shared_cache["bounds"]
 
 
 @dataclass(slots=True, eq=False)
-class _Draft:
+class _ModelBuilder:
     """A model under construction."""
 
     spec: NativeSpec
-    looks: MaterialTable
+    material_table: MaterialTable
     meshes: dict[MeshPiece, str] = field(default_factory=dict)
     geom_things: list[int] = field(default_factory=list)
     geom_roles: list[int] = field(default_factory=list)
@@ -178,59 +182,63 @@ class _Draft:
 def build(scene: Scene) -> CompiledModel:
     """Returns the scene's model, every thing in its place."""
     spec = mujoco.MjSpec()
-    draft = _Draft(spec, MaterialTable(spec))
+    builder = _ModelBuilder(spec, MaterialTable(spec))
     _settings(spec)
-    kinds, rooms = _add_structure(draft, scene)
-    things = {thing.id: _add_thing(draft, index, thing) for index, thing in enumerate(scene.things.values())}
-    native = _compiled(draft)
-    _resolve_looks(draft, native, things)
+    kinds, rooms = _add_structure(builder, scene)
+    things = {thing.id: _add_thing(builder, index, thing) for index, thing in enumerate(scene.things.values())}
+    native = _compiled(builder)
+    _resolve_materials(builder, native, things)
     model = CompiledModel(
         native,
         mujoco.MjData(native),
         mujoco.MjData(native),
         things,
-        np.array([*draft.geom_things, -1], dtype=np.int32),
-        np.array([*draft.geom_roles, 0], dtype=np.uint8),
+        np.array([*builder.geom_things, -1], dtype=np.int32),
+        np.array([*builder.geom_roles, 0], dtype=np.uint8),
         np.array([index for index, placed in enumerate(things.values()) for _ in placed.bodies], dtype=int),
-        _wholes(scene, things),
+        _furniture_index(scene, things),
         kinds,
         rooms,
         lights.lamps_of(scene),
-        _still(draft, scene, kinds, things),
-        _usual_groups(native, things),
+        _static_occluders(builder, scene, kinds, things),
+        _default_groups(native, things),
         native.geom_matid.copy(),
-        tuple(draft.looks.materials[native.material(number).name] for number in range(native.nmat)),
+        tuple(builder.material_table.materials[native.material(number).name] for number in range(native.nmat)),
         Portals(scene),
         {},
     )
     for thing in scene.things.values():
         model.place(thing)
-    model.settle()
-    mujoco.mj_copyData(model.first, native, model.data)
+    model.update_kinematics()
+    mujoco.mj_copyData(model.initial_data, native, model.data)
     return model
 
 
-def _usual_groups(native: NativeModel, things: dict[str, Placed]) -> np.ndarray:
+def _default_groups(native: NativeModel, things: dict[str, CompiledThing]) -> np.ndarray:
     groups = native.geom_group.copy()
     for placed in things.values():
         groups[placed.geoms] = np.where(placed.shown_off, placed.groups, HIDDEN)
     return groups
 
 
-def _compiled(draft: _Draft) -> NativeModel:
+def _compiled(builder: _ModelBuilder) -> NativeModel:
     """Returns the model; its textures are drawn at the same time, since MuJoCo does not hold Python's lock."""
     with ThreadPoolExecutor(1) as other:
-        compiling = other.submit(draft.spec.compile)
-        draft.looks.draw_textures()
+        compiling = other.submit(builder.spec.compile)
+        builder.material_table.draw_textures()
         return compiling.result()
 
 
-def _wholes(scene: Scene, things: dict[str, Placed]) -> np.ndarray:
-    wholes = (thing.parent if thing.is_part and thing.parent in things else thing.id for thing in scene.things.values())
-    return np.array([*(things[whole].index for whole in wholes), len(things)], dtype=int)
+def _furniture_index(scene: Scene, things: dict[str, CompiledThing]) -> np.ndarray:
+    furniture_index = (
+        thing.parent if thing.is_drawer and thing.parent in things else thing.id for thing in scene.things.values()
+    )
+    return np.array([*(things[whole].index for whole in furniture_index), len(things)], dtype=int)
 
 
-def _still(draft: _Draft, scene: Scene, kinds: dict[int, str], things: dict[str, Placed]) -> np.ndarray:
+def _static_occluders(
+    builder: _ModelBuilder, scene: Scene, kinds: dict[int, str], things: dict[str, CompiledThing]
+) -> np.ndarray:
     height = max(room.height for room in scene.rooms)
     chosen = [geom for geom, kind in kinds.items() if kind != "ground"]
     for thing in scene.things.values():
@@ -239,7 +247,7 @@ def _still(draft: _Draft, scene: Scene, kinds: dict[int, str], things: dict[str,
             continue
         placed = things[thing.id]
         # A door that leads outside has a leaf, but stays shut.
-        is_body = np.array([draft.joints[geom] is None or not thing.is_openable for geom in placed.geoms], dtype=bool)
+        is_body = np.array([builder.joints[geom] is None or not thing.is_openable for geom in placed.geoms], dtype=bool)
         chosen += placed.geoms[is_body & (placed.groups == THING) & placed.shown_on & placed.shown_off].tolist()
     return np.array(chosen, dtype=int)
 
@@ -261,48 +269,48 @@ def _settings(spec: NativeSpec) -> None:
     spec.worldbody.add_camera(name="eye", fovy=FOVY_DEG)
 
 
-def _add_structure(draft: _Draft, scene: Scene) -> tuple[dict[int, str], dict[int, int]]:
+def _add_structure(builder: _ModelBuilder, scene: Scene) -> tuple[dict[int, str], dict[int, int]]:
     """Adds walls, floors and the like. Returns the kind of each geom, and the room that it belongs to."""
     kinds, rooms = {}, {}
     numbers = {room.id: number for number, room in enumerate(scene.rooms)}
     for number, shell in enumerate(shells_of(scene)):
-        kinds[len(draft.geom_things)] = shell.kind
+        kinds[len(builder.geom_things)] = shell.kind
         if shell.room_id in numbers:
-            rooms[len(draft.geom_things)] = numbers[shell.room_id]
-        _add_shell(draft, f"structure{number}", shell)
-    kinds[len(draft.geom_things)] = "ground"
-    outdoors.add_ground(draft.spec, draft.looks.name_of("grass"))
-    draft.geom_things.append(-1)
-    draft.geom_roles.append(0)
+            rooms[len(builder.geom_things)] = numbers[shell.room_id]
+        _add_shell(builder, f"structure{number}", shell)
+    kinds[len(builder.geom_things)] = "ground"
+    outdoors.add_ground(builder.spec, builder.material_table.name_of("grass"))
+    builder.geom_things.append(-1)
+    builder.geom_roles.append(0)
     return kinds, rooms
 
 
-def _add_shell(draft: _Draft, name: str, shell: Shell) -> None:
+def _add_shell(builder: _ModelBuilder, name: str, shell: Shell) -> None:
     look = shell.material.name, tint_of(shell.material)
-    _add_mesh(draft.spec, name, shell.triangles, draft.looks.metres(*look))
-    _add_geom(draft, draft.spec.worldbody, name, draft.looks.name_of(*look), STRUCTURE)
-    draft.geom_things.append(-1)
-    draft.geom_roles.append(0)
+    _add_mesh(builder.spec, name, shell.triangles, builder.material_table.metres(*look))
+    _add_geom(builder, builder.spec.worldbody, name, builder.material_table.name_of(*look), STRUCTURE)
+    builder.geom_things.append(-1)
+    builder.geom_roles.append(0)
 
 
-def _add_thing(draft: _Draft, index: int, thing: Thing) -> Placed:
+def _add_thing(builder: _ModelBuilder, index: int, thing: Thing) -> CompiledThing:
     bodies: dict[str | None, NativeBody] = {}
     mocaps: list[tuple[int, str | None]] = []
     pieces = pieces_of(thing.asset)
-    first = len(draft.geom_things)
+    first = len(builder.geom_things)
     for joint in dict.fromkeys([None, *(piece.joint for piece in pieces)]):
-        mocaps.append((draft.mocaps, joint))
-        bodies[joint] = draft.spec.worldbody.add_body(mocap=True)
-        draft.mocaps += 1
+        mocaps.append((builder.mocaps, joint))
+        bodies[joint] = builder.spec.worldbody.add_body(mocap=True)
+        builder.mocaps += 1
     # MuJoCo numbers geoms body by body, so pieces go in by the order of their bodies.
     ordered = [piece for joint in bodies for piece in pieces if piece.joint == joint]
     for piece in ordered:
-        _add_piece(draft, bodies[piece.joint], piece)
-        draft.joints[len(draft.geom_things)] = piece.joint
-        draft.geom_things.append(index)
-        draft.geom_roles.append(piece.roles)
+        _add_piece(builder, bodies[piece.joint], piece)
+        builder.joints[len(builder.geom_things)] = piece.joint
+        builder.geom_things.append(index)
+        builder.geom_roles.append(piece.roles)
     geoms = np.arange(first, first + len(ordered))
-    return Placed(
+    return CompiledThing(
         index,
         mocaps,
         geoms,
@@ -316,14 +324,14 @@ def _add_thing(draft: _Draft, index: int, thing: Thing) -> Placed:
     )
 
 
-def _add_piece(draft: _Draft, body: NativeBody, piece: MeshPiece) -> None:
-    if piece not in draft.meshes:
-        name = f"mesh{len(draft.meshes)}"
-        _add_mesh(draft.spec, name, piece.triangles, draft.looks.metres(piece.material))
-        draft.meshes[piece] = name
+def _add_piece(builder: _ModelBuilder, body: NativeBody, piece: MeshPiece) -> None:
+    if piece not in builder.meshes:
+        name = f"mesh{len(builder.meshes)}"
+        _add_mesh(builder.spec, name, piece.triangles, builder.material_table.metres(piece.material))
+        builder.meshes[piece] = name
     if piece.material_on is not None:
-        draft.swaps[len(draft.geom_things)] = draft.looks.name_of(piece.material_on)
-    _add_geom(draft, body, draft.meshes[piece], draft.looks.name_of(piece.material), THING)
+        builder.swaps[len(builder.geom_things)] = builder.material_table.name_of(piece.material_on)
+    _add_geom(builder, body, builder.meshes[piece], builder.material_table.name_of(piece.material), THING)
 
 
 def _add_mesh(spec: NativeSpec, name: str, triangles: Triangles, metres_per_repeat: float) -> None:
@@ -338,7 +346,7 @@ def _add_mesh(spec: NativeSpec, name: str, triangles: Triangles, metres_per_repe
     )
 
 
-def _add_geom(draft: _Draft, body: NativeBody, mesh: str, material: str, group: int) -> None:
+def _add_geom(builder: _ModelBuilder, body: NativeBody, mesh: str, material: str, group: int) -> None:
     body.add_geom(
         type=mujoco.mjtGeom.mjGEOM_MESH,
         meshname=mesh,
@@ -350,10 +358,10 @@ def _add_geom(draft: _Draft, body: NativeBody, mesh: str, material: str, group: 
     )
 
 
-def _resolve_looks(draft: _Draft, native: NativeModel, things: dict[str, Placed]) -> None:
+def _resolve_materials(builder: _ModelBuilder, native: NativeModel, things: dict[str, CompiledThing]) -> None:
     for placed in things.values():
-        placed.looks_off = native.geom_matid[placed.geoms].copy()
-        placed.looks_on = placed.looks_off.copy()
+        placed.materials_off = native.geom_matid[placed.geoms].copy()
+        placed.materials_on = placed.materials_off.copy()
         for place, geom in enumerate(placed.geoms):
-            if geom in draft.swaps:
-                placed.looks_on[place] = native.material(draft.swaps[geom]).id
+            if geom in builder.swaps:
+                placed.materials_on[place] = native.material(builder.swaps[geom]).id

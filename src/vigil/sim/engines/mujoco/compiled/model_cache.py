@@ -17,7 +17,7 @@ from cachetools import LRUCache, cached
 from vigil.scene.things import Scene
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 
-KEPT = 4
+MAX_CACHED_PER_ENGINE = 4
 """Models kept at most for each engine of the process; that of a house of four rooms takes 16 MB."""
 
 _lock = threading.Lock()
@@ -29,11 +29,11 @@ class _Models(LRUCache[Hashable, CompiledModel]):
 
     def __setitem__(self, key: Hashable, value: CompiledModel) -> None:
         super().__setitem__(key, value)
-        while len(self) > KEPT * max(1, len(_engines)):
+        while len(self) > MAX_CACHED_PER_ENGINE * max(1, len(_engines)):
             self.popitem()
 
 
-def join(engine: object) -> None:
+def register_engine(engine: object) -> None:
     """Has more models kept as long as an engine lives."""
     _engines.add(engine)
 
@@ -54,22 +54,22 @@ def _plain(value: object) -> Hashable:
 
 
 @cached(_Models(math.inf), key=_identity, lock=_lock)
-def _kept(scene: Scene) -> CompiledModel:
+def _cached_model(scene: Scene) -> CompiledModel:
     return build(scene)
 
 
 def model_of(scene: Scene) -> CompiledModel:
     """Returns a model of the scene as it is now, the caller's own."""
-    model = _kept(scene)
+    model = _cached_model(scene)
     with _lock:
         return model.copy()
 
 
 def prepare(scene: Scene) -> None:
     """Compiles a model of the scene, unless it is kept."""
-    _kept(scene)
+    _cached_model(scene)
 
 
-def forget() -> None:
+def clear() -> None:
     """Drops all models kept."""
-    _kept.cache_clear()
+    _cached_model.cache_clear()

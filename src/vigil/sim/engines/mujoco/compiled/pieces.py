@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from vigil.assets.kernel.asset import Asset, Part
-from vigil.assets.notice import notice_of
+from vigil.assets.notice import notice_parts
 from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE
 from vigil.sim.engines.mujoco.compiled import frames
 
@@ -54,7 +54,7 @@ def merge(meshes: list[Triangles]) -> Triangles:
 def pieces_of(asset: Asset) -> tuple[MeshPiece, ...]:
     """Returns the asset's geoms, its notice included: as few as its joints, materials and roles allow."""
     groups: dict[tuple, list[Part]] = {}
-    for part in (*asset.parts, *notice_of(asset)):
+    for part in (*asset.parts, *notice_parts(asset)):
         groups.setdefault(
             (part.joint, part.material, part.material_on, part.shown, _roles(part), part.is_glass), []
         ).append(part)

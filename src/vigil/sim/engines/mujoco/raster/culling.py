@@ -17,7 +17,7 @@ MARGIN_M = 0.01
 _SIGNS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 
 
-def unseen(model: CompiledModel, viewer: Viewer) -> np.ndarray:
+def invisible_geoms(model: CompiledModel, viewer: Viewer) -> np.ndarray:
     """Returns which geoms (ngeom,) leave no trace in a picture."""
     native, data = model.native, model.data
     radius = np.where(native.geom_rbound > 0.0, native.geom_rbound, np.inf)  # 0: a plane without end
@@ -46,10 +46,10 @@ def _sectors(model: CompiledModel, viewer: Viewer) -> list[tuple[int, Sector]] |
     """Returns in which directions rooms are seen; None when all may be."""
     mirror = viewer.mirror
     if mirror is None:
-        return model.portals.seen_from(_place(viewer.eye))
+        return model.portals.visible_rooms(_place(viewer.eye))
     through = Sector.of(viewer.eye.tolist(), mirror.reach.tolist())
     before = np.unique(mirror.face + MARGIN_M * mirror.normal, axis=0)
-    return model.portals.seen_from(_place(viewer.eye), map(_place, before), through)
+    return model.portals.visible_rooms(_place(viewer.eye), map(_place, before), through)
 
 
 def _place(point: np.ndarray) -> Place:
@@ -71,5 +71,5 @@ def _is_elsewhere(
     touches[is_structure] = own[geoms[is_structure], None] == np.arange(touches.shape[1])
     is_seen = ~touches.any(axis=1)
     for room, sector in sectors:
-        is_seen |= touches[:, room] & sector.holds_any(spans)
+        is_seen |= touches[:, room] & sector.overlaps(spans)
     return ~is_seen

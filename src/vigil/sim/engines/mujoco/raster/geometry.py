@@ -11,7 +11,7 @@ from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 from vigil.sim.engines.mujoco.compiled.outdoors import LAWN_HALF_M
 from vigil.sim.engines.mujoco.raster.meshes import LONGEST_EDGE_M, DrawnMesh, refined
 
-CHARTED = ("wall", "floor", "ceiling")
+ATLAS_KINDS = ("wall", "floor", "ceiling")
 """Structure whose light is kept in a picture of its planes; all else has it at the vertices."""
 
 HAND_BOXES = 4
@@ -36,7 +36,7 @@ class Geometry:
     vertex_slices: list[slice]
     face_slices: list[slice]
     """Of each geom."""
-    is_charted: np.ndarray
+    is_in_atlas: np.ndarray
     """(geoms,) bool."""
     hand: np.ndarray
     """The boxes of the gripper, numbered after the model's geoms; each has sides of 1 m about its middle."""
@@ -53,7 +53,7 @@ def geometry_of(model: CompiledModel) -> Geometry:
     native = model.native
     hand = np.arange(native.ngeom, native.ngeom + HAND_BOXES)
     charted = np.zeros(len(hand) + native.ngeom, dtype=bool)
-    charted[[geom for geom, kind in model.structure_kinds.items() if kind in CHARTED]] = True
+    charted[[geom for geom, kind in model.structure_kinds.items() if kind in ATLAS_KINDS]] = True
     numbers = native.geom_dataid.tolist()
     made = {number: _lawn() if number < 0 else _mesh(native, number) for number in numbers}
     is_fine = {number: number < 0 or bool(charted[geom]) for geom, number in reversed(list(enumerate(numbers)))}

@@ -45,7 +45,7 @@ SPILL_M = 0.5
 """This far from the room of a lamp half of its light is left."""
 LEAST_SHARE = 0.02
 """Of a lamp's light; less is not seen."""
-SENT_ON, OWN_SHARE = 0.35, 0.99
+BOUNCED_SHARE, OWN_SHARE = 0.35, 0.99
 """Share of a lamp's light that the walls of its own room send behind whatever stands in its way: the shade of something
 that is out of the picture would be a dark patch without a cause.
 """
@@ -103,7 +103,7 @@ def _distances(
         yield far
 
 
-def aside(samples: Samples) -> np.ndarray:
+def ambient_facing_shares(samples: Samples) -> np.ndarray:
     """Returns how much of the light from all around comes to the points (n,) float32 by the way that they face."""
     return 1.0 + _along(samples.normals, ASIDE)
 
@@ -139,11 +139,11 @@ def from_lamp(scene: Occluders, lamp: np.ndarray, samples: Samples, shares: np.n
 
     It is counted by shares (n,), and not at all where next to nothing of it counts.
     """
-    far, cosines = _seen_from(lamp, samples)
+    far, cosines = _distances_and_cosines(lamp, samples)
     total = np.zeros(len(far), np.float32)
     reached = np.flatnonzero((cosines > -WRAP) & (far < REACH_M) & (shares > LEAST_SHARE))
     seen = np.count_nonzero(~scene.are_blocked(samples.origins[reached], _disc_about(lamp)), axis=0)
-    least = SENT_ON * (shares[reached] > OWN_SHARE)
+    least = BOUNCED_SHARE * (shares[reached] > OWN_SHARE)
     came = least + (1.0 - least) * seen / LAMP_RAYS
     total[reached] = LAMP * shares[reached] * came / (1.0 + FALLOFF * far[reached] ** 2)
     return total
@@ -157,7 +157,7 @@ def _disc_about(lamp: np.ndarray) -> np.ndarray:
     return (lamp + disc).astype(np.float32)
 
 
-def spilled(outside: np.ndarray) -> np.ndarray:
+def spill_shares(outside: np.ndarray) -> np.ndarray:
     """Returns the share of a lamp's light that is left so many metres outside of its room, 1 in it.
 
     What comes through a doorway would be a bright patch on a wall far from any lamp in view.
@@ -165,17 +165,17 @@ def spilled(outside: np.ndarray) -> np.ndarray:
     return (1.0 / (1.0 + (outside / SPILL_M) ** 2)).astype(np.float32)
 
 
-def faced(lamp: np.ndarray, samples: Samples) -> np.ndarray:
+def lamp_facing_shares(lamp: np.ndarray, samples: Samples) -> np.ndarray:
     """Returns the share (n,) float32 of a lamp's light that the points take by how far they turn from it.
 
     Ceilings are lit from all over the room: under a lamp alone there would be a spot.
     """
-    cosines = _seen_from(lamp, samples)[1]
+    cosines = _distances_and_cosines(lamp, samples)[1]
     cosines = np.where(samples.normals[:, 2] < -CEILING, np.minimum(cosines, ON_CEILING), cosines)
     return np.maximum(cosines + WRAP, 0.0) / (1.0 + WRAP) * (1.0 + _along(samples.normals, LAMP_ASIDE))
 
 
-def _seen_from(lamp: np.ndarray, samples: Samples) -> tuple[np.ndarray, np.ndarray]:
+def _distances_and_cosines(lamp: np.ndarray, samples: Samples) -> tuple[np.ndarray, np.ndarray]:
     """Returns how far (n,) a lamp is from the points, and the cosine between the way to it and their normals."""
     way = lamp.astype(np.float32) - samples.points
     far = np.sqrt(np.einsum("ij,ij->i", way, way))

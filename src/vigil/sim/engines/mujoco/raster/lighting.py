@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from vigil.sim.engines.mujoco.compiled.model import HELD, CompiledModel
-from vigil.sim.engines.mujoco.raster import charts, gaps, irradiance, smoothing
+from vigil.sim.engines.mujoco.raster import crevice_occlusion, irradiance, lightmap_atlas, smoothing
 from vigil.sim.engines.mujoco.raster.geometry import Geometry, geometry_of
 from vigil.sim.engines.mujoco.raster.irradiance import Samples
 from vigil.sim.engines.mujoco.raster.occluders import THREADS, Occluders, occluders_of
-from vigil.sim.engines.mujoco.raster.smoothing import inset, of_one_surface, smoothed
+from vigil.sim.engines.mujoco.raster.smoothing import move_inward, smooth_edges, smoothed
 
 BRIGHTEST = 2.0
 """Light of this strength is white; the shaders know it too."""
@@ -36,18 +36,18 @@ FULL = 255
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Cast:
+class CastLight:
     """Light as it was cast: from around (n, 3), and the share of each lamp's (lamps, n)."""
 
     ambient: np.ndarray
     reach: np.ndarray
 
     @staticmethod
-    def none(lamps: int, count: int) -> "Cast":
+    def empty(lamps: int, count: int) -> "CastLight":
         """Returns room for the light on so many points."""
-        return Cast(np.zeros((count, 3), np.float16), np.zeros((lamps, count), np.float16))
+        return CastLight(np.zeros((count, 3), np.float16), np.zeros((lamps, count), np.float16))
 
-    def smoothed(self, samples: Samples, is_known: np.ndarray, edges: np.ndarray, owners: np.ndarray) -> "Cast":
+    def smoothed(self, samples: Samples, is_known: np.ndarray, edges: np.ndarray, owners: np.ndarray) -> "CastLight":
         """Returns the light averaged along the edges (m, 2), of one surface each, between the points that it fell on.
 
         Where it is not known (n,), it is that of what is near, or else of all that belongs to the same owner (n,).
@@ -57,46 +57,46 @@ class Cast:
         counts = np.maximum(np.bincount(owners, is_known), 1.0)
         means = np.stack([np.bincount(owners, column) / counts for column in light.T], axis=1)
         light = np.where(np.isnan(near), means[owners], near)
-        return Cast(light[:, :3], light[:, 3:].T)
+        return CastLight(light[:, :3], light[:, 3:].T)
 
-    def shaded(self, samples: Samples, lamps: list[np.ndarray]) -> "Cast":
+    def shaded(self, samples: Samples, lamps: list[np.ndarray]) -> "CastLight":
         """Returns what the points take of the light by the way that they face: the form of a thing, exactly."""
-        shares = [irradiance.faced(lamp, samples) for lamp in lamps]
-        return Cast(
-            self.ambient * irradiance.aside(samples)[:, None],
+        shares = [irradiance.lamp_facing_shares(lamp, samples) for lamp in lamps]
+        return CastLight(
+            self.ambient * irradiance.ambient_facing_shares(samples)[:, None],
             self.reach * np.array(shares, np.float32).reshape(self.reach.shape),
         )
 
-    def lightened(self, is_strip: np.ndarray, owners: np.ndarray) -> tuple["Cast", np.ndarray]:
+    def lightened(self, is_strip: np.ndarray, owners: np.ndarray) -> tuple["CastLight", np.ndarray]:
         """Returns the light as strips (n,) of owners (n,) have it from afar, and the share (n,) left near by."""
         afar, near_by = smoothing.lightened(np.column_stack([self.ambient, self.reach.T]), is_strip, owners)
-        return Cast(afar[:, :3], afar[:, 3:].T), near_by
+        return CastLight(afar[:, :3], afar[:, 3:].T), near_by
 
-    def dimmed(self, shares: np.ndarray) -> "Cast":
+    def dimmed(self, shares: np.ndarray) -> "CastLight":
         """Returns the light with these shares (n,) of it left."""
-        return Cast(self.ambient * shares[:, None], self.reach * shares)
+        return CastLight(self.ambient * shares[:, None], self.reach * shares)
 
-    def under(self, strengths: np.ndarray, part: slice | np.ndarray) -> np.ndarray:
+    def mixed(self, strengths: np.ndarray, part: slice | np.ndarray) -> np.ndarray:
         """Returns the light (k, 3) on some points with the lamps at their strengths (lamps, 3)."""
         return self.ambient[part].astype(np.float32) + self.reach[:, part].astype(np.float32).T @ strengths
 
 
-class Baked:
+class BakedLight:
     """The light of a model as it stood at first, shared by its copies, and cast for what is looked at."""
 
     def __init__(self, model: CompiledModel) -> None:
-        first = replace(model, data=model.first)
+        first = replace(model, data=model.initial_data)
         self.geometry = geometry_of(first)
         self.places = _places(first)
-        self.charts, self._samples = _charts(first, self.geometry)
+        self.lightmap_atlas, self._samples = _atlas_of(first, self.geometry)
         self._lamps, self._portals = list(model.lamps.places), model.portals
-        self.occluders = occluders_of(first, self.geometry, model.still)
+        self.occluders = occluders_of(first, self.geometry, model.static_occluders)
         self._is_cast = np.zeros(model.native.ngeom, dtype=bool)
-        self.vertices = Cast.none(len(self._lamps), len(self.geometry.vertices))
-        self.near = np.full(len(self.geometry.vertices), FULL, np.uint8)
+        self.vertices = CastLight.empty(len(self._lamps), len(self.geometry.vertices))
+        self.detail_weight = np.full(len(self.geometry.vertices), FULL, np.uint8)
         """(n,): the root of the share of their light that vertices keep where gaps are wider than a pixel."""
-        self.planes = Cast.none(len(self._lamps), self.charts.is_used.size)
-        self.is_open = np.zeros(self.charts.is_used.size, dtype=bool)
+        self.planes = CastLight.empty(len(self._lamps), self.lightmap_atlas.is_used.size)
+        self.is_open = np.zeros(self.lightmap_atlas.is_used.size, dtype=bool)
         """Which places on the planes lie behind nothing."""
 
     def ensure(self, model: CompiledModel, geoms: np.ndarray) -> None:
@@ -105,15 +105,15 @@ class Baked:
         if not len(missing):
             return
         self._is_cast[missing] = True
-        is_charted = self.geometry.is_charted[missing]
-        meshes, planes = missing[~is_charted], missing[is_charted]
-        on_meshes = partial(self.cast_on, model, meshes, self.occluders, (self.vertices, self.near))
-        do_at_once([on_meshes, partial(self._cast_planes, planes)])
+        is_in_atlas = self.geometry.is_in_atlas[missing]
+        meshes, planes = missing[~is_in_atlas], missing[is_in_atlas]
+        on_meshes = partial(self.cast_on, model, meshes, self.occluders, (self.vertices, self.detail_weight))
+        run_in_parallel([on_meshes, partial(self._cast_planes, planes)])
 
     def cast_on(
-        self, model: CompiledModel, geoms: np.ndarray, occluders: Occluders, into: tuple[Cast, np.ndarray]
+        self, model: CompiledModel, geoms: np.ndarray, occluders: Occluders, into: tuple[CastLight, np.ndarray]
     ) -> None:
-        """Casts light on the vertices of geoms where they are now, into the light and the `near` (n,) of all."""
+        """Casts light on the vertices of geoms where they are now, into the light and `detail_weight` (n,)."""
         if not len(geoms):
             return
         light, near = into
@@ -121,16 +121,18 @@ class Baked:
         points, normals = (np.concatenate(each) for each in zip(*places, strict=True))
         counts = [len(each) for each, _ in places]
         owners = np.repeat(np.arange(len(geoms)), counts)
-        first, which = _alike(points, normals, owners)
+        first, which = _merge_similar(points, normals, owners)
         faces = self._faces(geoms, counts)
         edges = which[np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])]
         samples = Samples(points[first], normals[first])
-        along = of_one_surface(samples.normals, edges)
-        in_gaps = partial(gaps.shares_of_light, model, self.geometry, geoms[owners[first]], samples)
-        (cast, is_buried), shares = do_at_once([partial(self._cast, inset(samples, along), occluders), in_gaps])
+        along = smooth_edges(samples.normals, edges)
+        in_gaps = partial(crevice_occlusion.light_shares, model, self.geometry, geoms[owners[first]], samples)
+        (cast, is_buried), shares = run_in_parallel(
+            [partial(self._cast, move_inward(samples, along), occluders), in_gaps]
+        )
         cast = cast.smoothed(samples, ~is_buried, along, owners[first]).shaded(samples, self._lamps)
-        shares = np.where(gaps.bounded(shares < 1.0, samples.points, edges), shares, 1.0)
-        afar = gaps.shares_from_afar(model, geoms[owners[first]], shares)
+        shares = np.where(crevice_occlusion.without_long_gradients(shares < 1.0, samples.points, edges), shares, 1.0)
+        afar = crevice_occlusion.distant_light_shares(model, geoms[owners[first]], shares)
         is_strip = self._on_strips(model, geoms, owners)[first]
         cast, near_by = cast.dimmed(afar).lightened(is_strip, owners[first])
         kept = (np.sqrt(shares / afar * near_by) * FULL + 0.5).astype(np.uint8)
@@ -145,12 +147,12 @@ class Baked:
     def _on_strips(self, model: CompiledModel, geoms: np.ndarray, owners: np.ndarray) -> np.ndarray:
         """Returns which vertices (n,) of geoms are of the narrow sides of doors; `owners` (n,) are numbers of geoms."""
         parts = [self.geometry.vertex_slices[geom] for geom in geoms.tolist()]
-        found = smoothing.of_doors(model, geoms)[owners]
+        found = smoothing.are_doors(model, geoms)[owners]
         points, normals = (
             np.concatenate([each[part] for part in parts])[found]
             for each in (self.geometry.vertices, self.geometry.normals)
         )
-        found[found] = smoothing.on_strips(points, normals, owners[found])
+        found[found] = smoothing.are_on_strips(points, normals, owners[found])
         return found
 
     def _faces(self, geoms: np.ndarray, counts: list[int]) -> np.ndarray:
@@ -164,11 +166,11 @@ class Baked:
     def boxes_of(self, geoms: np.ndarray) -> list[tuple[int, int, int, int]]:
         """Returns where the planes of geoms lie in the picture of all planes."""
         wanted = set(geoms.tolist())
-        laid_out = self.charts
+        laid_out = self.lightmap_atlas
         return [box for box, owner in zip(laid_out.boxes, laid_out.owners, strict=True) if owner in wanted]
 
     def _cast_planes(self, geoms: np.ndarray) -> None:
-        numbers = np.arange(self.charts.is_used.size).reshape(self.charts.is_used.shape)
+        numbers = np.arange(self.lightmap_atlas.is_used.size).reshape(self.lightmap_atlas.is_used.shape)
         boxes = self.boxes_of(geoms)
         if not boxes:
             return
@@ -181,13 +183,13 @@ class Baked:
         self.is_open[chosen] = ~is_buried
         self.planes.ambient[chosen], self.planes.reach[:, chosen] = cast.ambient, cast.reach
 
-    def _cast(self, samples: Samples, occluders: Occluders) -> tuple[Cast, np.ndarray]:
+    def _cast(self, samples: Samples, occluders: Occluders) -> tuple[CastLight, np.ndarray]:
         """Returns the light that comes to samples, whichever way they face, and which of them are buried."""
         starts = range(0, len(samples.points), PART_POINTS)
         parts = [samples.part(slice(start, start + PART_POINTS)) for start in starts]
-        found = do_at_once([partial(self._cast_part, part, occluders) for part in parts])
+        found = run_in_parallel([partial(self._cast_part, part, occluders) for part in parts])
         ambient, reach, is_buried = zip(*found, strict=True)
-        return Cast(np.concatenate(ambient), np.concatenate(reach, axis=1)), np.concatenate(is_buried)
+        return CastLight(np.concatenate(ambient), np.concatenate(reach, axis=1)), np.concatenate(is_buried)
 
     def _cast_part(self, samples: Samples, occluders: Occluders) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Returns the light from around (n, 3) and from each lamp (lamps, n), and which samples are buried (n,)."""
@@ -195,30 +197,30 @@ class Baked:
         places = samples.origins[:, :2]
         reach = [
             irradiance.from_lamp(
-                occluders, lamp, samples, irradiance.spilled(self._portals.distances_from(room, places))
+                occluders, lamp, samples, irradiance.spill_shares(self._portals.distances_from(room, places))
             )
             for room, lamp in enumerate(self._lamps)
         ]
         return ambient, np.array(reach, np.float32).reshape(len(reach), -1), is_buried
 
 
-def baked(model: CompiledModel) -> Baked:
+def baked_light(model: CompiledModel) -> BakedLight:
     """Returns the light of a model, the same for all its copies."""
-    if "light" not in model.keepsake:
-        model.keepsake["light"] = Baked(model)
-    return model.keepsake["light"]
+    if "light" not in model.shared_cache:
+        model.shared_cache["light"] = BakedLight(model)
+    return model.shared_cache["light"]
 
 
 class Lighting:
     """Light on the vertices and planes that are looked at; it follows what moves."""
 
     def __init__(self, model: CompiledModel) -> None:
-        self._model, self._baked = model, baked(model)
+        self._model, self._baked = model, baked_light(model)
         self.geometry = self._baked.geometry
         count = len(self.geometry.vertices)
-        self._cast = Cast.none(len(model.lamps.places), count)
+        self._cast = CastLight.empty(len(model.lamps.places), count)
         self._places = _places(model)
-        self._displaced, self._occluders = np.zeros(len(model.still), dtype=bool), self._baked.occluders
+        self._displaced, self._occluders = np.zeros(len(model.static_occluders), dtype=bool), self._baked.occluders
         """Which furniture has been moved, and what stops light on things that have been: all else."""
         self._things = np.append(model.geom_things[:-1], np.full(len(self.geometry.hand), -1))
         self._turns = np.zeros(len(model.things) + 1, dtype=int)
@@ -226,10 +228,10 @@ class Lighting:
         self._lit = np.full(len(self._things), -1)
         """The turn of its thing in which each geom was lit; -1 where it was not."""
         self._strengths = np.zeros(0)
-        self._near = np.full(count, FULL, np.uint8)
+        self._detail_weight = np.full(count, FULL, np.uint8)
         self.vertices = np.full((count, 4), (0, 0, 0, FULL), np.uint8)
         """(n, 4): the square root of the light on each vertex, and of the share of it that is left near by."""
-        self.planes = np.zeros((*self._baked.charts.is_used.shape, 4), np.uint8)
+        self.planes = np.zeros((*self._baked.lightmap_atlas.is_used.shape, 4), np.uint8)
         """(height, width, 4): the same for the planes."""
         for geom in self.geometry.hand:
             self._light_by_hand(geom, self.geometry.normals[self.geometry.vertex_slices[geom], 1])
@@ -237,9 +239,9 @@ class Lighting:
     @property
     def places(self) -> np.ndarray:
         """Where the vertices of charted geoms are found on the planes, (k, 2), in their order."""
-        return self._baked.charts.places
+        return self._baked.lightmap_atlas.places
 
-    def follow(self, shown: np.ndarray) -> tuple[bool, list[slice]]:
+    def update(self, shown: np.ndarray) -> tuple[bool, list[slice]]:
         """Casts light on geoms that are looked at for the first time, or have moved since.
 
         Returns whether the planes, and which vertices have changed.
@@ -250,32 +252,36 @@ class Lighting:
             self._lit[:] = -1
         self._clear_displaced()
         places = _places(self._model)
-        self._turns += self._model.moved(places, self._places)
+        self._turns += self._model.moved_things(places, self._places)
         self._places = places
         things = self._things[shown]
         is_free = self._model.native.geom_group[shown] != HELD
         stale = shown[is_free & (self._lit[shown] != self._turns[things])]
         self._lit[stale] = self._turns[self._things[stale]]
-        is_charted = self.geometry.is_charted[stale]
-        is_moved = self._model.moved(places, self._baked.places)[self._things[stale]]
+        is_in_atlas = self.geometry.is_in_atlas[stale]
+        is_moved = self._model.moved_things(places, self._baked.places)[self._things[stale]]
         self._baked.ensure(self._model, stale[~is_moved])
-        self._baked.cast_on(self._model, stale[is_moved], self._occluders, (self._cast, self._near))
-        for geom, moved in zip(stale[~is_charted].tolist(), is_moved[~is_charted].tolist(), strict=True):
+        self._baked.cast_on(self._model, stale[is_moved], self._occluders, (self._cast, self._detail_weight))
+        for geom, moved in zip(stale[~is_in_atlas].tolist(), is_moved[~is_in_atlas].tolist(), strict=True):
             part = self.geometry.vertex_slices[geom]
-            cast, near = (self._cast, self._near) if moved else (self._baked.vertices, self._baked.near)
-            self.vertices[part, :3], self.vertices[part, 3] = encoded(cast.under(self._strengths, part)), near[part]
-        self._mix_planes(stale[is_charted])
-        return bool(is_charted.any()), [self.geometry.vertex_slices[geom] for geom in stale[~is_charted].tolist()]
+            cast, near = (
+                (self._cast, self._detail_weight) if moved else (self._baked.vertices, self._baked.detail_weight)
+            )
+            self.vertices[part, :3], self.vertices[part, 3] = encoded(cast.mixed(self._strengths, part)), near[part]
+        self._mix_planes(stale[is_in_atlas])
+        return bool(is_in_atlas.any()), [self.geometry.vertex_slices[geom] for geom in stale[~is_in_atlas].tolist()]
 
     def _clear_displaced(self) -> None:
         """Has furniture that has been moved stop no light on things that have been, and all other furniture stop it."""
-        displaced = self._model.displaced()
+        displaced = self._model.displaced_occluders()
         if np.array_equal(displaced, self._displaced):
             return
         self._displaced, self._lit[:] = displaced, -1
-        still = self._model.still[~displaced]
-        is_all = len(still) == len(displaced)
-        self._occluders = self._baked.occluders if is_all else occluders_of(self._model, self.geometry, still)
+        static_occluders = self._model.static_occluders[~displaced]
+        is_all = len(static_occluders) == len(displaced)
+        self._occluders = (
+            self._baked.occluders if is_all else occluders_of(self._model, self.geometry, static_occluders)
+        )
 
     def in_hand(self, geoms: np.ndarray, up: np.ndarray) -> list[slice]:
         """Lights what is held, from above the one who holds it. Returns which vertices have changed."""
@@ -291,11 +297,11 @@ class Lighting:
         self.vertices[part, :3], self.vertices[part, 3] = encoded(light)[:, None], FULL
 
     def _mix_planes(self, geoms: np.ndarray) -> None:
-        width = self._baked.charts.is_used.shape[1]
+        width = self._baked.lightmap_atlas.is_used.shape[1]
         for top, left, tall, wide in self._baked.boxes_of(geoms):
             numbers = (np.arange(top, top + tall)[:, None] * width + np.arange(left, left + wide)).ravel()
-            light = self._baked.planes.under(self._strengths, numbers).reshape(tall, wide, 3)
-            smooth = charts.smoothed(light, self._baked.is_open[numbers].reshape(tall, wide))
+            light = self._baked.planes.mixed(self._strengths, numbers).reshape(tall, wide, 3)
+            smooth = lightmap_atlas.smoothed(light, self._baked.is_open[numbers].reshape(tall, wide))
             self.planes[top : top + tall, left : left + wide, :3] = encoded(smooth)
 
 
@@ -304,7 +310,7 @@ def encoded(light: np.ndarray) -> np.ndarray:
     return (np.sqrt(np.clip(light / BRIGHTEST, 0.0, 1.0)) * 255.0 + 0.5).astype(np.uint8)
 
 
-def do_at_once(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
+def run_in_parallel(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
     """Returns the results of tasks of which none needs another's, done on as many threads as may cast rays."""
     if len(tasks) == 1:
         return [tasks[0]()]
@@ -317,7 +323,7 @@ def _places(model: CompiledModel) -> np.ndarray:
     return np.concatenate([model.data.mocap_pos, model.data.mocap_quat], axis=1)
 
 
-def _alike(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _merge_similar(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Returns one vertex of each group of an owner's that is alike, and the group of each vertex."""
     key = owners.astype(np.int64)
     for values, steps in ((points / GRID_M, 4096), (normals * FACINGS, 2 * FACINGS + 1)):
@@ -327,10 +333,10 @@ def _alike(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> tuple
     return first, which.reshape(-1)
 
 
-def _charts(model: CompiledModel, geometry: Geometry) -> tuple[charts.Charts, Samples]:
+def _atlas_of(model: CompiledModel, geometry: Geometry) -> tuple[lightmap_atlas.LightmapAtlas, Samples]:
     """Returns the planes of the structure, and where the light of each of their texels is cast."""
-    geoms = np.flatnonzero(geometry.is_charted)
+    geoms = np.flatnonzero(geometry.is_in_atlas)
     places = [geometry.world(model, geom) for geom in geoms.tolist()]
     points, normals = (np.concatenate(each) for each in zip(*places, strict=True))
-    laid_out = charts.lay_out(points, normals, np.repeat(geoms, [len(each) for each, _ in places]))
+    laid_out = lightmap_atlas.pack_atlas(points, normals, np.repeat(geoms, [len(each) for each, _ in places]))
     return laid_out, Samples(laid_out.points.reshape(-1, 3), laid_out.normals.reshape(-1, 3))

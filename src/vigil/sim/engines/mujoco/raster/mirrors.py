@@ -6,7 +6,7 @@ import numpy as np
 
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 from vigil.sim.engines.mujoco.raster.geometry import Geometry
-from vigil.sim.engines.mujoco.raster.shade import release
+from vigil.sim.engines.mujoco.raster.ssao import release
 from vigil.sim.engines.mujoco.raster.viewer import NEAR_M, Mirror, Viewer
 
 MAX_MIRRORS = 2
@@ -61,7 +61,7 @@ def box_of(points: np.ndarray, viewer: Viewer) -> tuple[int, int, int, int]:
     return left, lower, width, height
 
 
-class Glass:
+class MirrorTargets:
     """Where mirrored pictures of one size are drawn: with several samples a pixel, then with one."""
 
     def __init__(self, context: Any, size: tuple[int, int], samples: int) -> None:

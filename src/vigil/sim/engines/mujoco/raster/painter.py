@@ -5,15 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.compiled.lights import Glow
+from vigil.sim.engines.mujoco.compiled.lights import PointLight
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 from vigil.sim.engines.mujoco.compiled.outdoors import SKY_PIXELS, sky
 from vigil.sim.engines.mujoco.raster.context import context_in, moderngl, program
 from vigil.sim.engines.mujoco.raster.lighting import Lighting
-from vigil.sim.engines.mujoco.raster.mirrors import Glass
-from vigil.sim.engines.mujoco.raster.shade import Canvas, Shade, release
+from vigil.sim.engines.mujoco.raster.mirrors import MirrorTargets
+from vigil.sim.engines.mujoco.raster.ssao import AmbientOcclusion, Canvas, release
 from vigil.sim.engines.mujoco.raster.surfaces import Surfaces
-from vigil.sim.engines.mujoco.raster.viewer import FAR_M, NEAR_M, Held, Mirror, Viewer
+from vigil.sim.engines.mujoco.raster.viewer import FAR_M, NEAR_M, HeldGeoms, Mirror, Viewer
 
 _CLIP_DISTANCE = 0x3000
 """GL_CLIP_DISTANCE0, which moderngl has no name for."""
@@ -22,18 +22,20 @@ _CLIP_DISTANCE = 0x3000
 class Painter:
     """Draws one model."""
 
-    def __init__(self, model: CompiledModel, backend: str, samples: int, *, has_shade: bool) -> None:
+    def __init__(self, model: CompiledModel, backend: str, samples: int, *, has_ssao: bool) -> None:
         self._context, self._backend = context_in(backend), backend
-        self._samples, self._has_shade = samples, has_shade
+        self._samples, self._has_ssao = samples, has_ssao
         with ThreadPoolExecutor(1) as other:
             lighting = other.submit(Lighting, model)  # which needs no OpenGL
             self._sky = _Sky(self._context, backend)
             self._surfaces = Surfaces(model, backend, lighting.result())
         self._canvases: dict[tuple[int, int], Canvas] = {}
-        self._shades: dict[tuple[int, int], Shade] = {}
-        self._glasses: dict[tuple[int, int], Glass] = {}
+        self._ssao_passes: dict[tuple[int, int], AmbientOcclusion] = {}
+        self._mirror_targets: dict[tuple[int, int], MirrorTargets] = {}
 
-    def paint(self, viewer: Viewer, lamp: np.ndarray, glows: list[Glow], held: Held | None = None) -> np.ndarray:
+    def paint(
+        self, viewer: Viewer, lamp: np.ndarray, point_lights: list[PointLight], held: HeldGeoms | None = None
+    ) -> np.ndarray:
         """Returns the picture (height, width, 3) uint8, the first row on top; `lamp` is the place of the room's."""
         self._surfaces.place(held)
         if held is not None:
@@ -43,26 +45,26 @@ class Painter:
         shown = np.setdiff1d(shown, [mirror.geom for mirror in mirrors])
         mirrored = [self._mirrored(viewer.behind(mirror), mirror) for mirror in mirrors]
         self._surfaces.light(np.unique(np.concatenate([shown, *(sight for _, sight in mirrored)])))
-        glass = self._glass(viewer) if mirrors else None
-        if glass is not None:
-            self._reflect(mirrored, glass, lamp, glows)
+        targets = self._mirror_targets_for(viewer) if mirrors else None
+        if targets is not None:
+            self._reflect(mirrored, targets, lamp, point_lights)
         canvas = self._canvas(viewer)
         canvas.drawn.use()
         canvas.drawn.clear(depth=1.0)
         self._begin()
-        if glass is not None:
-            for mirror, picture in zip(mirrors, glass.pictures, strict=False):
+        if targets is not None:
+            for mirror, picture in zip(mirrors, targets.pictures, strict=False):
                 self._surfaces.draw_mirrored(mirror, picture, viewer)
-        for _ in self._surfaces.draw(viewer, shown, lamp, glows):
+        for _ in self._surfaces.draw(viewer, shown, lamp, point_lights):
             self._sky.draw(viewer)
         self._context.copy_framebuffer(canvas.flat, canvas.drawn)
-        if not self._has_shade:
+        if not self._has_ssao:
             return _read(canvas.flat, viewer)
-        shade = self._shade(viewer)
-        shade.apply(canvas, viewer, lamp)
-        return _read(shade.shaded, viewer)
+        ssao = self._ssao(viewer)
+        ssao.apply(canvas, viewer, lamp)
+        return _read(ssao.shaded, viewer)
 
-    def identify(self, viewer: Viewer, held: Held | None = None) -> tuple[np.ndarray, np.ndarray]:
+    def identify(self, viewer: Viewer, held: HeldGeoms | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Returns the geom (height, width) int32 that each pixel shows, -1 for none, and its depth in metres."""
         self._surfaces.place(held)
         size = viewer.width, viewer.height
@@ -86,8 +88,8 @@ class Painter:
             self._surfaces,
             self._sky,
             *self._canvases.values(),
-            *self._shades.values(),
-            *self._glasses.values(),
+            *self._ssao_passes.values(),
+            *self._mirror_targets.values(),
         ]:
             each.release()
 
@@ -96,19 +98,23 @@ class Painter:
         return behind, np.setdiff1d(self._surfaces.shown(behind), [mirror.geom])
 
     def _reflect(
-        self, mirrored: list[tuple[Viewer, np.ndarray]], glass: Glass, lamp: np.ndarray, glows: list[Glow]
+        self,
+        mirrored: list[tuple[Viewer, np.ndarray]],
+        targets: MirrorTargets,
+        lamp: np.ndarray,
+        point_lights: list[PointLight],
     ) -> None:
         """Draws what each mirror shows."""
         self._context.enable_direct(_CLIP_DISTANCE)
         self._context.front_face = "cw"
-        for (behind, shown), flat in zip(mirrored, glass.flat, strict=False):
-            glass.drawn.scissor = behind.box  # nothing else of it is looked at
-            glass.drawn.use()
-            glass.drawn.clear(depth=1.0)
+        for (behind, shown), flat in zip(mirrored, targets.flat, strict=False):
+            targets.drawn.scissor = behind.box  # nothing else of it is looked at
+            targets.drawn.use()
+            targets.drawn.clear(depth=1.0)
             self._begin()
-            for _ in self._surfaces.draw(behind, shown, lamp, glows):
+            for _ in self._surfaces.draw(behind, shown, lamp, point_lights):
                 self._sky.draw(behind)
-            self._context.copy_framebuffer(flat, glass.drawn)
+            self._context.copy_framebuffer(flat, targets.drawn)
         self._context.front_face = "ccw"
         self._context.disable_direct(_CLIP_DISTANCE)
 
@@ -122,17 +128,17 @@ class Painter:
             self._canvases[size] = Canvas(self._context, size, self._samples)
         return self._canvases[size]
 
-    def _glass(self, viewer: Viewer) -> Glass:
+    def _mirror_targets_for(self, viewer: Viewer) -> MirrorTargets:
         size = viewer.width, viewer.height
-        if size not in self._glasses:
-            self._glasses[size] = Glass(self._context, size, self._samples)
-        return self._glasses[size]
+        if size not in self._mirror_targets:
+            self._mirror_targets[size] = MirrorTargets(self._context, size, self._samples)
+        return self._mirror_targets[size]
 
-    def _shade(self, viewer: Viewer) -> Shade:
+    def _ssao(self, viewer: Viewer) -> AmbientOcclusion:
         size = viewer.width, viewer.height
-        if size not in self._shades:
-            self._shades[size] = Shade(self._context, self._backend, size)
-        return self._shades[size]
+        if size not in self._ssao_passes:
+            self._ssao_passes[size] = AmbientOcclusion(self._context, self._backend, size)
+        return self._ssao_passes[size]
 
 
 class _Sky:

@@ -16,7 +16,7 @@ from vigil.sim.engines.mujoco.raster.irradiance import Samples
 ROUNDS = 3
 NEAR_M = 0.15
 """A neighbour this far away along an edge counts half."""
-ALIKE = 0.7
+SAME_SURFACE_COSINE = 0.7
 """Cosine between the normals of two corners that are still of one smooth surface."""
 INSET_SHARE, INSET_M = 0.3, 0.05
 """How far inward light is cast of a corner: this share of the way to its neighbours, at most so far."""
@@ -28,16 +28,16 @@ PLANE_M = 0.001
 """Corners no farther apart across are on one side."""
 
 
-def of_one_surface(normals: np.ndarray, edges: np.ndarray) -> np.ndarray:
+def smooth_edges(normals: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """Returns those edges (k, 2) of some (m, 2), each once, whose corners with normals (n, 3) are of one surface."""
     count = len(normals)
     once = np.unique(edges.min(axis=1).astype(np.int64) * count + edges.max(axis=1))
     first, last = np.divmod(once, count)
-    is_one = (first != last) & (np.einsum("ij,ij->i", normals[first], normals[last]) > ALIKE)
+    is_one = (first != last) & (np.einsum("ij,ij->i", normals[first], normals[last]) > SAME_SURFACE_COSINE)
     return np.stack([first[is_one], last[is_one]], axis=1)
 
 
-def inset(samples: Samples, edges: np.ndarray) -> Samples:
+def move_inward(samples: Samples, edges: np.ndarray) -> Samples:
     """Returns samples moved from the rims of their surfaces inward, along edges (k, 2) of one surface each.
 
     In the corner of a rim little light comes; a large face would show it all over.
@@ -76,7 +76,7 @@ def smoothed(light: np.ndarray, is_known: np.ndarray, points: np.ndarray, edges:
     return sums[:, :-1] / np.where(known > 0.0, known, np.nan)
 
 
-def of_doors(model: CompiledModel, geoms: np.ndarray) -> np.ndarray:
+def are_doors(model: CompiledModel, geoms: np.ndarray) -> np.ndarray:
     """Returns which geoms (n,) are of things with leaves and no inside, as doors and curtains."""
     is_door = np.zeros(len(model.things) + 1, dtype=bool)
     for thing in model.things.values():
@@ -84,7 +84,7 @@ def of_doors(model: CompiledModel, geoms: np.ndarray) -> np.ndarray:
     return is_door[model.geom_things[geoms]]
 
 
-def on_strips(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> np.ndarray:
+def are_on_strips(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> np.ndarray:
     """Returns which corners (n,) at points (n, 3) with normals (n, 3), both in the frame of their owner (n,), belong to
     a long and narrow flat side of it."""
     axis = np.abs(normals).argmax(axis=1)

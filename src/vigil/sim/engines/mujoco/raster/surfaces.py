@@ -7,15 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.compiled.lights import Glow
+from vigil.sim.engines.mujoco.compiled.lights import PointLight
 from vigil.sim.engines.mujoco.compiled.model import GLASS, HIDDEN, CompiledModel
-from vigil.sim.engines.mujoco.raster import gaps
+from vigil.sim.engines.mujoco.raster import crevice_occlusion
 from vigil.sim.engines.mujoco.raster.context import context_in, moderngl, program
-from vigil.sim.engines.mujoco.raster.culling import unseen
+from vigil.sim.engines.mujoco.raster.culling import invisible_geoms
 from vigil.sim.engines.mujoco.raster.lighting import Lighting
 from vigil.sim.engines.mujoco.raster.mirrors import mirrors_before
-from vigil.sim.engines.mujoco.raster.pictures import Pictures
-from vigil.sim.engines.mujoco.raster.viewer import Held, Mirror, Viewer
+from vigil.sim.engines.mujoco.raster.texture_array import TextureArray
+from vigil.sim.engines.mujoco.raster.viewer import HeldGeoms, Mirror, Viewer
 
 GLOSSY = 0.35
 """From this gloss on a surface shows its surroundings."""
@@ -26,24 +26,24 @@ GRIPPER_COLOURS = np.array([[0.24, 0.25, 0.27, 1.0]] * 2 + [[0.93, 0.46, 0.12, 1
 _ROWS = 5
 """Of the table of geoms: three of the matrix, two of the look."""
 _NO_CLIP = 0.0, 0.0, 0.0, 1.0
-pictures = Pictures()
+textures = TextureArray()
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class SurfaceKind:
     """Surfaces that one program draws."""
 
-    is_charted: bool
+    is_in_atlas: bool
     is_glossy: bool
 
-    def definitions(self, glows: int) -> tuple[str, ...]:
+    def definitions(self, point_lights: int) -> tuple[str, ...]:
         """Returns what the shaders are made with, for so many lamps that are on."""
-        names = ["CHARTED"] * self.is_charted + ["GLOSSY"] * self.is_glossy
-        return (*names, f"GLOWS {glows}")
+        names = ["CHARTED"] * self.is_in_atlas + ["GLOSSY"] * self.is_glossy
+        return (*names, f"GLOWS {point_lights}")
 
 
-KINDS = tuple(Kind(is_charted, is_glossy) for is_charted in (False, True) for is_glossy in (False, True))
-_CLEAR = Kind(is_charted=False, is_glossy=True)
+KINDS = tuple(SurfaceKind(is_in_atlas, is_glossy) for is_in_atlas in (False, True) for is_glossy in (False, True))
+_CLEAR = SurfaceKind(is_in_atlas=False, is_glossy=True)
 
 
 class Surfaces:
@@ -55,10 +55,10 @@ class Surfaces:
         self._geometry = self._lighting.geometry
         self._looks = _looks(model)
         self._is_holding = False
-        self._arrays: dict[tuple[Kind | str, int], Any] = {}
+        self._arrays: dict[tuple[SurfaceKind | str, int], Any] = {}
         context, geometry = self._context, self._geometry
         places = np.zeros((len(geometry.vertices), 2), np.float32)
-        places[geometry.is_charted[geometry.geoms]] = self._lighting.places
+        places[geometry.is_in_atlas[geometry.geoms]] = self._lighting.places
         corners = np.concatenate([geometry.vertices, geometry.normals, geometry.uvs, places], axis=1)
         self._vertices, self._owners = context.buffer(corners.tobytes()), context.buffer(geometry.geoms.tobytes())
         self._light = context.buffer(self._lighting.vertices.tobytes())
@@ -68,11 +68,11 @@ class Surfaces:
         self._table = context.texture((_ROWS, len(geometry.face_slices)), 4, dtype="f4")
         self._table.filter = moderngl.NEAREST, moderngl.NEAREST
 
-    def hold(self, viewer: Viewer, held: Held) -> None:
+    def hold(self, viewer: Viewer, held: HeldGeoms) -> None:
         """Takes over how what is held is lit."""
         self._write_light(self._lighting.in_hand(held.geoms, viewer.axes[:, 1]))
 
-    def place(self, held: Held | None) -> None:
+    def place(self, held: HeldGeoms | None) -> None:
         """Takes over where everything is now and how it looks."""
         native, data = self._model.native, self._model.data
         table = np.zeros((len(self._geometry.face_slices), _ROWS, 4), np.float32)
@@ -90,7 +90,7 @@ class Surfaces:
 
     def shown(self, viewer: Viewer) -> np.ndarray:
         """Returns the geoms that may be in view."""
-        return np.flatnonzero((self._model.native.geom_group != HIDDEN) & ~unseen(self._model, viewer))
+        return np.flatnonzero((self._model.native.geom_group != HIDDEN) & ~invisible_geoms(self._model, viewer))
 
     def mirrors(self, viewer: Viewer, shown: np.ndarray) -> list[Mirror]:
         """Returns the mirrors among the geoms shown that the viewer looks into."""
@@ -114,13 +114,15 @@ class Surfaces:
             self._planes.write(self._lighting.planes.tobytes())
         self._write_light(changed)
 
-    def draw(self, viewer: Viewer, shown: np.ndarray, lamp: np.ndarray, glows: list[Glow]) -> Iterator[bool]:
+    def draw(
+        self, viewer: Viewer, shown: np.ndarray, lamp: np.ndarray, point_lights: list[PointLight]
+    ) -> Iterator[bool]:
         """Draws what is solid of the geoms shown, then yields for what lies behind everything, then draws what is seen
         through.
         """
         groups = self._groups(viewer, shown)
         starts = self._write_corners(list(groups.values()))
-        pictures.texture(self._context).use(1)
+        textures.texture(self._context).use(1)
         self._planes.use(2)
         for kind, (start, count) in zip(groups, starts, strict=True):
             if kind is None:
@@ -131,8 +133,8 @@ class Surfaces:
                 self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)
                 self._context.blend_func = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA
                 self._context.fbo.depth_mask = False
-            array = self._array(kind or _CLEAR, len(glows))
-            _set(array.program, viewer, lamp, glows)
+            array = self._array(kind or _CLEAR, len(point_lights))
+            _set(array.program, viewer, lamp, point_lights)
             array.render(vertices=count, first=start)
         self._context.fbo.depth_mask = True
 
@@ -152,18 +154,18 @@ class Surfaces:
 
     def _cast(self, shown: np.ndarray) -> tuple[bool, list[slice]]:
         """Casts light on geoms, while textures that are new are taken over: light needs no OpenGL."""
-        if pictures.is_complete:
-            return self._lighting.follow(shown)
+        if textures.is_complete:
+            return self._lighting.update(shown)
         with ThreadPoolExecutor(1) as other:
-            casting = other.submit(self._lighting.follow, shown)
-            pictures.texture(self._context)
+            casting = other.submit(self._lighting.update, shown)
+            textures.texture(self._context)
             return casting.result()
 
     def _write_light(self, changed: list[slice]) -> None:
         for part in changed:
             self._light.write(self._lighting.vertices[part].tobytes(), offset=4 * part.start)
 
-    def _groups(self, viewer: Viewer, shown: np.ndarray) -> dict[Kind | None, np.ndarray]:
+    def _groups(self, viewer: Viewer, shown: np.ndarray) -> dict[SurfaceKind | None, np.ndarray]:
         """Returns the geoms of each kind, near ones first; at last, under None, those seen through, far ones first."""
         native = self._model.native
         looks = self._looks[native.geom_matid]
@@ -173,9 +175,9 @@ class Surfaces:
         is_glossy = (looks[:, 1, 2] >= GLOSSY) | (looks[:, 1, 1] > 0.0)
         away = ((self._model.data.geom_xpos - viewer.eye) ** 2).sum(axis=1)
         order = np.argsort(away, kind="stable")
-        groups: dict[Kind | None, np.ndarray] = {}
+        groups: dict[SurfaceKind | None, np.ndarray] = {}
         for kind in KINDS:
-            belongs = (self._geometry.is_charted[: native.ngeom] == kind.is_charted) & (is_glossy == kind.is_glossy)
+            belongs = (self._geometry.is_in_atlas[: native.ngeom] == kind.is_in_atlas) & (is_glossy == kind.is_glossy)
             groups[kind] = order[(is_shown & ~is_clear & belongs)[order]]
         if self._is_holding and viewer.mirror is None:
             groups[KINDS[0]] = np.concatenate([self._geometry.hand, groups[KINDS[0]]])
@@ -191,36 +193,37 @@ class Surfaces:
             self._corners.write(np.concatenate([each for part in parts for each in part]).tobytes())
         return list(zip(np.cumsum([0, *counts[:-1]]).tolist(), counts, strict=True))
 
-    def _array(self, kind: Kind | str, glows: int = 0) -> Any:
+    def _array(self, kind: SurfaceKind | str, point_lights: int = 0) -> Any:
         """Returns the vertices with the program for a kind of surface, or with one that needs nothing but places."""
-        if (kind, glows) not in self._arrays:
+        if (kind, point_lights) not in self._arrays:
             owners = self._owners, "1i", "geom"
             if isinstance(kind, str):
                 made = program(self._backend, "identity.vert", kind)
                 contents = [(self._vertices, "3f 28x", "position"), owners]
             else:
-                made = program(self._backend, "surface.vert", "surface.frag", *kind.definitions(glows))
+                made = program(self._backend, "surface.vert", "surface.frag", *kind.definitions(point_lights))
                 names = ["position", *(["normal"] if "normal" in made else []), "uv"]
-                form = f"3f {'3f' if 'normal' in made else '12x'} 2f {'2f' if kind.is_charted else '8x'}"
-                contents = [(self._vertices, form, *names, *(["place"] if kind.is_charted else [])), owners]
-                if not kind.is_charted:
+                form = f"3f {'3f' if 'normal' in made else '12x'} 2f {'2f' if kind.is_in_atlas else '8x'}"
+                contents = [(self._vertices, form, *names, *(["place"] if kind.is_in_atlas else [])), owners]
+                if not kind.is_in_atlas:
                     contents.append((self._light, "4f1", "light"))
-            self._arrays[kind, glows] = self._context.vertex_array(made, contents, self._corners)
-        return self._arrays[kind, glows]
+            self._arrays[kind, point_lights] = self._context.vertex_array(made, contents, self._corners)
+        return self._arrays[kind, point_lights]
 
 
-def _set(made: Any, viewer: Viewer, lamp: np.ndarray, glows: list[Glow]) -> None:
+def _set(made: Any, viewer: Viewer, lamp: np.ndarray, point_lights: list[PointLight]) -> None:
     pixel_m = 2.0 * viewer.slopes[1] / viewer.height  # what it covers at one metre
     values: dict[str, Any] = {
-        "gaps_dark_m": gaps.WIDTH_M / pixel_m,
+        "gaps_dark_m": crevice_occlusion.WIDTH_M / pixel_m,
         "eye": tuple(viewer.eye), "lamp": tuple(lamp), "geoms": 0, "pictures": 1, "planes": 2,
-        "glow_places": [tuple(glow.place) for glow in glows], "glow_colours": [tuple(glow.colour) for glow in glows],
+        "glow_places": [tuple(glow.place) for glow in point_lights],
+        "glow_colours": [tuple(glow.colour) for glow in point_lights],
     }  # fmt: skip
     made["view_projection"].write(_matrix(viewer))
     made["clip"].value = _NO_CLIP if viewer.clip is None else tuple(viewer.clip)
     for name, value in values.items():
         if name in made:
-            made[name].value = value if len(glows) != 1 or not isinstance(value, list) else value[0]
+            made[name].value = value if len(point_lights) != 1 or not isinstance(value, list) else value[0]
 
 
 def _matrix(viewer: Viewer) -> bytes:
@@ -232,5 +235,5 @@ def _looks(model: CompiledModel) -> np.ndarray:
     looks = np.zeros((len(model.materials), 2, 4), np.float32)
     for number, look in enumerate(model.materials):
         looks[number, 0] = look.rgba
-        looks[number, 1] = pictures.layer_of(look.texture), OWN_LIGHT * look.emission, look.shininess, look.is_metal
+        looks[number, 1] = textures.layer_of(look.texture), OWN_LIGHT * look.emission, look.shininess, look.is_metal
     return looks

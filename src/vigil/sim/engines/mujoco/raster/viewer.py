@@ -110,7 +110,7 @@ class Viewer:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Held:
+class HeldGeoms:
     """What is in the hand: geoms, each point of which is drawn at `scale` times its place plus `shift`."""
 
     geoms: np.ndarray

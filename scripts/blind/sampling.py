@@ -1,0 +1,138 @@
+"""What the seed of a blind round draws: things and states, starts of episodes, and moments before and after a pick."""
+
+import zlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from scripts.blind.drawing import Portrait, StartView
+from scripts.blind.forms import RoundKind
+from vigil.packs.files import HOUSES
+from vigil.packs.names import newest_version, stem_of
+from vigil.packs.pack import Pack, packaged_names
+from vigil.protocol.actions import InteractPixel, PhysicalAction, Report
+from vigil.protocol.episode import Episode
+from vigil.protocol.house import House
+from vigil.protocol.observation import Quality
+from vigil.sim.showcase.object_renders import draw_subjects, stage_subject
+from vigil.sim.showcase.staged_scenes import SceneSubject
+
+FAR_M, FAR_SPAN_PX = 3.0, 30
+"""How far off things are shown in rounds `far`, and how large they must be there."""
+QUALITIES: tuple[Quality, ...] = ("default", "fast")
+
+
+@dataclass(frozen=True, slots=True)
+class EpisodeCandidate:
+    """An episode of a pack."""
+
+    pack: Pack
+    episode: Episode
+
+    @property
+    def start(self) -> StartView:
+        """The job that draws its start."""
+        folder, episode = self.pack.folder, self.episode
+        house = folder / HOUSES / f"{episode.house.name}.json"
+        return StartView(str(house), episode.start.model_dump(mode="json"), episode.setup.model_dump(mode="json"))
+
+    @property
+    def house(self) -> House:
+        """Its house."""
+        return self.pack.house_of(self.episode)
+
+    @property
+    def truth(self) -> dict[str, Any]:
+        """What a key says of it."""
+        return {"pack": self.pack.name, "episode": self.episode.id}
+
+
+@dataclass(frozen=True, slots=True)
+class PickMoment:
+    """A moment of an episode's solution: a thing is about to be picked, or has just been."""
+
+    candidate: EpisodeCandidate
+    actions: tuple[PhysicalAction, ...]
+    """Up to the pick, that included."""
+
+    @property
+    def category(self) -> str:
+        """Of what the episode is about."""
+        return self.candidate.episode.bindings.get("target", "").partition("|")[0]
+
+
+def portraits(kind: RoundKind, seed: int, count: int) -> list[Portrait]:
+    """Returns the subjects of a round `near`, `far` or `state`. Raises ValueError when there are too few."""
+    distance_m = FAR_M if kind == "far" else None
+
+    def suits(subject: SceneSubject) -> bool:
+        if kind == "far":
+            return _is_large_enough(subject, seed)
+        return kind == "near" or subject.state is not None
+
+    subjects = draw_subjects(count, seed, suits)
+    return [Portrait(each.category, each.variant, each.state, seed, distance_m) for each in subjects]
+
+
+def _is_large_enough(subject: SceneSubject, seed: int) -> bool:
+    try:
+        return stage_subject(subject, seed, FAR_M)[1].span_px >= FAR_SPAN_PX
+    except ValueError:  # the room is too small for it to be seen whole
+        return False
+
+
+def candidates(packs: Sequence[str]) -> list[EpisodeCandidate]:
+    """Returns the episodes of some packs, each id once, sorted by it; without names of the newest packaged ones.
+
+    Raises PackMismatch.
+    """
+    names = packs or _newest_packaged()
+    found = {episode.id: EpisodeCandidate(pack, episode) for pack in map(Pack.load, names) for episode in pack.episodes}
+    return [found[name] for name in sorted(found)]
+
+
+def _newest_packaged() -> list[str]:
+    names = packaged_names()
+    return [name for name in names if stem_of(name) is None or newest_version(stem_of(name) or "", names) == name]
+
+
+def in_random_order(found: Sequence[EpisodeCandidate], kind: RoundKind, seed: int) -> Iterator[EpisodeCandidate]:
+    """Yields episodes in an order drawn by a seed, another one for each kind of round."""
+    for number in np.random.default_rng([seed, zlib.crc32(kind.encode())]).permutation(len(found)):
+        yield found[number]
+
+
+def picks(found: Sequence[EpisodeCandidate], seed: int) -> list[PickMoment]:
+    """Returns the first pick of each solution that has one, in random order: every category once, then again."""
+    turns: dict[str, int] = {}
+    ordered: list[tuple[int, PickMoment]] = []
+    for candidate in in_random_order(found, "held", seed):
+        actions = [
+            each for each in candidate.pack.solutions[candidate.episode.id].actions if not isinstance(each, Report)
+        ]
+        at = next((number for number, action in enumerate(actions) if _is_pick(action)), None)
+        if at is not None:
+            pick = PickMoment(candidate, tuple(actions[: at + 1]))
+            turns[pick.category] = turns.get(pick.category, 0) + 1
+            ordered.append((turns[pick.category], pick))
+    return [pick for _, pick in sorted(ordered, key=lambda each: each[0])]
+
+
+def _is_pick(action: PhysicalAction) -> bool:
+    return isinstance(action, InteractPixel) and action.intent == "pick"
+
+
+def held_cases(count: int, seed: int) -> list[tuple[bool, Quality]]:
+    """Returns in random order whether something is held, and in which quality that is drawn: each equally often."""
+    cases = list(product((True, False), QUALITIES))
+    shared = [cases[number % len(cases)] for number in range(count)]
+    return [shared[number] for number in np.random.default_rng([seed, 1]).permutation(count)]
+
+
+def sides(count: int, seed: int) -> list[bool]:
+    """Returns in random order, for half of the pairs each, whether the older picture is on the left."""
+    shared = [number % 2 == 0 for number in range(count)]
+    return [shared[number] for number in np.random.default_rng([seed, 2]).permutation(count)]

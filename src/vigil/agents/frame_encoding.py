@@ -1,0 +1,63 @@
+"""Frames as files: PNG (the default; small targets are a few pixels wide) or JPEG."""
+
+import base64
+import io
+import zlib
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from PIL import Image
+
+from vigil.errors import RecordError
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.profile import JPEG_QUALITY, ImageFormat
+
+MAX_FRAME_PIXELS = 4 * FRAME_WIDTH * FRAME_HEIGHT
+PNG_LEVEL = 1
+"""Faster by half than the usual level, for files a quarter larger; the pixels are the same."""
+
+
+@dataclass(frozen=True)
+class EncodedFrame:
+    """An encoded frame."""
+
+    data: bytes
+    format: ImageFormat
+
+    @property
+    def media_type(self) -> str:
+        """Its MIME type."""
+        return f"image/{self.format}"
+
+    @cached_property
+    def base64(self) -> str:
+        """The file in base64."""
+        return base64.b64encode(self.data).decode("ascii")
+
+    @property
+    def data_uri(self) -> str:
+        """The file as a `data:` address."""
+        return f"data:{self.media_type};base64,{self.base64}"
+
+
+def encode_frame(rgb: np.ndarray, image_format: ImageFormat = "png") -> EncodedFrame:
+    """Returns the frame (h, w, 3) uint8 as a file; the same pixels give the same bytes."""
+    buffer = io.BytesIO()
+    image = Image.fromarray(np.ascontiguousarray(rgb))
+    if image_format == "png":
+        image.save(buffer, "PNG", compress_level=PNG_LEVEL)
+    else:
+        image.save(buffer, "JPEG", quality=JPEG_QUALITY)
+    return EncodedFrame(buffer.getvalue(), image_format)
+
+
+def decode_frame(data: bytes) -> np.ndarray:
+    """Returns the pixels (h, w, 3) uint8 of a file that `encode_frame` made. Raises RecordError for any other."""
+    try:
+        image = Image.open(io.BytesIO(data), formats=("PNG", "JPEG"))
+        if image.width * image.height > MAX_FRAME_PIXELS:
+            raise RecordError(f"The picture has {image.width} x {image.height} pixels, which no frame has.")
+        return np.asarray(image.convert("RGB"))
+    except (OSError, SyntaxError, ValueError, zlib.error) as error:
+        raise RecordError(f"The file is no picture of a frame: {error}.") from None

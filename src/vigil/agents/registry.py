@@ -1,0 +1,30 @@
+"""Agents by name, as `--agent` takes them: a scripted agent, or `exec:COMMAND`."""
+
+from vigil.agents.agent import Agent
+from vigil.agents.exec_agent import EXEC_PREFIX, ExecAgent, ProgramSettings
+from vigil.agents.scripted import SCRIPTS, scripted_agent
+from vigil.errors import SettingError
+from vigil.protocol.profile import Profile
+
+
+def is_exec(name: str) -> bool:
+    """Whether `name` is `exec:COMMAND`."""
+    return name.startswith(EXEC_PREFIX)
+
+
+def is_known(name: str) -> bool:
+    """Whether `make_agent` knows the name."""
+    return is_exec(name) or name in SCRIPTS
+
+
+def make_agent(name: str, profile: Profile, seed: int = 0, program: ProgramSettings | None = None) -> Agent:
+    """Returns the agent of that name. Raises SettingError on an unknown one.
+
+    `seed` is for the scripted ones, `program` for programs.
+    """
+    if is_exec(name):
+        return ExecAgent(name.removeprefix(EXEC_PREFIX), profile, program or ProgramSettings())
+    if name in SCRIPTS:
+        return scripted_agent(name, seed)
+    known = ", ".join(SCRIPTS)
+    raise SettingError(f"Agent {name!r} does not exist. Choose one of: {known}, or exec:COMMAND.")

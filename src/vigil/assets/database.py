@@ -1,0 +1,327 @@
+"""Sizes: from an asset id to its category, bounding box and variant.
+
+Three sources, in this order: the project's own ids (`vigil_<Category>_<n>`, whose size follows from the catalogue and
+n; with `_drawer<k>` behind it, a drawer of that), an asset database file (AI2-THOR's `asset-database.json`, not part of
+this project), and, without one, a guess from the words of the ids with the catalogue's typical size. Hashes in ids are
+no words.
+"""
+
+import hashlib
+import math
+import re
+import zlib
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vigil.assets import make
+from vigil.assets.catalog import CATALOG
+from vigil.assets.drawers import DRAWER, drawer_names, drawer_of, split_drawer_id
+from vigil.base.files import read_file
+from vigil.base.geometry import Vec3
+from vigil.base.json_files import read_json
+from vigil.errors import SettingError
+
+MIN_SIDE_M = 0.001
+MAX_SIDE_M = 30.0
+
+_OWN_ID = re.compile(r"vigil_([A-Za-z]+)_(\d+)")
+_INCH, _FOOT = 0.0254, 0.3048
+_U_OVERHANG_M = 0.02
+"""How much deeper than whole modules AI2-THOR's U-shaped countertops are; tells them from L-shaped ones."""
+
+_ALIASES = {
+    "alarm": "AlarmClock",
+    "basketball": "BasketBall",
+    "basin": "Sink",
+    "bathtowel": "Towel",
+    "bench": "Ottoman",
+    "bin": "GarbageCan",
+    "blackberry": "CellPhone",
+    "boot": "Boots",
+    "bookcase": "ShelvingUnit",
+    "bookshelf": "ShelvingUnit",
+    "bnydpepper": "PepperShaker",
+    "bnydsalt": "SaltShaker",
+    "butterknife": "ButterKnife",
+    "carpet": "Rug",
+    "cellphone": "CellPhone",
+    "clock": "AlarmClock",
+    "computer": "Desktop",
+    "couch": "Sofa",
+    "counter": "CounterTop",
+    "curtain": "Curtains",
+    "cushion": "Pillow",
+    "decorativebox": "Box",
+    "dryer": "ClothesDryer",
+    "fertilitystatue": "Statue",
+    "foil": "AluminumFoil",
+    "garbagebin": "GarbageCan",
+    "hamper": "LaundryHamper",
+    "handstatue": "Statue",
+    "keys": "KeyChain",
+    "lamp": "DeskLamp",
+    "lightfixture": "CeilingLamp",
+    "monitor": "Television",
+    "nightstand": "SideTable",
+    "oven": "Stove",
+    "papertowel": "PaperTowelRoll",
+    "phone": "CellPhone",
+    "photo": "Painting",
+    "picture": "Painting",
+    "plant": "HousePlant",
+    "racket": "TennisRacket",
+    "racquet": "TennisRacket",
+    "refrigerator": "Fridge",
+    "remote": "RemoteControl",
+    "shower": "ShowerHead",
+    "sponge": "DishSponge",
+    "switch": "LightSwitch",
+    "table": "DiningTable",
+    "teddy": "TeddyBear",
+    "tennisracquet": "TennisRacket",
+    "tissue": "TissueBox",
+    "tissues": "TissueBox",
+    "toiletbrush": "ScrubBrush",
+    "trashcan": "GarbageCan",
+    "tv": "Television",
+    "vacuum": "VacuumCleaner",
+    "walldecorpainting": "Painting",
+    "walldecorphoto": "Painting",
+    "wardrobe": "Dresser",
+    "washer": "WashingMachine",
+    "wine": "WineBottle",
+    "winebottle": "WineBottle",
+}
+_LONGEST_NAME_WORDS = 4
+_NON_WORDS = re.compile(
+    r"(?<![A-Za-z\d])[\da-f]{8}(?:-[\da-f]{4}){3}-[\da-f]{12}"
+    r"|(?<![A-Za-z\d])(?=[\da-f]*\d[a-f])[\da-f]{6,}(?![A-Za-z\d])"
+    r"|(?=[\da-f]*\d)[\da-f]{16,}"
+    r"|(?<=\d)[A-Za-z]+(?=\d)",
+    re.IGNORECASE,
+)
+"""What of an id is no word: hashes, and letters between digits."""
+_MIN_SIMILARITY, _MIN_LETTERS = 0.72, 4
+"""How alike (0..1) a word must be to a name to be taken for it, and how long at least."""
+FALLBACK_CATEGORY = "Box"
+"""What a thing is shown as of which nothing is known."""
+
+
+@dataclass(frozen=True, slots=True)
+class AssetEntry:
+    """What is known of an asset before its shape is made."""
+
+    category: str
+    size: Vec3
+    variant: int
+    """Which of the category's looks: a stable hash of the asset id."""
+    note: str | None = None
+    """What had to be guessed, for people; None when the category was named and the size known."""
+    is_measured: bool = True
+    """Whether the size is the asset's own, and not what is usual for its kind."""
+
+
+class AssetDatabase:
+    """The sizes of assets by id."""
+
+    def __init__(
+        self, known: dict[str, tuple[str, Vec3]] | None = None, path: Path | None = None, sha256: str | None = None
+    ) -> None:
+        """`known` maps an asset id to its category and bounding box; `path` and `sha256` are the file's, if any."""
+        self._known = dict(known or {})
+        self.path = path
+        self.sha256 = sha256
+
+    @classmethod
+    def default(cls) -> "AssetDatabase":
+        """Returns the database without a file: own ids, and guesses from words and typical sizes."""
+        return cls()
+
+    @classmethod
+    def from_file(cls, path: Path | None) -> "AssetDatabase":
+        """Returns the database in a file, or the one without a file. Raises SettingError."""
+        return cls.load(path) if path else cls.default()
+
+    @classmethod
+    def load(cls, path: Path) -> "AssetDatabase":
+        """Returns the database in AI2-THOR's `asset-database.json` at `path`. Raises SettingError."""
+        raw = read_file(path, f"Asset database {str(path)!r}", SettingError)
+        try:
+            data = read_json(raw)
+        except ValueError as error:
+            raise SettingError(f"Asset database {str(path)!r} is not JSON: {error}. {_WANTED}") from None
+        if not isinstance(data, dict) or not data:
+            raise SettingError(f"Asset database {str(path)!r} holds no object of categories. {_WANTED}")
+        known: dict[str, tuple[str, Vec3]] = {}
+        for category, rows in data.items():
+            if not isinstance(rows, list):
+                raise SettingError(f"Asset database {str(path)!r}: {category!r} is not a list of assets. {_WANTED}")
+            for index, row in enumerate(rows):
+                asset_id, size = _read_row(row, f"Asset database {str(path)!r}: {category}[{index}]")
+                known[asset_id] = (category, size)
+        return cls(known, path, hashlib.sha256(raw).hexdigest())
+
+    def __len__(self) -> int:
+        return len(self._known)
+
+    def __contains__(self, asset_id: str) -> bool:
+        """Whether the database's file names this asset."""
+        return asset_id in self._known
+
+    def of_category(self, category: str) -> list[tuple[str, Vec3]]:
+        """Returns the assets of a category that the database's file names: id and bounding box."""
+        return [(asset_id, size) for asset_id, (stated, size) in self._known.items() if stated == category]
+
+    def look_up(self, asset_id: str, name: str) -> AssetEntry:
+        """Returns the category, size and variant of `asset_id`; `name` is what the house calls its object, or its id.
+
+        What is unknown gets the nearest known category, and a note says what was guessed.
+        """
+        own = _OWN_ID.fullmatch(asset_id)
+        if own and own[1] in CATALOG:
+            return _own_entry(asset_id, own[1])
+        drawer = _own_drawer(asset_id)
+        if drawer is not None:
+            return drawer
+        stated, size = self._known.get(asset_id, (name, None))
+        category, note = _category_of(asset_id, stated)
+        if category is None:
+            category = nearest_category(asset_id, name)
+            note = f"asset {asset_id!r} is of no known category; it is shown as the nearest one, {category}"
+        elif note is None and size is None and (own or self._known):
+            note = f"asset {asset_id!r} is not known; it is shown as a {category} of usual size"
+        variant, is_measured = _variant(asset_id), size is not None
+        return AssetEntry(category, size or _guessed_size(category, asset_id), variant, note, is_measured)
+
+
+def own_asset_id(category: str, number: int) -> str:
+    """Returns the project's own asset id `number` of a category."""
+    return f"vigil_{category}_{number}"
+
+
+def _category_of(asset_id: str, name: str) -> tuple[str | None, str | None]:
+    """Returns the category that a name and an asset id speak of, if any, and what had to be guessed for it.
+
+    A name that begins with a category ("Chair|7|0") states it; else the name's words come before the asset id's.
+    """
+    own = _object_name(name)
+    if own in CATALOG:
+        return own, None
+    by_name, by_asset = _category_in(own), _category_in(asset_id)
+    if by_name is None or by_name == by_asset:
+        return by_asset, None
+    against = f", though its id speaks of {by_asset}" if by_asset else ""
+    return by_name, f"asset {asset_id!r} is shown as {by_name}, a guess by the name {own!r}{against}"
+
+
+def _object_name(name: str) -> str:
+    """Returns a name without what follows of places: "lamp-0|desk-1 (living room)" is a lamp."""
+    return name.split("|")[0].partition(" (")[0]
+
+
+def nearest_category(asset_id: str, name: str) -> str:
+    """Returns the category whose name is spelt most like a word of the ids; "Box" when none is like it."""
+    own = _OWN_ID.fullmatch(asset_id)
+    names = _names()
+    for text in (own[1] if own else asset_id, _object_name(name)):
+        words = [word for word in _words(text) if len(word) >= _MIN_LETTERS]
+        for word in ["".join(words), *reversed(words)]:
+            matches = get_close_matches(word, names, n=1, cutoff=_MIN_SIMILARITY)
+            if matches:
+                return names[matches[0]]
+    return FALLBACK_CATEGORY
+
+
+_WANTED = "Expected AI2-THOR's form: {category: [{assetId, boundingBox: {x, y, z}}, ...], ...}."
+
+
+def _read_row(row: Any, place: str) -> tuple[str, Vec3]:
+    if not isinstance(row, dict) or not isinstance(row.get("assetId"), str):
+        raise SettingError(f"{place} has no `assetId`. {_WANTED}")
+    box = row.get("boundingBox")
+    sides = [_side(box.get(axis)) for axis in "xyz"] if isinstance(box, dict) else [None]
+    known = [side for side in sides if side is not None]
+    if len(known) != 3:
+        raise SettingError(
+            f"{place} ({row['assetId']}): `boundingBox` must hold x, y, z up to {MAX_SIDE_M:g}. {_WANTED}"
+        )
+    return row["assetId"], Vec3(*known)
+
+
+def _side(value: Any) -> float | None:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return None
+    return max(float(value), MIN_SIDE_M) if math.isfinite(value) and 0.0 <= value <= MAX_SIDE_M else None
+
+
+@lru_cache(maxsize=4096)
+def _own_entry(asset_id: str, category: str) -> AssetEntry:
+    row = CATALOG[category]
+    variant = _variant(asset_id)
+    rng = np.random.default_rng(variant)
+    whole, *each = (float(share) * row.size_spread for share in rng.uniform(-1.0, 1.0, 4))
+    scales = (1.0 + 0.7 * whole + 0.3 * extra for extra in each)
+    size = Vec3(*(round(side * scale, 4) for side, scale in zip(row.typical_size, scales, strict=True)))
+    return AssetEntry(category, size, variant)
+
+
+def _own_drawer(asset_id: str) -> AssetEntry | None:
+    """Returns what is known of a drawer of one of the project's own pieces of furniture; None for anything else."""
+    chest_id, name = split_drawer_id(asset_id) or ("", "")
+    own = _OWN_ID.fullmatch(chest_id)
+    if own is None or own[1] not in CATALOG:
+        return None
+    chest = _own_entry(chest_id, own[1])
+    asset = make(chest.category, chest.size, chest.variant)
+    return AssetEntry(DRAWER, drawer_of(asset, name)[0].size, chest.variant) if name in drawer_names(asset) else None
+
+
+def _variant(asset_id: str) -> int:
+    return zlib.crc32(asset_id.encode())
+
+
+def _names() -> dict[str, str]:
+    return _cached_names(len(CATALOG))
+
+
+@lru_cache(maxsize=1)
+def _cached_names(_count: int) -> dict[str, str]:
+    names = {row.name.lower(): row.name for row in CATALOG.values()}
+    names |= {row.display_name.replace(" ", "").lower(): row.name for row in CATALOG.values()}
+    return names | _ALIASES
+
+
+def _category_in(text: str) -> str | None:
+    """Returns the category whose name takes up the most words of `text`; of equals the last, as in "Hand_Statue"."""
+    words, names = _words(text), _names()
+    for length in range(min(_LONGEST_NAME_WORDS, len(words)), 0, -1):
+        for start in range(len(words) - length, -1, -1):
+            joined = "".join(words[start : start + length])
+            found = names.get(joined) or names.get(joined.removesuffix("s"))
+            if found:
+                return found
+    return None
+
+
+def _words(text: str) -> list[str]:
+    named = _NON_WORDS.sub(" ", text.removeprefix("RoboTHOR"))
+    return [word.lower() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", named)]
+
+
+def _guessed_size(category: str, asset_id: str) -> Vec3:
+    """Returns the typical size, but for ids that state theirs: windows in inches, countertops in feet, double doors."""
+    width, height, depth = CATALOG[category].typical_size
+    stated = re.search(r"_(\d+)x(\d+)$", asset_id)
+    if stated and category == "Window":
+        return Vec3(int(stated[1]) * _INCH, int(stated[2]) * _INCH, depth)
+    if stated and category == "CounterTop":
+        overhang = _U_OVERHANG_M if "_C_" in asset_id else 0.0
+        return Vec3(int(stated[1]) * _FOOT, height, int(stated[2]) * _FOOT + overhang)
+    if "Double" in asset_id and category in ("Doorway", "Doorframe"):
+        return Vec3(2 * width, height, depth)
+    return Vec3(width, height, depth)

@@ -1,0 +1,83 @@
+"""Telling one of two things of a name from the other by its state, by what lies on it, or by its size.
+
+What tells by colour or place is a phrase of `vigil.authoring.language.referring`; these are said in words of their own,
+and read back here.
+"""
+
+import re
+from collections.abc import Iterable
+
+from vigil.authoring.language.referring import DescribedThing, Phrase, referents
+from vigil.authoring.solving.privileged_view import PrivilegedView
+from vigil.protocol.world import CLOSED_BELOW, OPEN_ABOVE
+from vigil.scene.supports import children, surface_named
+from vigil.scene.things import Thing
+
+SIZE_RATIO, VOLUME_RATIO = 1.2, 1.6
+"""How much longer, and how much more in volume, the larger of two things is, so that nobody is in doubt."""
+STATES = ("open", "closed", "burning", "not burning")
+
+
+def by_size(name: str, *, is_larger: bool) -> str:
+    """Returns what to call the larger or smaller of two things."""
+    return f"the {'larger' if is_larger else 'smaller'} {name}"
+
+
+def by_state(name: str, label: str) -> str:
+    """Returns what to call the one of several things that is in a state."""
+    return f"the {name} that is {label}"
+
+
+def by_bearing(name: str, other: str, *, is_inside: bool) -> str:
+    """Returns what to call the one of several things that bears another."""
+    return f"the {name} with the {other} {'in' if is_inside else 'on'} it"
+
+
+def referents_in(instruction: str, items: Iterable[DescribedThing], view: PrivilegedView) -> set[str]:
+    """Returns the ids of what the words of this module mean as things are now; none where none of them is said."""
+    everything, things = list(items), view.scene.things
+    names = "|".join(re.escape(name) for name in sorted({item.name for item in everything}, key=lambda n: (-len(n), n)))
+    if found := re.search(rf"\bthe (?P<which>larger|smaller) (?P<name>{names})\b", instruction):
+        alike = _named(found["name"], everything, things)
+        sized = sorted(alike, key=_volume)
+        if len(sized) != 2 or not is_clearly_larger(sized[1], sized[0]):
+            return {thing.id for thing in alike}
+        return {sized[-1 if found["which"] == "larger" else 0].id}
+    if found := re.search(rf"\bthe (?P<name>{names}) that is (?P<label>{'|'.join(STATES)})\b", instruction):
+        alike = _named(found["name"], everything, things)
+        return {thing.id for thing in alike if is_in_state(thing, found["label"])}
+    if found := re.search(rf"\bthe (?P<name>{names}) with the (?P<other>{names}) (?:in|on) it\b", instruction):
+        alike = _named(found["name"], everything, things)
+        borne = {each.id for each in referents(Phrase(found["other"]), everything)}
+        return {thing.id for thing in alike if borne & {child.id for child in children(view.scene, thing.id)}}
+    return set()
+
+
+def _named(name: str, items: list[DescribedThing], things: dict[str, Thing]) -> list[Thing]:
+    return [things[item.id] for item in referents(Phrase(name), items)]
+
+
+def is_clearly_larger(thing: Thing, other: Thing) -> bool:
+    """Whether nobody doubts which of two things is the larger one."""
+    longer = max(thing.asset.size) >= SIZE_RATIO * max(other.asset.size)
+    return longer and _volume(thing) >= VOLUME_RATIO * _volume(other)
+
+
+def _volume(thing: Thing) -> float:
+    x, y, z = thing.asset.size
+    return x * y * z
+
+
+def is_in_state(thing: Thing, label: str) -> bool:
+    """Whether a thing may be called so, one of `STATES`, as it is now."""
+    if label in ("burning", "not burning"):
+        return thing.is_toggleable and thing.is_toggled == (label == "burning")
+    if not thing.is_openable:
+        return False
+    return thing.openness >= CLOSED_BELOW if label == "open" else thing.openness <= OPEN_ABOVE
+
+
+def is_inside_of(child: Thing, parent: Thing) -> bool:
+    """Whether a thing lies in the hollow of another, not on top of it."""
+    surface = surface_named(parent, child.surface)
+    return surface is not None and surface.is_inside

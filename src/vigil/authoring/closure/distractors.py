@@ -1,0 +1,205 @@
+"""Tasks about one of two things of a kind, told from the other by colour, place, state, what it bears, or size."""
+
+from collections.abc import Iterator
+from itertools import islice
+
+from vigil.assets.catalog import CATALOG
+from vigil.authoring.closure.all_of import ALL_ACTS
+from vigil.authoring.closure.attribute_phrases import by_bearing, by_size, by_state, is_clearly_larger, is_inside_of
+from vigil.authoring.closure.impossible import PLACED_ORDERS, phrase_by_support
+from vigil.authoring.closure.tasks import FLAMES, LEVEL_DEG, NEAR_M, ClosureTask, Tasks, interleave, is_out_of_view_from
+from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
+from vigil.authoring.drafting.proposals import CLEAR_PX, allows, goal_for, is_seen, is_target, seeking, setup_for
+from vigil.authoring.language.referring import DescribedThing, Phrase, referents
+from vigil.authoring.language.sentences import SEARCH_ORDERS
+from vigil.authoring.language.wording import Act, order_slots, pronoun_slots
+from vigil.authoring.review.placements import placements_on
+from vigil.authoring.review.synthetic_records import changed_setup
+from vigil.protocol.world import ObjectSetup, Placement, Setup
+from vigil.scene.supports import children
+from vigil.scene.things import Thing
+from vigil.scoring.closure import DISTRACTOR
+
+ACTS: tuple[Act, ...] = ("pick", *ALL_ACTS)
+OPEN_OR_CLOSED_ITEMS = ("Box", "Laptop")
+"""What is carried, and plainly open or closed."""
+FOOD = ("Apple", "Tomato", "Egg", "Potato")
+"""What may lie on or in one of two dishes, so that it is told by that."""
+ON_FURNITURE = ("Book", "Vase", "Statue", "AlarmClock", "TissueBox", "Candle")
+"""The same, of two pieces of furniture."""
+MAX_BORNE_TRIED = 4
+_BEARING_ACTS: tuple[Act, ...] = ("pick", "open")
+"""What is asked of a thing that is told by what it bears: the first that it allows."""
+
+
+def look_alike(context: HouseContext) -> Tasks:
+    """Yields tasks about one of two things of a kind that differ in one visible attribute."""
+    forms = _of_colour(context), _of_place(context), _of_state(context), _of_bearing(context), _of_size(context)
+    yield from interleave(context, *forms)
+
+
+def _of_colour(context: HouseContext) -> Tasks:
+    yield from interleave(context, *(_of_a_colour(context, act) for act in ACTS))
+
+
+def _of_a_colour(context: HouseContext, act: Act) -> Tasks:
+    for episode in seeking(context, act):
+        target = context.items[episode.goal.object_id]
+        phrase = context.phrase(target.id)
+        alike = next((item for item in context.items.values() if _is_other_colour(target, item)), None)
+        if alike is None or phrase is None or phrase.colour is None or phrase != phrase.without_place:
+            continue
+        objects = {**episode.setup.objects, **setup_for(context.thing(alike.id), act).objects}
+        both = {
+            "bindings": {"target": target.id, DISTRACTOR: alike.id},
+            "setup": episode.setup.model_copy(update={"objects": objects}),
+        }
+        yield ClosureTask("look_alike", (episode.model_copy(update=both),), form="colour")
+
+
+def _is_other_colour(target: DescribedThing, item: DescribedThing) -> bool:
+    is_alike = item.category == target.category and item.room_id == target.room_id
+    return is_alike and bool(item.colours) and not set(item.colours) & set(target.colours)
+
+
+def _of_place(context: HouseContext) -> Tasks:
+    for episode in seeking(context, "pick"):
+        target = context.items[episode.goal.object_id]
+        phrase = phrase_by_support(context, target, may_colour=False)
+        alike = next((context.items[thing.id] for thing in _same_name_objects(context, target.id)), None)
+        if phrase is None or alike is None:
+            continue
+        words = order_slots("pick", target.category, str(phrase), context.rng) | pronoun_slots(target.category)
+        facts = {
+            "instruction": context.say(PLACED_ORDERS, target=str(phrase), **words),
+            "bindings": {"target": target.id, DISTRACTOR: alike.id},
+        }
+        yield ClosureTask("look_alike", (episode.model_copy(update=facts),), form="place")
+
+
+def _same_name_objects(context: HouseContext, thing_id: str) -> list[Thing]:
+    """Returns the other things of a thing's category, where only those may be taken for it, in the scene's order."""
+    items = context.items
+    item = items[thing_id]
+    others = [each for each in referents(Phrase(item.name), items.values()) if each.id != thing_id]
+    if not others or any(each.category != item.category for each in others):
+        return []
+    return [context.thing(each.id) for each in others]
+
+
+def _candidates(context: HouseContext) -> Iterator[tuple[Thing, list[Thing]]]:
+    """Yields things that have namesakes, with those, in a random order."""
+    wanted = [each for each in context.view.scene.things.values() if each.is_present and is_target(each)]
+    for thing in context.shuffled(wanted):
+        others = _same_name_objects(context, thing.id)
+        if others:
+            yield thing, others
+
+
+def _of_state(context: HouseContext) -> Tasks:
+    for target, others in _candidates(context):
+        if not target.is_pickupable:
+            continue
+        if target.category in OPEN_OR_CLOSED_ITEMS:
+            labels = ("open", "closed")
+        elif target.category in FLAMES:
+            labels = ("burning", "not burning")
+        else:
+            continue
+        label, other_label = labels if context.rng.integers(2) else labels[::-1]
+        changes = {target.id: _state(label), **{each.id: _state(other_label) for each in others}}
+        words = by_state(context.items[target.id].name, label)
+        yield from _distractor_task(context, "pick", target, others[0], words, Setup(objects=changes), "state")
+
+
+def _state(label: str) -> ObjectSetup:
+    if label in ("open", "closed"):
+        return ObjectSetup(openness=float(label == "open"))
+    return ObjectSetup(is_toggled=label == "burning")
+
+
+def _of_size(context: HouseContext) -> Tasks:
+    for target, others in _candidates(context):
+        acts: list[Act] = [act for act in ACTS if allows(target, act)]
+        if len(others) != 1 or not acts or target.is_drawer:  # nobody compares drawers of two pieces of furniture
+            continue
+        if context.items[target.id].room_id != context.items[others[0].id].room_id:
+            continue
+        is_larger = is_clearly_larger(target, others[0])
+        if not is_larger and not is_clearly_larger(others[0], target):
+            continue
+        act = acts[int(context.rng.integers(len(acts)))]
+        setup = Setup(objects={**setup_for(target, act).objects, **setup_for(others[0], act).objects})
+        words = by_size(context.items[target.id].name, is_larger=is_larger)
+        yield from _distractor_task(context, act, target, others[0], words, setup, "size")
+
+
+def _of_bearing(context: HouseContext) -> Tasks:
+    for target, others in _candidates(context):
+        acts: list[Act] = [act for act in _BEARING_ACTS if allows(target, act)]
+        if not acts or not target.is_receptacle or children(context.view.scene, target.id):
+            continue
+        act = acts[0]
+        for borne in _supported_candidates(context, target, others)[:MAX_BORNE_TRIED]:
+            place = next(islice(_placements_on_top(target, borne), 1), None)
+            if place is None:
+                continue
+            setup = Setup(objects={**setup_for(target, act).objects, **setup_for(others[0], act).objects})
+            setup = changed_setup(setup, borne.id, placement=place)
+            if not context.can_begin(setup):
+                continue
+            is_inside = is_inside_of(context.thing(borne.id), context.thing(target.id))
+            context.begin(Setup())
+            name, other = context.items[target.id].name, context.items[borne.id].name
+            words = by_bearing(name, other, is_inside=is_inside)
+            made = list(_distractor_task(context, act, target, others[0], words, setup, "bearing"))
+            yield from made
+            if made:
+                break
+
+
+def _supported_candidates(context: HouseContext, target: Thing, others: list[Thing]) -> list[Thing]:
+    """Returns what could lie on a thing so that it is told by that, in a random order: a thing of a name of its own."""
+    items = list(context.items.values())
+    ids = {target.id, *(each.id for each in others)}
+    suits = FOOD if target.is_pickupable else ON_FURNITURE
+
+    def is_wanted(thing: Thing) -> bool:
+        fits = max(thing.asset.size.x, thing.asset.size.z) <= min(target.asset.size.x, target.asset.size.z)
+        takes = CATALOG[target.category].can_hold(CATALOG[thing.category])
+        is_free = thing.id not in ids and thing.parent not in ids and not children(context.view.scene, thing.id)
+        return thing.category in suits and fits and takes and is_free
+
+    wanted = context.things(is_wanted)
+    return [thing for thing in wanted if len(referents(Phrase(context.items[thing.id].name), items)) == 1]
+
+
+def _placements_on_top(target: Thing, borne: Thing) -> Iterator[Placement]:
+    """Yields places for a thing on another, and in what is carried."""
+    yield from placements_on(target, borne, inside=False)
+    if target.is_pickupable:
+        yield from placements_on(target, borne, inside=True)
+
+
+def _distractor_task(
+    context: HouseContext, act: Act, target: Thing, alike: Thing, words: str, setup: Setup, form: str
+) -> Tasks:
+    """Yields the task about a thing that is told so from another; none where no start shows that one alone."""
+    if not context.can_begin(setup):
+        return
+    start = context.start_seeing(
+        alike, NEAR_M, LEVEL_DEG, is_seen(CLEAR_PX), lambda pose: is_out_of_view_from(context, pose, target.id)
+    )
+    context.begin(Setup())
+    if start is None:
+        return
+    slots = order_slots(act, target.category, words, context.rng) | pronoun_slots(target.category)
+    task = TaskSpec(
+        start=start,
+        setup=setup,
+        instruction=context.say(SEARCH_ORDERS, target=words, **slots),
+        goal=goal_for(target, act),
+        bindings={"target": target.id, DISTRACTOR: alike.id},
+        template=act,
+    )
+    yield ClosureTask("look_alike", (context.draft("SI", task),), form=form)

@@ -1,0 +1,144 @@
+"""Whether a thing has room on another: an exhaustive search over all its places and turns, by the simulator's rules.
+
+It errs on the side of room: walls, ceilings and the body of what carries are left out, and a thing may be turned to any
+heading. What it says has no room has none wherever one clicks or drops.
+"""
+
+import copy
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+
+from vigil.assets.catalog import CATALOG
+from vigil.assets.kernel.asset import Surface
+from vigil.base.geometry import Pose, Vec3, rotate_floor
+from vigil.scene.geometry import Motion, Prism, prisms_of
+from vigil.scene.outlines import polygon_of
+from vigil.scene.supports import TOUCH_M, ancestors, contents, ends_lying_on, level_surfaces
+from vigil.scene.things import Scene, Thing
+from vigil.sim.core.motion import CollisionMap
+from vigil.sim.core.placing import EDGE_M, spot_on
+from vigil.sim.core.state import SceneState
+
+TURN_STEP_DEG = 5.0
+CLICKED_SHARES = np.linspace(-0.45, 0.45, 5)
+"""Where a surface is clicked, from its middle and as shares of its sides."""
+ABOVE_M = 0.002
+"""How high above a surface a click on it lies, so that it is not lost in the solid below."""
+MIN_M2 = 1e-6
+"""A smaller region of free places is rounding."""
+
+
+def fits_on(scene: Scene, thing_id: str, receptacle_id: str, *, may_clear: bool = True) -> bool:
+    """Whether a thing can be put anywhere on a receptacle as things stand; with `may_clear`, after all that can
+    be carried has been taken away, and on whatever can be put between the two."""
+    thing, receptacle = scene.things[thing_id], scene.things[receptacle_id]
+    gone = {thing_id, *(each.id for each in contents(scene, thing_id))}
+    if may_clear:
+        gone |= {each.id for each in scene.things.values() if each.is_pickupable}
+    stands = [receptacle]
+    if may_clear:
+        stands += [each for each in _standing_on(scene, receptacle) if _takes(each, thing)]
+    if any(
+        _free(scene, thing, stand, surface, frame, gone)
+        for stand in stands
+        for surface, frame in _bearing(stand, receptacle)
+    ):
+        return True
+    trays = [each for each in scene.things.values() if may_clear and _is_tray(each, thing) and each.id != thing_id]
+    return any(
+        _free(scene, tray, receptacle, surface, frame, gone | {tray.id})
+        for tray in trays
+        for surface, frame in _bearing(receptacle, receptacle)
+    )
+
+
+def refuses_clicks(scene: Scene, agent: Pose, thing_id: str, receptacle_id: str, surface_name: str) -> bool:
+    """Whether every click on a surface is refused to who holds a thing, for want of room near the click."""
+    copied = Scene(scene.rooms, scene.panels, {each.id: copy.copy(each) for each in scene.things.values()})
+    state = SceneState(copied, agent, CollisionMap(copied))
+    thing, receptacle = copied.things[thing_id], copied.things[receptacle_id]
+    state.take(thing)
+    surface, frame = next(each for each in level_surfaces(receptacle) if each[0].name == surface_name)
+    x, z = np.meshgrid(CLICKED_SHARES * surface.size_x, CLICKED_SHARES * surface.size_z)
+    points = frame(np.column_stack([x.ravel(), np.full(x.size, ABOVE_M), z.ravel()]))
+    return all(spot_on(state, thing, receptacle, Vec3(*map(float, point))) is None for point in points)
+
+
+def free_surfaces(scene: Scene, thing_id: str, receptacle_id: str, gone: Iterable[str] = ()) -> set[str]:
+    """Returns the names of a receptacle's surfaces on which a thing has room, were some others gone."""
+    thing, receptacle = scene.things[thing_id], scene.things[receptacle_id]
+    out = {thing_id, *gone}
+    return {
+        surface.name
+        for surface, frame in level_surfaces(receptacle)
+        if _free(scene, thing, receptacle, surface, frame, out)
+    }
+
+
+def _bearing(stand: Thing, receptacle: Thing) -> list[tuple[Surface, Motion]]:
+    """Returns the surfaces of what a receptacle bears, or of itself, what lies on which lies on the receptacle."""
+    return [each for each in level_surfaces(stand) if not ends_lying_on(stand, each[0], receptacle)]
+
+
+def _standing_on(scene: Scene, receptacle: Thing) -> list[Thing]:
+    """Returns what stands on a receptacle and cannot be taken away."""
+    return [
+        each
+        for each in scene.things.values()
+        if each.is_present and not each.is_pickupable and receptacle in ancestors(scene, each)
+    ]
+
+
+def _takes(receptacle: Thing, thing: Thing) -> bool:
+    return receptacle.is_receptacle and CATALOG[receptacle.category].can_hold(CATALOG[thing.category])
+
+
+def _is_tray(each: Thing, thing: Thing) -> bool:
+    return each.is_present and each.is_pickupable and _takes(each, thing)
+
+
+def _free(scene: Scene, thing: Thing, receptacle: Thing, surface: Surface, frame: Motion, gone: set[str]) -> bool:
+    """Whether a thing has a free place on one surface, whichever way it is turned."""
+    height = float(frame.shift[1])
+    solids = [
+        polygon_of(prism) for prism in _solids_between(scene, receptacle, gone, height, height + thing.asset.size.y)
+    ]
+    flat = _flat(surface, frame)
+    solids = [each for each in solids if each.intersects(flat.buffer(2 * EDGE_M))]
+    size = np.array([thing.asset.size.x, thing.asset.size.z]) - 2 * TOUCH_M
+    return any(_is_free(flat, solids, size, float(yaw)) for yaw in np.arange(0.0, 180.0, TURN_STEP_DEG))
+
+
+def _solids_between(scene: Scene, receptacle: Thing, gone: set[str], low: float, high: float) -> Iterable[Prism]:
+    """Yields the solids between two heights of what is there, but for the receptacle itself."""
+    for other in scene.things.values():
+        if other.is_present and not other.is_held and other.id not in gone and other.id != receptacle.id:
+            for prism in prisms_of(other):
+                if prism.bottom < high - TOUCH_M and prism.top > low + TOUCH_M:
+                    yield prism
+
+
+def _flat(surface: Surface, frame: Motion) -> shapely.Polygon:
+    """Returns the outline of a surface, with as much around it as a thing may stand out over its edge."""
+    x, z = surface.size_x / 2 + EDGE_M, surface.size_z / 2 + EDGE_M
+    corners = frame(np.array([[-x, 0.0, -z], [x, 0.0, -z], [x, 0.0, z], [-x, 0.0, z]]))
+    return shapely.Polygon(corners[:, [0, 2]])
+
+
+def _is_free(flat: shapely.Polygon, solids: Sequence[BaseGeometry], size: np.ndarray, yaw: float) -> bool:
+    """Whether a rectangle of that size and heading lies somewhere within an outline, clear of solids."""
+    half = [rotate_floor(x * size[0] / 2, z * size[1] / 2, yaw) for x, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    rectangle = np.array(half)
+    middles: BaseGeometry = flat
+    for corner in rectangle:
+        middles = middles.intersection(shapely.transform(flat, lambda points, corner=corner: points - corner))
+    for solid in solids:
+        if middles.area <= MIN_M2:
+            return False
+        points = shapely.get_coordinates(solid.convex_hull)
+        grown = shapely.MultiPoint((points[:, None, :] - rectangle[None, :, :]).reshape(-1, 2)).convex_hull
+        middles = middles.difference(grown)
+    return bool(middles.area > MIN_M2)

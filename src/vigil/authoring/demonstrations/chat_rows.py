@@ -1,0 +1,118 @@
+"""Rows of demonstrations as chat messages, and the two forms of files that they are written as.
+
+`sft`: `train.jsonl` with the chat messages, and pictures as files, named by path. `parquet`: one file with the same
+columns and the pictures inside, which HF `datasets` reads as images. A picture stands in a message as a part
+`{"type": "image"}`; the column `images` holds it, as trainers of vision-language models expect.
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from vigil.agents.conversation import Message
+from vigil.agents.frame_encoding import EncodedFrame
+from vigil.authoring.demonstrations.play import Example
+
+TRAIN_JSONL, TRAIN_PARQUET, IMAGES = "train.jsonl", "train.parquet", "images"
+_TEXTS = ("id", "episode_id", "family", "difficulty", "kind", "fault", "rejected")
+_MESSAGES = pa.list_(
+    pa.struct({"role": pa.string(), "content": pa.list_(pa.struct({"type": pa.string(), "text": pa.string()}))}.items())
+)
+_IMAGES = pa.list_(pa.struct({"bytes": pa.binary(), "path": pa.string()}.items()))
+_TEXT_FEATURE = {"dtype": "string", "_type": "Value"}
+FEATURES: dict[str, Any] = {
+    **dict.fromkeys(_TEXTS, _TEXT_FEATURE),
+    "step": {"dtype": "int64", "_type": "Value"},
+    "is_privileged": {"dtype": "bool", "_type": "Value"},
+    "messages": [{"role": _TEXT_FEATURE, "content": [{"type": _TEXT_FEATURE, "text": _TEXT_FEATURE}]}],
+    "images": [{"_type": "Image"}],
+}
+"""Of the columns, as HF `datasets` writes them into a file."""
+SCHEMA = pa.schema(
+    [
+        *((name, pa.string()) for name in _TEXTS),
+        ("step", pa.int64()),
+        ("is_privileged", pa.bool_()),
+        ("messages", _MESSAGES),
+        ("images", _IMAGES),
+    ],
+    metadata={"huggingface": json.dumps({"info": {"features": FEATURES}})},
+)
+
+
+@dataclass(frozen=True, slots=True)
+class ChatRow:
+    """One example as columns, with its picture."""
+
+    columns: dict[str, Any]
+    picture_path: str
+    picture: EncodedFrame
+
+
+def row_of(example: Example) -> ChatRow:
+    """Returns an example as columns; a correction has the right answer in `messages`, and the false one apart."""
+    frame = f"{example.episode_id}_{example.step:02d}"
+    columns = {
+        "id": frame if example.fault is None else f"{frame}_{example.fault}",
+        "episode_id": example.episode_id,
+        "family": example.family,
+        "difficulty": example.difficulty,
+        "kind": "demonstration" if example.fault is None else "correction",
+        "fault": example.fault,
+        "rejected": example.rejected,
+        "step": example.step,
+        "is_privileged": example.is_privileged,
+        "messages": [*map(_message, example.messages), _message(Message("assistant", example.answer))],
+    }
+    return ChatRow(columns, f"{IMAGES}/{frame}.{example.picture.format}", example.picture)
+
+
+def _message(message: Message) -> dict[str, Any]:
+    content: list[dict[str, str | None]] = [{"type": "text", "text": message.text}]
+    if message.picture is not None:
+        content.append({"type": "image", "text": None})
+    return {"role": message.role, "content": content}
+
+
+class SftWriter:
+    """Lines of JSON, and pictures as files."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        (folder / IMAGES).mkdir()
+        self._lines = (folder / TRAIN_JSONL).open("wb")
+
+    def add(self, examples: Sequence[Example]) -> None:
+        """Writes the rows of one episode; a picture that two of them share is one file."""
+        for row in map(row_of, examples):
+            (self._folder / row.picture_path).write_bytes(row.picture.data)
+            line = json.dumps({**row.columns, "images": [row.picture_path]}, ensure_ascii=False)
+            self._lines.write(line.encode() + b"\n")
+
+    def close(self) -> None:
+        """Finishes the file."""
+        self._lines.close()
+
+
+class ParquetRowWriter:
+    """One Parquet file; a row group is an episode."""
+
+    def __init__(self, folder: Path) -> None:
+        self._writer = pq.ParquetWriter(folder / TRAIN_PARQUET, SCHEMA)
+
+    def add(self, examples: Sequence[Example]) -> None:
+        """Writes the rows of one episode."""
+        table = [
+            {**row.columns, "images": [{"bytes": row.picture.data, "path": Path(row.picture_path).name}]}
+            for row in map(row_of, examples)
+        ]
+        self._writer.write_table(pa.Table.from_pylist(table, SCHEMA))
+
+    def close(self) -> None:
+        """Finishes the file."""
+        self._writer.close()

@@ -1,0 +1,106 @@
+"""What a demonstration says besides its action: a thought and a report, of what the picture and the instruction show.
+
+The solver knows the hidden world; its words do not. They name only things that the instruction names, say that one is
+seen only where enough of it is in the frame to be told, and that one is not seen only where nothing of it is.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import assert_never
+
+from vigil.authoring.language.referring import Phrase, items_as_seen, items_of, mentions, resolve_mentions
+from vigil.authoring.solving.goal_actions import report_summary
+from vigil.protocol.actions import Action, Intent, InteractPixel, Look, Navigate, Report, Status
+from vigil.protocol.goals import Goal, is_observable
+from vigil.protocol.observation import FRAME_WIDTH
+from vigil.protocol.world import ObjectState
+from vigil.scene.things import Scene
+
+SIDE_SHARE = 0.35
+"""Share of the frame's width that counts as its left, and as its right side."""
+MOVES = {
+    "forward": "walk forward",
+    "backward": "step back",
+    "turn_left": "turn left",
+    "turn_right": "turn right",
+}
+WORDS: dict[Intent, str] = {
+    "ground": "point at",
+    "open_access": "open",
+    "close_access": "close",
+    "activate": "turn on",
+    "deactivate": "turn off",
+    "pick": "pick up",
+    "place": "put what I hold at",
+}
+GAVE_UP = "I could not do what was asked."
+
+
+@dataclass(frozen=True, slots=True)
+class SubjectInView:
+    """The thing that the next interaction, or else the goal, is about, as far as it is seen."""
+
+    phrase: Phrase
+    """What the instruction calls it."""
+    is_seen: bool = False
+    is_out_of_view: bool = False
+    """Nothing of it is in the frame; between this and being seen, nothing is said."""
+    x: float | None = None
+    """Of its middle in the frame, in pixels."""
+
+
+def phrases_mentioned(instruction: str, scene: Scene, held: str | None) -> dict[str, Phrase]:
+    """Returns what an instruction calls the things that it speaks of, by id."""
+    items = items_of(scene)
+    phrases = mentions(instruction, [item.name for item in items.values()])
+    meant = resolve_mentions(phrases, items.values(), items.get(held or ""))
+    found = [(fitting[0], phrase) for phrase, fitting in zip(phrases, meant, strict=True) if len(fitting) == 1]
+    seen = items_as_seen(scene)
+    said = [
+        (item.id, replace(phrase, is_inside=seen[item.id].is_inside, is_on_shelf=seen[item.id].is_on_shelf))
+        for item, phrase in found
+    ]
+    return dict(reversed(said))  # the first mention counts: only there is said where a thing is
+
+
+def subject_in(state: ObjectState, phrase: Phrase, x: float | None) -> SubjectInView:
+    """Returns a thing as the frame shows it."""
+    is_seen = is_observable(state) and not state.is_held
+    return SubjectInView(phrase, is_seen, state.visible_px == 0 and not state.is_held, x)
+
+
+def thought_text(action: Action, subject: SubjectInView, report: str) -> str:
+    """Returns the short sentence that goes with an action; `report` is what a closing report says."""
+    match action:
+        case Navigate():
+            return _sight(subject, MOVES[action.mode])
+        case Look():
+            return _sight(subject, f"look {action.direction}")
+        case InteractPixel() if action.intent == "drop":
+            return "I put down what I hold."
+        case InteractPixel():
+            return f"I {WORDS[action.intent]} {subject.phrase.without_place}."
+        case Report():
+            return report
+        case _:
+            assert_never(action)
+
+
+def _sight(subject: SubjectInView, done: str) -> str:
+    if subject.is_seen:
+        place = "" if subject.x is None else f" {_side(subject.x)}"
+        return f"I see {subject.phrase}{place}; I {done}."
+    if subject.is_out_of_view:
+        return f"I do not see {subject.phrase}; I {done}."
+    return f"I {done}."
+
+
+def _side(x: float) -> str:
+    if x < SIDE_SHARE * FRAME_WIDTH:
+        return "on the left"
+    return "on the right" if x > (1 - SIDE_SHARE) * FRAME_WIDTH else "ahead"
+
+
+def report_text(goal: Goal, phrases: Mapping[str, Phrase], status: Status) -> str:
+    """Returns what a closing report says: of what was done, or of the state that is seen."""
+    return report_summary(goal, lambda object_id: str(phrases[object_id].without_place), status)

@@ -1,0 +1,47 @@
+"""Proposals of constraints that are left to be found (CR): the order alone is said, what prevents it is seen.
+
+The tasks are those of the told kinds, with their setups, bindings and goals; only the words differ.
+"""
+
+from collections.abc import Callable
+
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.drafting.proposals import Drafts
+from vigil.authoring.language.implicit_constraints import implicit_kind
+from vigil.authoring.language.referring import without_repeats
+from vigil.authoring.language.sentences import ORDERS
+from vigil.authoring.language.wording import Act, order_slots, pronoun_slots
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import Goal, ObjectHeld, ObjectInState
+from vigil.protocol.world import Setup
+
+
+def with_implicit_constraint(explicit: Callable[[HouseContext], Drafts]) -> Callable[[HouseContext], Drafts]:
+    """Returns what yields the drafts of a told kind with the constraint left out of their instructions."""
+
+    def drafts(context: HouseContext) -> Drafts:
+        for episode in explicit(context):
+            yield _without_constraint(context, episode)
+
+    return drafts
+
+
+def _without_constraint(context: HouseContext, episode: Episode) -> Episode:
+    target = episode.goal.object_id
+    context.begin(episode.setup)
+    phrase, names = str(context.phrase(target)), [item.name for item in context.items.values()]
+    category = context.thing(target).category
+    context.begin(Setup())
+    words = order_slots(act_of(episode.goal), category, phrase, context.rng) | pronoun_slots(category)
+    sentence = without_repeats(context.say(ORDERS, target=phrase, **words), names)
+    kind = episode.provenance.model_copy(update={"template": implicit_kind(episode.provenance.template)})
+    return episode.model_copy(update={"instruction": sentence, "provenance": kind})
+
+
+def act_of(goal: Goal) -> Act:
+    """Returns the act that brings about a goal of opening, closing, starting, stopping or picking up."""
+    if isinstance(goal, ObjectInState):
+        acts: tuple[Act, Act] = ("open", "close") if goal.state == "is_open" else ("turn_on", "turn_off")
+        return acts[0] if goal.value else acts[1]
+    assert isinstance(goal, ObjectHeld)
+    return "pick"

@@ -1,0 +1,120 @@
+"""Telling look-alikes apart: the phrases that mean one of several things that its bare name could mean.
+
+By an attribute (its colour), by place (what it lies on), or by a relation to something that there is one of.
+"""
+
+from collections.abc import Iterable, Iterator
+
+from vigil.assets.catalog import CATALOG
+from vigil.authoring.language.drawer_names import is_drawer
+from vigil.authoring.language.referring import DescribedThing, Phrase, is_support_unambiguous, mentions, referents
+from vigil.authoring.language.relations import gap_m
+
+NEVER_ANCHORS = frozenset(
+    {
+        *(
+            "Rug",
+            "CeilingLamp",
+            "LightSwitch",
+            "StoveKnob",
+            "Doorframe",
+            "Doorway",
+            "Blinds",
+            "Curtains",
+            "TowelHolder",
+        ),
+        *("HandTowelHolder", "ToiletPaperHanger", "WallDecor", "RoomDecor", "Chair", "Stool", "Drawer"),
+    }
+)
+"""Too flat, too high, too many or too easily moved to find one's way by."""
+ANCHOR_M = 0.2
+"""Longest side of the smallest thing that others are placed by."""
+MIN_ANCHOR_SHARE = 0.7
+"""Of a thing's own longest side: a desk is not found by the lamp that stands next to it."""
+LARGE_M = 0.6
+"""Longest side of the smallest thing that is a landmark for the whole room."""
+LANDMARK_M = 3.0
+"""Beyond this distance nobody would name a thing as the closest to a landmark."""
+COVERING_FURNITURE = frozenset({"Desk", "DiningTable", "CoffeeTable", "SideTable", "Bed", "Sink"})
+"""What other things stand under."""
+
+
+def look_alikes(item: DescribedThing, items: Iterable[DescribedThing]) -> list[DescribedThing]:
+    """Returns the other things of a thing's own name.
+
+    A cell phone may be taken for a remote control, but nobody who asks for the one needs to say which.
+    """
+    return [other for other in items if other.id != item.id and other.name == item.name]
+
+
+def disambiguating_phrases(item: DescribedThing, items: Iterable[DescribedThing]) -> list[Phrase]:
+    """Returns the phrases that mean one of several look-alikes and it alone, each by one thing that sets it apart.
+
+    None where the bare name means it alone, and none of a drawer, which its furniture is told by.
+    """
+    everything = list(items)
+    if item.has_misleading_name or is_drawer(item.name) or not look_alikes(item, everything):
+        return []
+    names = [other.name for other in everything]
+    return [phrase for phrase in _tried(item, everything) if _is_unambiguous(phrase, item, everything, names)]
+
+
+def _is_unambiguous(phrase: Phrase, item: DescribedThing, items: list[DescribedThing], names: list[str]) -> bool:
+    """Whether a phrase means one thing and it alone, and still does when it is read in a text."""
+    if referents(phrase, items) != [item]:
+        return False
+    read = mentions(str(phrase), names)
+    return (
+        len(read) == 1
+        and str(read[0].without_place) == str(phrase.without_place)
+        and referents(read[0], items) == [item]
+    )
+
+
+def anchor_of(phrase: Phrase, items: Iterable[DescribedThing]) -> DescribedThing | None:
+    """Returns the thing that a phrase's relation is to; None without a relation, or where there are several."""
+    found = [] if phrase.anchor is None else referents(Phrase(phrase.anchor), items)
+    return found[0] if len(found) == 1 else None
+
+
+def _tried(item: DescribedThing, items: list[DescribedThing]) -> Iterator[Phrase]:
+    if len(item.colours) == 1:
+        yield Phrase(item.name, colour=item.colours[0])
+    on_support = Phrase(item.name, support=item.support, is_inside=item.is_inside, is_on_shelf=item.is_on_shelf)
+    if item.support is not None and is_support_unambiguous(on_support, item, items):
+        yield on_support
+    for anchor in _anchors(item, items):
+        is_landmark = _longest_m(anchor) >= LARGE_M
+        if anchor.support_id == item.support_id:
+            yield Phrase(item.name, relation="next to", anchor=anchor.name)
+        if is_landmark:
+            yield Phrase(item.name, relation="closest to", anchor=anchor.name)
+        if anchor.category in COVERING_FURNITURE:
+            yield Phrase(item.name, relation="under", anchor=anchor.name)
+
+
+def _anchors(item: DescribedThing, items: list[DescribedThing]) -> Iterator[DescribedThing]:
+    """Yields the things near by of which there is one, by what they are called, the nearest first."""
+    box = item.box
+    near = [
+        (gap_m(box, other.box), other.id, other)
+        for other in items
+        if box is not None and other.box is not None and _may_be_anchor(item, other)
+    ]
+    for away_m, _, other in sorted(near, key=lambda found: found[:2]):
+        if away_m <= LANDMARK_M and [each.id for each in referents(Phrase(other.name), items)] == [other.id]:
+            yield other
+
+
+def _may_be_anchor(item: DescribedThing, other: DescribedThing) -> bool:
+    is_other = other.id not in (item.id, item.support_id) and other.support_id != item.id
+    is_placed = other.room_id is not None and other.room_id == item.room_id
+    is_known = other.category in CATALOG and other.category not in NEVER_ANCHORS and not other.has_misleading_name
+    is_known = is_known and other.name != item.name
+    return (
+        is_other and is_placed and is_known and _longest_m(other) >= max(ANCHOR_M, MIN_ANCHOR_SHARE * _longest_m(item))
+    )
+
+
+def _longest_m(item: DescribedThing) -> float:
+    return max(item.box.size) if item.box is not None else 0.0

@@ -1,0 +1,37 @@
+"""Instructions that leave a constraint to be found: how such kinds are named, and which words would give it away."""
+
+import re
+from collections.abc import Iterator
+
+IMPLICIT_SUFFIX = "_untold"
+_IN_THE_WAY = r"in (?:the|your|its) way|make way|block(?:s|ed|ing)?\b|barred\b|get (?:past|through)\b|clear\b|obstacle"
+GIVEAWAY_WORDS = {
+    "object_moved": rf"{_IN_THE_WAY}|from opening\b|\baside\b|in front of it|stands before",
+    "object_closed": (
+        rf"{_IN_THE_WAY}|(?:left|stands?|is|while) open\b|only when\b|can start\b|(?:close|shut) it before\b"
+    ),
+    "object_off": r"while\b|running\b|runs\b|locked\b|stop it\b|off\b",
+    "object_released": r"down\b|full\b|(?<!take )hold(?:ing)?\b|free your\b|drop\b|let go\b|empty\b",
+}
+"""Kind of constraint -> words that speak of it, whatever they call the thing."""
+
+
+def implicit_kind(kind: str) -> str:
+    """Returns the name of the kind that leaves a kind's constraint to be found."""
+    return f"{kind}{IMPLICIT_SUFFIX}"
+
+
+def is_implicit(template: str) -> bool:
+    """Whether episodes of this kind leave their constraint to be found."""
+    return template.endswith(IMPLICIT_SUFFIX)
+
+
+def constraint_giveaways(instruction: str, constraint: str, obstacle: str | None) -> Iterator[str]:
+    """Yields the words of an instruction that give a constraint away; `obstacle` is what the thing is called, if it is
+    another thing than the target."""
+    text = instruction.lower()
+    if obstacle is not None and re.search(rf"\b{re.escape(obstacle.lower())}\b", text):
+        yield f"the instruction speaks of {obstacle!r}, which is to be found"
+    found = re.search(rf"\b(?:{GIVEAWAY_WORDS[constraint]})", text) if constraint in GIVEAWAY_WORDS else None
+    if found is not None:
+        yield f"the instruction says {found[0]!r}, which gives the constraint away"

@@ -1,1 +1,0 @@
-"""What is measured of an episode in its house."""

@@ -1,0 +1,81 @@
+"""Strata: what a pack is balanced over, counted, with what a guess from words alone would score.
+
+Source: the paper's tables `episode_distribution` and `family_specs`, and the spread of episodes over houses and things.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from vigil.authoring.drafting.drafts import DraftFacts
+from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.goals import ReportStatus
+from vigil.scoring.target_strata import distance_band
+
+AREA_BANDS_M2 = (20.0, 40.0)
+
+StratumMember = tuple[Episode, DraftFacts]
+
+
+def stratum_of(episode: Episode, facts: DraftFacts) -> str:
+    """Returns the kind of episode within its family that a pack holds evenly many of."""
+    if episode.family == "PG":
+        return episode.difficulty or "medium"
+    if episode.family == "DA":
+        return distance_band(facts.distance_m)
+    if isinstance(episode.goal, ReportStatus):
+        return facts.label or episode.provenance.template
+    if episode.family == "VS":
+        return "turn" if facts.is_seen_by_turning else "walk"
+    return episode.provenance.template
+
+
+def area_band(facts: DraftFacts) -> str:
+    """Returns how large the house is."""
+    small, large = AREA_BANDS_M2
+    if facts.area_m2 < small:
+        return f"under {small:g} m2"
+    return f"{small:g} to {large:g} m2" if facts.area_m2 < large else f"over {large:g} m2"
+
+
+def count_strata(members: Sequence[StratumMember]) -> dict[str, Any]:
+    """Returns the counts of every stratum, by its name."""
+    families: dict[str, dict[str, int]] = {}
+    for family in FAMILIES:
+        found = [stratum_of(episode, facts) for episode, facts in members if episode.family == family]
+        if found:
+            families[family] = _counted(found)
+    searches = [(episode.family, facts) for episode, facts in members if episode.family in ("VS", "SI")]
+    return {
+        "families": families,
+        "not_found_by_turning": {
+            family: sum(not facts.is_seen_by_turning for name, facts in searches if name == family)
+            for family in sorted({name for name, _ in searches})
+        },
+        "rooms": _counted(str(facts.rooms) for _, facts in members),
+        "house_sizes": _counted(area_band(facts) for _, facts in members),
+        "categories": _counted(facts.category for _, facts in members),
+        "houses": len({episode.house.name for episode, _ in members}),
+        "most_of_a_family_in_a_house": max(
+            Counter((episode.family, episode.house.name) for episode, _ in members).values(), default=0
+        ),
+    }
+
+
+def text_guess(members: Sequence[StratumMember]) -> float | None:
+    """Returns how often a guess from words alone can name the right state (SV) at best; None without any.
+
+    The guesser knows, of this very pack, which label is the more common one for each question about each category;
+    0.5 is chance, and the fewer episodes there are, the further above it the best guess lies.
+    """
+    asked: dict[tuple[str, str], Counter[str | None]] = {}
+    for episode, facts in members:
+        if isinstance(episode.goal, ReportStatus):
+            key = facts.category, episode.goal.state
+            asked.setdefault(key, Counter())[facts.label] += 1
+    total = sum(labels.total() for labels in asked.values())
+    return round(sum(max(labels.values()) for labels in asked.values()) / total, 4) if total else None
+
+
+def _counted(names: Iterable[str]) -> dict[str, int]:
+    return dict(sorted(Counter(names).items()))

@@ -1,0 +1,113 @@
+"""Measures: the figures that an episode's level follows from, taken from its house while its solution is replayed.
+
+Nothing is drawn: what a frame shows is asked of the simulator's rays. What the figures mean: `vigil.scoring.levels`.
+"""
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from vigil.authoring.language.drawer_names import without_position
+from vigil.authoring.language.referring import Phrase, referents
+from vigil.authoring.review.containers import may_hold, room_mentioned
+from vigil.authoring.review.episode_start import EpisodeStart
+from vigil.authoring.review.rules import INSIDE_TEMPLATE
+from vigil.authoring.solving.goal_actions import closed_containers_around
+from vigil.authoring.solving.look_targets import surface_points
+from vigil.authoring.solving.privileged_view import PrivilegedView
+from vigil.base.geometry import Pose, Vec3
+from vigil.protocol.actions import Action, Navigate, Report
+from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.goals import OBSERVABLE_PX
+from vigil.protocol.house import House
+from vigil.scene.things import Thing
+from vigil.scoring.levels import LevelMeasures
+from vigil.sim.privileged import PrivilegedSimulator
+
+ROOM_STEP_M = 0.1
+"""Between two places of a walk at which the room is asked for; a doorway is longer than that."""
+
+
+def measures_of_episode(
+    simulator: PrivilegedSimulator, episode: Episode, house: House, actions: Sequence[Action]
+) -> LevelMeasures:
+    """Returns the figures of an episode; `actions` is its recorded solution, and the house is loaded."""
+    simulator.reset(episode.start, episode.setup)
+    view = PrivilegedView(simulator)
+    start = EpisodeStart(episode, house, view)
+    target = view.scene.things[episode.goal.object_id]
+    others = _look_alikes(start)
+    still = {
+        "rooms": 1 if FAMILIES[episode.family].visible_at_start else len(view.scene.rooms),
+        "containers": _containers(start, target),
+        "reference_words": _reference_words(start),
+        "slack": round(max(0.0, 1.0 - len(actions) / episode.max_steps), 3),
+        "turns": sum(isinstance(action, Navigate) and action.mode.startswith("turn") for action in actions),
+    }
+    sighting, seen, poses = (0, 1.0), set[str](), [view.agent]
+    for action in (None, *actions):
+        if isinstance(action, Report):
+            break
+        if action is not None:
+            simulator.step(action)
+            poses.append(view.agent)
+        states = view.world([target.id, *others]).objects
+        seen |= {name for name in others if states[name].visible_px >= OBSERVABLE_PX}
+        if not sighting[0] and states[target.id].visible_px:
+            sighting = states[target.id].visible_px, _occlusion(view, target)
+    return LevelMeasures(
+        **still,
+        path_m=round(sum(math.dist(a.position, b.position) for a, b in pairwise(poses)), 2),
+        doors=_rooms_changed(view, poses),
+        look_alikes=len(seen),
+        target_px=sighting[0],
+        occlusion=sighting[1],
+    )
+
+
+def _look_alikes(start: EpisodeStart) -> list[str]:
+    """Returns the ids of the other things that the target's bare name may mean."""
+    target = start.items.get(start.episode.goal.object_id)
+    if target is None:
+        return []
+    return [
+        item.id
+        for item in referents(Phrase(without_position(target.name)), start.items.values())
+        if item.id != target.id
+    ]
+
+
+def _containers(start: EpisodeStart, target: Thing) -> int:
+    """Returns how many closed things there are to open: those around the target, or where the instruction does not say
+    which, all in which a person would look for it."""
+    if start.episode.provenance.template != INSIDE_TEMPLATE:
+        return len(closed_containers_around(start.view, target.id))
+    return len(may_hold(start.view, start.items, target, room_mentioned(phrase for phrase, _ in start.mentioned)))
+
+
+def _reference_words(start: EpisodeStart) -> int:
+    """Returns how many words the longest phrase has that means the target; 0 when none does."""
+    target = start.episode.goal.object_id
+    meant = [phrase for phrase, items in start.mentioned if [item.id for item in items] == [target]]
+    return max((len(str(phrase).split()) - 1 for phrase in meant), default=0)
+
+
+def _occlusion(view: PrivilegedView, target: Thing) -> float:
+    """Returns the share of the target's surface before which another thing stands, seen from the camera."""
+    seen = view.sees(view.agent.eye, surface_points(target), target.id, through_glass=True)
+    return round(1.0 - float(np.mean(seen)), 3)
+
+
+def _rooms_changed(view: PrivilegedView, poses: Sequence[Pose]) -> int:
+    """Returns how often a walk along straight lines between poses passes from one room into another."""
+    rooms: list[str] = []
+    for before, after in pairwise(poses):
+        length_m = math.dist(before.position, after.position)
+        for share in np.linspace(0.0, 1.0, max(2, math.ceil(length_m / ROOM_STEP_M) + 1)):
+            place = Vec3(*(a + float(share) * (b - a) for a, b in zip(before.position, after.position, strict=True)))
+            room = view.room_at(place)
+            if room is not None and rooms[-1:] != [room]:
+                rooms.append(room)
+    return max(len(rooms) - 1, 0)

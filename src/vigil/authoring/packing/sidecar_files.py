@@ -1,0 +1,37 @@
+"""Files beside a frozen pack, which are no part of its hash: what was measured on it afterwards."""
+
+from typing import TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from vigil.base.files import read_file, resolve_inside
+from vigil.errors import PackMismatch, first_error
+from vigil.packs.pack import Pack
+
+
+class SidecarFile(BaseModel):
+    """What was found on one pack."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    pack: str
+    pack_sha256: str
+
+
+Sidecar = TypeVar("Sidecar", bound=SidecarFile)
+
+
+def read_sidecar(pack: Pack, name: str, form: type[Sidecar], advice: str) -> Sidecar | None:
+    """Returns what a file beside the pack says of this very pack, None without it; `advice` ends the error's message.
+
+    Raises PackMismatch for a broken file.
+    """
+    path = pack.folder / name
+    if not path.exists():
+        return None
+    raw = read_file(resolve_inside(pack.folder, name, PackMismatch), repr(str(path)), PackMismatch)
+    try:
+        found = form.model_validate_json(raw)
+    except ValidationError as error:
+        raise PackMismatch(f"{str(path)!r}: {first_error(error)}. {advice}") from None
+    return found if found.pack_sha256 == pack.sha256 else None

@@ -1,0 +1,199 @@
+"""One pack through two back ends: every recorded solution played on both, and compared action by action."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from vigil.authoring.review.validate import Validator
+from vigil.base.geometry import Box, distance, turn_between
+from vigil.packs.pack import Pack
+from vigil.protocol.episode import Episode
+from vigil.protocol.world import Effect, ObjectState, WorldState
+from vigil.records.record import EpisodeRecord
+from vigil.scoring.outcomes import score
+from vigil.sim.privileged import PrivilegedSimulator
+
+SAME_M, SAME_DEG, SAME_OPENNESS = 1e-3, 0.01, 1e-3
+SAME_CLICK_M = 0.01
+KINDS = {
+    "pose": "where the agent is and looks",
+    "place": "where a thing is, and how it is turned",
+    "state": "how far a thing is open, and whether it is on",
+    "hand": "what is held",
+    "support": "what a thing rests on, and what it is inside of",
+    "box": "a thing's box, and the distance to it",
+    "pixels": "how many pixels of a thing, and of its state, are seen",
+    "nearest": "the distance to a thing's nearest visible point",
+    "visible": "the simulator's own word for visible",
+    "hit": "what a click hits, and where",
+    "near": "what lies within 3 pixels of a click",
+    "moved": "how far an action moved or turned the agent",
+    "refusal": "whether an action is refused, why, and by what",
+    "changed": "which things an action changed",
+    "end": "how the episode ends",
+    "verdict": "W, W_strict, B and the label",
+    "verdict by sight": "the verdict, which is the same once as much is taken to be seen",
+}
+"""What a difference is about."""
+SEEN = ("visible", "visible_px", "open_px", "toggle_px", "nearest_visible_m")
+"""What an object's state says of how it is seen."""
+
+
+@dataclass(frozen=True, slots=True)
+class BackendDifference:
+    """One fact that the two back ends tell differently."""
+
+    episode_id: str
+    step: int
+    """0 for the start."""
+    kind: str
+    what: str
+    a: Any
+    b: Any
+
+    def __str__(self) -> str:
+        return f"{self.episode_id} step {self.step}: {self.what}: {self.a} / {self.b}"
+
+
+@dataclass(frozen=True, slots=True)
+class BackendComparison:
+    """What was found."""
+
+    a: str
+    b: str
+    """The names of the two."""
+    episodes: int
+    steps: int
+    differences: tuple[BackendDifference, ...]
+
+    def of_kind(self, kind: str) -> list[BackendDifference]:
+        """Returns the differences of a kind."""
+        return [each for each in self.differences if each.kind == kind]
+
+
+def compare_backends(
+    pack: Pack,
+    episodes: Sequence[Episode],
+    a: PrivilegedSimulator,
+    b: PrivilegedSimulator,
+    on_progress: Callable[[int, int], None] = lambda done, of: None,
+) -> BackendComparison:
+    """Returns how the recorded solutions of episodes come out on two back ends. Those without one are left out."""
+    solved = [episode for episode in episodes if episode.id in pack.solutions]
+    found: list[BackendDifference] = []
+    players, steps = (Validator(a), Validator(b)), 0
+    for number, episode in enumerate(sorted(solved, key=lambda each: (each.house.name, each.id)), start=1):
+        house, actions = pack.house_of(episode), pack.solutions[episode.id].actions
+        records = [player.play(episode, house, actions) for player in players]
+        steps += len(actions)
+        found += differences(episode, *records)
+        on_progress(number, len(solved))
+    return BackendComparison(a.name, b.name, len(solved), steps, tuple(found))
+
+
+def differences(episode: Episode, a: EpisodeRecord, b: EpisodeRecord) -> Iterator[BackendDifference]:
+    """Yields what two records of the same actions tell differently."""
+    for step, (one, other) in enumerate(zip(a.worlds, b.worlds, strict=False)):
+        effects = (a.steps[step - 1].effect, b.steps[step - 1].effect) if step else (None, None)
+        facts = [*_effects(*effects), *_worlds(one, other)]
+        yield from (BackendDifference(episode.id, step, *fact) for fact in facts)
+    last = min(len(a.steps), len(b.steps))
+    verdicts = _verdict(episode, a), _verdict(episode, b)
+    by_sight = _verdict(episode, _seen_as_in(a, b)) == verdicts[0]
+    ends = ("end", "end", _end(a), _end(b)), ("verdict by sight" if by_sight else "verdict", "verdict", *verdicts)
+    yield from (BackendDifference(episode.id, last, *fact) for fact in ends if fact[2] != fact[3])
+
+
+UnequalFact = tuple[str, str, Any, Any]
+
+
+def _end(record: EpisodeRecord) -> tuple[str, int, str]:
+    return record.end, len(record.steps), record.error.message if record.error else ""
+
+
+def _verdict(episode: Episode, record: EpisodeRecord) -> tuple[Any, ...] | None:
+    if record.end == "error":
+        return None
+    outcome = score(episode, record)
+    return outcome.W, outcome.W_strict, outcome.B, outcome.label
+
+
+def _seen_as_in(a: EpisodeRecord, b: EpisodeRecord) -> EpisodeRecord:
+    """Returns record b, in which as much is seen of everything as in record a."""
+    if a.initial is None or b.initial is None:
+        return b
+    steps = [
+        step.model_copy(update={"world": _seen(other.world, step.world)})
+        for step, other in zip(b.steps, a.steps, strict=False)
+    ]
+    return b.model_copy(update={"initial": _seen(a.initial, b.initial), "steps": (*steps, *b.steps[len(steps) :])})
+
+
+def _seen(a: WorldState, b: WorldState) -> WorldState:
+    objects = {
+        name: state.model_copy(update={fact: getattr(a.objects[name], fact) for fact in SEEN})
+        for name, state in b.objects.items()
+    }
+    return b.model_copy(update={"objects": objects})
+
+
+def _effects(a: Effect | None, b: Effect | None) -> Iterator[UnequalFact]:
+    if a is None or b is None:
+        return
+    for name in ("moved_m", "turned_deg", "pitched_deg"):
+        if abs(getattr(a, name) - getattr(b, name)) > SAME_M:
+            yield "moved", name, getattr(a, name), getattr(b, name)
+    kinds = {
+        "refusal": ("refusal", "too_far", "path_blocked", "blocked_by", "capped"),
+        "hit": ("hit",),
+        "near": ("near",),
+        "changed": ("changed",),
+    }
+    for kind, names in kinds.items():
+        yield from _unequal(kind, a, b, names)
+    if not _is_near(a.click_m, b.click_m, SAME_CLICK_M):
+        yield "hit", "click_m", a.click_m, b.click_m
+
+
+def _worlds(a: WorldState, b: WorldState) -> Iterator[UnequalFact]:
+    if distance(a.agent.position, b.agent.position) > SAME_M or any(
+        abs(turn_between(one, other)) > SAME_DEG
+        for one, other in ((a.agent.rotation, b.agent.rotation), (a.agent.horizon, b.agent.horizon))
+    ):
+        yield "pose", "agent", a.agent, b.agent
+    if a.held != b.held:
+        yield "hand", "held", a.held, b.held
+    for name, state in a.objects.items():
+        other = b.objects[name]
+        yield from ((kind, f"{name} {what}", one, two) for kind, what, one, two in _objects(state, other))
+
+
+def _objects(a: ObjectState, b: ObjectState) -> Iterator[UnequalFact]:
+    if distance(a.position, b.position) > SAME_M or abs(turn_between(a.box.yaw, b.box.yaw)) > SAME_DEG:
+        yield "place", "position", a.position, b.position
+    if not _is_near(a.openness, b.openness, SAME_OPENNESS):
+        yield "state", "openness", a.openness, b.openness
+    yield from _unequal("state", a, b, ("is_toggled",))
+    yield from _unequal("hand", a, b, ("is_held",))
+    yield from _unequal("support", a, b, ("parent", "support_chain", "inside", "not_on", "over", "over_inside"))
+    if not _is_same_box(a.box, b.box):
+        yield "box", "box", a.box, b.box
+    yield from _unequal("pixels", a, b, ("visible_px", "open_px", "toggle_px"))
+    if not _is_near(a.nearest_visible_m, b.nearest_visible_m, SAME_M):
+        yield "nearest", "nearest_visible_m", a.nearest_visible_m, b.nearest_visible_m
+    yield from _unequal("visible", a, b, ("visible",))
+
+
+def _is_same_box(a: Box, b: Box) -> bool:
+    sizes = zip(a.size, b.size, strict=True)
+    return distance(a.center, b.center) <= SAME_M and all(abs(one - two) <= SAME_M for one, two in sizes)
+
+
+def _unequal(kind: str, a: Any, b: Any, names: Iterable[str]) -> Iterator[UnequalFact]:
+    for name in names:
+        if getattr(a, name) != getattr(b, name):
+            yield kind, name, getattr(a, name), getattr(b, name)
+
+
+def _is_near(a: float | None, b: float | None, within: float) -> bool:
+    return a == b if a is None or b is None else abs(a - b) <= within

@@ -1,0 +1,79 @@
+"""What wrong ways of an episode are made of: its target, the look-alike, and records of worlds that were set up."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from vigil.assets.catalog import CATALOG
+from vigil.authoring.language.referring import LOOK_ALIKES
+from vigil.authoring.review.synthetic_records import SyntheticStep, SyntheticWorlds, record_of
+from vigil.authoring.solving.primitive_actions import click
+from vigil.authoring.solving.privileged_view import PrivilegedView
+from vigil.base.geometry import Pose, floor_distance, yaw_towards
+from vigil.protocol.actions import InteractPixel, Status
+from vigil.protocol.episode import Episode
+from vigil.protocol.world import Setup
+from vigil.records.record import EpisodeRecord
+from vigil.scene.things import Thing
+
+TRIED_POSES = 6
+
+
+class ControlWorlds:
+    """One episode with the record of its solution, and the worlds and records of what goes wrong in it."""
+
+    def __init__(self, synthetic: SyntheticWorlds, view: PrivilegedView, record: EpisodeRecord) -> None:
+        self.synthetic, self.view, self.record = synthetic, view, record
+        self.episode: Episode = synthetic.episode
+        synthetic.set_up(self.episode.setup)
+        self.target = view.scene.things[self.episode.goal.object_id]
+        self.look_alike = self._look_alike()
+        """The nearest other thing that may be taken for the target."""
+
+    def from_reset(self, rows: list[SyntheticStep] | None, status: Status = "success") -> EpisodeRecord | None:
+        """Returns the record of some rows right after the reset, closed by a report; None without rows."""
+        return None if rows is None else record_of(self.record, rows, status)
+
+    def after_solution(self, rows: list[SyntheticStep] | None) -> EpisodeRecord | None:
+        """Returns the record of some rows after the solution, closed by a report of success; None without rows."""
+        return None if rows is None else record_of(self.record, rows, "success", after_solution=True)
+
+    def undone(self, setup: Setup, pose: Pose | None = None) -> EpisodeRecord | None:
+        """Returns the record of the solution after which the world is as a setup says, seen from where it ended."""
+        return self.after_solution(self.synthetic.row(setup, pose or self.record.worlds[-1].agent))
+
+    def nearest(self, is_wanted: Callable[[Thing], bool]) -> Thing | None:
+        """Returns the nearest to the target of the other things that are wanted."""
+        others = [
+            thing
+            for thing in self.view.scene.things.values()
+            if thing.is_present and thing.id != self.target.id and is_wanted(thing)
+        ]
+        return min(others, key=lambda thing: floor_distance(thing.position, self.target.position), default=None)
+
+    def poses(self, cells: np.ndarray, thing: Thing) -> Iterator[Pose]:
+        """Yields some of the places (n, 2: x and z in metres), spread over them all, each facing a thing."""
+        for x, z in cells[:: max(1, len(cells) // TRIED_POSES)]:
+            place = self.episode.start.position._replace(x=float(x), z=float(z))
+            yaw = yaw_towards(place, thing.position)
+            yield self.episode.start.model_copy(update={"position": place, "rotation": yaw})
+
+    def click_on(self, things: list[Thing]) -> list[SyntheticStep] | None:
+        """Returns the row of a click on the first of some things that is in view and clear of the target."""
+        self.synthetic.set_up(self.episode.setup)
+        for thing in things:
+            pixel = self.view.click_pixel(thing.id) if thing.is_present else None
+            if pixel is not None:
+                ground: InteractPixel = click("ground", pixel)
+                effect = self.synthetic.simulator.step(ground)
+                if self.target.id not in effect.near:
+                    return [SyntheticStep(self.synthetic.simulator.world(self.episode.bound_ids()), ground, effect)]
+        return None
+
+    def _look_alike(self) -> Thing | None:
+        """Returns the nearest other thing of the target's category, else of a name that may be taken for its own."""
+        name = CATALOG[self.target.category].display_name
+        groups = [group for group in LOOK_ALIKES if name in group]
+        return self.nearest(lambda thing: thing.category == self.target.category) or self.nearest(
+            lambda thing: any(CATALOG[thing.category].display_name in group for group in groups)
+        )

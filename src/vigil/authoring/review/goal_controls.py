@@ -1,0 +1,243 @@
+"""The wrong ways of each kind of goal: outcomes that only look as if it had been brought about."""
+
+from collections.abc import Iterator
+from itertools import islice
+from typing import assert_never
+
+import numpy as np
+
+from vigil.assets.catalog import CATALOG
+from vigil.authoring.review.control_worlds import ControlWorlds
+from vigil.authoring.review.placements import placements_in_openings, placements_on, placements_on_neighbours
+from vigil.authoring.review.synthetic_records import SyntheticStep, changed_setup
+from vigil.base.geometry import floor_distance, wrap_deg
+from vigil.protocol.actions import Report, Status
+from vigil.protocol.goals import (
+    STATE_LABELS,
+    AgentNearTarget,
+    AllOf,
+    Goal,
+    GoalPart,
+    ObjectAtReceptacle,
+    ObjectHeld,
+    ObjectInState,
+    ReportStatus,
+    TargetGrounded,
+    is_observable,
+)
+from vigil.protocol.world import Placement, Setup
+from vigil.records.record import EpisodeRecord
+from vigil.scene.geometry import body_box, box_distances
+from vigil.scene.things import Thing
+
+STOPPED_SHORT_M = (0.03, 0.4)
+"""How far beyond the threshold of nearness one stops short."""
+NEAR_OTHER_M = 1.2
+LOOK_M = (0.8, 2.5)
+TRIED_NEIGHBOURS = 4
+OTHER_LABEL: dict[Status, Status] = {
+    **dict(STATE_LABELS.values()),
+    **{negative: positive for positive, negative in STATE_LABELS.values()},
+}
+
+ON_TOP_NOT_INSIDE, INSIDE_NOT_ON_TOP = "on top instead of inside", "within it instead of on it"
+
+ControlRecords = Iterator[tuple[str, EpisodeRecord | None]]
+"""Names of wrong ways with their records; None where the house does not allow it."""
+
+
+def controls_of_goal(goal: Goal, worlds: ControlWorlds) -> ControlRecords:
+    """Yields the wrong ways of an episode's goal. The simulator is left anywhere."""
+    match goal:
+        case TargetGrounded():
+            yield from _grounding_controls(worlds)
+        case AgentNearTarget():
+            yield from _approach_controls(goal, worlds)
+        case ObjectInState() if goal.state == "is_visible":
+            yield "the look-alike is seen", worlds.from_reset(_look_alike_seen(worlds))
+        case ObjectInState() | ObjectHeld():
+            yield "the look-alike instead", worlds.from_reset(_applied_to(worlds.look_alike, goal, worlds))
+            yield "the neighbour instead", worlds.from_reset(_applied_to(_neighbour(goal, worlds), goal, worlds))
+            yield "done and undone", worlds.undone(worlds.episode.setup)
+        case ObjectAtReceptacle():
+            yield from _placement_controls(goal, worlds)
+        case ReportStatus():
+            yield from _report_controls(goal, worlds)
+        case AllOf():
+            yield from _all_but_one(goal, worlds)
+            yield "done and undone", worlds.undone(worlds.episode.setup)
+        case _:
+            assert_never(goal)
+    if goal.constraint is not None and goal.constraint.kind != "object_released":
+        yield "the constraint is not resolved", worlds.from_reset(_unresolved(goal, worlds))
+
+
+def _grounding_controls(worlds: ControlWorlds) -> ControlRecords:
+    look_alike = worlds.click_on([worlds.look_alike] if worlds.look_alike else [])
+    near = sorted(
+        (thing for thing in worlds.view.scene.things.values() if thing.category != worlds.target.category),
+        key=lambda thing: floor_distance(thing.position, worlds.target.position),
+    )
+    neighbour = worlds.click_on(near[:TRIED_NEIGHBOURS])
+    yield "the look-alike instead", worlds.from_reset(look_alike)
+    yield "the neighbour instead", worlds.from_reset(neighbour)
+    yield "done and undone", worlds.after_solution(neighbour)
+
+
+def _approach_controls(goal: AgentNearTarget, worlds: ControlWorlds) -> ControlRecords:
+    cells = worlds.view.plan().cells
+    away = box_distances(body_box(worlds.target), cells) - goal.threshold_m
+    short = cells[(away > STOPPED_SHORT_M[0]) & (away < STOPPED_SHORT_M[1])]
+    yield "stopped short", worlds.from_reset(_at(short, worlds))
+    by_look_alike = None
+    if worlds.look_alike is not None:
+        near = box_distances(body_box(worlds.look_alike), cells) < min(NEAR_OTHER_M, goal.threshold_m)
+        by_look_alike = _at(cells[near & (away > STOPPED_SHORT_M[0])], worlds)
+    yield "the look-alike instead", worlds.from_reset(by_look_alike)
+    yield "done and undone", worlds.undone(worlds.episode.setup, worlds.episode.start)
+
+
+def _at(cells: np.ndarray, worlds: ControlWorlds) -> list[SyntheticStep] | None:
+    pose = next(worlds.poses(cells, worlds.target), None)
+    return None if pose is None else worlds.synthetic.row(worlds.episode.setup, pose)
+
+
+def _look_alike_seen(worlds: ControlWorlds) -> list[SyntheticStep] | None:
+    """Returns the row of a look at another thing of the category while the target is out of view."""
+    look_alike = worlds.look_alike
+    if look_alike is None:
+        return None
+    cells = worlds.view.plan().cells
+    away = box_distances(body_box(look_alike), cells)
+    for pose in worlds.poses(cells[(away > LOOK_M[0]) & (away < LOOK_M[1])], look_alike):
+        world = worlds.synthetic.world(worlds.episode.setup, pose)
+        is_hidden = world is not None and not world.objects[worlds.target.id].visible_px
+        if world is not None and is_hidden and is_observable(worlds.view.state_of(look_alike.id)):
+            return [SyntheticStep(world)]
+    return None
+
+
+def _applied_to(
+    thing: Thing | None, goal: ObjectInState | ObjectHeld, worlds: ControlWorlds
+) -> list[SyntheticStep] | None:
+    """Returns the row in which what a goal asks for was done to another thing."""
+    return None if thing is None or not _allows(thing, goal) else _attained(thing.id, goal, worlds)
+
+
+def _attained(object_id: str, goal: Goal, worlds: ControlWorlds) -> list[SyntheticStep] | None:
+    """Returns the row in which a thing is in the state that a goal asks for, or else in the hand."""
+    if isinstance(goal, ObjectInState):
+        state = {"openness": float(goal.value)} if goal.state == "is_open" else {"is_toggled": goal.value}
+        return worlds.synthetic.row(worlds.synthetic.changed(object_id, **state))
+    return worlds.synthetic.row(worlds.episode.setup.model_copy(update={"held": object_id}))
+
+
+def _allows(thing: Thing, goal: ObjectInState | ObjectHeld) -> bool:
+    if isinstance(goal, ObjectHeld):
+        return thing.is_pickupable
+    return thing.is_openable if goal.state == "is_open" else thing.is_toggleable
+
+
+def _neighbour(goal: ObjectInState | ObjectHeld, worlds: ControlWorlds) -> Thing | None:
+    """Returns the nearest thing of another category with which the same can be done."""
+    return worlds.nearest(lambda thing: thing.category != worlds.target.category and _allows(thing, goal))
+
+
+def _all_but_one(goal: AllOf, worlds: ControlWorlds) -> ControlRecords:
+    """Yields the wrong ways in which one part of a goal is not there, or what it is about lies at another place."""
+    for part in goal.parts:
+        setup = _setup_without_part(part, goal, worlds)
+        yield "all but one", worlds.undone(setup)
+        if isinstance(part, ObjectAtReceptacle):
+            for name, setups in _misplaced(part, worlds, setup):
+                yield from ((name, worlds.undone(each)) for each in setups)
+
+
+def _setup_without_part(left: GoalPart, goal: AllOf, worlds: ControlWorlds) -> Setup:
+    """Returns the setup in which all parts of a goal hold but one, which does not."""
+    setup, things = worlds.episode.setup, worlds.view.scene.things
+    for part in goal.parts:
+        if isinstance(part, ObjectInState):
+            value = part.value != (part is left)
+            state = {"openness": float(value)} if part.state == "is_open" else {"is_toggled": value}
+            setup = changed_setup(setup, part.object_id, **state)
+        elif part is not left:
+            places = placements_on(things[part.receptacle_id], things[part.object_id], inside=part.inside)
+            if (place := next(places, None)) is not None:
+                setup = changed_setup(setup, part.object_id, placement=place)
+    return setup
+
+
+def _unresolved(goal: Goal, worlds: ControlWorlds) -> list[SyntheticStep] | None:
+    """Returns the row in which the goal's own state is there, and its constraint as it was at the reset."""
+    return _attained(goal.object_id, goal, worlds)
+
+
+def _placement_controls(goal: ObjectAtReceptacle, worlds: ControlWorlds) -> ControlRecords:
+    start = worlds.episode.setup
+    yield "done and undone", worlds.undone(start)
+    yield "put there and taken again", worlds.undone(start.model_copy(update={"held": worlds.target.id}))
+    for name, setups in _misplaced(goal, worlds, start):
+        yield from ((name, worlds.from_reset(worlds.synthetic.row(setup))) for setup in setups)
+        if not setups:
+            yield name, None
+
+
+def _misplaced(goal: ObjectAtReceptacle, worlds: ControlWorlds, setup: Setup) -> list[tuple[str, list[Setup]]]:
+    """Returns a setup changed so that something was put somewhere, but not the right thing into the right one."""
+    if not worlds.synthetic.set_up(setup):
+        return []
+    scene, things = worlds.view.scene, worlds.view.scene.things
+    target, receptacle = things[goal.object_id], things[goal.receptacle_id]
+    look_alike = worlds.look_alike if target.id == worlds.target.id else None
+    kind = CATALOG[target.category]
+    others = [
+        thing
+        for thing in things.values()
+        if thing.category == receptacle.category
+        and thing.id != receptacle.id
+        and CATALOG[thing.category].can_hold(kind)
+    ]
+    elsewhere = list(
+        placements_on(receptacle, target, inside=False)
+        if goal.inside
+        else placements_in_openings(scene, receptacle, target)
+    )
+
+    def put(thing: Thing, placement: Placement) -> Setup:
+        return changed_setup(setup, thing.id, placement=placement)
+
+    return [
+        ("the neighbour instead", [put(target, at) for at in placements_on_neighbours(things, receptacle, target)]),
+        ("the receptacle's look-alike instead", [
+            put(target, at) for other in others[:1] for at in islice(placements_on(other, target, inside=goal.inside), 1)
+        ]),
+        ("the look-alike instead", [
+            put(other, at)
+            for other in ([look_alike] if look_alike is not None else [])
+            for at in islice(placements_on(receptacle, other, inside=goal.inside), 1)
+        ]),
+        (ON_TOP_NOT_INSIDE if goal.inside else INSIDE_NOT_ON_TOP, [put(target, at) for at in elsewhere]),
+    ]  # fmt: skip
+
+
+def _report_controls(goal: ReportStatus, worlds: ControlWorlds) -> ControlRecords:
+    label = _label(worlds.record)
+    thing, is_toggle = worlds.target, goal.state == "is_toggled"
+    other = {"is_toggled": not thing.is_toggled} if is_toggle else {"openness": 0.0 if label == "open" else 1.0}
+    changed = worlds.synthetic.row(worlds.synthetic.changed(thing.id, **other))
+    restored = worlds.synthetic.row(worlds.episode.setup)
+    start = worlds.episode.start
+    away = start.model_copy(update={"rotation": wrap_deg(start.rotation + 180.0)})
+    yield "changed, and reported as changed", worlds.from_reset(changed, OTHER_LABEL[label])
+    yield "changed, and reported as it was", worlds.from_reset(changed, label)
+    twice = None if changed is None or restored is None else [*changed, *restored]
+    yield "done and undone", worlds.from_reset(twice, label)
+    yield "reported with the back to it", worlds.from_reset(worlds.synthetic.row(worlds.episode.setup, away), label)
+
+
+def _label(record: EpisodeRecord) -> Status:
+    """Returns the label that the solution reports."""
+    last = record.steps[-1].action
+    assert isinstance(last, Report)
+    return last.status

@@ -1,0 +1,88 @@
+"""Where a thing could be put wrongly: on top of a receptacle instead of inside, within it instead of on it, or on the
+nearest part of what stands beside it."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from vigil.assets.catalog import CATALOG
+from vigil.assets.kernel.asset import Surface
+from vigil.base.geometry import Vec3
+from vigil.protocol.world import Placement
+from vigil.scene.geometry import Motion, body_box, box_distances
+from vigil.scene.supports import contents, ends_lying_on, level_surfaces
+from vigil.scene.things import Scene, Thing
+from vigil.sim.core.placing import open_surfaces
+
+GRID = 15
+MAX_NEIGHBOURS = 2
+
+
+def placements_on(receptacle: Thing, thing: Thing, *, inside: bool) -> Iterator[Placement]:
+    """Yields the places of a thing in the middle of each surface inside a receptacle, or else on it."""
+    for surface, frame in level_surfaces(receptacle):
+        if surface.is_inside == inside:
+            yield _placement(frame.shift, thing, receptacle)
+
+
+def placements_in_openings(scene: Scene, receptacle: Thing, thing: Thing) -> Iterator[Placement]:
+    """Yields the places of a thing in what opens of a receptacle, or upon it, and in fixed hollows of what it bears.
+
+    One for each category: a drawer, a microwave, a sink.
+    """
+    found: dict[str, Placement] = {}
+    for bearer in (receptacle, *contents(scene, receptacle.id)):
+        for surface, frame in level_surfaces(bearer):
+            if ends_lying_on(bearer, surface, receptacle):
+                found.setdefault(bearer.category, _placement(frame.shift, thing, bearer))
+    yield from found.values()
+
+
+def placements_on_neighbours(things: Mapping[str, Thing], receptacle: Thing, thing: Thing) -> Iterator[Placement]:
+    """Yields the places of a thing on the receptacles nearest to the one that is meant, as near to it as may be."""
+    found = [
+        (away, other.id, place)
+        for other in things.values()
+        if _takes(other, thing) and receptacle.id not in (other.id, *_supports_of(things, other))
+        for away, place in _placements_near(other, receptacle, thing)
+    ]
+    nearest: dict[str, Placement] = {}
+    for _, other, place in sorted(found, key=lambda each: each[:2]):
+        nearest.setdefault(other, place)
+    yield from list(nearest.values())[:MAX_NEIGHBOURS]
+
+
+def _supports_of(things: Mapping[str, Thing], thing: Thing) -> Iterator[str]:
+    """Yields the ids of what a thing rests on, and what that rests on."""
+    while thing.parent is not None and thing.parent in things:
+        yield thing.parent
+        thing = things[thing.parent]
+
+
+def _takes(other: Thing, thing: Thing) -> bool:
+    takes = CATALOG[other.category].can_hold(CATALOG[thing.category])
+    return takes and other.is_receptacle and other.is_present and not other.is_held and other.id != thing.id
+
+
+def _placements_near(other: Thing, receptacle: Thing, thing: Thing) -> Iterator[tuple[float, Placement]]:
+    """Yields the distance and the place on each surface of another receptacle that is nearest to the one meant."""
+    box = body_box(receptacle)
+    for surface, frame in open_surfaces(other):
+        spots = _grid(surface, frame)
+        away = box_distances(box, spots[:, [0, 2]])
+        away[away == 0.0] = np.inf
+        nearest = int(away.argmin())
+        if np.isfinite(away[nearest]):
+            yield round(float(away[nearest]), 6), _placement(spots[nearest], thing, other)
+
+
+def _grid(surface: Surface, frame: Motion) -> np.ndarray:
+    along = np.linspace(-0.5, 0.5, GRID)
+    x, z = (axis.ravel() for axis in np.meshgrid(along * surface.size_x, along * surface.size_z))
+    return frame(np.column_stack([x, np.zeros(len(x)), z]))
+
+
+def _placement(point: np.ndarray, thing: Thing, parent: Thing) -> Placement:
+    x, y, z = (float(value) for value in point)
+    position = Vec3(x, y + thing.asset.size.y / 2, z)
+    return Placement(position=position, rotation=Vec3(0.0, thing.rotation.y, 0.0), parent=parent.id)

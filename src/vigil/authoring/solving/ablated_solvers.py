@@ -1,0 +1,198 @@
+"""Agents of limited skill: instruments that tell how difficult episodes are, never baselines of a table.
+
+Each plays as the solver does, with one thing taken away. All of them know of the world beyond pixels: what the goal is
+and whether it holds, which thing in view is which, the exact floor plan, and where a click on a thing works. What they
+do not know is where a thing is before they have had it in view; until then they turn on the spot, then walk to the next
+place, then open what is closed. What each lacks besides stands in `ABLATIONS`.
+"""
+
+import hashlib
+import math
+from collections.abc import Callable, Generator, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vigil.authoring.language.referring import Phrase, items_of, referents
+from vigil.authoring.solving import primitive_actions
+from vigil.authoring.solving.constraint_actions import resolve_constraint
+from vigil.authoring.solving.goal_actions import Steps, achieve_goal, expected_status, reach_goal
+from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
+from vigil.authoring.solving.paths import Point2
+from vigil.authoring.solving.privileged_view import PrivilegedView
+from vigil.protocol.actions import Action, Navigate, Report
+from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.goals import OBSERVABLE_PX, Constraint, Goal
+from vigil.protocol.world import CLOSED_BELOW
+
+QUARTER_DEG = 90.0
+LOOKED_AROUND_M = 2.0
+"""A place nearer than this to one where the agent has looked around shows nothing new."""
+InterruptibleSteps = Generator[Action, None, bool]
+"""Yields actions; returns whether they were carried out to the end."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ablation:
+    """What is taken away from the solver."""
+
+    description: str
+    """For people."""
+    sight_m: float = math.inf
+    """Beyond this distance from the camera nothing is told apart."""
+    has_memory: bool = True
+    """Without, only what is in the present frame is known, and which places were visited is not."""
+    takes_look_alikes: bool = False
+    """The first thing in view that the target's bare name may mean is taken for it."""
+
+
+ABLATIONS: dict[str, Ablation] = {
+    "short_sighted": Ablation("tells things apart within 3 m only", sight_m=3.0),
+    "memoryless": Ablation("knows only what is in the present frame, and wanders", has_memory=False),
+    "greedy": Ablation("takes the first thing that the target's bare name may mean", takes_look_alikes=True),
+    "searching": Ablation("nothing but to know where things are from the start"),
+}
+"""Agent -> what it lacks."""
+
+
+def ablated_solver(ablation: Ablation) -> Callable[[Episode, PrivilegedView], Steps]:
+    """Returns the script of an agent with these limits; it raises Unsolvable where it gives up."""
+
+    def script(episode: Episode, view: PrivilegedView) -> Steps:
+        return _AblatedSolver(episode, view, ablation).steps()
+
+    return script
+
+
+class _AblatedSolver:
+    """One episode, played with limits."""
+
+    def __init__(self, episode: Episode, view: PrivilegedView, ablation: Ablation) -> None:
+        self._goal = episode.goal
+        self._view = view
+        self._ablation = ablation
+        self._macro = MacroActions(view, may_tilt="look" in FAMILIES[episode.family].skills)
+        self._known: set[str] = set()
+        self._visited: list[Point2] = []
+        self._opened: set[str] = set()
+        digest = hashlib.sha256(episode.id.encode()).digest()
+        self._rng = np.random.default_rng(int.from_bytes(digest[:8], "big"))
+
+    def steps(self) -> Steps:
+        """Yields the whole play."""
+        if self._ablation.takes_look_alikes:
+            look_alike = yield from self._find_first_look_alike(self._goal.object_id)
+            self._goal = self._goal.model_copy(update={"object_id": look_alike})
+        goal = self._goal
+        for link in goal.chain:
+            yield from self._find_then_do(link.ids(), lambda link=link: achieve_goal(link, self._macro))
+        constraint = goal.constraint
+        if constraint is not None:
+            yield from self._find_then_do({constraint.object_id}, lambda: self._resolve(constraint, goal))
+        own = goal.model_copy(update={"constraint": None, "chain": ()})
+        yield from self._find_then_do(own.ids(), lambda: reach_goal(goal, self._macro))
+        yield Report(status=expected_status(goal, self._view), summary="Done.")
+
+    def _resolve(self, constraint: Constraint, goal: Goal) -> Steps:
+        return resolve_constraint(constraint, goal, self._macro)
+
+    def _find_then_do(self, thing_ids: set[str], steps_of: Callable[[], Steps]) -> Steps:
+        """Yields the search for things and then the steps, again until they were carried out to the end."""
+        is_done = False
+        while not is_done:
+            yield from self._find(thing_ids)
+            is_done = yield from self._attempt(steps_of(), thing_ids)
+
+    def _attempt(self, steps: Steps, thing_ids: set[str]) -> InterruptibleSteps:
+        for action in steps:
+            yield action
+            self._update_known()
+            is_walk = isinstance(action, Navigate)
+            if is_walk and not self._ablation.has_memory and not self._sees_all(thing_ids):
+                return False
+        return True
+
+    def _find(self, thing_ids: set[str]) -> Steps:
+        """Yields the search until all of the things are known. Raises Unsolvable when no place is left to look at."""
+        self._update_known()
+        search = self._search()
+        while not (self._known >= thing_ids if self._ablation.has_memory else self._sees_all(thing_ids)):
+            yield next(search)
+            self._update_known()
+
+    def _find_first_look_alike(self, target_id: str) -> Generator[Action, None, str]:
+        """Yields the search for anything that the target's name may mean. Returns the id of the first in view."""
+        items = items_of(self._view.scene)
+        named = referents(Phrase(items[target_id].name), items.values()) if target_id in items else []
+        wanted = {target_id, *(item.id for item in named)}
+        search = self._search()
+        while not (seen := self._in_view(wanted)):
+            yield next(search)
+        return seen[0]
+
+    def _update_known(self) -> None:
+        self._known |= set(self._in_view(self._goal.ids()))
+
+    def _sees_all(self, thing_ids: set[str]) -> bool:
+        return set(self._in_view(thing_ids)) == thing_ids
+
+    def _in_view(self, thing_ids: set[str]) -> list[str]:
+        """Returns which of the things are in the hand or can be told in the frame, the nearest first."""
+        states = self._view.world(sorted(thing_ids)).objects
+        seen = {
+            name: 0.0 if state.is_held else state.nearest_visible_m or 0.0
+            for name, state in states.items()
+            if state.is_held or state.visible_px >= OBSERVABLE_PX
+        }
+        return [
+            name for name in sorted(seen, key=lambda name: (seen[name], name)) if seen[name] <= self._ablation.sight_m
+        ]
+
+    def _search(self) -> Iterator[Action]:
+        """Yields a look around, then walks to places with a look around at each, then the opening of what is closed.
+
+        Raises Unsolvable when nothing is left; without memory it never is.
+        """
+        yield from self._look_around()
+        while (place := self._next_place()) is not None:
+            for corner in place:
+                yield from primitive_actions.towards(self._view.agent, corner)
+            yield from self._look_around()
+        for name in self._closed():
+            self._opened.add(name)
+            yield from self._open(name)
+            yield from self._look_around()
+        raise Unsolvable("What is asked about is nowhere to be seen.")
+
+    def _open(self, name: str) -> Iterator[Action]:
+        """Yields the opening of a thing; nothing where no place allows it."""
+        try:
+            yield from self._macro.act("open_access", name)
+        except Unsolvable:
+            return
+
+    def _look_around(self) -> Iterator[Action]:
+        position = self._view.agent.position
+        self._visited.append((position.x, position.z))
+        for _ in range(3):
+            yield Navigate(mode="turn_right", magnitude=QUARTER_DEG)
+
+    def _next_place(self) -> Sequence[Point2] | None:
+        """Returns the corners of the walk to the nearest place not looked at; without memory to any place."""
+        walks = self._view.walks()
+        can_go = np.isfinite(walks.lengths)
+        if self._ablation.has_memory:
+            for x, z in self._visited:
+                can_go &= np.hypot(walks.plan.cells[:, 0] - x, walks.plan.cells[:, 1] - z) >= LOOKED_AROUND_M
+        cells = np.flatnonzero(can_go)
+        if not len(cells):
+            return None
+        cell = cells[np.argmin(walks.lengths[cells])] if self._ablation.has_memory else self._rng.choice(cells)
+        return walks.corners_to(int(cell))
+
+    def _closed(self) -> Iterator[str]:
+        """Yields the closed things that were not opened yet, in the order of their ids."""
+        for name, thing in sorted(self._view.scene.things.items()):
+            is_container = thing.is_openable and not thing.is_structure and thing.is_present
+            if is_container and thing.openness < CLOSED_BELOW and name not in self._opened:
+                yield name

@@ -1,0 +1,256 @@
+"""Each kind of goal: the actions that bring it about, and the report that closes it.
+
+`vigil.protocol.goals` defines, checks and words a kind of goal; this module and `goal_wrong_ways`, what only looks like
+it, are all that making packs of it needs besides.
+"""
+
+from collections.abc import Callable, Iterator
+from itertools import islice
+from typing import assert_never
+
+import numpy as np
+
+from vigil.authoring.solving.look_targets import surface_points
+from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
+from vigil.authoring.solving.privileged_view import PrivilegedView
+from vigil.authoring.solving.viewpoints import PositionCost, ViewpointQuery, viewpoints
+from vigil.base.geometry import floor_distance
+from vigil.protocol.actions import Action, Intent, Status
+from vigil.protocol.goals import (
+    STRICTLY_CLOSED,
+    STRICTLY_OPEN,
+    AgentNearTarget,
+    AllOf,
+    Goal,
+    ObjectAtReceptacle,
+    ObjectHeld,
+    ObjectInState,
+    ReportStatus,
+    TargetGrounded,
+    is_observable,
+    state_label,
+)
+from vigil.protocol.world import OPEN_ABOVE
+from vigil.scene.geometry import body_box, box_distances
+from vigil.scene.supports import is_shut, surface_named
+
+NEAR_MARGIN_M = 0.06
+CLEAR_PX = 260
+SEE_NEAR_M, SEE_FAR_M = 0.6, 4.5
+MAX_LOOKS = 60
+SEEN_POINTS = (16, 4)
+
+Steps = Iterator[Action]
+
+
+def reach_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
+    """Yields what brings a goal about, once nothing stands in its way."""
+    match goal:
+        case TargetGrounded():
+            yield from _ground(goal, macro_actions)
+        case AgentNearTarget():
+            yield from _approach(goal, macro_actions)
+        case ObjectInState() if goal.state == "is_visible":
+            yield from _search(goal, macro_actions)
+        case ReportStatus():
+            pass  # the state is in view at the start
+        case ObjectInState() | ObjectHeld() | ObjectAtReceptacle():
+            yield from achieve_goal(goal, macro_actions)
+        case AllOf():
+            yield from _achieve_all(goal, macro_actions)
+        case _:
+            assert_never(goal)
+
+
+def expected_status(goal: Goal, view: PrivilegedView) -> Status:
+    """Returns the status of the report that closes an episode whose goal has been brought about."""
+    if not isinstance(goal, ReportStatus):
+        return "success"
+    thing = view.scene.things[goal.object_id]
+    return state_label(goal.state, is_toggled=thing.is_toggled, openness=thing.openness)
+
+
+def report_summary(goal: Goal, name_of: Callable[[str], str], status: Status) -> str:
+    """Returns the summary of a report: what was done, or the state that is seen; `name_of` is what a thing is called."""
+    target = name_of(goal.object_id)
+    match goal:
+        case TargetGrounded():
+            return f"I pointed at {target}."
+        case AgentNearTarget():
+            return f"I am near {target}."
+        case ReportStatus():
+            return f"{target[0].upper()}{target[1:]} is {status}."
+        case ObjectInState() if goal.state == "is_visible":
+            return f"I see {target}."
+        case ObjectInState():
+            done = ("opened", "closed") if goal.state == "is_open" else ("turned on", "turned off")
+            return f"I {done[0] if goal.value else done[1]} {target}."
+        case ObjectHeld():
+            return f"I picked up {target}."
+        case ObjectAtReceptacle():
+            return f"I put {target} {'in' if goal.inside else 'on'} {name_of(goal.receptacle_id)}."
+        case AllOf():
+            return " ".join(report_summary(part, name_of, status) for part in goal.parts)
+        case _:
+            assert_never(goal)
+
+
+def achieve_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
+    """Yields the interactions that bring a goal about, walking included; none where it holds already.
+
+    What lies in something closed is taken out of it.
+    """
+    if _holds(goal, macro_actions.view):
+        return
+    if isinstance(goal, ObjectAtReceptacle):
+        yield from _pick_up_target(goal, macro_actions)
+        yield from macro_actions.place(goal.receptacle_id, inside=goal.inside, is_thorough=not goal.chain)
+        return
+    if isinstance(goal, ObjectHeld):
+        yield from _open_containers_around(goal.object_id, macro_actions)
+    yield from macro_actions.act(_intent_of(goal), goal.object_id)
+
+
+def perform_regardless(goal: Goal, macro_actions: MacroActions) -> Steps:
+    """Yields the interactions that a goal asks for, one part after the other, those of a state that holds already too:
+    the click is made from where it would undo that state."""
+    if isinstance(goal, AllOf):
+        for part in goal.parts:
+            yield from perform_regardless(part, macro_actions)
+    elif isinstance(goal, ObjectInState) and goal.state != "is_visible" and _holds(goal, macro_actions.view):
+        undone = goal.model_copy(update={"value": not goal.value})
+        viewpoint, pixel = macro_actions.find_click(_intent_of(undone), goal.object_id)
+        yield from macro_actions.go(viewpoint)
+        yield macro_actions.click(_intent_of(goal), macro_actions.view.click_pixel(goal.object_id) or pixel)
+    else:
+        yield from reach_goal(goal, macro_actions)
+
+
+def closed_containers_around(view: PrivilegedView, object_id: str) -> list[str]:
+    """Returns the ids of the closed things that a thing lies inside of."""
+    around = [view.scene.things[name] for name in view.state_of(object_id).inside]
+    return [thing.id for thing in around if thing.is_openable and thing.openness <= OPEN_ABOVE]
+
+
+def _open_containers_around(object_id: str, macro_actions: MacroActions) -> Steps:
+    """Yields what opens the closed things that a thing lies inside of."""
+    for container in closed_containers_around(macro_actions.view, object_id):
+        yield from macro_actions.act("open_access", container)
+
+
+def _pick_up_target(goal: ObjectAtReceptacle, macro_actions: MacroActions) -> Steps:
+    """Yields what takes the target in the hand and opens where it is to go, as far as that is still to be done."""
+    view = macro_actions.view
+    if view.held != goal.object_id:
+        yield from _open_containers_around(goal.object_id, macro_actions)
+        yield from macro_actions.act("pick", goal.object_id)
+    if goal.inside and is_shut(view.scene.things[goal.receptacle_id]):
+        yield from macro_actions.act("open_access", goal.receptacle_id)
+
+
+def _achieve_all(goal: AllOf, macro_actions: MacroActions) -> Steps:
+    """Yields what brings all parts about: with a chain in its order, else what is to be put somewhere first, and then
+    the nearest part, time by time."""
+    things, left = macro_actions.view.scene.things, list(goal.parts)
+    while left:
+        here = macro_actions.view.agent.position
+        placed = [part for part in left if isinstance(part, ObjectAtReceptacle)]
+        if goal.chain or placed:
+            part = left[0] if goal.chain else placed[0]
+        else:
+            part = min(left, key=lambda part: floor_distance(here, things[part.object_id].position))
+        left.remove(part)
+        yield from achieve_goal(part, macro_actions)
+
+
+def is_doable(goal: Goal, macro_actions: MacroActions) -> bool:
+    """Whether the goal's own interaction works from some reachable place as things stand now."""
+    try:
+        macro_actions.find_click(_intent_of(goal), goal.object_id)
+    except Unsolvable:
+        return False
+    return True
+
+
+def _holds(goal: Goal, view: PrivilegedView) -> bool:
+    thing = view.scene.things[goal.object_id]
+    if isinstance(goal, ObjectAtReceptacle):
+        surface = surface_named(view.scene.things[goal.receptacle_id], thing.surface)
+        is_there = thing.parent == goal.receptacle_id and view.held != thing.id
+        is_inside, is_shut_off = (surface.is_inside, surface.needs_opening) if surface is not None else (False, False)
+        return is_there and (is_inside if goal.inside else not is_shut_off)
+    if isinstance(goal, ObjectHeld):
+        return view.held == goal.object_id
+    if isinstance(goal, ObjectInState) and goal.state == "is_open":
+        return thing.openness >= STRICTLY_OPEN if goal.value else thing.openness <= STRICTLY_CLOSED
+    return isinstance(goal, ObjectInState) and goal.state == "is_toggled" and thing.is_toggled == goal.value
+
+
+def _intent_of(goal: Goal) -> Intent:
+    if isinstance(goal, ObjectHeld):
+        return "pick"
+    if isinstance(goal, ObjectInState) and goal.state == "is_open":
+        return "open_access" if goal.value else "close_access"
+    if isinstance(goal, ObjectInState) and goal.state == "is_toggled":
+        return "activate" if goal.value else "deactivate"
+    raise Unsolvable(f"No interaction brings about a goal of kind {goal.kind!r}.")
+
+
+def _ground(goal: TargetGrounded, macro_actions: MacroActions) -> Steps:
+    pixel = macro_actions.view.click_pixel(goal.object_id)
+    if pixel is None:
+        raise Unsolvable(f"{goal.object_id!r} is not in the frame.")
+    yield macro_actions.click("ground", pixel)
+
+
+def _approach(goal: AgentNearTarget, macro_actions: MacroActions) -> Steps:
+    view = macro_actions.view
+    thing = view.scene.things[goal.object_id]
+    walks = view.walks()
+    for slack_m in macro_actions.reach_slacks_m:
+        places = _near_target_cost(view, goal, NEAR_MARGIN_M + slack_m)
+        query = ViewpointQuery(thing.id, surface_points(thing), places, least_seen=1)
+        viewpoint = next(viewpoints(view, walks, query), None)
+        if viewpoint is not None:
+            yield from macro_actions.go(viewpoint)
+            return
+    raise Unsolvable(f"No reachable place near enough to {thing.id!r}.")
+
+
+def _near_target_cost(view: PrivilegedView, goal: AgentNearTarget, margin_m: float) -> PositionCost:
+    """Returns the places that are near enough to a target by both distances, with a margin."""
+    thing = view.scene.things[goal.object_id]
+    box, most = body_box(thing), goal.threshold_m - margin_m
+
+    def cost(places: np.ndarray) -> np.ndarray:
+        edge = box_distances(box, places)
+        centre = view.centre_distances(thing, places)
+        return np.where((edge <= most) & (centre <= most), 0.0, np.inf)
+
+    return cost
+
+
+def _search(goal: ObjectInState, macro_actions: MacroActions) -> Steps:
+    view = macro_actions.view
+    thing = view.scene.things[goal.object_id]
+    box = body_box(thing)
+
+    def is_seen() -> bool:
+        return is_observable(view.state_of(thing.id))
+
+    def cost(places: np.ndarray) -> np.ndarray:
+        distances = box_distances(box, places)
+        return np.where((distances >= SEE_NEAR_M) & (distances <= SEE_FAR_M), 0.0, np.inf)
+
+    for least in SEEN_POINTS:
+        query = ViewpointQuery(
+            thing.id, surface_points(thing), cost, may_tilt=True, least_seen=least, through_glass=True
+        )
+        for viewpoint in islice(viewpoints(view, view.walks(), query), MAX_LOOKS):
+            with view.at_pose(viewpoint.pose):
+                state = view.state_of(thing.id)
+            if state.visible and state.visible_px >= CLEAR_PX and is_observable(state):
+                yield from macro_actions.go(viewpoint, is_seen)
+                if is_seen():
+                    return
+    raise Unsolvable(f"No reachable place from which {thing.id!r} is clearly seen.")

@@ -1,0 +1,66 @@
+"""Where to look: points on a thing's surface, and how to turn to a point.
+
+Geometry only; whether something stands in between is asked of the simulator's rays (`vigil.authoring.solving.privileged_view`).
+"""
+
+import math
+import zlib
+from functools import lru_cache
+
+import numpy as np
+
+from vigil.assets.kernel.asset import Asset, Part
+from vigil.base.geometry import Vec3
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.scene.geometry import part_motion
+from vigil.scene.things import Thing
+
+POINTS = 64
+
+
+def surface_points(thing: Thing, count: int = POINTS) -> np.ndarray:
+    """Returns (n, 3) points spread over the thing's surface as it is now, the same ones each time."""
+    found = [
+        part_motion(thing, joint)(points)
+        for joint, points in _asset_points(thing.asset, count, thing.is_toggled).items()
+    ]
+    return np.concatenate(found) if found else np.array(thing.position)[None]
+
+
+@lru_cache(maxsize=1024)
+def _asset_points(asset: Asset, count: int, is_on: bool) -> dict[str | None, np.ndarray]:
+    shown = [part for part in asset.parts if part.shown != ("off" if is_on else "on") and len(part.mesh.faces)]
+    areas = [_areas(part) for part in shown]
+    total = sum(float(each.sum()) for each in areas)
+    rng = np.random.default_rng([zlib.crc32(asset.category.encode()), count])
+    points: dict[str | None, list[np.ndarray]] = {}
+    for part, area in zip(shown, areas, strict=True):
+        share = math.ceil(count * float(area.sum()) / max(total, 1e-12))
+        if area.sum() > 0.0:
+            points.setdefault(part.joint, []).append(_spread(part, area, share, rng))
+    return {joint: np.concatenate(found) for joint, found in points.items()}
+
+
+def _areas(part: Part) -> np.ndarray:
+    a, b, c = (part.mesh.vertices[part.mesh.faces[:, i]].astype(np.float64) for i in range(3))
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def _spread(part: Part, areas: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
+    faces = part.mesh.faces[rng.choice(len(areas), size=count, p=areas / areas.sum())]
+    weights = rng.dirichlet((1.0, 1.0, 1.0), size=count)
+    return np.einsum("ni,nij->nj", weights, part.mesh.vertices[faces].astype(np.float64))
+
+
+def in_frame(pixels: np.ndarray, border_px: float = 0.0) -> np.ndarray:
+    """Whether pixels (n, 2) lie inside the frame, away from its border."""
+    x, y = pixels[:, 0], pixels[:, 1]
+    with np.errstate(invalid="ignore"):
+        return (x >= border_px) & (x <= FRAME_WIDTH - border_px) & (y >= border_px) & (y <= FRAME_HEIGHT - border_px)
+
+
+def pitch_to(eye: Vec3, point: np.ndarray) -> float:
+    """Returns the camera pitch (deg, down is positive) that looks at a point."""
+    return math.degrees(
+        math.atan2(eye.y - float(point[1]), math.hypot(float(point[0]) - eye.x, float(point[2]) - eye.z))
+    )

@@ -1,1 +1,0 @@
-"""How each kind of goal is brought about, and what only looks like it."""

@@ -1,0 +1,29 @@
+"""A house as one without single drawers would be: what lies in a drawer lies in the furniture that it is part of.
+
+AI2-THOR has no assets of drawers, and real houses name none, so this is the form to export and to compare.
+"""
+
+from typing import Any
+
+from vigil.assets.drawers import split_drawer_id
+from vigil.protocol.house import House
+
+
+def with_merged_drawers(house: House) -> House:
+    """Returns the house with each piece of furniture as one object; the same house where it names no drawers."""
+    if all(split_drawer_id(node.asset_id) is None for node, _ in house.objects()):
+        return house
+    return House(house.name, {**house.data, "objects": [_merge_drawers(node) for node in house.data["objects"]]})
+
+
+def _merge_drawers(node: dict[str, Any]) -> dict[str, Any]:
+    """Returns an object of a document without its drawers: it has their contents, and is as open as the widest."""
+    if not node.get("children"):
+        return node
+    drawers = [
+        child for child in node["children"] if (split_drawer_id(child["assetId"]) or ("",))[0] == node["assetId"]
+    ]
+    children = [child for child in node["children"] if child not in drawers]
+    children += [each for drawer in drawers for each in drawer.get("children") or []]
+    whole = {**node, "children": [_merge_drawers(child) for child in children]}
+    return {**whole, "openness": max(drawer.get("openness") or 0.0 for drawer in drawers)} if drawers else whole

@@ -1,0 +1,155 @@
+"""What a leaf cuts through on its way: the triangles that are drawn of it against those of all else, handles and trims
+included. Walls are no things: `vigil.scene.partitions` keeps leaves from them.
+"""
+
+from collections.abc import Iterator
+from functools import lru_cache
+
+import numpy as np
+
+from vigil.assets.kernel.asset import Asset
+from vigil.scene.geometry import box_corners, part_boxes, part_motion
+from vigil.scene.supports import ancestors, joint_is_hinge, surface_named
+from vigil.scene.things import Scene, Thing
+
+OPENNESS_SAMPLES = tuple(step / 24 for step in range(25))
+"""Openness at which leaves are looked at."""
+SKIN_M = 0.002
+"""What reaches less deep into another only touches it."""
+PARALLEL = 1e-12
+"""Edges whose product with a triangle's plane (m^3) is less lie in it."""
+
+
+class LeafCollisions:
+    """Finds what the drawn leaves, lids and drawers of a house's things pass through."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._things = list(scene.things.values())
+        self._boxes = np.array([_bounding_box(thing) for thing in self._things]).reshape(-1, 2, 3)
+        self._carriers = {thing.id: ancestors(scene, thing) for thing in self._things}
+
+    def first_pierced(self, thing: Thing) -> Thing | None:
+        """Returns the first other thing that the thing's moving parts cut through; None when they pass by all."""
+        swept = _swept_box(thing)
+        for other in self._nearby_things(thing, swept):
+            fixed = _triangles(other, {0.0, other.openness})
+            fixed = fixed[_overlap(fixed.min(axis=1), fixed.max(axis=1), swept)]
+            if len(fixed) and any(_intersect(leaf, fixed) for leaf in _leaf_positions(thing)):
+                return other
+        return None
+
+    def _nearby_things(self, thing: Thing, swept: np.ndarray) -> Iterator[Thing]:
+        for index in np.flatnonzero(_overlap(self._boxes[:, 0], self._boxes[:, 1], swept)).tolist():
+            other = self._things[index]
+            if other is not thing and not self._moves_with(thing, other):
+                yield other
+
+    def _moves_with(self, thing: Thing, other: Thing) -> bool:
+        """Whether another lies inside the thing, moves along with its drawer, or is what the thing is a drawer of."""
+        if thing.is_drawer and other.id == thing.parent:
+            return True
+        carriers = self._carriers[other.id]
+        if thing not in carriers:
+            return False
+        child = next(each for each in [other, *carriers] if each.parent == thing.id)
+        surface = surface_named(thing, child.surface)
+        if surface is None or surface.needs_opening:
+            return True
+        return surface.joint is not None and not joint_is_hinge(thing, surface.joint)
+
+
+@lru_cache(maxsize=4096)
+def drawn_triangles(asset: Asset) -> tuple[tuple[str | None, np.ndarray], ...]:
+    """Returns (joint, corners (n, 3, 3) of its triangles) of all that each joint, or the body, carries and is solid."""
+    found: dict[str | None, list[np.ndarray]] = {}
+    for part in asset.parts:
+        if part.shown != "on" and len(part.mesh.faces):
+            found.setdefault(part.joint, []).append(part.mesh.vertices[part.mesh.faces].astype(float))
+    return tuple((joint, np.concatenate(meshes)) for joint, meshes in found.items())
+
+
+def _triangles(thing: Thing, states: set[float]) -> np.ndarray:
+    """Returns all triangles (n, 3, 3) of a thing, what moves at each openness of `states`."""
+    places = [
+        _moved(thing, joint, mesh, openness)
+        for joint, mesh in drawn_triangles(thing.asset)
+        for openness in (sorted(states) if joint is not None else (0.0,))
+    ]
+    return np.concatenate(places) if places else np.empty((0, 3, 3))
+
+
+def _moved(thing: Thing, joint: str | None, mesh: np.ndarray, openness: float) -> np.ndarray:
+    return part_motion(thing, joint, openness)(mesh.reshape(-1, 3)).reshape(-1, 3, 3)
+
+
+def _leaf_positions(thing: Thing) -> Iterator[np.ndarray]:
+    """Yields the triangles (n, 3, 3) of all moving parts at each openness."""
+    moving = [(joint, mesh) for joint, mesh in drawn_triangles(thing.asset) if joint is not None]
+    for openness in OPENNESS_SAMPLES:
+        yield np.concatenate([_moved(thing, joint, mesh, openness) for joint, mesh in moving])
+
+
+def _swept_box(thing: Thing) -> np.ndarray:
+    """Returns the lowest and highest corner (2, 3) of where the moving parts can be."""
+    corners = [
+        part_motion(thing, joint, openness)(box_corners(low, high))
+        for joint, low, high in part_boxes(thing.asset)
+        if joint is not None
+        for openness in OPENNESS_SAMPLES
+    ]
+    return _box_of(np.concatenate(corners) if corners else np.empty((0, 3)))
+
+
+def _bounding_box(thing: Thing) -> np.ndarray:
+    """Returns the lowest and highest corner (2, 3) of all that is drawn of a thing, shut and as it stands."""
+    corners = [
+        part_motion(thing, joint, openness)(box_corners(low, high))
+        for joint, low, high in part_boxes(thing.asset)
+        for openness in {0.0, thing.openness}
+    ]
+    return _box_of(np.concatenate(corners))
+
+
+def _box_of(triangles: np.ndarray) -> np.ndarray:
+    """Returns the lowest and highest corner (2, 3) of triangles; a box that meets nothing when there are none."""
+    corners = triangles.reshape(-1, 3)
+    if not len(corners):
+        return np.array([[np.inf] * 3, [-np.inf] * 3])
+    return np.array([corners.min(axis=0), corners.max(axis=0)])
+
+
+def _overlap(low: np.ndarray, high: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Returns which of n boxes (n, 3) share more room with `box` than things that touch."""
+    return ((low < box[1] - SKIN_M) & (high > box[0] + SKIN_M)).all(axis=1)
+
+
+def _intersect(one: np.ndarray, two: np.ndarray) -> bool:
+    """Whether two sets of triangles (n, 3, 3) go through each other."""
+    near_one = one[_overlap(one.min(axis=1), one.max(axis=1), _box_of(two))]
+    if not len(near_one):
+        return False
+    near_two = two[_overlap(two.min(axis=1), two.max(axis=1), _box_of(near_one))]
+    return len(near_two) > 0 and (_has_piercing_edge(near_one, near_two) or _has_piercing_edge(near_two, near_one))
+
+
+def _has_piercing_edge(edged: np.ndarray, faces: np.ndarray) -> bool:
+    """Whether an edge of one set of triangles goes through a triangle of the other, more than skin deep."""
+    starts = edged.reshape(-1, 3)
+    along = np.roll(edged, -1, axis=1).reshape(-1, 3) - starts
+    origin, first, second = faces[:, 0], faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]
+    normals = np.cross(first, second)
+    lengths = np.linalg.norm(normals, axis=1)
+    steep = along @ normals.T
+    before = starts @ normals.T - (origin * normals).sum(axis=1)
+    after = before + steep
+    skin = SKIN_M * lengths
+    passes = (np.minimum(before, after) < -skin) & (np.maximum(before, after) > skin) & (np.abs(steep) > PARALLEL)
+    edge, face = np.nonzero(passes)
+    if not len(edge):
+        return False
+    points = starts[edge] - along[edge] * (before[edge, face] / steep[edge, face])[:, None] - origin[face]
+    unit = normals[face] / (lengths[face] ** 2)[:, None]
+    share_first = (np.cross(points, second[face]) * unit).sum(axis=1)
+    share_second = (np.cross(first[face], points) * unit).sum(axis=1)
+    return bool(((share_first >= 0) & (share_second >= 0) & (share_first + share_second <= 1)).any())

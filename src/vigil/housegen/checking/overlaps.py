@@ -1,0 +1,111 @@
+"""Which solids of a house share room: those of its things as they stand, and those of leaves on their way."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import shapely
+from shapely import MultiPoint, Polygon, STRtree
+
+from vigil.scene.geometry import Prism, is_upright, moving_prisms_of, prisms_of
+from vigil.scene.outlines import polygon_of
+from vigil.scene.supports import ancestors, joint_is_hinge, surface_named
+from vigil.scene.things import Scene, Thing
+
+OVERLAP_M = 0.005
+OPENNESS_SAMPLES = tuple(step / 16 for step in range(17))
+"""Openness at which leaves and drawers are looked at."""
+POLYGON = shapely.GeometryType.POLYGON.value
+
+
+class SolidOverlaps:
+    """Finds solids that share room; of upright things alone, as the prisms of others are larger than they are."""
+
+    def __init__(self, scene: Scene) -> None:
+        self.prisms: list[Prism] = []
+        self.owners: list[Thing] = []
+        self._carriers = {thing.id: ancestors(scene, thing) for thing in scene.things.values()}
+        for thing in filter(is_upright, scene.things.values()):
+            prisms = prisms_of(thing)
+            self.prisms += prisms
+            self.owners += [thing] * len(prisms)
+        self.shapes = _shrunk(self.prisms)
+        self.tree = STRtree(self.shapes)
+
+    def overlaps(self) -> Iterator[tuple[Thing, Thing, float]]:
+        """Yields each pair of things that share more than 5 mm of room, with how high (m) that is."""
+        seen: set[tuple[str, str]] = set()
+        first, second = self.tree.query(self.shapes, predicate="intersects")
+        for a, b in zip(first.tolist(), second.tolist(), strict=True):
+            one, two = self.owners[a], self.owners[b]
+            key = (one.id, two.id)
+            depth = _depth(self.prisms[a], self.prisms[b])
+            if a >= b or key in seen or depth <= OVERLAP_M or _may_overlap(one, two) or self._is_on_or_in(one, two):
+                continue
+            seen.add(key)
+            yield one, two, depth
+
+    def first_obstacle(self, thing: Thing) -> Thing | None:
+        """Returns the first other thing that the thing's leaves hit between shut and open; None when they hit none."""
+        moving = [prism for openness in OPENNESS_SAMPLES for prism in moving_prisms_of(thing, openness)]
+        others = self._nearby_solids(moving, thing)
+        if not others:
+            return None
+        for prism, shape in zip(moving, _shrunk(moving), strict=True):
+            for index in others:
+                if _depth(prism, self.prisms[index]) > OVERLAP_M and shape.intersects(self.shapes[index]):
+                    return self.owners[index]
+        return None
+
+    def _nearby_solids(self, moving: list[Prism], thing: Thing) -> list[int]:
+        """Returns the solids near the leaves that may stop them; of what carries the thing, those that it is not in."""
+        if not moving:
+            return []
+        near = self.tree.query(MultiPoint(np.concatenate([prism.polygon for prism in moving])).envelope)
+        others = [index for index in near.tolist() if not self._is_exempt_from_leaf(thing, self.owners[index])]
+        around = [index for index in others if self.owners[index] in self._carriers[thing.id]]
+        if around:
+            at_rest = moving_prisms_of(thing)
+            shapes = _shrunk(at_rest)
+            held = {
+                index
+                for index in around
+                for prism, shape in zip(at_rest, shapes, strict=True)
+                if _depth(prism, self.prisms[index]) > OVERLAP_M and shape.intersects(self.shapes[index])
+            }
+            others = [index for index in others if index not in held]
+        return others
+
+    def _is_on_or_in(self, one: Thing, two: Thing) -> bool:
+        return one in self._carriers[two.id] or two in self._carriers[one.id]
+
+    def _is_exempt_from_leaf(self, thing: Thing, other: Thing) -> bool:
+        """Whether another cannot stop the thing's leaves: it lies inside the thing, or goes along with its drawer."""
+        carriers = self._carriers[other.id]
+        if thing not in carriers:
+            return _may_overlap(thing, other)
+        child = next(each for each in [other, *carriers] if each.parent == thing.id)
+        surface = surface_named(thing, child.surface)
+        if surface is None or surface.needs_opening:
+            return True
+        return surface.joint is not None and not joint_is_hinge(thing, surface.joint)
+
+
+def _may_overlap(one: Thing, two: Thing) -> bool:
+    """Whether two things may share room: a thing with itself, legs and a rug, a spout over its basin."""
+    if one is two or (one.is_structure and two.is_structure):
+        return True
+    pair = {one.category, two.category}
+    return "Rug" in pair or pair == {"Sink", "Faucet"}
+
+
+def _shrunk(prisms: list[Prism]) -> np.ndarray:
+    """Returns the prisms' footprints, smaller all round by half of what may overlap."""
+    polygons = np.array([polygon_of(prism) for prism in prisms], dtype=object)
+    inner = shapely.buffer(polygons, -OVERLAP_M / 2, join_style="mitre")
+    for index in np.flatnonzero(shapely.is_empty(inner) | (shapely.get_type_id(inner) != POLYGON)):
+        inner[index] = Polygon([polygons[index].centroid.coords[0]] * 4)
+    return inner
+
+
+def _depth(one: Prism, two: Prism) -> float:
+    return min(one.top, two.top) - max(one.bottom, two.bottom)

@@ -1,0 +1,133 @@
+"""The floor that an agent can walk: nodes of the 0.25 m grid where its body fits, through doors that can be passed."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy import ndimage
+from shapely import MultiPoint, Polygon
+
+from vigil.base.geometry import Box, Vec3
+from vigil.protocol.house import House
+from vigil.scene.geometry import Prism, bounding_box, moving_prisms_of, prisms_of
+from vigil.scene.outlines import (
+    BODY_HIGH_M,
+    BODY_LOW_M,
+    BODY_RADIUS_M,
+    FLOOR_GROWTH_M,
+    GRID_M,
+    floor_of_rooms,
+    footprint,
+    meets_body,
+    polygon_of,
+    room_floor,
+)
+from vigil.scene.portals import Portals
+from vigil.scene.things import Scene, Thing, WallPanel
+
+LEAST_SHARE = 0.9
+JAMB_M = 0.08
+"""Width that a door's frame takes from its hole on either side."""
+BEHIND_M = 0.01
+"""How far the strip through a door reaches into the floor where the body's axis can be on either side."""
+
+
+@dataclass(slots=True, eq=False)
+class WalkableGrid:
+    """The grid, and its largest connected part."""
+
+    xs: np.ndarray
+    zs: np.ndarray
+    space: shapely.Geometry
+    """Where the body's axis can be, obstacles aside."""
+    obstacles: shapely.Geometry
+    """Where it cannot be because of things."""
+    free: np.ndarray
+    main: np.ndarray
+
+    @property
+    def share(self) -> float:
+        """Share of the free nodes that the largest part holds."""
+        count = int(self.free.sum())
+        return float(self.main.sum()) / count if count else 0.0
+
+    def reaches(self, floor: Polygon) -> bool:
+        """Whether a node of the largest part lies on a floor."""
+        return bool((self.main & shapely.contains_xy(floor, self.xs, self.zs)).any())
+
+    def is_free_start(self, x: float, z: float) -> bool:
+        """Whether the body fits at a place beside nodes of the largest part."""
+        if not shapely.contains_xy(self.space, x, z) or shapely.contains_xy(self.obstacles, x, z):
+            return False
+        near = np.hypot(self.xs - x, self.zs - z) <= GRID_M
+        return bool((self.main & near).any())
+
+    def can_be_reached(self, thing: Thing, reach_m: float) -> bool:
+        """Whether someone can stand within reach of a thing, clear of its leaves wherever they swing."""
+        outline = footprint(bounding_box(thing))
+        x0, z0, x1, z1 = outline.bounds
+        near = self.main & (self.xs >= x0 - reach_m) & (self.xs <= x1 + reach_m)
+        near &= (self.zs >= z0 - reach_m) & (self.zs <= z1 + reach_m)
+        points = shapely.points(self.xs[near], self.zs[near])
+        ok = shapely.distance(points, outline) <= reach_m
+        for openness in (0.5, 1.0):
+            for prism in moving_prisms_of(thing, openness):
+                if meets_body(prism):
+                    ok &= shapely.distance(points, polygon_of(prism)) > BODY_RADIUS_M
+        return bool(ok.any())
+
+
+def build_walkable_grid(house: House, scene: Scene) -> WalkableGrid:
+    """Returns the walkable floor; doors that can be opened count as passable."""
+    floors = [room_floor(room) for room in scene.rooms]
+    space = shapely.union_all([*_room_spaces(scene), *_passages(house, scene)])
+    x0, z0, x1, z1 = MultiPoint([corner for floor in floors for corner in floor.exterior.coords]).bounds
+    columns = np.arange(np.floor(x0 / GRID_M), np.ceil(x1 / GRID_M) + 1) * GRID_M
+    rows = np.arange(np.floor(z0 / GRID_M), np.ceil(z1 / GRID_M) + 1) * GRID_M
+    xs, zs = np.meshgrid(columns, rows)
+    free = shapely.contains_xy(space, xs, zs)
+    obstacles = shapely.union_all(shapely.buffer([polygon_of(prism) for prism in _obstacles(scene)], BODY_RADIUS_M))
+    free &= ~shapely.contains_xy(obstacles, xs, zs)
+    labels, count = ndimage.label(free)  # type: ignore[misc]
+    main = labels == int(np.bincount(labels.ravel())[1:].argmax()) + 1 if count else np.zeros_like(free)
+    return WalkableGrid(xs, zs, space, obstacles, free, main)
+
+
+def _room_spaces(scene: Scene) -> Iterator[shapely.Geometry]:
+    """Yields where the body's axis can be in each room, or in rooms that no wall parts, things and doors aside."""
+    for rooms in Portals(scene).connected_rooms():
+        if len(rooms) == 1:
+            yield room_floor(scene.rooms[rooms[0]]).buffer(-BODY_RADIUS_M)
+            continue
+        floor = floor_of_rooms([scene.rooms[room] for room in rooms])
+        walls = shapely.MultiLineString([(panel.start, panel.end) for panel in scene.panels if _blocks_body(panel)])
+        yield floor.buffer(-BODY_RADIUS_M - FLOOR_GROWTH_M, join_style="mitre") - walls.buffer(BODY_RADIUS_M)
+
+
+def _blocks_body(panel: WallPanel) -> bool:
+    """Whether a wall reaches into the heights that a body takes; its doors are passages of their own."""
+    return panel.bottom < BODY_HIGH_M and panel.bottom + panel.height > BODY_LOW_M
+
+
+def _obstacles(scene: Scene) -> list[Prism]:
+    """Returns what one walks around: things as they are, the leaves of doors that can open when they stand open."""
+    found: list[Prism] = []
+    for thing in scene.things.values():
+        if not thing.is_structure or thing.category == "Window":
+            found.extend(prisms_of(thing))
+        elif thing.is_openable:
+            found.extend(moving_prisms_of(thing, 1.0))
+    return [prism for prism in found if meets_body(prism)]
+
+
+def _passages(house: House, scene: Scene) -> list[Polygon]:
+    """Returns the strips through inner doors in which the body's axis can be."""
+    strips: list[Polygon] = []
+    for door in house.document.doors:
+        thing = scene.things[door.id]
+        width = thing.asset.size.x - 2 * (BODY_RADIUS_M + JAMB_M)
+        if door.joins_rooms and door.openable is not False and width > 0.0:
+            size = Vec3(width, thing.asset.size.y, 2 * (BODY_RADIUS_M + BEHIND_M))
+            strips.append(footprint(Box(center=thing.position, size=size, yaw=thing.rotation.y)))
+    return strips

@@ -1,0 +1,214 @@
+"""Clusters: furniture that stands together, described around the middle of its back edge and set down as one.
+
+The local frame: x along the wall, z away from it (0 = back edge), yaw 0 = front away from the wall.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vigil.base.geometry import Vec3, rotate_floor
+from vigil.housegen.base.models import AssetModel, PlacedObject, Rect, leaf_reach, swept_rect, turned_rect
+from vigil.housegen.furnishing.floor import WALL_GAP, Floor
+
+TALL_M = 0.97
+"""Furniture higher than this does not stand before a window."""
+STAND_M = 0.45
+"""Floor that the agent's body needs before what it opens, besides the leaf's own reach."""
+LEAST_ACCESS = 0.8
+ACCESS_M, HALF_ACCESS_M = 0.5, 0.3
+"""Depth of the floor kept open before what does not open; half of the least width kept open before anything."""
+FLUSH_M = 1e-6
+"""A cluster nearer to an end of its wall than this is in the corner."""
+ALONG_STEP_M, ACROSS_STEP_M = 0.15, 0.3
+"""Between the places that are tried along walls; in the open, and there from the walls."""
+ACROSS_SHIFT_M = 0.25
+"""By how much the places in the open begin farther on, at random."""
+TRIES = 14
+"""Of the best places, tried for whether one can still walk."""
+
+
+@dataclass(slots=True)
+class GroupMember:
+    """One thing of a cluster: where its centre is, and which member it stands on (None: the floor)."""
+
+    model: AssetModel
+    x: float
+    z: float
+    yaw: float = 0.0
+    on: int | None = None
+
+    def rects(self) -> list[Rect]:
+        """Returns the rectangles that it takes: a countertop's runs, or the one about its box."""
+        if self.model.category != "CounterTop":
+            return [self.rect()]
+        corners = [np.asarray(solid.polygon) for solid in self.model.asset.solids if solid.joint is None]
+        boxes = [(*part.min(axis=0).tolist(), *part.max(axis=0).tolist()) for part in corners]
+        return [turned_rect(box, self.x, self.z, self.yaw) for box in boxes]
+
+    def rect(self) -> Rect:
+        """Returns its rectangle in the cluster's frame."""
+        half_x, half_z = self.model.size.x / 2, self.model.size.z / 2
+        return turned_rect((-half_x, -half_z, half_x, half_z), self.x, self.z, self.yaw)
+
+
+@dataclass(slots=True)
+class FurnitureGroup:
+    """Things that are set down together."""
+
+    members: list[GroupMember]
+    access: list[Rect] = field(default_factory=list)
+    """Floor before them that one can stand on, in the cluster's frame."""
+    open: list[Rect] = field(default_factory=list)
+    """Floor that nothing else stands on (a chair is pulled back there)."""
+
+    def solid(self) -> list[Rect]:
+        """Returns the rectangles of what stands on the floor (a rug takes no room)."""
+        standing = [member for member in self.members if member.on is None and member.model.category != "Rug"]
+        return [rect for member in standing for rect in member.rects()]
+
+    def sweeps(self) -> list[Rect]:
+        """Returns the floor to keep open, with what the doors and drawers of its furniture pass over."""
+        found: list[Rect] = list(self.open)
+        for member in self.members:
+            rect = swept_rect(member.model) if member.on is None else None
+            if rect is not None:
+                found.append(turned_rect(rect, member.x, member.z, member.yaw))
+        return found
+
+    def extent(self) -> Rect:
+        """Returns the rectangle about it all."""
+        rects = np.asarray([member.rect() for member in self.members])
+        return (
+            float(rects[:, 0].min()),
+            float(rects[:, 1].min()),
+            float(rects[:, 2].max()),
+            float(rects[:, 3].max()),
+        )
+
+    @property
+    def is_tall(self) -> bool:
+        """Whether it would hide a window."""
+        return any(member.on is None and member.model.size.y > TALL_M for member in self.members) or any(
+            member.on is not None and member.model.category == "Television" for member in self.members
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Anchor:
+    """A place for a cluster: the middle of its back edge, its yaw, and what the place is like."""
+
+    x: float
+    z: float
+    yaw: float
+    corner: float = 0.0
+    """1 when flush with an end of the wall."""
+    centre: float = 0.0
+    """1 in the middle of the wall (or room), 0 at its end."""
+    wall_length: float = 0.0
+
+
+def single_group(model: AssetModel, access_m: float | None = None) -> FurnitureGroup:
+    """Returns a cluster of one thing with its back to the wall, and floor in front as it needs."""
+    depth = front_access(model) if access_m is None else access_m
+    half = max(model.size.x / 2, HALF_ACCESS_M)
+    rect = swept_rect(model)
+    behind = 0.0 if rect is None else max(0.0, -model.size.z / 2 - rect[1])
+    front = behind + model.size.z
+    access = [(-half, front, half, front + depth)] if depth > 0 else []
+    return FurnitureGroup([GroupMember(model, 0.0, behind + model.size.z / 2)], list(access))
+
+
+def front_access(model: AssetModel) -> float:
+    """Returns how much floor (m) to keep open in front: more when something swings or slides out."""
+    reach = leaf_reach(model)
+    return max(LEAST_ACCESS, reach + STAND_M) if reach > 0 else ACCESS_M
+
+
+def wall_anchors(floor: Floor, group: FurnitureGroup, rng: np.random.Generator) -> list[Anchor]:
+    """Returns places along the room's walls, ends and middles included."""
+    low, _, high, _ = group.extent()
+    found: list[Anchor] = []
+    for edge in floor.edges:
+        first, last = high + WALL_GAP, edge.length + low - WALL_GAP
+        if last < first:
+            continue
+        steps = np.arange(first + ALONG_STEP_M * float(rng.random()), last, ALONG_STEP_M)
+        along = np.array([first, last, (first + last) / 2, *steps])
+        (dx, dz), (x0, z0) = edge.direction, edge.at(0.0, WALL_GAP)
+        corner = (np.minimum(along - first, last - along) < FLUSH_M).astype(float)
+        centre = 1.0 - np.abs(2 * (along - first) / (last - first) - 1) if last > first else np.ones_like(along)
+        places = zip(
+            (x0 + along * dx).tolist(), (z0 + along * dz).tolist(), corner.tolist(), centre.tolist(), strict=True
+        )
+        found.extend(Anchor(x, z, edge.yaw, corner, centre, edge.length) for x, z, corner, centre in places)
+    return found
+
+
+def free_anchors(floor: Floor, rng: np.random.Generator) -> list[Anchor]:
+    """Returns places all over the floor, with the four yaws."""
+    x0, z0, x1, z1 = floor.room.polygon.bounds
+    middle = floor.room.polygon.representative_point()
+    step = ACROSS_STEP_M
+    xs = np.arange(x0 + step + ACROSS_SHIFT_M * float(rng.random()), x1 - step, step)
+    zs = np.arange(z0 + step + ACROSS_SHIFT_M * float(rng.random()), z1 - step, step)
+    far = max(x1 - x0, z1 - z0)
+    return [
+        Anchor(float(x), float(z), yaw, 0.0, 1.0 - (abs(x - middle.x) + abs(z - middle.y)) / far)
+        for yaw in (0.0, 90.0, 180.0, 270.0)
+        for x in xs
+        for z in zs
+    ]
+
+
+def rects_at(rects: list[Rect], anchors: list[Anchor]) -> np.ndarray:
+    """Returns the rectangles at every anchor: (anchors, rects, 4)."""
+    if not rects:
+        return np.empty((len(anchors), 0, 4))
+    turned = {yaw: np.asarray([turned_rect(rect, 0.0, 0.0, yaw) for rect in rects]) for yaw in {a.yaw for a in anchors}}
+    shift = np.asarray([(anchor.x, anchor.z, anchor.x, anchor.z) for anchor in anchors])
+    return np.stack([turned[anchor.yaw] for anchor in anchors]) + shift[:, None]
+
+
+def place_group(
+    floor: Floor, group: FurnitureGroup, anchors: list[Anchor], scores: np.ndarray
+) -> list[PlacedObject] | None:
+    """Sets the cluster down at the best anchor that fits and leaves room to walk; None when there is none."""
+    if not anchors:
+        return None
+    solids, access, sweeps = (rects_at(rects, anchors) for rects in (group.solid(), group.access, group.sweeps()))
+    fits = np.ones(len(anchors), dtype=bool)
+    if solids.size:
+        fits &= floor.fits(solids.reshape(-1, 4), group.is_tall).reshape(len(anchors), -1).all(axis=1)
+    if access.size:
+        fits &= floor.is_open(access.reshape(-1, 4)).reshape(len(anchors), -1).all(axis=1)
+    if sweeps.size:
+        fits &= floor.is_clear(sweeps.reshape(-1, 4)).reshape(len(anchors), -1).all(axis=1)
+    order = [int(index) for index in np.argsort(-scores, kind="stable") if fits[index]]
+    for index in order[:TRIES]:
+        taken, open_zones, passed = ([_rect(row) for row in places[index]] for places in (solids, access, sweeps))
+        if floor.can_walk(taken, open_zones):
+            floor.taken.extend(taken)
+            floor.access.extend(open_zones)
+            floor.sweeps.extend(passed)
+            return pieces_at(group, anchors[index], floor.room.number)
+    return None
+
+
+def _rect(row: np.ndarray) -> Rect:
+    return float(row[0]), float(row[1]), float(row[2]), float(row[3])
+
+
+def pieces_at(group: FurnitureGroup, anchor: Anchor, room: int) -> list[PlacedObject]:
+    """Returns the cluster's things in their places; those that stand on others become their children."""
+    pieces: list[PlacedObject] = []
+    for member in group.members:
+        dx, dz = rotate_floor(member.x, member.z, anchor.yaw)
+        below = None if member.on is None else pieces[member.on]
+        bottom = 0.0 if below is None else below.top
+        place = Vec3(anchor.x + dx, bottom + member.model.size.y / 2, anchor.z + dz)
+        piece = PlacedObject(member.model, place, (anchor.yaw + member.yaw) % 360.0, room)
+        pieces.append(piece)
+        if below is not None:
+            below.children.append(piece)
+    return [piece for piece, member in zip(pieces, group.members, strict=True) if member.on is None]

@@ -1,0 +1,76 @@
+"""What the things of one room take: their own room, and the room that their doors, drawers and lids pass through."""
+
+from collections.abc import Iterable
+
+from vigil.housegen.base.models import Block, PlacedObject, Rect, turned_rect
+from vigil.housegen.furnishing.floor import Floor
+
+SWING_GAP = 0.01
+"""Distance of leaves from walls and other things on their way: handles and rims stand out of their solids."""
+TOUCH_M = 0.005
+"""Blocks that share less height than this only touch."""
+
+
+class Occupancy:
+    """The blocks that are taken in a room and those that leaves pass through, which are kept free of each other."""
+
+    def __init__(self, floor: Floor, pieces: Iterable[PlacedObject]) -> None:
+        self._outside = floor.outside
+        self._frames = floor.window_frames()
+        self._hung: list[Block] = []
+        self._pieces: list[tuple[PlacedObject, Block]] = []
+        self._swings: list[tuple[PlacedObject, Block]] = []
+        for piece in pieces:
+            self.add(piece)
+
+    def add(self, piece: PlacedObject) -> None:
+        """Notes a piece that has been put into the room, with all on and in it."""
+        for found in piece.with_contents():
+            self._pieces.append((found, found.block()))
+            swing = found.swing()
+            if swing is not None:
+                self._swings.append((found, swing))
+            if piece.is_on_wall:
+                self._hung.append(found.block())
+
+    def has_room_for(self, piece: PlacedObject, parent: PlacedObject | None = None) -> bool:
+        """Whether a piece, which rests on `parent`, is in no leaf's way, and nothing in the way of its own leaves."""
+        own, swing = piece.block(), piece.swing()
+        stands = not piece.is_on_wall and (parent is None or not parent.is_on_wall)
+        if stands and any(_overlap(own, block, 0.0) for block in [*self._frames, *self._hung]):
+            return False
+        if any(other is not parent and _overlap(own, block, SWING_GAP) for other, block in self._swings):
+            return False
+        return swing is None or (self._is_free(swing, parent) and not _hits_parent(swing, own, parent))
+
+    def _is_free(self, swing: Block, parent: PlacedObject | None) -> bool:
+        if not all(are_apart(swing[0], wall, SWING_GAP) for wall in self._outside):
+            return False
+        others = [block for other, block in [*self._pieces, *self._swings] if other is not parent]
+        frames = [] if parent is None else self._frames
+        return not any(_overlap(swing, block, SWING_GAP) for block in [*frames, *others])
+
+
+def are_apart(a: Rect, b: Rect, gap: float) -> bool:
+    """Whether two rectangles are at least so far apart."""
+    return a[2] + gap <= b[0] or a[0] >= b[2] + gap or a[3] + gap <= b[1] or a[1] >= b[3] + gap
+
+
+def _overlap(one: Block, two: Block, gap: float) -> bool:
+    """Whether two blocks share room, or are beside each other nearer than the gap."""
+    is_level = min(one[2], two[2]) - max(one[1], two[1]) > TOUCH_M
+    return is_level and not are_apart(one[0], two[0], gap)
+
+
+def _hits_parent(swing: Block, own: Block, parent: PlacedObject | None) -> bool:
+    """Whether a leaf passes through solids of what it rests on, other than those that it lies in, shut."""
+    if parent is None:
+        return False
+    x, y, z = parent.position
+    for solid in parent.model.asset.solids:
+        xs, zs = zip(*solid.polygon, strict=True)
+        rect = turned_rect((min(xs), min(zs), max(xs), max(zs)), x, z, parent.yaw)
+        block = (rect, y + solid.bottom, y + solid.top)
+        if _overlap(swing, block, 0.0) and not _overlap(own, block, 0.0):
+            return True
+    return False

@@ -1,0 +1,144 @@
+"""Sweeps over seeds: generates houses, checks each, counts what is in them and how long they take."""
+
+import hashlib
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+
+from vigil.assets.catalog import CATALOG
+from vigil.assets.database import AssetDatabase
+from vigil.assets.drawers import split_drawer_id
+from vigil.base.processes import worker_pool
+from vigil.errors import HouseError, SettingError
+from vigil.housegen.base.spec import spec_for
+from vigil.housegen.checking.check import check_house
+from vigil.housegen.generate import generate
+from vigil.protocol.house import House, canonical_json
+
+PART_CATEGORIES = frozenset({"Drawer", "StoveBurner", "StoveKnob"})
+"""Categories that generated houses have as parts of dressers and stoves, never as things of their own."""
+
+LoadHouse = Callable[[House], object]
+
+
+@dataclass(frozen=True, slots=True)
+class HouseReport:
+    """What one generated house is like; without a name when none came out."""
+
+    rooms: int
+    problems: tuple[str, ...]
+    name: str | None = None
+    seconds: float = 0.0
+    """Processor time of its generation."""
+    fingerprint: str = ""
+    """A hash of all that one sees of the house."""
+    objects: int = 0
+    category_counts: Counter[str] = field(default_factory=Counter)
+    """Things of each category, doors and windows included."""
+
+
+@dataclass(slots=True)
+class Survey:
+    """What a sweep found."""
+
+    houses: Counter[int] = field(default_factory=Counter)
+    """Generated houses by number of rooms."""
+    seconds: dict[int, list[float]] = field(default_factory=dict)
+    """Processor time of each generation, by number of rooms."""
+    problems: list[str] = field(default_factory=list)
+    """Houses that did not come out, have a fault, do not load or are like another."""
+    category_counts: Counter[str] = field(default_factory=Counter)
+    """Things of each category, in all houses."""
+    objects: dict[int, list[int]] = field(default_factory=dict)
+    """Objects of each house, by number of rooms."""
+    fingerprints: dict[str, str] = field(default_factory=dict)
+    """The house that first had each likeness."""
+
+    def rare_categories(self, least: int) -> list[str]:
+        """Returns the categories with fewer things than `least`, parts of furniture aside."""
+        return [name for name in CATALOG if name not in PART_CATEGORIES and self.category_counts[name] < least]
+
+    def lines(self) -> list[str]:
+        """Returns the report, a line for each number of rooms."""
+        report: list[str] = []
+        for rooms in sorted(self.houses):
+            seconds, objects = np.array(self.seconds[rooms]), np.array(self.objects[rooms])
+            report.append(
+                f"{rooms} rooms: {self.houses[rooms]} houses, {np.median(objects):.0f} objects "
+                f"({objects.min()} to {objects.max()}); {np.median(seconds):.2f} s each, "
+                f"95 % within {np.quantile(seconds, 0.95):.2f} s, at most {seconds.max():.2f} s"
+            )
+        return report
+
+    def add(self, report: HouseReport) -> list[str]:
+        """Counts one more house in; returns its problems, that it is like an earlier one among them."""
+        problems = list(report.problems)
+        if report.name is not None:
+            twin = self.fingerprints.setdefault(report.fingerprint, report.name)
+            if twin != report.name:
+                problems.append(f"{report.name}: is the same house as {twin}")
+            self.houses[report.rooms] += 1
+            self.seconds.setdefault(report.rooms, []).append(report.seconds)
+            self.objects.setdefault(report.rooms, []).append(report.objects)
+            self.category_counts.update(report.category_counts)
+        self.problems += problems
+        return problems
+
+
+def survey(
+    seeds: Sequence[int],
+    rooms: Iterable[int],
+    load: LoadHouse,
+    on_house: Callable[[list[str]], None],
+    workers: int = 1,
+) -> Survey:
+    """Returns what the houses of all `seeds` and numbers of `rooms` are like, whatever the number of processes.
+
+    `load` raises HouseError for a house that does not load; with several `workers` it must be picklable. `on_house`
+    gets the problems of each house, house by house, in order.
+    """
+    result = Survey()
+    for report in _reports([(count, seed) for count in rooms for seed in seeds], load, workers):
+        on_house(result.add(report))
+    return result
+
+
+def _reports(wanted: list[tuple[int, int]], load: LoadHouse, workers: int) -> Iterator[HouseReport]:
+    if workers == 1 or len(wanted) < 2:
+        yield from (survey_seed(load, each) for each in wanted)
+        return
+    with worker_pool(workers) as executor:
+        yield from executor.map(partial(survey_seed, load), wanted, chunksize=8)
+
+
+def survey_seed(load: LoadHouse, wanted: tuple[int, int]) -> HouseReport:
+    """Generates, loads and checks the house of a (number of rooms, seed)."""
+    rooms, seed = wanted
+    started = time.process_time()
+    try:
+        house = generate(seed, spec_for(str(rooms)))
+        seconds = time.process_time() - started
+        load(house)
+    except (SettingError, HouseError) as error:
+        return HouseReport(rooms, (f"{rooms} rooms, seed {seed}: {error}",))
+    objects = house.objects()
+    openings = [*house.document.doors, *house.document.windows]
+    return HouseReport(
+        rooms=rooms,
+        problems=tuple(f"{house.name}: {fault}" for fault in check_house(house, AssetDatabase.default())),
+        name=house.name,
+        seconds=seconds,
+        fingerprint=_fingerprint(house),
+        objects=sum(split_drawer_id(node.asset_id) is None for node, _ in objects),
+        category_counts=Counter(node.id.split("|")[0] for node, _ in objects)
+        + Counter(opening.asset_id.split("_")[1] for opening in openings),
+    )
+
+
+def _fingerprint(house: House) -> str:
+    """Returns a hash of all that one sees of a house; its seed and name are no part of it."""
+    return hashlib.sha256(canonical_json({**house.data, "metadata": None})).hexdigest()

@@ -1,0 +1,123 @@
+"""Why a model stopped: the finish and stop reasons of all providers in one table, and what each means.
+
+A provider's own word is recorded; what follows from it is decided here. A word that is not in the table, and none at
+all, are not the model's doing when nothing usable was said (`vigil.runner.models.ask`). Source: `protocol.md` section
+2.3, and the references of the providers.
+"""
+
+from typing import Literal, NamedTuple
+
+StopCause = Literal["finished", "cut", "full", "tool call", "filtered", "failed"]
+MEANINGS: dict[StopCause, str] = {
+    "finished": "the model's answer, whatever it is",
+    "cut": "cut by the limit on tokens: `truncated` if it is no action",
+    "full": "cut because the context was full: `truncated`, before the first reply an `error`",
+    "tool call": "the model's answer: an invalid reply if it has no text",
+    "filtered": "rejection: three in a row are a protocol failure, before the first reply an `error`",
+    "failed": "failure of the infrastructure, retried, whatever text came",
+}
+
+
+class FinishReason(NamedTuple):
+    """What a finish reason means, and who sends it."""
+
+    ending: StopCause
+    senders: str
+    """Names in REFERENCES, with commas between."""
+
+
+REFERENCES: dict[str, str] = {
+    "OpenAI": "https://platform.openai.com/docs/api-reference/chat/object",
+    "Anthropic": "https://platform.claude.com/docs/en/build-with-claude/handling-stop-reasons",
+    "Google": "https://ai.google.dev/api/generate-content#FinishReason",
+    "Bedrock": "https://docs.aws.amazon.com/bedrock/latest/APIReference/API_runtime_Converse.html",
+    "Mistral": "https://docs.mistral.ai/api",
+    "Zhipu": "https://docs.z.ai/api-reference/llm/chat-completion",
+    "DeepSeek": "https://api-docs.deepseek.com/api/create-chat-completion",
+    "OpenRouter": "https://openrouter.ai/docs/api-reference/overview",
+    "Together": "https://docs.together.ai/reference/chat-completions-1",
+    "vLLM": "https://github.com/vllm-project/vllm/blob/main/vllm/v1/engine/__init__.py",
+    "SGLang": "https://github.com/sgl-project/sglang/blob/main/python/sglang/srt/managers/schedule_batch.py",
+    "TGI": "https://huggingface.co/docs/text-generation-inference/en/reference/api_reference",
+    "Ollama": "https://github.com/ollama/ollama/blob/main/docs/api.md",
+    "LM Studio": "https://lmstudio.ai/docs/typescript/api-reference/llm-prediction-stop-reason",
+    "Cohere": "https://docs.cohere.com/reference/chat",
+    "watsonx": "https://ibm.github.io/watsonx-ai-node-sdk/",
+    "Inspect": "https://inspect.aisi.org.uk/reference/inspect_ai.model.html",
+}
+"""Where providers list their finish reasons. Those in OpenAI's style that are not named here list OpenAI's own."""
+
+FINISH_REASONS: dict[str, FinishReason] = {
+    "stop": FinishReason("finished", "OpenAI, Google, Inspect"),
+    "completed": FinishReason("finished", "OpenAI"),
+    "end_turn": FinishReason("finished", "Anthropic, Bedrock"),
+    "stop_sequence": FinishReason("finished", "Anthropic, Bedrock, TGI, Cohere"),
+    "eos": FinishReason("finished", "Together"),
+    "eos_token": FinishReason("finished", "TGI"),
+    "complete": FinishReason("finished", "Cohere"),
+    "eosfound": FinishReason("finished", "LM Studio"),
+    "stopstringfound": FinishReason("finished", "LM Studio"),
+    "length": FinishReason("cut", "OpenAI"),
+    "max_tokens": FinishReason("cut", "Anthropic, Bedrock, Google, Cohere, Inspect"),
+    "max_output_tokens": FinishReason("cut", "OpenAI"),
+    "maxpredictedtokensreached": FinishReason("cut", "LM Studio"),
+    "model_length": FinishReason("full", "Mistral, Inspect"),
+    "model_context_window_exceeded": FinishReason("full", "Anthropic, Bedrock, Zhipu"),
+    "contextlengthreached": FinishReason("full", "LM Studio"),
+    "tool_calls": FinishReason("tool call", "OpenAI, Inspect"),
+    "function_call": FinishReason("tool call", "OpenAI"),
+    "tool_use": FinishReason("tool call", "Anthropic, Bedrock"),
+    "malformed_tool_use": FinishReason("tool call", "Bedrock"),
+    "tool_call": FinishReason("tool call", "Cohere"),
+    "malformed_function_call": FinishReason("tool call", "Google"),
+    "unexpected_tool_call": FinishReason("tool call", "Google"),
+    "too_many_tool_calls": FinishReason("tool call", "Google"),
+    "toolcalls": FinishReason("tool call", "LM Studio"),
+    "content_filter": FinishReason("filtered", "OpenAI, DeepSeek, OpenRouter, Inspect"),
+    "content_filtered": FinishReason("filtered", "Bedrock"),
+    "guardrail_intervened": FinishReason("filtered", "Bedrock"),
+    "refusal": FinishReason("filtered", "Anthropic"),
+    "sensitive": FinishReason("filtered", "Zhipu"),
+    "safety": FinishReason("filtered", "Google"),
+    "recitation": FinishReason("filtered", "Google"),
+    "language": FinishReason("filtered", "Google"),
+    "blocklist": FinishReason("filtered", "Google"),
+    "prohibited_content": FinishReason("filtered", "Google"),
+    "spii": FinishReason("filtered", "Google"),
+    "model_armor": FinishReason("filtered", "Google"),
+    "image_safety": FinishReason("filtered", "Google"),
+    "image_prohibited_content": FinishReason("filtered", "Google"),
+    "image_recitation": FinishReason("filtered", "Google"),
+    "error_toxic": FinishReason("filtered", "Cohere"),
+    "error": FinishReason("failed", "OpenRouter, Mistral, vLLM, Cohere, watsonx"),
+    "failed": FinishReason("failed", "OpenAI, LM Studio"),
+    "network_error": FinishReason("failed", "Zhipu"),
+    "insufficient_system_resource": FinishReason("failed", "DeepSeek"),
+    "load": FinishReason("failed", "Ollama"),
+    "unload": FinishReason("failed", "Ollama"),
+    "abort": FinishReason("failed", "vLLM, SGLang, Zhipu"),
+    "cancelled": FinishReason("failed", "OpenAI, watsonx"),
+    "time_limit": FinishReason("failed", "watsonx"),
+    "timeout": FinishReason("failed", "Cohere"),
+    "error_limit": FinishReason("failed", "Cohere"),
+    "pause_turn": FinishReason("failed", "Anthropic"),
+    "other": FinishReason("failed", "Google"),
+    "finish_reason_unspecified": FinishReason("failed", "Google"),
+    "malformed_response": FinishReason("failed", "Google"),
+    "missing_thought_signature": FinishReason("failed", "Google"),
+    "malformed_model_output": FinishReason("failed", "Bedrock"),
+    "modelunloaded": FinishReason("failed", "LM Studio"),
+    "userstopped": FinishReason("failed", "LM Studio"),
+}
+"""By word, case-folded. What a provider does to an answer of its own accord is never the model's doing."""
+
+
+def stop_cause(finish_reason: str | None) -> StopCause | None:
+    """Returns what a finish reason means; None for one that is not known, and where none was sent."""
+    found = FINISH_REASONS.get((finish_reason or "").strip().casefold().replace("-", "_"))
+    return None if found is None else found.ending
+
+
+def hit_token_limit(finish_reason: str | None) -> bool:
+    """Whether a finish reason means that a limit on tokens, or the context, cut the answer."""
+    return stop_cause(finish_reason) in ("cut", "full")

@@ -1,0 +1,63 @@
+"""Forms in which houses are written elsewhere: schemas older than 1.0.0, which are told, and turns about an axis."""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic.alias_generators import to_camel
+
+from vigil.base.geometry import Vec3
+
+_MATERIALS = ("floorMaterial", "ceilingMaterial", "material")
+"""Keys that hold an object with a name, and held the name alone."""
+_RENAMED = {"polygon": "p0", "holePolygon": "boundingBox"}
+"""Keys, with what stood in their place."""
+_CAMEL = frozenset(["proceduralParameters", "floorPolygon", "floorMaterial", "holePolygon", "assetId", "roomType"])
+"""Keys that were written with underscores."""
+_LISTS = ("rooms", "walls", "doors", "windows", "objects")
+
+
+def find_outdated_part(data: dict[str, Any]) -> str | None:
+    """Returns in what a house document is of a schema older than 1.0.0, with the place; None when in nothing."""
+    for place, node in _nodes(data):
+        for key in _MATERIALS:
+            if isinstance(node.get(key), str):
+                return f"{place}{key} is the text {node[key][:40]!r}, and 1.0.0 has an object with a `name` there"
+        for now, before in _RENAMED.items():
+            if before in node and now not in node:
+                return f"{place}{before} stands there, and 1.0.0 has `{now}`"
+        for before in node:
+            now = to_camel(before)
+            if "_" in before and now in _CAMEL and now not in node:
+                return f"{place}{before} stands there, and 1.0.0 has `{now}`"
+    return None
+
+
+def _nodes(data: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yields the parts of a document that changed with the schemas, each with its place."""
+    yield "", data
+    parameters = data.get("proceduralParameters")
+    if isinstance(parameters, dict):
+        yield "proceduralParameters.", parameters
+    for key in _LISTS:
+        nodes = data.get(key)
+        for index, node in enumerate(nodes if isinstance(nodes, list) else ()):
+            if isinstance(node, dict):
+                # In 1.0.0 an object may have a box as well.
+                yield f"{key}.{index}.", node if key != "objects" else {**node, "holePolygon": None}
+
+
+def euler_from_axis_angle(axis: Vec3, degrees: float) -> Vec3:
+    """Returns the Euler angles (deg), applied z, then x, then y, of a turn about an axis of any length."""
+    length = math.hypot(*axis)
+    x, y, z = (side / length for side in axis) if length > 0.0 else (0.0, 1.0, 0.0)
+    sin, cos = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+    rest = 1.0 - cos
+    pitch_sin = sin * x - rest * y * z
+    if abs(pitch_sin) > 1.0 - 1e-9:
+        yaw, roll = math.atan2(sin * y - rest * x * z, cos + rest * x * x), 0.0
+    else:
+        yaw = math.atan2(sin * y + rest * x * z, cos + rest * z * z)
+        roll = math.atan2(sin * z + rest * x * y, cos + rest * y * y)
+    pitch = math.asin(max(-1.0, min(1.0, pitch_sin)))
+    return Vec3(*(math.degrees(angle) for angle in (pitch, yaw, roll)))

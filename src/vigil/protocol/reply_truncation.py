@@ -1,0 +1,47 @@
+"""How much of a reply a record keeps: all of it, unless it is far longer than any answer may be.
+
+What is judged is always the whole; what a record keeps of an overlong one is judged again to the same verdict, because
+the record says how long the whole was. Source: `protocol.md` section 2.3.
+"""
+
+import hashlib
+
+from vigil.protocol.actions import Reply, ReplyCut
+from vigil.protocol.reasoning import CLOSING_MARKERS, split_reasoning
+from vigil.protocol.replies import MAX_REPLY_BYTES
+
+RECORDED_ANSWER_BYTES = 2 * MAX_REPLY_BYTES
+"""Bytes kept of a reply whose answer is too long to be valid: of the answer's beginning, behind the closing marker."""
+RECORDED_REASONING_BYTES = 1024 * 1024
+"""Bytes kept of the end of a reply whose answer is short enough, but whose reasoning is not."""
+
+
+def truncate_for_record(reply: Reply) -> Reply:
+    """Returns `reply` as a record keeps it, with `cut` set if that is not all of it.
+
+    The beginning of a reasoning can be left out, because its closing marker alone tells that it is one.
+    """
+    raw = reply.raw
+    if len(raw) <= RECORDED_ANSWER_BYTES:
+        return reply
+    cut = reply.cut or _full_size(reply, raw)
+    is_too_long = cut.answer_bytes > MAX_REPLY_BYTES
+    if not is_too_long and len(raw) <= RECORDED_REASONING_BYTES:
+        return reply
+    part = _answer_start(reply, raw) if is_too_long else raw[-RECORDED_REASONING_BYTES:]
+    text: str | bytes = part.decode("utf-8", "ignore") if reply.is_utf8 else part
+    facts = reply.model_dump(exclude={"text", "raw_base64"})
+    return Reply.model_validate({**facts, "text": text, "cut": cut, "reasoning": reply.reasoning})
+
+
+def _answer_start(reply: Reply, raw: bytes) -> bytes:
+    answer = split_reasoning(reply.text)[0]
+    reasoning = reply.text[: len(reply.text) - len(answer)]
+    marker = next((marker for marker in CLOSING_MARKERS if reasoning.endswith(marker)), "") if reply.is_utf8 else ""
+    start = len(reasoning.removesuffix(marker).encode()) if marker else 0
+    return raw[start : start + RECORDED_ANSWER_BYTES]
+
+
+def _full_size(reply: Reply, raw: bytes) -> ReplyCut:
+    answer_bytes = len(split_reasoning(reply.text)[0].encode()) if reply.is_utf8 else len(raw)
+    return ReplyCut(text_bytes=len(raw), answer_bytes=answer_bytes, sha256=hashlib.sha256(raw).hexdigest())

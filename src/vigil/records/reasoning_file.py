@@ -1,0 +1,63 @@
+"""Reasoning that came apart from a reply, kept beside the records of a run where it was asked for.
+
+It is evidence for people and for training. A record holds only how long it was, and no history, request or score ever
+holds it: `vigil.protocol.actions.Reply` leaves it out of all that it is written as.
+"""
+
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from vigil.base.json_lines import append_line, dump_line, parse_line, read_lines
+from vigil.records.record import EpisodeRecord
+
+REASONING_FILE = "reasoning.jsonl"
+MAX_CHARS = 1024 * 1024
+"""Kept of one reply's reasoning: its end, as of a reply that is too long."""
+
+
+class EpisodeReasoning(BaseModel):
+    """One line of the file: what came with the replies of one attempt at an episode."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    episode_id: str
+    epoch: int = Field(ge=1)
+    attempt: int = Field(ge=1)
+    steps: dict[int, str]
+    """By the index of the step; those without reasoning are left out."""
+
+
+def store_reasoning(folder: Path, record: EpisodeRecord) -> EpisodeRecord:
+    """Writes the reasoning that came with a record's replies, if any, and returns the record without it.
+
+    It is on disk when this returns. Raises RecordError when it cannot be written.
+    """
+    steps = {step.index: _utf8_tail(step.reply.reasoning) for step in record.steps if step.reply.reasoning}
+    if not steps:
+        return record
+    found = EpisodeReasoning(episode_id=record.episode_id, epoch=record.epoch, attempt=record.attempt, steps=steps)
+    append_line(folder / REASONING_FILE, dump_line(found))
+    bare = [step.model_copy(update={"reply": step.reply.model_copy(update={"reasoning": ""})}) for step in record.steps]
+    return record.model_copy(update={"steps": tuple(bare)})
+
+
+def _utf8_tail(reasoning: str) -> str:
+    """Returns the end of a reasoning, with what UTF-8 cannot carry replaced."""
+    return reasoning[-MAX_CHARS:].encode("utf-8", "replace").decode()
+
+
+def reasoning_by_step(folder: Path, record: EpisodeRecord) -> dict[int, str]:
+    """Returns the kept reasoning of a record's replies, by step; empty where none was kept. Raises RecordError."""
+    mine = (record.episode_id, record.epoch, record.attempt)
+    found = read_reasoning(folder, record.episode_id)
+    return next((one.steps for one in reversed(found) if (one.episode_id, one.epoch, one.attempt) == mine), {})
+
+
+def read_reasoning(folder: Path, episode_id: str = "") -> list[EpisodeReasoning]:
+    """Returns what a run kept, of one episode where that is named; empty where it kept none. Raises RecordError."""
+    file, name = folder / REASONING_FILE, episode_id.encode()
+    advice = "Restore the file from a copy, or take it away."
+    return [
+        parse_line(line, EpisodeReasoning, repr(str(file)), advice) for line in read_lines(file) if name in line.data
+    ]

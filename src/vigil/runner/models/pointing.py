@@ -1,0 +1,112 @@
+"""How a model points: pictures with a marked spot, and which convention its answers fit.
+
+The question is the prompt of a run in pixels; a model that answers in a 0-1000 grid all the same was trained to.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from statistics import median
+from typing import NamedTuple
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from vigil.agents.conversation import Conversation, Message
+from vigil.agents.frame_encoding import encode_frame
+from vigil.protocol.actions import Coordinates
+from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
+from vigil.protocol.profile import Profile, SystemRole
+from vigil.protocol.reasoning import split_reasoning
+from vigil.runner.models.ask import Ask
+
+INSTRUCTION = "Point at the centre of the magenta disc."
+RADIUS_PX = 12
+MAX_MEDIAN_ERROR_PX = 32.0
+"""A convention with a larger median error than this does not fit: a wrong one is off by 200 px and more at these
+spots."""
+
+
+class FramePoint(NamedTuple):
+    """A place in a frame, or what was answered, in whatever units."""
+
+    x: float
+    y: float
+
+
+SPOTS = (
+    *(FramePoint(560, 60), FramePoint(600, 420), FramePoint(320, 400), FramePoint(120, 440)),
+    *(FramePoint(500, 240), FramePoint(620, 200), FramePoint(260, 330), FramePoint(400, 450)),
+)
+"""Away from the top left, where the conventions are near to each other."""
+CONVENTIONS: Mapping[str, FramePoint] = {
+    "pixel": FramePoint(1.0, 1.0),
+    "normalized_1000": FramePoint(FRAME_WIDTH / 1000, FRAME_HEIGHT / 1000),
+    "fractions of 0 to 1": FramePoint(FRAME_WIDTH, FRAME_HEIGHT),
+}
+"""What an answer is multiplied by to give pixels."""
+_NUMBER = r"""["']?{}["']?\s*[:=]\s*(-?\d+(?:\.\d+)?)"""
+_X, _Y = (re.compile(_NUMBER.format(axis)) for axis in "xy")
+
+
+@dataclass(frozen=True, slots=True)
+class PointingCalibration:
+    """What a model answered to each picture; None where no point was found in it."""
+
+    answers: tuple[FramePoint | None, ...]
+
+    @property
+    def answered(self) -> int:
+        """How many answers had a point."""
+        return sum(answer is not None for answer in self.answers)
+
+    def errors(self, convention: str) -> list[float]:
+        """Returns the distances in pixels of the points that were answered, read by a convention."""
+        scale = CONVENTIONS[convention]
+        pairs = [(spot, answer) for spot, answer in zip(SPOTS, self.answers, strict=True) if answer is not None]
+        return [float(np.hypot(answer.x * scale.x - spot.x, answer.y * scale.y - spot.y)) for spot, answer in pairs]
+
+    @property
+    def medians(self) -> dict[str, float]:
+        """The median error by convention; empty when no answer had a point."""
+        return {name: median(self.errors(name)) for name in CONVENTIONS} if self.answered else {}
+
+    @property
+    def best(self) -> str | None:
+        """The convention that fits best; None when none does."""
+        medians = self.medians
+        name = min(medians, key=medians.__getitem__, default=None)
+        return name if name is not None and medians[name] <= MAX_MEDIAN_ERROR_PX else None
+
+    @property
+    def coordinates(self) -> Coordinates | None:
+        """The mode to run the model with; None when no mode fits."""
+        return next((mode for mode in ("pixel", "normalized_1000") if mode == self.best), None)
+
+
+def draw_spot(spot: FramePoint) -> np.ndarray:
+    """Returns a frame with a wall, a floor and a magenta disc, (480, 640, 3) uint8."""
+    image = Image.new("RGB", (FRAME_WIDTH, FRAME_HEIGHT), "#cfd3d6")
+    draw = ImageDraw.Draw(image)
+    draw.rectangle((0, FRAME_HEIGHT // 2, FRAME_WIDTH, FRAME_HEIGHT), fill="#7a6a58")
+    draw.ellipse((spot.x - RADIUS_PX, spot.y - RADIUS_PX, spot.x + RADIUS_PX, spot.y + RADIUS_PX), fill="#ff00d0")
+    return np.asarray(image)
+
+
+def question(spot: FramePoint, system_role: SystemRole = "system") -> Sequence[Message]:
+    """Returns what a model is sent for a spot."""
+    return Conversation(Profile(system_role=system_role), INSTRUCTION).messages(
+        encode_frame(draw_spot(spot), "png"), None
+    )
+
+
+def point_in(text: str) -> FramePoint | None:
+    """Returns the first x and y in an answer, or None."""
+    answer = split_reasoning(text)[0]
+    x, y = _X.search(answer), _Y.search(answer)
+    return FramePoint(float(x[1]), float(y[1])) if x and y else None
+
+
+async def calibrate(ask: Ask, system_role: SystemRole = "system") -> PointingCalibration:
+    """Returns how a model points. Raises ModelAPIError."""
+    return PointingCalibration(tuple([point_in((await ask(question(spot, system_role))).text) for spot in SPOTS]))

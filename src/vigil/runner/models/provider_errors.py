@@ -1,0 +1,140 @@
+"""What an error answer says, wherever its JSON holds it, and what to do about it where its words tell.
+
+Providers agree on nothing here: the sentence is a string under `error`, in `error.message`, in a list around either, in
+`detail`, in `message` beside `error: true`, in a status of the provider's own, or in JSON within a string.
+"""
+
+import json
+import re
+from collections.abc import Iterator
+from itertools import islice
+from typing import Any
+
+MAX_CHARS = 1000
+_NESTING_FIELDS = ("error", "errors", "base_resp", "response", "metadata", "status", "body", "cause", "innererror")
+"""Fields whose objects may hold a sentence; of their strings, `error` alone is one."""
+_MESSAGE_FIELDS = ("message", "msg", "error_message", "errormessage", "error_msg", "status_msg", "error_description")
+"""Fields whose texts are sentences."""
+_DETAIL_FIELDS = ("detail", "details", "raw", "reason", "title", "description")
+"""Fields that say more than a sentence above them, or the same."""
+_CODE_FIELDS = ("code", "type", "error_type", "status_code")
+_MAX_DEPTH = 8
+_MAX_MESSAGES = 20
+
+
+def error_message_of(body: bytes) -> str:
+    """Returns what the body of an error answer says; a body in no known form is itself what it says."""
+    text = body.decode("utf-8", "replace").strip()
+    return error_message_in(_json_in(text) or text)
+
+
+def error_message_in(found: Any) -> str:
+    """Returns what JSON of an error says, at most MAX_CHARS of it: its sentences, and a code in words behind them."""
+    sentences: list[str] = []
+    for sentence in islice(_messages(found, _MAX_DEPTH), _MAX_MESSAGES):
+        if sentence and not any(sentence in before for before in sentences):
+            sentences = [before for before in sentences if before not in sentence] + [sentence]
+    said = " - ".join(sentences) or _as_text(found)
+    codes = [code for code in dict.fromkeys(islice(_codes(found, _MAX_DEPTH), _MAX_MESSAGES)) if code not in said]
+    return said[:MAX_CHARS] + (f" ({', '.join(codes)})" if codes and sentences else "")
+
+
+def _as_text(found: Any) -> str:
+    """Returns JSON in which no sentence was found as a text."""
+    try:
+        return found if isinstance(found, str) else json.dumps(found, ensure_ascii=False)
+    except RecursionError:
+        return "an error of too many levels"
+
+
+def error_status_in(found: Any, depth: int = _MAX_DEPTH) -> int | None:
+    """Returns the HTTP status that JSON of an error tells; None where it tells none."""
+    if isinstance(found, list) and depth:
+        return next((status for one in found if (status := error_status_in(one, depth - 1)) is not None), None)
+    if not isinstance(found, dict) or not depth:
+        return None
+    for name in ("code", "status", "status_code", "http_status"):
+        code = found.get(name)
+        if isinstance(code, int | str) and str(code).isdecimal() and 400 <= int(code) <= 599:
+            return int(code)
+    inner = (error_status_in(found.get(name), depth - 1) for name in _NESTING_FIELDS)
+    return next((status for status in inner if status is not None), None)
+
+
+def _messages(found: Any, depth: int) -> Iterator[str]:
+    """Yields the sentences in a value that is one, or may hold some."""
+    if depth == 0:
+        return
+    if isinstance(found, str):
+        inner = _json_in(found)
+        yield from [" ".join(found.split())] if inner is None else _messages(inner, depth - 1)
+    elif isinstance(found, list):
+        for one in found:
+            yield from _messages(one, depth - 1)
+    elif isinstance(found, dict):
+        fields = {str(name).casefold(): value for name, value in found.items()}
+        for name in (*_MESSAGE_FIELDS, *_NESTING_FIELDS, *_DETAIL_FIELDS):
+            value = fields.get(name)
+            if name not in _NESTING_FIELDS or name == "error" or isinstance(value, dict | list):
+                yield from _messages(value, depth - 1)
+
+
+def _codes(found: Any, depth: int) -> Iterator[str]:
+    """Yields the codes of an error that are words, e.g. `context_length_exceeded`."""
+    if isinstance(found, list):
+        for one in found:
+            yield from _codes(one, depth - 1)
+    elif isinstance(found, dict) and depth > 0:
+        yield from (code for name in _CODE_FIELDS if isinstance(code := found.get(name), str) and not code.isdecimal())
+        for name in _NESTING_FIELDS:
+            yield from _codes(found.get(name), depth - 1)
+
+
+def _json_in(text: str) -> Any:
+    """Returns the object or list that a text is; None for any other text."""
+    if not text.lstrip().startswith(("{", "[")):
+        return None
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    return found if isinstance(found, dict | list) else None
+
+
+FIND_COORDINATES = "`vigil calibrate --model NAME` finds out which the model has: give them with --coordinates."
+HINTS: tuple[tuple[str, str], ...] = (
+    (
+        r"(images?|vision|multimodal)\b.{0,40}(not supported|unsupported|not allowed|only supported by certain)|"
+        r"(not|n.t) (support|accept|take)s?\b.{0,40}(image|vision|multimodal)|not a multimodal|only supports? text|"
+        r"support image input|image_url is only supported|unknown variant `image_url`|at most 0 image|mmproj|"
+        r"should be 'text'|text.only (model|input)|content must be a string|content should be a valid string",
+        "The model, or its server, takes no pictures. Name a model that sees, or start the server with what makes it "
+        "see (llama.cpp: --mmproj FILE; vLLM and SGLang: a checkpoint with vision)",
+    ),
+    (
+        r"only supports? stream|stream.{0,40}(must|should|has to|needs to) be (set to )?true|only.{0,20}streaming|"
+        r"(only|just).{0,20}stream(ing)? (mode|output|response|call)|non-?stream.{0,60}(not|n.t|unsupported)|"
+        r"set to false for non-?stream|仅支持流",
+        "The server only streams: add --extra-body '{\"stream\": true}'",
+    ),
+    (
+        r"system.?role|roles must alternate|only user.{0,20}assistant.{0,20}roles|unknown variant `system`|"
+        r"(not|n.t) support.{0,20}['\"`]?system['\"`]?( message| role| prompt| with|\b)|"
+        r"system (message|prompt|instruction)s?.{0,30}(not|n.t|unsupported)|developer instruction is not enabled",
+        "The model's chat template knows no system role: add --system-role user",
+    ),
+    (
+        r"unexpected endpoint or method|no (such )?route|cannot post /",
+        "The address may lack its end: most servers are asked at http://HOST:PORT/v1",
+    ),
+    (
+        r"max_tokens.{0,80}max_completion_tokens",
+        "Leave out --max-tokens and give --extra-body '{\"max_completion_tokens\": N}'",
+    ),
+)
+"""The words of a refusal, and what to do. The first that fit count."""
+
+
+def hint_for(message: str) -> str | None:
+    """Returns what to do about a refusal, as a sentence without its full stop; None where its words do not tell."""
+    return next((hint for words, hint in HINTS if re.search(words, message, re.IGNORECASE | re.DOTALL)), None)

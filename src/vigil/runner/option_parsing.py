@@ -1,0 +1,55 @@
+"""Settings of a run from the texts of a command line. Messages name the option, and no secret."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from vigil.agents.registry import is_exec
+from vigil.base.json_files import read_json
+from vigil.errors import SettingError
+from vigil.runner.models.redaction import Secrets, without_option_secrets
+
+
+def public_name(agent: str) -> str:
+    """Returns an agent's name without the secrets in the command line of a program."""
+    return Secrets.of_command("").redact(without_option_secrets(agent)) if is_exec(agent) else agent
+
+
+def single_value(option: str) -> Callable[[Sequence[str]], str]:
+    """Returns the function that takes the one text of an option, and refuses several."""
+
+    def read(texts: Sequence[str]) -> str:
+        if len(texts) == 1:
+            return texts[0]
+        given = ", ".join(map(public_name, texts))
+        raise SettingError(
+            f"{option} is given {len(texts)} times ({given}); a run has one. Run each into a --log-dir of its own, "
+            "then put them side by side: vigil score RUN RUN."
+        )
+
+    return read
+
+
+def read_model_args(pairs: Sequence[str]) -> dict[str, Any]:
+    """Returns K=V pairs as a mapping; a value that is no JSON is a text."""
+    found: dict[str, Any] = {}
+    for pair in pairs:
+        name, sign, value = pair.partition("=")
+        if not sign or not name:
+            shown = without_option_secrets(pair)
+            raise SettingError(f"--model-arg {shown!r} is not K=V, e.g. --model-arg api_version=2024-10-21.")
+        try:
+            found[name] = read_json(value)
+        except ValueError:
+            found[name] = value
+    return found
+
+
+def read_extra_body(text: str) -> dict[str, Any]:
+    """Returns the JSON object that a text is."""
+    try:
+        found = read_json(text)
+    except ValueError as error:
+        raise SettingError(f"--extra-body is not JSON: {error}.") from None
+    if not isinstance(found, dict):
+        raise SettingError("--extra-body must be a JSON object, e.g. '{\"top_k\": 20}'.")
+    return found

@@ -1,0 +1,41 @@
+"""Strata: the rules that grade a target's size and the distance to it, for making packs and for reading results."""
+
+from collections.abc import Mapping
+
+from vigil.protocol.episode import TargetSize
+
+SIZE_OF_CATEGORY: dict[str, TargetSize] = {
+    **dict.fromkeys(("Fridge", "Television"), "large"),
+    **dict.fromkeys(("Microwave", "Cabinet"), "medium"),
+    **dict.fromkeys(("Egg", "Pen", "Watch"), "small"),
+}
+"""The paper's own examples: these have their size whatever they measure."""
+LARGE_M, SMALL_M = 0.7, 0.22
+"""Every other category goes by its longest side: large from the first on, small up to the second."""
+DISTANCE_BANDS_M = (3.0, 4.0)
+"""Ends of the near and the middle band of a start's distance from its target."""
+_SIZE_ORDER = {"under": 0, "small": 0, "over": 2, "large": 2}
+
+
+def size_of(category: str, longest_side_m: float) -> TargetSize:
+    """Returns how large a target is."""
+    by_side: TargetSize = "large" if longest_side_m >= LARGE_M else "small" if longest_side_m <= SMALL_M else "medium"
+    return SIZE_OF_CATEGORY.get(category, by_side)
+
+
+def distance_band(distance_m: float) -> str:
+    """Returns how far a start is from its target."""
+    near, middle = DISTANCE_BANDS_M
+    if distance_m < near:
+        return f"under {near:g} m"
+    return f"{near:g} to {middle:g} m" if distance_m < middle else f"over {middle:g} m"
+
+
+def sort_by_size(named: Mapping[str, int]) -> dict[str, int]:
+    """Returns counts by size, the smallest first, then by number and by name; manifests have them by name alone."""
+    return dict(sorted(named.items(), key=lambda each: _sort_key(each[0])))
+
+
+def _sort_key(name: str) -> tuple[int, int, str]:
+    first = name.partition(" ")[0]
+    return _SIZE_ORDER.get(first, 1), int(first) if first.isdecimal() else 0, name

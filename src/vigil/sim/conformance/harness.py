@@ -1,0 +1,103 @@
+"""Trial: a simulator in the trial house, with short words for standing, facing and clicking. For conformance checks."""
+
+import numpy as np
+
+from vigil.base.geometry import Pose, Vec3, floor_distance, yaw_towards
+from vigil.protocol.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG, Intent, InteractPixel, Look, Navigate, NavigateMode
+from vigil.protocol.world import Effect, ObjectSetup, ObjectState, Placement, Setup
+from vigil.sim.conformance.reference_house import reference_house
+from vigil.sim.core.sight import pixel_of
+from vigil.sim.privileged import PrivilegedSimulator
+
+NOTHING = Setup()
+
+
+class Harness:
+    """A backend with the trial house loaded."""
+
+    def __init__(self, simulator: PrivilegedSimulator) -> None:
+        self.simulator = simulator
+        self.house = reference_house()
+        simulator.load(self.house)
+
+    def stand(self, x: float, z: float, yaw: float = 0.0, horizon: float = 0.0, setup: Setup = NOTHING) -> None:
+        """Resets with the agent at (x, z)."""
+        pose = Pose(position=Vec3(x, 0.0, z), rotation=yaw, horizon=horizon)
+        self.simulator.reset(pose, setup)
+
+    def face(self, x: float, z: float, object_id: str, setup: Setup = NOTHING) -> None:
+        """Resets with the agent at (x, z), looking at an object."""
+        self.stand(x, z, setup=setup)
+        self.look_at(x, z, self.state(object_id).position, setup)
+
+    def look_at(self, x: float, z: float, point: Vec3, setup: Setup = NOTHING) -> None:
+        """Resets with the agent at (x, z), looking at a point."""
+        eye = Pose(position=Vec3(x, 0.0, z), rotation=0.0).eye
+        down = float(np.degrees(np.arctan2(eye.y - point.y, max(floor_distance(eye, point), 1e-6))))
+        self.stand(x, z, yaw_towards(eye, point), min(HORIZON_DOWN_DEG, max(HORIZON_UP_DEG, down)), setup)
+
+    def go(self, mode: NavigateMode, magnitude: float) -> Effect:
+        """Walks or turns."""
+        return self.simulator.step(Navigate(mode=mode, magnitude=magnitude))
+
+    def pitch(self, degrees: float) -> Effect:
+        """Looks down by `degrees`, up when negative."""
+        return self.simulator.step(Look(direction="down" if degrees > 0 else "up", magnitude=abs(degrees)))
+
+    def click(self, intent: Intent, object_id: str) -> Effect:
+        """Clicks on the object's clickable pixel nearest to the middle of them."""
+        pixels = self.simulator.pixels_of(object_id)
+        expect(len(pixels) > 0, f"{object_id} has no clickable pixel to {intent}")
+        x, y = pixels[np.argmin(((pixels - pixels.mean(axis=0)) ** 2).sum(axis=1))]
+        return self.simulator.step(InteractPixel(intent=intent, x=int(x), y=int(y)))
+
+    def click_at(self, intent: Intent, point: Vec3) -> Effect:
+        """Clicks on the pixel of a point."""
+        pixel = pixel_of(self.agent, point)
+        expect(pixel is not None, f"{point} is outside the frame")
+        assert pixel is not None
+        return self.simulator.step(InteractPixel(intent=intent, x=pixel[0], y=pixel[1]))
+
+    def drop(self) -> Effect:
+        """Drops what is held."""
+        return self.simulator.step(InteractPixel(intent="drop"))
+
+    def state(self, object_id: str) -> ObjectState:
+        """Returns an object's hidden state."""
+        return self.simulator.world([object_id]).objects[object_id]
+
+    @property
+    def agent(self) -> Pose:
+        """The agent's pose."""
+        return self.simulator.world([]).agent
+
+    @property
+    def held(self) -> str | None:
+        """The id of what is in the hand."""
+        return self.simulator.world([]).held
+
+
+def expect(condition: bool, message: str) -> None:
+    """Raises AssertionError with `message` unless the condition holds."""
+    if not condition:
+        raise AssertionError(message)
+
+
+def expect_near(found: float, wanted: float, within: float, what: str) -> None:
+    """Raises AssertionError unless two numbers are near."""
+    expect(abs(found - wanted) <= within, f"{what}: expected {wanted} +- {within}, found {found}")
+
+
+def expect_refused(effect: Effect, refusal: str | None) -> None:
+    """Raises AssertionError unless an effect was refused for that reason; None means carried out."""
+    expect(effect.refusal == refusal, f"expected refusal {refusal}, found {effect}")
+
+
+def opened(*object_ids: str, openness: float = 1.0) -> Setup:
+    """Returns a setup with those objects open."""
+    return Setup(objects={object_id: ObjectSetup(openness=openness) for object_id in object_ids})
+
+
+def placed(object_id: str, x: float, y: float, z: float) -> Setup:
+    """Returns a setup with the object's box centre at a place, resting on nothing."""
+    return Setup(objects={object_id: ObjectSetup(placement=Placement(position=Vec3(x, y, z)))})

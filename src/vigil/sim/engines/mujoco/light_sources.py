@@ -1,0 +1,62 @@
+"""What lights a picture besides the lamps of its rooms: things that are on and switches that are off, if it shows them.
+
+A picture tells nothing of what is out of it: a lamp behind the camera, or behind a wall, does not shine into it. What
+is seen is decided by rays through the middles of pixels, as is everything that is scored.
+"""
+
+import itertools
+import math
+
+import numpy as np
+
+from vigil.base.geometry import Pose, floor_distance
+from vigil.scene.things import Scene, Thing
+from vigil.sim.core.sight import Lens, boxes_of, directions, farthest_m, window_of
+from vigil.sim.engines.mujoco import rays
+from vigil.sim.engines.mujoco.compiled.lights import MAX_POINT_LIGHTS, PointLight, point_light_of
+from vigil.sim.engines.mujoco.compiled.model import CompiledModel
+
+MOST_RAYS = 64
+"""So many of the pixels that a thing may cover are asked whether they show it."""
+_GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+
+
+def update_room_lamps(model: CompiledModel, scene: Scene, looker: Pose, lens: Lens) -> None:
+    """Has the lamps of rooms follow the switches that are seen, and no others."""
+    switches = [scene.things[thing_id] for thing_id in model.lamps.switches]
+    model.lamps.update_switches([switch for switch in switches if is_seen(model, switch, looker, lens)])
+
+
+def point_lights_of(
+    model: CompiledModel, scene: Scene, looker: Pose, lens: Lens, in_hand: list[Thing]
+) -> list[PointLight]:
+    """Returns the light of the nearest things that are on and seen; what is `in_hand` always is."""
+    glowing = [thing for thing in scene.things.values() if thing.is_toggled and thing.asset.glow is not None]
+    glowing.sort(key=lambda thing: floor_distance(thing.position, looker.position))
+    held = {thing.id for thing in in_hand}
+    seen = (thing for thing in glowing if thing.id in held or is_seen(model, thing, looker, lens))
+    return [point_light_of(thing) for thing in itertools.islice(seen, MAX_POINT_LIGHTS)]
+
+
+def is_seen(model: CompiledModel, thing: Thing, looker: Pose, lens: Lens) -> bool:
+    """Whether any of some pixels shows a thing, with panes seen through. What is held or absent is not seen."""
+    if not thing.is_present or thing.is_held:
+        return False
+    boxes = boxes_of([thing])
+    window = window_of(looker, boxes, lens)
+    if window is None or _is_behind_walls(model, boxes, looker):
+        return False
+    pixels = window.pixels()
+    if len(pixels) > MOST_RAYS:  # spread evenly over the rows, and over the columns
+        pixels = pixels[(np.arange(MOST_RAYS) * _GOLDEN % 1.0 * len(pixels)).astype(int)]
+    within_m = farthest_m(looker.eye, boxes)
+    ways = directions(looker, pixels, lens)
+    hits = rays.cast(model, looker.eye, ways, through_glass=True, within_m=within_m)
+    return bool((hits.things == model.things[thing.id].index).any())
+
+
+def _is_behind_walls(model: CompiledModel, boxes: list[np.ndarray], looker: Pose) -> bool:
+    """Whether walls alone hide boxes, each of corners (8, 3): this is sooner known than what rays meet."""
+    corners, eye = np.concatenate(boxes)[:, [0, 2, 1]], looker.eye
+    extent = model.portals.extent(corners.min(axis=0).tolist(), corners.max(axis=0).tolist())
+    return not model.portals.may_see((eye.x, eye.z, eye.y), extent)

@@ -1,0 +1,105 @@
+"""Where the light of walls, floors and ceilings is kept: one picture of all their planes, side by side."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+TEXEL_M = 0.12
+BORDER = 2
+WIDTH = 512
+_BLUR = np.array([1, 4, 6, 4, 1], np.float32) / 16
+INSET_M = 0.02
+"""Light at the edge of a plane is taken this far inside it, off the neighbour."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LightmapAtlas:
+    """The planes, laid out."""
+
+    places: np.ndarray
+    """(n, 2) place of each vertex in the picture, 0..1."""
+    points: np.ndarray
+    """(height, width, 3) metres."""
+    normals: np.ndarray
+    """(height, width, 3); 0 where no plane lies."""
+    is_used: np.ndarray
+    """(height, width): whether a plane lies there."""
+    boxes: list[tuple[int, int, int, int]]
+    """(row, column, height, width) of each plane, border included."""
+    owners: list[int]
+    """Whose each plane is."""
+
+
+def pack_atlas(vertices: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> LightmapAtlas:
+    """Lays out the planes to which vertices (n, 3) belong, those of each owner (n,) by themselves."""
+    heights = (vertices * normals).sum(axis=1, keepdims=True)
+    keys = np.concatenate([np.round(normals * 50), np.round(heights * 100), owners[:, None]], axis=1)
+    _, first, plane = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    plane = plane.reshape(-1)
+    frames = [_axes(normals[one]) for one in first]
+    flat = np.empty((len(vertices), 2))
+    boxes, spans = [], []
+    for number, axes in enumerate(frames):
+        chosen = plane == number
+        flat[chosen] = vertices[chosen] @ axes.T
+        low, high = flat[chosen].min(axis=0), flat[chosen].max(axis=0)
+        spans.append((low, high))
+        boxes.append(np.maximum(np.ceil((high - low) / TEXEL_M).astype(int), 1) + 2 * BORDER)
+    corners, height = _packed(boxes)
+    points = np.zeros((height, WIDTH, 3), np.float32)
+    facing = np.zeros((height, WIDTH, 3), np.float32)
+    places = np.empty((len(vertices), 2))
+    out = []
+    for number, (axes, (low, high), (wide, tall), (left, top)) in enumerate(
+        zip(frames, spans, boxes, corners, strict=True)
+    ):
+        chosen, normal = plane == number, normals[first[number]]
+        scale = np.maximum(high - low, 1e-6) / (np.array([wide, tall]) - 2 * BORDER)
+        u = _inside(low[0] + (np.arange(wide) - BORDER + 0.5) * scale[0], low[0], high[0])
+        v = _inside(low[1] + (np.arange(tall) - BORDER + 0.5) * scale[1], low[1], high[1])
+        base = normal * float(vertices[first[number]] @ normal)
+        points[top : top + tall, left : left + wide] = base + u[None, :, None] * axes[0] + v[:, None, None] * axes[1]
+        facing[top : top + tall, left : left + wide] = normal
+        places[chosen] = (np.array([left, top]) + BORDER + (flat[chosen] - low) / scale) / (WIDTH, height)
+        out.append((top, left, int(tall), int(wide)))
+    return LightmapAtlas(places, points, facing, np.any(facing, axis=2), out, owners[first].tolist())
+
+
+def _inside(places: np.ndarray, low: float, high: float) -> np.ndarray:
+    move_inward = min(INSET_M, (high - low) / 4)
+    return np.clip(places, low + move_inward, high - move_inward)
+
+
+def _axes(normal: np.ndarray) -> np.ndarray:
+    """Returns two unit directions (2, 3) along the plane."""
+    up = np.array([0.0, 0.0, 1.0]) if abs(normal[2]) < 0.7 else np.array([0.0, 1.0, 0.0])
+    across = np.cross(up, normal)
+    across /= np.linalg.norm(across)
+    return np.stack([across, np.cross(normal, across)])
+
+
+def _packed(boxes: list[np.ndarray]) -> tuple[list[tuple[int, int]], int]:
+    """Returns the upper left corner of each box, in rows of falling height, and the height of all."""
+    corners: list[tuple[int, int]] = [(0, 0)] * len(boxes)
+    left = top = row = 0
+    for number in sorted(range(len(boxes)), key=lambda one: (-boxes[one][1], one)):
+        wide, tall = (int(side) for side in boxes[number])
+        if left + wide > WIDTH:
+            left, top, row = 0, top + row, 0
+        corners[number] = (left, top)
+        left, row = left + wide, max(row, tall)
+    return corners, max(top + row, 1)
+
+
+def smoothed(light: np.ndarray, is_known: np.ndarray) -> np.ndarray:
+    """Returns the light (height, width, 3) of one plane, averaged over neighbours where it is known (height, width)."""
+    sums = _blurred(np.where(is_known[..., None], light, 0.0))
+    known = _blurred(is_known[..., None].astype(np.float32))
+    return np.where(known > 0.0, sums / np.maximum(known, 1e-6), light)
+
+
+def _blurred(values: np.ndarray) -> np.ndarray:
+    tall, wide = values.shape[:2]
+    padded = np.pad(values, ((2, 2), (2, 2), (0, 0)), mode="edge")
+    rows = np.tensordot(_BLUR, [padded[row : row + tall] for row in range(len(_BLUR))], 1)
+    return np.tensordot(_BLUR, [rows[:, column : column + wide] for column in range(len(_BLUR))], 1)

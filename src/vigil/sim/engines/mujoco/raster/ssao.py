@@ -1,0 +1,80 @@
+"""The last passes of a frame: where things meet, little light reaches, and the picture is darkened."""
+
+from typing import Any
+
+import numpy as np
+
+from vigil.sim.engines.mujoco.raster.context import moderngl, program
+from vigil.sim.engines.mujoco.raster.viewer import FAR_M, NEAR_M, Viewer
+
+
+class Canvas:
+    """Where pictures of one size are drawn: with several samples a pixel, then with one."""
+
+    def __init__(self, context: Any, size: tuple[int, int], samples: int) -> None:
+        self.colours, self.depth = context.texture(size, 4), context.depth_texture(size)
+        self.depth.compare_func = ""
+        self.depth.filter = moderngl.NEAREST, moderngl.NEAREST
+        self.drawn = context.framebuffer(
+            [context.renderbuffer(size, 4, samples=samples)], context.depth_renderbuffer(size, samples=samples)
+        )
+        self.flat = context.framebuffer([self.colours], self.depth)
+
+    def release(self) -> None:
+        """Frees all of it."""
+        for target in (self.drawn, self.flat):
+            release(target)
+
+
+class AmbientOcclusion:
+    """Darkens pictures of one size where their surfaces are near to each other."""
+
+    def __init__(self, context: Any, backend: str, size: tuple[int, int]) -> None:
+        self._context = context
+        half = (size[0] + 1) // 2, (size[1] + 1) // 2
+        # Each pass reads what the one before wrote: openness and distance.
+        self._halves = [context.texture(half, 2, dtype="f4") for _ in range(2)]
+        for each in self._halves:
+            each.filter = moderngl.NEAREST, moderngl.NEAREST
+            each.repeat_x = each.repeat_y = False
+        self._targets = [context.framebuffer([each]) for each in self._halves]
+        self.shaded = context.framebuffer([context.renderbuffer(size, 4)])
+        names = "distance", "nearness", "smooth", "combine"
+        self._programs = [program(backend, "screen.vert", f"{name}.frag") for name in names]
+        self._screens = [context.vertex_array(each, []) for each in self._programs]
+
+    def apply(self, canvas: Canvas, viewer: Viewer, lamp: np.ndarray) -> None:
+        """Darkens what is on the canvas, into `shaded`; `lamp` is the place of the room's."""
+        self._context.enable_only(moderngl.NOTHING)
+        distance, nearness, smooth, combine = self._programs
+        canvas.depth.use(4)
+        canvas.colours.use(5)
+        for each in (distance, combine):
+            each["depth"].value, each["planes"].value = 4, (NEAR_M, FAR_M)
+        nearness["distances"].value, nearness["slopes"].value = 6, viewer.slopes
+        ahead = viewer.axes * np.array([1.0, 1.0, -1.0])
+        nearness["upward"].value, nearness["lamp"].value = tuple(ahead[2]), tuple((lamp - viewer.eye) @ ahead)
+        smooth["nearness"].value = combine["nearness"].value = 6
+        combine["picture"].value = 5
+        first, second = self._halves
+        for screen, target, read in zip(
+            self._screens, [*self._targets, self._targets[0], self.shaded], (None, first, second, first), strict=True
+        ):
+            if read is not None:
+                read.use(6)
+            target.use()
+            screen.render(vertices=3)
+
+    def release(self) -> None:
+        """Frees all of it."""
+        for each in [*self._screens, *self._targets, *self._halves]:
+            each.release()
+        release(self.shaded)
+
+
+def release(target: Any) -> None:
+    """Frees a framebuffer and what it draws into."""
+    for part in (*target.color_attachments, target.depth_attachment):
+        if part is not None:
+            part.release()
+    target.release()

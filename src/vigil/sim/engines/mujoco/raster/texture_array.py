@@ -1,0 +1,61 @@
+"""The textures of all scenes of this process, in one array of pictures that the shaders look into."""
+
+from typing import Any
+
+import numpy as np
+from PIL import Image
+
+from vigil.sim.engines.mujoco.raster.context import moderngl
+
+SIDE = 256
+
+
+class TextureArray:
+    """Layers of one size; the first is white, for materials without a texture."""
+
+    def __init__(self) -> None:
+        self._layers: dict[int, int] = {}
+        self._kept: list[np.ndarray] = []
+        self._bytes = [np.full((SIDE, SIDE, 4), 255, np.uint8).tobytes()]
+        self._texture: Any = None
+        self._count = 0
+
+    def layer_of(self, picture: np.ndarray | None) -> int:
+        """Returns the layer of a picture (h, w, 3) uint8, adding it when it is new; it stays alive from then on."""
+        if picture is None:
+            return 0
+        if id(picture) not in self._layers:
+            self._layers[id(picture)] = len(self._bytes)
+            self._kept.append(picture)
+            self._bytes.append(_fitted(picture).tobytes())
+        return self._layers[id(picture)]
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all layers added so far are on the graphics side."""
+        return self._count == len(self._bytes)
+
+    def texture(self, context: Any) -> Any:
+        """Returns the array on the graphics side, with all layers added so far."""
+        if not self.is_complete:
+            if self._texture is not None:
+                self._texture.release()
+            count = len(self._bytes)
+            self._texture = context.texture_array((SIDE, SIDE, count), 4, b"".join(self._bytes))
+            self._texture.build_mipmaps()
+            self._texture.filter = moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR
+            self._count = count
+        return self._texture
+
+
+def _fitted(picture: np.ndarray) -> np.ndarray:
+    """Returns the picture (`SIDE`, `SIDE`, 4), its first row at the bottom, as v = 0 asks for.
+
+    Four channels, for software renderers read three much more slowly.
+    """
+    if picture.shape[:2] != (SIDE, SIDE):
+        picture = np.asarray(Image.fromarray(picture).resize((SIDE, SIDE), Image.Resampling.BOX))
+    fitted = np.full((SIDE, SIDE, 4), 255, np.uint8)
+    for channel in range(3):
+        fitted[..., channel] = picture[::-1, :, channel]
+    return fitted

@@ -1,0 +1,222 @@
+"""Portraits: single things as an agent would see them, for judging whether one recognises them and their state."""
+
+import json
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from vigil.assets.catalog import CATALOG
+from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3
+from vigil.protocol.observation import Quality
+from vigil.scene.geometry import box_corners, place_of
+from vigil.scene.things import Scene, Thing
+from vigil.sim.core.sight import project
+from vigil.sim.engines.mujoco.engine import MujocoEngine
+from vigil.sim.showcase.staged_scenes import SUBJECT, SceneSubject, staged_scene, states_of
+
+SPAN_PX = 120
+NEAREST_M, FARTHEST_M = 0.3, 1.5
+STEEPEST_DOWN_DEG, STEEPEST_UP_DEG = 48.0, 30.0
+SIDEWAYS_DEG = 25.0
+_STEP_M, _REACH_M = 0.01, 9.0
+MARK_PX, MARK_GAP_PX = 7, 9
+"""Sides of the corners that mark a subject in a blind round, and how far off its box they are."""
+CELL_PX = (192, 144)
+"""One picture of a contact sheet, cut from the middle of the frame."""
+COLUMNS, LINE_PX = 8, 16
+ROUNDS = 101
+"""Of all categories that are drawn at most, and by how much the variants of one seed are away from the next seed's."""
+
+
+@dataclass(frozen=True, slots=True)
+class CameraPlacement:
+    """From where a subject is looked at."""
+
+    agent: Pose
+    distance_m: float
+    """From the eye to the nearest point of the thing's box."""
+    box_px: tuple[float, float, float, float]
+    """Left, top, right and bottom of the thing's box in the frame."""
+
+    @property
+    def span_px(self) -> float:
+        """The longer side of the thing's box in the frame."""
+        left, top, right, bottom = self.box_px
+        return max(right - left, bottom - top)
+
+
+def render_object(
+    subject: SceneSubject, seed: int, distance_m: float | None = None, quality: Quality = "default"
+) -> np.ndarray:
+    """Returns the frame (480, 640, 3) of a subject where such things stand.
+
+    It is seen from where it spans `SPAN_PX`, between 0.3 and 1.5 m; or from `distance_m`.
+    """
+    return render_with_placement(subject, seed, distance_m, quality)[0]
+
+
+def stage_subject(subject: SceneSubject, seed: int, distance_m: float | None) -> tuple[Scene, CameraPlacement]:
+    """Returns the room of a subject's portrait, and from where that is taken. Raises ValueError as `view_of` does."""
+    rng = np.random.default_rng([seed, subject.variant, zlib.crc32(subject.category.encode())])
+    scene = staged_scene(subject, rng)
+    return scene, view_of(scene.things[SUBJECT], float(rng.uniform(-SIDEWAYS_DEG, SIDEWAYS_DEG)), distance_m)
+
+
+def render_with_placement(
+    subject: SceneSubject, seed: int, distance_m: float | None, quality: Quality
+) -> tuple[np.ndarray, CameraPlacement]:
+    """Returns a subject's portrait, and from where that is taken."""
+    scene, view = stage_subject(subject, seed, distance_m)
+    engine = MujocoEngine(quality)
+    engine.load(scene)
+    try:
+        return engine.draw(view.agent, None), view
+    finally:
+        engine.close()
+
+
+def view_of(thing: Thing, sideways_deg: float, distance_m: float | None = None) -> CameraPlacement:
+    """Returns from where to look at a thing that faces +z: at its middle, from its front, `sideways_deg` off."""
+    half = np.array(thing.asset.size) / 2
+    place = place_of(thing)
+    corners = place(box_corners(-half, half))
+    for reach in np.arange(_STEP_M, _REACH_M, _STEP_M):
+        agent = _towards(np.array(thing.position), float(reach), sideways_deg)
+        local = place.inverse()(np.array(agent.eye)[None])[0]
+        near = float(np.linalg.norm(np.maximum(np.abs(local) - half, 0.0)))
+        if near < (NEAREST_M if distance_m is None else distance_m):
+            continue
+        view = CameraPlacement(agent, near, _bounds(project(agent, corners)))
+        if distance_m is not None or view.span_px <= SPAN_PX or near >= FARTHEST_M:
+            return view
+    raise ValueError(f"{thing.category} of size {thing.asset.size} is seen whole from nowhere in the room.")
+
+
+def _bounds(flat: np.ndarray) -> tuple[float, float, float, float]:
+    """Returns left, top, right and bottom of projected points (n, 3); without bounds when one is behind the eye."""
+    if (flat[:, 2] <= 0).any():
+        return -np.inf, -np.inf, np.inf, np.inf
+    (left, top), (right, bottom) = flat[:, :2].min(axis=0), flat[:, :2].max(axis=0)
+    return float(left), float(top), float(right), float(bottom)
+
+
+def _towards(middle: np.ndarray, reach: float, sideways_deg: float) -> Pose:
+    """Returns the pose that looks at `middle` from `reach` metres, from standing height where that is not too steep."""
+    steepest = np.sin(np.radians([-STEEPEST_UP_DEG, STEEPEST_DOWN_DEG]))
+    sine = float(np.clip((EYE_HEIGHT_M - middle[1]) / reach, *steepest))
+    level, yaw = reach * np.sqrt(1.0 - sine**2), np.radians(sideways_deg)
+    x, y, z = middle + np.array([level * np.sin(yaw), reach * sine, level * np.cos(yaw)])
+    return Pose(
+        position=Vec3(float(x), float(y) - EYE_HEIGHT_M, float(z)),
+        rotation=(180.0 + sideways_deg) % 360.0,
+        horizon=float(np.degrees(np.arcsin(sine))),
+    )
+
+
+def draw_subjects(count: int, seed: int, suits: Callable[[SceneSubject], bool] = lambda _: True) -> list[SceneSubject]:
+    """Returns `count` subjects in random order, every category equally often, each time another variant and state.
+
+    Those that do not suit are passed over, so that their categories are seen less often. Raises ValueError when too few
+    suit in `ROUNDS` rounds of all categories.
+    """
+    rng = np.random.default_rng(seed)
+    subjects = list(islice(filter(suits, _subject_rounds(rng, seed)), count))
+    if len(subjects) < count:
+        raise ValueError(f"Only {len(subjects)} of {count} subjects that suit are found; ask for fewer.")
+    return [subjects[number] for number in rng.permutation(len(subjects))]
+
+
+def _subject_rounds(rng: np.random.Generator, seed: int) -> Iterator[SceneSubject]:
+    """Yields subjects in rounds, each of every category once."""
+    names = sorted(CATALOG)
+    for turn in range(ROUNDS):
+        for name in map(str, rng.permutation(names)):
+            variant = ROUNDS * seed + turn
+            states = states_of(SceneSubject(name, variant).asset)
+            first = int(np.random.default_rng([seed, len(name)]).integers(len(states)))
+            yield SceneSubject(name, variant, states[(first + turn) % len(states)])
+
+
+def write_blind(folder: Path, subjects: list[SceneSubject], seed: int, distance_m: float | None = None) -> Path:
+    """Writes one numbered picture a subject to `folder`, and what they show to a file beside it. Returns that file.
+
+    Corners mark the subject: what it stands on and with is in the picture too.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    key = {}
+    for number, subject in enumerate(subjects, start=1):
+        name = f"{number:03}.png"
+        picture, view = render_with_placement(subject, seed, distance_m, "default")
+        marked(picture, view.box_px).save(folder / name)
+        key[name] = asdict(subject)
+    path = folder.with_name(f"{folder.name}.key.json")
+    path.write_text(json.dumps({"seed": seed, "distance_m": distance_m, "pictures": key}, indent=1) + "\n")
+    return path
+
+
+def marked(picture: np.ndarray, box_px: tuple[float, float, float, float]) -> Image.Image:
+    """Returns a picture (h, w, 3) with a bright corner, edged dark, off each corner of a box that is in it."""
+    image = Image.fromarray(picture)
+    left, top = (int(max(side - MARK_GAP_PX, 1)) for side in box_px[:2])
+    right = int(min(box_px[2] + MARK_GAP_PX, image.width - 2))
+    bottom = int(min(box_px[3] + MARK_GAP_PX, image.height - 2))
+    pen = ImageDraw.Draw(image)
+    for colour, width in (("black", 3), ("white", 1)):
+        for x, inward in ((left, MARK_PX), (right, -MARK_PX)):
+            for y, down in ((top, MARK_PX), (bottom, -MARK_PX)):
+                pen.line((x + inward, y, x, y, x, y + down), fill=colour, width=width)
+    return image
+
+
+def write_catalog(folder: Path, variants: int, seed: int, distance_m: float | None = None) -> list[Path]:
+    """Writes contact sheets of every category's variants and states, with names. Returns their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    subjects = iter(catalogue(variants))
+    paths: list[Path] = []
+    while batch := list(islice(subjects, COLUMNS * COLUMNS)):
+        paths.append(folder / f"catalog_{len(paths) + 1:02}.jpg")
+        pictures = [render_object(subject, seed, distance_m) for subject in batch]
+        contact_sheet(pictures, [label_of(subject) for subject in batch]).save(paths[-1], quality=78)
+    return paths
+
+
+def catalogue(variants: int) -> list[SceneSubject]:
+    """Returns every category in some variants: the first in all its states, the others by turns."""
+    subjects = []
+    for name in sorted(CATALOG):
+        for variant in range(variants):
+            states = states_of(SceneSubject(name, variant).asset)
+            shown = states if variant == 0 else (states[variant % len(states)],)
+            subjects += [SceneSubject(name, variant, state) for state in shown]
+    return subjects
+
+
+def label_of(subject: SceneSubject) -> str:
+    """Returns the line under a subject's picture."""
+    return f"{subject.category} {subject.variant} {subject.state or ''}".rstrip()
+
+
+def contact_sheet(pictures: list[np.ndarray], labels: list[str]) -> Image.Image:
+    """Returns the middles of pictures side by side, each with its label under it."""
+    width, height = CELL_PX
+    rows = -(-len(pictures) // COLUMNS)
+    sheet = Image.new("RGB", (COLUMNS * width, rows * (height + LINE_PX)), "white")
+    pen, font = ImageDraw.Draw(sheet), ImageFont.load_default(11)
+    for number, (picture, label) in enumerate(zip(pictures, labels, strict=True)):
+        left, top = number % COLUMNS * width, number // COLUMNS * (height + LINE_PX)
+        sheet.paste(_middle(picture), (left, top))
+        pen.text((left + 3, top + height + 1), label, fill="black", font=font)
+    return sheet
+
+
+def _middle(picture: np.ndarray) -> Image.Image:
+    width, height = CELL_PX
+    image = Image.fromarray(picture)
+    wide, high = 2 * width, 2 * height
+    left, top = (image.width - wide) // 2, (image.height - high) // 2
+    return image.crop((left, top, left + wide, top + high)).resize(CELL_PX, Image.Resampling.LANCZOS)

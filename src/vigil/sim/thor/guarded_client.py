@@ -1,0 +1,167 @@
+"""A connection to an engine of AI2-THOR's through its own, unmodified client, with the guards that this lacks.
+
+The client waits for ever for an engine that ends before it connects, and reads on at full load until its time-out when
+one ends in the middle of an answer. Here each becomes a SimulatorError within a second, and nothing is left behind.
+"""
+
+import os
+import threading
+import time
+from contextlib import suppress
+from typing import Any
+
+from vigil.errors import SettingError, SimulatorError
+
+ASK_EVERY_S = 0.05
+ZEROS = bytes(65536)
+"""What a reader is fed whose engine has ended: no message begins with it, so that the client gives up."""
+END_TIMEOUT_S = 60.0
+"""How long a killed engine may take to be gone: seconds, on a busy machine."""
+
+
+class GuardedClient:
+    """One engine, from its start to its end."""
+
+    def __init__(
+        self,
+        scene: dict[str, Any],
+        command: str | None = None,
+        *,
+        start_s: float = 60.0,
+        answer_s: float = 30.0,
+        **settings: Any,
+    ) -> None:
+        """Starts an engine by its command, None for AI2-THOR's own, and opens a house in it.
+
+        `settings` are parameters of the client's Controller. Raises SettingError without the client, and
+        SimulatorError when the engine ends, does not connect within `start_s`, does not answer within `answer_s`, or
+        cannot build the house.
+        """
+        self._controller: Any = object.__new__(_controller_class())
+        self._watch = _Watch(self._controller, start_s)
+        os.environ.pop("AI2THOR_VISIBILITY_DISTANCE", None)  # the client would add it to every action
+        timeouts = {"server_timeout": answer_s, "server_start_timeout": start_s}
+        try:
+            self._controller.__init__(local_executable_path=command, scene=scene, **timeouts, **settings)
+        except Exception as error:  # the client lets anything through that reading nonsense raises
+            raise self._broken("starting", error) from error
+        self._watch.has_started.set()
+        self._check()
+
+    @property
+    def is_over(self) -> bool:
+        """Whether it was closed, or the engine has failed."""
+        return self._watch.is_over
+
+    def open(self, house: dict[str, Any]) -> None:
+        """Has a house built in the place of the one before. Raises SimulatorError, after which it is over."""
+        try:
+            self._controller.reset(scene=house)
+        except Exception as error:
+            raise self._broken("opening a house", error) from error
+        self._check()
+
+    def _check(self) -> None:
+        metadata = self._controller.last_event.metadata
+        if not metadata["lastActionSuccess"]:
+            self.close()
+            raise SimulatorError(f"AI2-THOR's engine did not open the house: {metadata['errorMessage']}")
+
+    def step(self, action: str, **arguments: Any) -> Any:
+        """Returns the client's event after an action. Raises SimulatorError, after which the connection is closed."""
+        if self._watch.is_over:
+            raise SimulatorError(f"AI2-THOR's engine is gone; {action} was not sent. Start another.")
+        try:
+            return self._controller.step(action=action, **arguments)
+        except Exception as error:
+            raise self._broken(action, error) from error
+
+    def close(self) -> None:
+        """Ends the engine, and waits until it, its pipes and their folder are gone."""
+        self._watch.end()
+        server = getattr(self._controller, "server", None)
+        if server is None:
+            return
+        with suppress(OSError):  # what was still to be sent to an engine that has ended
+            server.stop()
+        if server.server_pipe is not None:
+            server.server_pipe.close()
+        if server.unity_proc is not None:
+            if server.unity_proc.poll() is None:
+                server.unity_proc.kill()
+            server.unity_proc.wait(timeout=END_TIMEOUT_S)
+        server.tmp_dir.cleanup()
+
+    def _broken(self, what: str, error: Exception) -> SimulatorError:
+        """Closes the connection. Returns the error that says why."""
+        status, was_late = self._watch.status, self._watch.was_late
+        self.close()
+        if was_late:
+            why = "the engine did not connect in time"
+        elif status is not None:
+            why = f"the engine ended with status {status}"
+        else:
+            why = f"{type(error).__name__}: {error}"
+        return SimulatorError(f"AI2-THOR, {what}: {why}. The engine's own words are in ~/.ai2thor/log/unity.log.")
+
+
+class _Watch:
+    """A thread that frees the client from waiting for an engine that has ended, or never connects."""
+
+    def __init__(self, controller: Any, start_s: float) -> None:
+        self._controller = controller
+        self._start_s = start_s
+        self._over = threading.Event()
+        self.has_started = threading.Event()
+        self.was_late = False
+        self.status: int | None = None
+        """With which the engine ended by itself."""
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the connection was closed."""
+        return self._over.is_set()
+
+    def end(self) -> None:
+        """Stops watching."""
+        self._over.set()
+        self._thread.join()
+
+    def _run(self) -> None:
+        deadline: float | None = None  # from the start of the engine: the client may have to download it first
+        while not self._over.wait(ASK_EVERY_S):
+            server = getattr(self._controller, "server", None)
+            process = getattr(server, "unity_proc", None)
+            if server is None or process is None:
+                continue
+            if process.poll() is None:
+                deadline = deadline or time.monotonic() + self._start_s
+                if not self.has_started.is_set() and time.monotonic() > deadline:
+                    self.was_late = True
+                    process.kill()
+                continue
+            self.status = process.returncode
+            self._feed(server.server_pipe_path)
+            return
+
+    def _feed(self, path: str) -> None:
+        """Writes zeros to who reads, or will, until the connection is closed."""
+        number: int | None = None
+        while not self._over.wait(ASK_EVERY_S):
+            try:
+                number = os.open(path, os.O_WRONLY | os.O_NONBLOCK) if number is None else number
+                os.write(number, ZEROS)
+            except OSError:  # nobody reads yet, nobody reads any more, or the pipe is full
+                continue
+        if number is not None:
+            os.close(number)
+
+
+def _controller_class() -> Any:
+    try:
+        from ai2thor.controller import Controller  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise SettingError("AI2-THOR's client is not installed. Give: pip install vigil-bench[thor]") from None
+    return Controller

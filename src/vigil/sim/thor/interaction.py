@@ -1,0 +1,130 @@
+"""What a click does: the protocol's rules are asked before THOR is, and what THOR refuses is a refusal by the protocol.
+
+Source: protocol.md section 2.2.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from vigil.base.geometry import Vec3, floor_distance
+from vigil.protocol.actions import Intent
+from vigil.scene.supports import containers_of
+from vigil.scene.things import Thing
+from vigil.sim.core.click_target import target_kind
+from vigil.sim.core.handling import InteractionResult
+from vigil.sim.core.handling_rules import can_reach, refusal_by_rule
+from vigil.sim.core.placing import SPOT_WITHIN_M
+from vigil.sim.core.sight import HEIGHT, WIDTH
+from vigil.sim.thor.engine_session import ActionOutcome, EngineSession
+from vigil.sim.thor.refusals import is_out_of_sight, refusal_of
+
+SPOT_SLACK_M = 0.02
+MOVED_M = 1e-6
+"""What moved less has not changed."""
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectClick:
+    """A click on an object: its pixel, and the point that the ray through that meets."""
+
+    thing: Thing
+    point: Vec3
+    x: int
+    y: int
+
+    @property
+    def place(self) -> dict[str, float]:
+        """The pixel's middle as THOR writes it: 0..1 from the top left corner."""
+        return place_of_pixel(self.x, self.y)
+
+
+def place_of_pixel(x: int, y: int) -> dict[str, float]:
+    """Returns the middle of a pixel as THOR writes it."""
+    return {"x": (x + 0.5) / WIDTH, "y": (y + 0.5) / HEIGHT}
+
+
+def interact(session: EngineSession, intent: Intent, click: ObjectClick) -> InteractionResult:
+    """Carries out one intent, or refuses it."""
+    if intent == "ground":
+        return InteractionResult()
+    scene_sync = session.scene_sync
+    if not can_reach(scene_sync.agent.position, intent, scene_sync.box(click.thing), click.point):
+        return InteractionResult("too_far")
+    refusal = refusal_by_rule(scene_sync.scene, scene_sync.held, intent, click.thing, click.point)
+    if refusal is not None:
+        return InteractionResult(refusal)
+    if intent == "place":
+        return _place(session, click)
+    return _attempt(session, lambda: _act_on_object(session, click, _ACTIONS[intent]))
+
+
+def drop(session: EngineSession) -> InteractionResult:
+    """Lets go of what is held, or refuses."""
+    if session.scene_sync.held is None:
+        return InteractionResult("hand_empty")
+    return _attempt(session, lambda: session.do("DropHandObject"))
+
+
+def _place(session: EngineSession, click: ObjectClick) -> InteractionResult:
+    held = session.scene_sync.scene.things[session.scene_sync.held or ""]
+    wanted_kind = target_kind(click.thing, click.point)  # before THOR changes anything
+    result = _attempt(
+        session, lambda: session.do("PutObject", **click.place, putNearXY=True, placeStationary=True, forceAction=False)
+    )
+    if result.refusal is not None or _is_where_wanted(session, held, click, wanted_kind):
+        return result
+    session.do("PickupObject", objectId=held.id, forceAction=True)  # THOR put it elsewhere than it may be
+    return InteractionResult("no_room")
+
+
+def _is_where_wanted(session: EngineSession, held: Thing, click: ObjectClick, wanted_kind: str) -> bool:
+    """Whether THOR put a thing near to the click, and inside or on top as was meant."""
+    is_inside = any(each is click.thing for each in containers_of(session.scene_sync.scene, held))
+    is_near = floor_distance(held.position, click.point) <= SPOT_WITHIN_M + SPOT_SLACK_M
+    return is_near and held.parent == click.thing.id and is_inside == (wanted_kind == "inside")
+
+
+def _act_on_object(session: EngineSession, click: ObjectClick, action: str) -> ActionOutcome:
+    """Acts on the object that was clicked; by its pixel where THOR finds no point of it in view."""
+    outcome = session.do(action, objectId=click.thing.id)
+    if outcome.is_done or not is_out_of_sight(outcome.message):
+        return outcome
+    under = session.query("GetObjectInFrame", **click.place, checkVisible=False)
+    if under.returned != click.thing.id:
+        return outcome
+    return session.do(action, **click.place)
+
+
+def _attempt(session: EngineSession, act: Callable[[], ActionOutcome]) -> InteractionResult:
+    before = _facts(session)
+    outcome = act()
+    if not outcome.is_done:
+        refusal = refusal_of(outcome.message)
+        return InteractionResult(refusal.code, refusal.blocked_by)
+    session.wait_until_at_rest()
+    after = _facts(session)
+    return InteractionResult(changed=tuple(sorted(name for name in after if _differs(before[name], after[name]))))
+
+
+def _facts(session: EngineSession) -> dict[str, tuple[Any, ...]]:
+    things = session.scene_sync.scene.things.values()
+    return {
+        thing.id: ((*thing.position, *thing.rotation, thing.openness), (thing.is_toggled, thing.is_held, thing.parent))
+        for thing in things
+    }
+
+
+def _differs(before: tuple[Any, ...], after: tuple[Any, ...]) -> bool:
+    (numbers, marks), (others, other_marks) = before, after
+    return marks != other_marks or any(abs(a - b) > MOVED_M for a, b in zip(numbers, others, strict=True))
+
+
+_ACTIONS: dict[Intent, str] = {
+    "open_access": "OpenObject",
+    "close_access": "CloseObject",
+    "activate": "ToggleObjectOn",
+    "deactivate": "ToggleObjectOff",
+    "pick": "PickupObject",
+}
+"""THOR's actions on an object by its id or its pixel."""

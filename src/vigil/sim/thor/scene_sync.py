@@ -1,0 +1,186 @@
+"""A house's document as things that follow what AI2-THOR's metadata say. Nothing is simulated here.
+
+Static facts, as surfaces and shapes of things, rooms and walls, are the document's (`vigil.scene`); places, states,
+what carries what, boxes, and what can be done with a thing are THOR's.
+"""
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vigil.assets.database import AssetDatabase
+from vigil.base.geometry import Box, Pose, Vec3, distance
+from vigil.protocol.house import House
+from vigil.protocol.world import CLOSED_BELOW
+from vigil.scene.build import build_scene, rest_on_surface
+from vigil.scene.geometry import rotation_matrix, upright_box
+from vigil.scene.supports import contents
+from vigil.scene.things import Scene, Thing
+from vigil.sim.thor.units import from_thor, pose_from_thor
+
+NO_OFFSET_M = 0.025
+"""A pivot this near to the middle of the box is taken for the thing's place as it is: a handle may stick out."""
+SAME_PLACE_M = 1e-6
+RIGHT_ANGLE_WITHIN = 1e-3
+
+Metadata = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PivotBox:
+    """A thing's box in its own frame, whose origin is the middle of the box or near it, and where THOR's pivot is."""
+
+    low: np.ndarray
+    high: np.ndarray
+    middle_from_pivot: np.ndarray
+
+
+@dataclass(frozen=True, slots=True)
+class ThorSnapshot:
+    """What metadata told at a moment, to go back to."""
+
+    objects: dict[str, Metadata]
+    agent: Pose
+    held: str | None
+
+
+class SceneSync:
+    """The scene, the agent and the hand as THOR's last metadata tell them."""
+
+    def __init__(self, house: House, assets: AssetDatabase, metadata: Metadata) -> None:
+        """Takes the house as THOR has just built it. Raises HouseError on a document that cannot be read."""
+        self.scene: Scene = build_scene(house, assets)
+        self.objects: dict[str, Metadata] = {}
+        self.agent: Pose = pose_from_thor(metadata["agent"])
+        self.held: str | None = None
+        self.visible: set[str] = set()
+        """Ids of what THOR calls visible."""
+        self._first = {thing.id: copy.copy(thing) for thing in self.scene.things.values()}
+        self._pivot_boxes: dict[str, PivotBox] = {}
+        for entry in metadata["objects"]:
+            thing = self.scene.things.get(entry["objectId"])
+            if thing is not None:
+                self._pivot_boxes[thing.id] = _measure(thing, entry)
+                _copy_affordances(thing, entry)
+        self._absent_here = frozenset(self.scene.things) - frozenset(self._pivot_boxes)
+        self.update(metadata)
+
+    def update(self, metadata: Metadata) -> None:
+        """Takes over places and states."""
+        found = {entry["objectId"]: entry for entry in metadata["objects"] if entry["objectId"] in self._pivot_boxes}
+        held = [each["objectId"] for each in metadata["inventoryObjects"]]
+        self.agent = pose_from_thor(metadata["agent"])
+        self.held = next((name for name in held if name in self.scene.things), None)
+        self.visible = {name for name, entry in found.items() if entry["visible"]}
+        moved = [thing for thing in self.scene.things.values() if self._take_over(thing, found.get(thing.id))]
+        self.objects = found
+        for thing in moved:
+            self._rest(thing)
+        stack = self.in_hand()
+        for thing in self.scene.things.values():
+            thing.is_held = thing.id in stack
+
+    def in_hand(self) -> frozenset[str]:
+        """Returns the ids of what is in the hand, with all that this carries."""
+        if self.held is None:
+            return frozenset()
+        return frozenset({self.held, *(thing.id for thing in contents(self.scene, self.held))})
+
+    def snapshot(self) -> ThorSnapshot:
+        """Returns the present moment."""
+        return ThorSnapshot(self.objects, self.agent, self.held)
+
+    def box(self, thing: Thing) -> Box:
+        """Returns the thing's box as it is when shut, where the thing is now."""
+        measure = self._pivot_boxes.get(thing.id)
+        half = np.array(thing.asset.size) / 2
+        return upright_box(thing, *((-half, half) if measure is None else (measure.low, measure.high)))
+
+    def pivot(self, thing: Thing, position: Vec3, rotation: Vec3) -> Vec3:
+        """Returns where THOR says a thing is when the middle of its box is at a position."""
+        shift = rotation_matrix(rotation) @ self._pivot_boxes[thing.id].middle_from_pivot
+        return Vec3(*(float(value) for value in np.subtract(position, shift)))
+
+    def is_movable(self, thing: Thing) -> bool:
+        """Whether THOR lets a thing be put elsewhere."""
+        entry = self.objects.get(thing.id, {})
+        return bool(entry.get("pickupable") or entry.get("moveable"))
+
+    def _take_over(self, thing: Thing, entry: Metadata | None) -> bool:
+        """Takes over what is said of a thing. Returns whether its place, or what carries it, is another than before."""
+        if entry is None:
+            thing.is_present = thing.id in self._absent_here and thing.is_structure
+            return False
+        thing.is_present = True
+        thing.openness = float(entry["openness"]) if thing.is_openable else 0.0
+        thing.is_toggled = bool(entry["isToggled"])
+        parent, before = self._carrier(entry), self.objects.get(thing.id)
+        is_same = before is not None and all(entry[name] == before[name] for name in ("position", "rotation"))
+        if is_same and parent == thing.parent:
+            return False
+        thing.rotation = from_thor(entry["rotation"])
+        shift = rotation_matrix(thing.rotation) @ self._pivot_boxes[thing.id].middle_from_pivot
+        thing.position = Vec3(*np.add(from_thor(entry["position"]), shift).tolist())
+        thing.parent = parent
+        return True
+
+    def _carrier(self, entry: Metadata) -> str | None:
+        """Returns the smallest of the things that THOR says an object is in or on; None in the hand and on a floor."""
+        if entry["isPickedUp"]:
+            return None
+        known = [
+            name for name in entry["parentReceptacles"] or () if name in self._pivot_boxes and name != entry["objectId"]
+        ]
+        if len(known) > 1:
+            known.sort(key=lambda name: (self._bulk(name), name))
+        return known[0] if known else None
+
+    def _bulk(self, name: str) -> float:
+        measure = self._pivot_boxes[name]
+        return float(np.prod(measure.high - measure.low))
+
+    def _rest(self, thing: Thing) -> None:
+        """Notes on which of its carrier's surfaces a thing rests: the document's where it lies as that says."""
+        first, parent = self._first[thing.id], self.scene.things.get(thing.parent or "")
+        if thing.parent == first.parent and distance(thing.position, first.position) <= SAME_PLACE_M:
+            thing.surface, thing.parent_joint = first.surface, first.parent_joint
+            return
+        thing.surface = thing.parent_joint = None
+        if parent is not None:
+            rested = copy.copy(thing)
+            rest_on_surface(rested, parent)
+            thing.surface, thing.parent_joint = rested.surface, rested.parent_joint
+
+
+def _copy_affordances(thing: Thing, entry: Metadata) -> None:
+    """Takes over what can be done with a thing."""
+    thing.is_openable, thing.is_toggleable = bool(entry["openable"]), bool(entry["toggleable"])
+    thing.is_pickupable = bool(entry["pickupable"])
+    thing.is_receptacle = bool(entry["receptacle"]) and bool(thing.asset.surfaces)
+
+
+def _measure(thing: Thing, entry: Metadata) -> PivotBox:
+    """Returns the box of a thing that THOR has just built; the document's size for one that is open or turned askew."""
+    turn = rotation_matrix(from_thor(entry["rotation"]))
+    pivot, half = np.array(from_thor(entry["position"])), np.array(thing.asset.size) / 2
+    if float(entry["openness"]) >= CLOSED_BELOW and entry["openable"]:
+        return PivotBox(-half, half, _snapped(turn.T @ (np.array(thing.position) - pivot)))
+    upright, oriented = entry["axisAlignedBoundingBox"], entry.get("objectOrientedBoundingBox")
+    middle = np.array(from_thor(upright["center"]))
+    offset = _snapped(turn.T @ (middle - pivot))
+    corners = np.array((oriented or upright)["cornerPoints"], dtype=float)
+    if oriented is None and not _is_right_angled(turn):
+        return PivotBox(-half, half, offset)
+    local = (corners - pivot) @ turn - offset
+    return PivotBox(local.min(axis=0), local.max(axis=0), offset)
+
+
+def _is_right_angled(turn: np.ndarray) -> bool:
+    return bool((np.abs(turn).max(axis=1) > 1.0 - RIGHT_ANGLE_WITHIN).all())
+
+
+def _snapped(offset: np.ndarray) -> np.ndarray:
+    return offset if float(np.abs(offset).max()) > NO_OFFSET_M else np.zeros(3)

@@ -1,0 +1,83 @@
+"""What AI2-THOR's pictures tell: which object each pixel shows, how much of it is seen, and how far away it is."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from vigil.base.geometry import Pose, Vec3
+from vigil.sim.core.sight import HEIGHT, NEAR_CLICK_PX, WIDTH, camera_axes, directions
+from vigil.sim.thor.engine_client import Event
+
+LISTED_PIXELS = 1600
+"""About how many pixels of a thing are listed."""
+MEASURED_PIXELS = 2000
+"""Of how many pixels of a thing, or up to twice as many, the distance is measured."""
+_PIXELS = np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), axis=-1)
+_LEVEL = Pose(position=Vec3(0.0, 0.0, 0.0), rotation=0.0)
+_ALONG = (directions(_LEVEL, _PIXELS.reshape(-1, 2)) @ camera_axes(_LEVEL)[2]).reshape(HEIGHT, WIDTH)
+"""Cosine of the angle between each pixel's ray and the camera's axis."""
+
+
+@dataclass(frozen=True, slots=True)
+class PixelCount:
+    """What is seen of an object."""
+
+    pixels: int = 0
+    nearest_m: float | None = None
+
+
+class SegmentedFrame:
+    """One frame from the agent's eye, pixel by pixel."""
+
+    def __init__(self, event: Event, in_hand: frozenset[str]) -> None:
+        assert event.instance_segmentation_frame is not None
+        self._colours = event.instance_segmentation_frame
+        self._depth = event.depth_frame
+        self._names = event.color_to_object_id
+        self._colour_of = {name: colour for colour, name in self._names.items()}
+        self._in_hand = in_hand
+
+    def at(self, x: int, y: int) -> str | None:
+        """Returns the name of what a pixel shows, what is in the hand included; None for what has none."""
+        return self._names.get(tuple(self._colours[y, x, :3].tolist()))
+
+    def ids_near_pixel(self, x: int, y: int) -> set[str]:
+        """Returns the names of what is shown within 3 px of a pixel, but for what is in the hand."""
+        offsets = _PIXELS[: 2 * NEAR_CLICK_PX + 1, : 2 * NEAR_CLICK_PX + 1].reshape(-1, 2) - NEAR_CLICK_PX
+        pixels = offsets[(offsets**2).sum(axis=1) <= NEAR_CLICK_PX**2] + [x, y]
+        pixels = pixels[((pixels >= 0) & (pixels < [WIDTH, HEIGHT])).all(axis=1)]
+        found = {self.at(column, row) for column, row in pixels.tolist()}
+        return {name for name in found if name is not None and name not in self._in_hand}
+
+    def pixel_count(self, *names: str) -> PixelCount:
+        """Returns how much of objects, which are parts of one, is seen; nothing of what is in the hand."""
+        rows, columns = (np.concatenate(each) for each in zip(*map(self._shown, names), strict=True))
+        if not len(rows):
+            return PixelCount()
+        if self._depth is None:
+            return PixelCount(len(rows))
+        some = slice(None, None, max(1, len(rows) // MEASURED_PIXELS))
+        nearest = float((self._depth[rows[some], columns[some]] / _ALONG[rows[some], columns[some]]).min())
+        return PixelCount(len(rows), round(nearest, 6))
+
+    def pixels_of(self, name: str) -> np.ndarray:
+        """Returns pixels (n, 2) of x, y that show an object, on a lattice fixed in the frame."""
+        rows, columns = self._shown(name)
+        stride = max(1, int(np.sqrt(len(rows) / LISTED_PIXELS)))
+        is_listed = (rows % stride == stride // 2) & (columns % stride == stride // 2)
+        return np.column_stack([columns[is_listed], rows[is_listed]])
+
+    def _shown(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Returns the rows and columns of the pixels that show an object; none of what is in the hand."""
+        colour = self._colour_of.get(name)
+        if colour is None or name in self._in_hand:
+            return np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp)
+        rows, columns = np.divmod(np.flatnonzero(self._reds == colour[0]), WIDTH)
+        is_shown = (self._colours[rows, columns, 1:3] == colour[1:3]).all(axis=1)
+        return rows[is_shown], columns[is_shown]
+
+    @cached_property
+    def _reds(self) -> np.ndarray:
+        """(HEIGHT * WIDTH,) uint8: the first byte of each pixel's colour, side by side, to be searched fast."""
+        return np.ascontiguousarray(self._colours[..., 0]).reshape(-1)

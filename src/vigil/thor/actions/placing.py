@@ -1,0 +1,184 @@
+"""Actions that set a scene: placing, removing and hiding objects."""
+
+from typing import Any
+
+import numpy as np
+
+from vigil.assets.catalog import CATALOG
+from vigil.base.geometry import Vec3
+from vigil.errors import EpisodeError
+from vigil.protocol.world import ObjectSetup, Placement, Setup
+from vigil.scene.geometry import bounding_box, upright_box
+from vigil.scene.supports import contents, level_surfaces, offset_from
+from vigil.scene.things import Thing
+from vigil.thor.actions.action import Action, ParameterKind
+from vigil.thor.base.errors import ActionFailed, bad_argument
+from vigil.thor.base.world import World
+
+RESTS_WITHIN_M = 0.05
+"""How far above a surface a thing's bottom may be placed and still rest on it."""
+
+
+def _place_at_point(world: World, objectId: str, position: Vec3, rotation: Vec3 | None = None, **_: object) -> None:
+    thing = _loose(world, objectId)
+    turned = rotation or thing.rotation
+    height = _height(thing, turned)
+    _place(world, thing.id, Vec3(position.x, position.y + height / 2, position.z), turned)
+
+
+def _teleport_object(
+    world: World,
+    objectId: str,
+    position: Vec3 | None = None,
+    x: float = 0.0,
+    y: float = 0.0,
+    z: float = 0.0,
+    rotation: Vec3 | None = None,
+    **_: object,
+) -> None:
+    thing = _loose(world, objectId)
+    _place(world, thing.id, position or Vec3(x, y, z), rotation or thing.rotation)
+
+
+def _set_poses(world: World, objectPoses: list[Any], placeStationary: bool = True) -> None:
+    del placeStationary
+    wanted: dict[str, tuple[Vec3, Vec3]] = {}
+    for number, pose in enumerate(objectPoses):
+        try:
+            place, turned = (Vec3(*(float(pose[key][axis]) for axis in "xyz")) for key in ("position", "rotation"))
+            name = str(pose["objectName"])
+        except (KeyError, TypeError, ValueError):
+            raise bad_argument(
+                f"objectPoses[{number}] needs objectName, position and rotation (each with x, y and z)"
+            ) from None
+        wanted[_loose(world, name).id] = place, turned
+    _remove_all(world, [thing.id for thing in world.things() if _is_loose(thing) and thing.id not in wanted])
+    for name in sorted(wanted, key=lambda name: _carries_others(world, name)):
+        world.editor.restore_object(name)  # what carried it may be gone, and it with that
+        _place(world, name, *wanted[name])
+
+
+def _carries_others(world: World, name: str) -> tuple[bool, bool]:
+    """Returns a key that sorts what may carry others before these."""
+    thing = world.editor.scene().things[name]
+    return thing.is_pickupable, not thing.is_receptacle
+
+
+def _remove(world: World, objectId: str | None = None, objectIds: list[str] | None = None) -> None:
+    names = [objectId] if objectId is not None else objectIds or []
+    _remove_all(world, [world.thing(name).id for name in names])
+
+
+def _disable(world: World, objectId: str) -> None:
+    _remove_all(world, [world.thing(objectId).id])
+
+
+def _enable(world: World, objectId: str) -> None:
+    world.need_house()
+    try:
+        world.editor.restore_object(objectId)
+    except EpisodeError:
+        raise bad_argument(f"objectId: {objectId} is not the objectId on any object in the scene!") from None
+
+
+def _remove_all(world: World, names: list[str]) -> None:
+    _apply_changes(world, {name: ObjectSetup(is_absent=True) for name in names})
+
+
+def _is_loose(thing: Thing) -> bool:
+    return not thing.is_structure and (thing.is_pickupable or CATALOG[thing.category].is_moveable)
+
+
+def _loose(world: World, object_id: str) -> Thing:
+    thing = world.thing(object_id)
+    if not _is_loose(thing):
+        raise ActionFailed(f"{object_id} must be pickupable or moveable to be placed elsewhere")
+    return thing
+
+
+def _height(thing: Thing, rotation: Vec3) -> float:
+    turned = Thing(thing.id, thing.category, thing.asset, thing.position, rotation)
+    half = np.array(thing.asset.size) / 2
+    return upright_box(turned, -half, half).size.y
+
+
+def _place(world: World, name: str, place: Vec3, turned: Vec3) -> None:
+    bottom = place.y - _height(world.thing(name), turned) / 2
+    below = _support(world, name, Vec3(place.x, bottom, place.z))
+    placement = Placement(position=place, rotation=turned, parent=below)
+    _apply_changes(world, {name: ObjectSetup(placement=placement)})
+
+
+def _support(world: World, name: str, point: Vec3) -> str | None:
+    """Returns the id of what has a level surface right below a point; None for the floor and the air."""
+    above = {name, *(thing.id for thing in contents(world.editor.scene(), name))}
+    found: list[tuple[float, str]] = []
+    for thing in world.things():
+        if thing.id in above or thing.is_held or not thing.is_receptacle:
+            continue
+        for surface, frame in level_surfaces(thing):
+            local = offset_from(frame, point)
+            is_over = abs(local.x) <= surface.size_x / 2 and abs(local.z) <= surface.size_z / 2
+            if is_over and abs(local.y) <= RESTS_WITHIN_M:
+                found.append((abs(local.y), thing.id))
+    return min([*found, *_tops(world, above, point)], default=(0.0, None))[1]
+
+
+def _tops(world: World, above: set[str], point: Vec3) -> list[tuple[float, str]]:
+    """Returns what is no receptacle and has a point right above it, as a pen lies on a book, with the gaps (m)."""
+    others = [thing for thing in world.things() if not (thing.id in above or thing.is_held or thing.is_receptacle)]
+    boxes = [(bounding_box(thing), thing.id) for thing in others if not thing.is_structure]
+    gaps = [(abs(point.y - box.top), name) for box, name in boxes if box.floor_distance(point) == 0.0]
+    return [(gap, name) for gap, name in gaps if gap <= RESTS_WITHIN_M]
+
+
+def _apply_changes(world: World, objects: dict[str, ObjectSetup]) -> None:
+    try:
+        world.editor.apply_changes(Setup(objects=objects))
+    except EpisodeError as error:
+        raise bad_argument(str(error)) from None
+    except ValueError as error:
+        raise bad_argument(f"these changes contradict each other: {error}") from None
+
+
+_NO_CHECK = "whether the place is free is not checked"
+_TELEPORT: dict[str, ParameterKind] = {
+    "objectId": "string",
+    "position": "Vector3",
+    "rotation": "Vector3",
+    "x": "float",
+    "y": "float",
+    "z": "float",
+    "forceAction": "bool",
+    "forceKinematic": "bool",
+    "allowTeleportOutOfHand": "bool",
+    "makeUnbreakable": "bool",
+}
+_ID: dict[str, ParameterKind] = {"objectId": "string"}
+
+ACTIONS = (
+    Action(
+        "PlaceObjectAtPoint",
+        _place_at_point,
+        {**_ID, "position": "Vector3", "rotation": "Vector3", "forceKinematic": "bool"},
+        (("objectId", "position"),),
+        lacks=_NO_CHECK,
+    ),
+    Action(
+        "TeleportObject",
+        _teleport_object,
+        _TELEPORT,
+        (("objectId", "position"), ("objectId", "x", "y", "z")),
+        lacks=_NO_CHECK,
+    ),
+    Action(
+        "SetObjectPoses",
+        _set_poses,
+        {"objectPoses": "list", "placeStationary": "bool"},
+        (("objectPoses",),),
+        lacks="one pose for each object: no copies are made; nothing falls",
+    ),
+    Action("RemoveFromScene", _remove, {**_ID, "objectIds": "list"}, (("objectId",), ("objectIds",))),
+    Action("DisableObject", _disable, _ID, (("objectId",),)),
+    Action("EnableObject", _enable, _ID, (("objectId",),)),
+)

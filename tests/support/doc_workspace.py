@@ -1,0 +1,51 @@
+"""A folder in which what the pages show is run: with runs, houses, a pack, and the project's programs."""
+
+import json
+import shutil
+from pathlib import Path
+
+from doc_commands import ROOT
+from quick_runs import claim, quick
+from thor_files import write_asset_database
+
+from vigil.housegen import generate, spec_for
+from vigil.runner.run import run_pack
+
+EPISODES = (
+    "vigil_fridge_seed101",
+    "vigil_laptop_seed101",
+    "vigil_statue_seed121",
+    "vigil_desklamp_seed121",
+)
+"""Of the starter pack; in two houses, which several commands draw."""
+RUNS = {
+    "a": ("random", "vllm/random"),
+    "b": ("sweep", "vllm/sweep"),
+    "gpt-4o": ("sweep", "openai/gpt-4o"),
+    "qwen": ("random", "vllm/Qwen/Qwen3-VL-8B-Instruct"),
+}
+"""The agent that plays each run, and the model that its header then names."""
+
+
+def write_workspace(folder: Path) -> Path:
+    """Writes what the pages' commands read, and returns the folder."""
+    for name, (agent, model) in RUNS.items():
+        run = folder / "runs" / name
+        run_pack(quick(Path("starter"), run, agent=agent, episode_ids=EPISODES))
+        _name_model(run / "run.json", model)
+        claim(run)
+    house = generate(7, spec_for("2"))
+    house.save(folder / "house.json")
+    (folder / "my_houses").mkdir()
+    shutil.copy(folder / "house.json", folder / "my_houses" / "one.json")
+    write_asset_database(folder)
+    shutil.copytree(ROOT / "src/vigil/data/packs/vigil_smoke_v2", folder / "my_pack")
+    for name in ("examples", "scripts"):
+        (folder / name).symlink_to(ROOT / name)
+    return folder
+
+
+def _name_model(header: Path, model: str) -> None:
+    facts = json.loads(header.read_text(encoding="utf-8"))
+    facts["spec"] |= {"agent": model, "agent_kind": "model"}
+    header.write_text(json.dumps(facts), encoding="utf-8")

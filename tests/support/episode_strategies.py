@@ -1,0 +1,17 @@
+"""Episodes of every family and course, drawn by hypothesis."""
+
+from hypothesis import strategies as st
+from published_runs import CAN_ADVANCE, EpisodeScript, make_episodes
+
+from vigil.protocol.actions import STATUSES
+from vigil.protocol.episode import FAMILIES
+
+EPISODES = {one.family: one for one in make_episodes(1)}
+SCRIPTS = st.builds(
+    EpisodeScript,
+    family=st.sampled_from(sorted(FAMILIES)),
+    w=st.booleans(),
+    end=st.sampled_from([*STATUSES, "NR", "IL"]),
+    wait=st.integers(0, 3),
+    advanced=st.booleans(),
+).map(lambda plot: plot if plot.family in CAN_ADVANCE else EpisodeScript(plot.family, plot.w, plot.end, plot.wait))
