@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[1]
 EXTENDED: dict[str, tuple[str, tuple[str, ...]]] = {
     "agents": (
         "Agents",
-        ("agents.agent", "protocol.observation", "protocol.actions", "agents.scripted", "agents.choose"),
+        ("agents.agent", "protocol.observation", "protocol.actions", "agents.scripted", "agents.registry"),
     ),
     "goals": (
         "Goals and families",
@@ -22,13 +22,13 @@ EXTENDED: dict[str, tuple[str, tuple[str, ...]]] = {
             "protocol.goals",
             "scoring.goal_check",
             "protocol.episode",
-            "authoring.ways.goal_kinds",
-            "authoring.ways.goal_wrong_ways",
+            "authoring.solving.goal_actions",
+            "authoring.review.goal_controls",
         ),
     ),
     "simulators": (
         "Simulators",
-        ("sim", "sim.protocol", "sim.privileged", "sim.staging", "sim.conformance", "protocol.world", "base.geometry"),
+        ("sim", "sim.protocol", "sim.privileged", "sim.scene_editor", "sim.conformance", "protocol.world", "base.geometry"),
     ),
     "assets": (
         "Assets and houses",

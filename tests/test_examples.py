@@ -85,8 +85,8 @@ def test_the_page_names_every_example() -> None:
 FILES_OF_GOALS = (
     "protocol/goals.py",
     "scoring/goal_check.py",
-    "authoring/ways/goal_kinds.py",
-    "authoring/ways/goal_wrong_ways.py",
+    "authoring/solving/goal_actions.py",
+    "authoring/review/goal_controls.py",
 )
 PLACES = re.findall(r"^\| `([\w/]+\.py)` \| `(\w+)` \|", EXTENDING, re.MULTILINE)
 
@@ -106,7 +106,7 @@ def test_the_page_names_all_places_of_a_kind_of_goal() -> None:
         for node in ast.parse((ROOT / "src" / "vigil" / file).read_text(encoding="utf-8")).body
         if isinstance(node, ast.FunctionDef | ast.ClassDef) and "ObjectHeld" in ast.unparse(node)
     }
-    helpers = {("authoring/ways/goal_wrong_ways.py", name) for name in ("_done_to", "_allows", "_neighbour")}
+    helpers = {("authoring/review/goal_controls.py", name) for name in ("_applied_to", "_allows", "_neighbour")}
     assert named - helpers == set(PLACES)
 
 

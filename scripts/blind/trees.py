@@ -17,7 +17,7 @@ from scripts.blind import drawing
 from scripts.blind.drawing import FACTS, FrameFacts, Job
 from vigil.sim.showcase import object_renders
 
-PORTRAIT = Path("vigil", "sim", "showcase", "portrait.py")
+PORTRAIT = Path("vigil", "sim", "showcase", "object_renders.py")
 
 
 def draw_with(tree: Path | None, jobs: Sequence[Job], folder: Path) -> list[FrameFacts]:

@@ -273,12 +273,12 @@ def test_processes_end_with_a_killed_parent(pack: str, tmp_path: Path) -> None:
 
 
 def test_engines_of_a_process_keep_models_for_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(model_cache, "KEPT", 2)
+    monkeypatch.setattr(model_cache, "MAX_CACHED_PER_ENGINE", 2)
     models = model_cache._Models(float("inf"))
     engines = [type("Engine", (), {})() for _ in range(3)]
     held = len(model_cache._engines)
     for number in range(3):
-        model_cache.join(engines[number])
+        model_cache.register_engine(engines[number])
     for number in range(2 * (held + 3) + 5):
         models[number] = number  # type: ignore[assignment]
     assert len(models) == 2 * (held + 3)

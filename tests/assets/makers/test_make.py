@@ -155,7 +155,7 @@ def _fingerprint(asset: Asset) -> list[object]:
 
 def test_same_arguments_same_bytes() -> None:
     before = {category: _fingerprint(make(category, _usual(category), 7)) for category in sorted(MAKERS)}
-    assets._made.cache_clear()
+    assets._make_cached.cache_clear()
     for category, fingerprint in before.items():
         assert _fingerprint(make(category, _usual(category), 7)) == fingerprint
 

@@ -93,7 +93,7 @@ def test_what_walls_hide_no_ray_meets(simulator: PrivilegedSimulator, starter: P
         return found, len(cast)
 
     known, casts = counts()
-    monkeypatch.setattr(Sight, "_is_shut_off", lambda *_: False)
+    monkeypatch.setattr(Sight, "_is_behind_walls", lambda *_: False)
     context.begin(Setup())
     asked, all_casts = counts()
     assert asked == known
