@@ -36,18 +36,18 @@ def pytest_xdist_auto_num_workers() -> int:
 
 
 def collect() -> None:
-    """Collects garbage, and leaves what lives on out of later collections, which would take a second in the end."""
+    """Collect garbage, and leaves what lives on out of later collections, which would take a second in the end."""
     gc.collect()
     gc.freeze()
 
 
 def pytest_collection_finish() -> None:
-    """Collects what was left over by importing the tests."""
+    """Collect what was left over by importing the tests."""
     collect()
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leaves out what is true of the real houses alone, unless they are there; several processes begin with what takes
+    """Leave out what is true of the real houses alone, unless they are there; several processes begin with what takes
     long."""
     if REAL_HOUSES is None:
         real = [item for item in items if item.get_closest_marker("real_houses")]
@@ -68,7 +68,7 @@ def thor_files(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session", autouse=True)
 def forked_workers() -> Iterator[None]:
-    """Forks workers from a process that has imported all they need."""
+    """Fork workers from a process that has imported all they need."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(process, "launch", fork)
         patch.setattr(processes, "spawn_context", PoolContext)
@@ -77,21 +77,21 @@ def forked_workers() -> Iterator[None]:
 
 @pytest.fixture
 def real_workers(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Starts workers as users' are."""
+    """Start workers as users' are."""
     monkeypatch.setattr(process, "launch", REAL_LAUNCH)
     monkeypatch.setattr(processes, "spawn_context", REAL_CONTEXT)
 
 
 @pytest.fixture
 def collected() -> Iterator[None]:
-    """Collects garbage at the end, so that what a test leaves open is told of, or filtered, in that test."""
+    """Collect garbage at the end, so that what a test leaves open is told of, or filtered, in that test."""
     yield
     collect()
 
 
 @pytest.fixture
 def plain_tracebacks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Keeps Inspect from drawing the source around every failed request, a third of a second each."""
+    """Keep Inspect from drawing the source around every failed request, a third of a second each."""
 
     def plain(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> tuple[str, str]:
         text = "".join(traceback.format_exception(kind, error, trace))
@@ -102,7 +102,7 @@ def plain_tracebacks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def patient(make: Callable[..., Any]) -> Callable[..., Any]:
-    """Returns a maker of pages or of their contexts, which then wait for what a slow machine shows late."""
+    """Return a maker of pages or of their contexts, which then wait for what a slow machine shows late."""
 
     def made(**options: Any) -> Any:
         found = make(**options)

@@ -55,7 +55,7 @@ class Visitor:
             self.page.keyboard.press(key)
 
     def tab_to(self, selector: str, most: int = 120) -> None:
-        """Goes to an element by the Tab key alone; each stop on the way must be seen to have the focus."""
+        """Go to an element by the Tab key alone; each stop on the way must be seen to have the focus."""
         for _ in range(most):
             self.press("Tab")
             assert self.page.evaluate(UNSEEN_FOCUS) == ""

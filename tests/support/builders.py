@@ -69,13 +69,13 @@ class RecordBuilder:
         return self
 
     def report(self, status: str = "success", raw: str | None = None) -> EpisodeRecord:
-        """Closes the episode and returns its record."""
+        """Close the episode and returns its record."""
         report = Report.model_validate({"status": status, "summary": "", "raw_status": raw})
         self._add(action=report, world=self._changed({}))
         return self.end("report")
 
     def end(self, end: End = "fail_no_report") -> EpisodeRecord:
-        """Returns the record without a report."""
+        """Return the record without a report."""
         return EpisodeRecord(
             versions=Versions.current(),
             run_id="run",

@@ -165,7 +165,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(data)
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Says nothing."""
+        """Say nothing."""
 
 
 def _completion(answer: ChatAnswer) -> dict[str, Any]:
@@ -205,7 +205,7 @@ def pictures_of(message: dict[str, Any]) -> list[bytes]:
 
 
 def read_number(picture: bytes) -> str:
-    """Reads the four digits by comparing with each number that could have been drawn, digit by digit."""
+    """Read the four digits by comparing with each number that could have been drawn, digit by digit."""
     seen = np.asarray(Image.open(io.BytesIO(picture)).convert("L"), dtype=float)
     number = "1000"
     for place in range(4):

@@ -23,7 +23,7 @@ Vigil = Callable[..., CommandResult]
 
 
 def command_runner(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Vigil:
-    """Returns what runs a command and catches what it says."""
+    """Return what runs a command and catches what it says."""
 
     def run(*arguments: str | Path) -> CommandResult:
         monkeypatch.setattr(sys, "argv", ["vigil", *map(str, arguments)])

@@ -54,7 +54,7 @@ class Command:
         return shlex.split(_without_variables(self.text), comments=True)
 
     def mark(self, kind: str) -> Mark | None:
-        """Returns its mark of a kind."""
+        """Return its mark of a kind."""
         return next((mark for mark in self.marks if mark.kind.startswith(kind)), None)
 
     @property
@@ -64,18 +64,18 @@ class Command:
 
 
 def name_of(page: Path) -> str:
-    """Returns a page's path in the repository."""
+    """Return a page's path in the repository."""
     return page.relative_to(ROOT).as_posix()
 
 
 @cache
 def blocks_of(page: Path) -> tuple[Block, ...]:
-    """Returns the code blocks of a page."""
+    """Return the code blocks of a page."""
     return tuple(blocks(read(page)))
 
 
 def marks_of(block: Block) -> list[Mark]:
-    """Returns the marks above a block; other comments are none."""
+    """Return the marks above a block; other comments are none."""
     found = [_MARK.fullmatch(" ".join(text.split())) for text in block.comments]
     return [Mark(one["kind"], one["start"] or "", one["text"]) for one in found if one]
 
@@ -86,7 +86,7 @@ def is_script(block: Block) -> bool:
 
 
 def commands_of(page: Path, block: Block) -> Iterator[Command]:
-    """Yields the commands of a block of shell; of a console what follows the prompt, not what is answered."""
+    """Yield the commands of a block of shell; of a console what follows the prompt, not what is answered."""
     marks = marks_of(block)
     start, lines = block.line, []
     for number, line in enumerate(block.text.splitlines(), block.line):
@@ -105,7 +105,7 @@ def commands_of(page: Path, block: Block) -> Iterator[Command]:
 
 
 def all_commands() -> Iterator[Command]:
-    """Yields every command of every page, scripts' lines too."""
+    """Yield every command of every page, scripts' lines too."""
     for page in PAGES:
         for block in blocks_of(page):
             if block.language in SHELL:
@@ -113,7 +113,7 @@ def all_commands() -> Iterator[Command]:
 
 
 def vigil_calls(text: str) -> list[list[str]]:
-    """Returns the words after `vigil` of every call of it in a line of shell."""
+    """Return the words after `vigil` of every call of it in a line of shell."""
     found = []
     for part in re.split(r"\s(?:&&|\|\|?|;)\s", _without_variables(text)):
         words = shlex.split(part, comments=True)
@@ -129,7 +129,7 @@ def _without_variables(text: str) -> str:
 
 
 def parsed(words: list[str]) -> tuple[list[str], dict[str, Any]]:
-    """Returns the verb of a call, and what its options and arguments are read as; nothing is run."""
+    """Return the verb of a call, and what its options and arguments are read as; nothing is run."""
     command: Any = get_command(app)
     context = command.make_context("vigil", list(words))
     verb = []
@@ -141,14 +141,14 @@ def parsed(words: list[str]) -> tuple[list[str], dict[str, Any]]:
 
 
 def texts_of(value: Any) -> set[str]:
-    """Returns the texts from which a value may have been read."""
+    """Return the texts from which a value may have been read."""
     if isinstance(value, list | tuple):
         return set().union(*map(texts_of, value))
     return {str(value), f"{value:g}"} if isinstance(value, int | float) else {str(value)}
 
 
 def wrong_with(words: list[str]) -> str:
-    """Returns what is wrong with a command of another program of the project; empty when nothing is."""
+    """Return what is wrong with a command of another program of the project; empty when nothing is."""
     program, *rest = words
     if program == "make":
         makefile = read(ROOT / "Makefile")
@@ -165,7 +165,7 @@ def wrong_with(words: list[str]) -> str:
 
 
 def _wrong_with_python(words: list[str]) -> str:
-    """Returns what is wrong with a call of one of the project's programs."""
+    """Return what is wrong with a call of one of the project's programs."""
     path = ROOT / (f"{words[1].replace('.', '/')}.py" if words[0] == "-m" else words[0])
     if not path.is_file():
         return f"there is no {path.relative_to(ROOT)}"

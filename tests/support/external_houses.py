@@ -13,7 +13,7 @@ DRESSER_ID, TABLE_ID, APPLE_ID = "Dresser|2|0", "DiningTable|3|0", "Apple|3|1"
 
 
 def furnished(**between: Any) -> Document:
-    """Returns two rooms with a dresser, a table with an apple on it, and an open door between."""
+    """Return two rooms with a dresser, a table with an apple on it, and an open door between."""
     data = two_rooms(**between)
     data["doors"] = [door_between(openness=1.0)]
     data["objects"] = [

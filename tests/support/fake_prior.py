@@ -22,7 +22,7 @@ class FakePrior(ModuleType):
         self.calls: list[dict[str, Any]] = []
 
     def load_dataset(self, dataset: str, revision: str = "main", entity: str = "allenai", **more: Any) -> None:
-        """Writes the dataset, changes the working directory and prints, as the real one does."""
+        """Write the dataset, changes the working directory and prints, as the real one does."""
         self.calls.append({"dataset": dataset, "revision": revision, "entity": entity, **more})
         folder = self.folder
         folder.mkdir(parents=True, exist_ok=True)
@@ -44,6 +44,6 @@ class FakePrior(ModuleType):
 
 
 def as_procthor_writes(data: dict[str, Any]) -> bytes:
-    """Returns a generated house's document as one that ProcTHOR made: it names no generator."""
+    """Return a generated house's document as one that ProcTHOR made: it names no generator."""
     metadata = {name: value for name, value in data["metadata"].items() if name != "generator"}
     return json.dumps({**data, "metadata": metadata}).encode()

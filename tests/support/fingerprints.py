@@ -28,7 +28,7 @@ Numbers = dict[str, list[float]]
 
 
 def shapes() -> dict[str, Numbers]:
-    """Returns the fingerprint of every category: plain numbers for each kind of thing that a shape has."""
+    """Return the fingerprint of every category: plain numbers for each kind of thing that a shape has."""
     return {name: _category(name) for name in sorted({*MAKERS, *CATALOG})}
 
 
@@ -47,7 +47,7 @@ def _category(name: str) -> Numbers:
 
 
 def _summed(rows: Iterable[list[float]]) -> list[float]:
-    """Returns how many rows there are, and their sums, each row weighted by its place so that an exchange shows."""
+    """Return how many rows there are, and their sums, each row weighted by its place so that an exchange shows."""
     found = [np.array([1.0, *row]) * (1.0, *[1.0 + 0.01 * place] * len(row)) for place, row in enumerate(rows)]
     return [round(float(value), 4) for value in np.sum(found, axis=0)] if found else []
 
@@ -80,7 +80,7 @@ def _boxes(asset: Asset) -> list[float]:
 
 
 def shape_differences(pinned: dict[str, Numbers], found: dict[str, Numbers]) -> list[str]:
-    """Returns the kinds of things whose shapes are not as pinned, e.g. `Fridge: surfaces`."""
+    """Return the kinds of things whose shapes are not as pinned, e.g. `Fridge: surfaces`."""
     return [
         f"{name}: {kind}"
         for name in sorted({*pinned, *found})
@@ -139,12 +139,12 @@ VARIANTS_OF_READING: tuple[dict[str, Any], ...] = (
 
 
 def replies() -> list[dict[str, Any]]:
-    """Returns the table of texts with what the grammar makes of them."""
+    """Return the table of texts with what the grammar makes of them."""
     return [{"text": text, **how, "is": read(text, how)} for text in TEXTS for how in VARIANTS_OF_READING]
 
 
 def read(text: str, how: dict[str, Any]) -> dict[str, Any]:
-    """Returns what the grammar makes of a text: the action, or why there is none (wording left aside)."""
+    """Return what the grammar makes of a text: the action, or why there is none (wording left aside)."""
     reply = Reply(text=text, finish_reason=how.get("finish_reason"))
     coordinates = cast(Coordinates, how.get("coordinates", "pixel"))
     parsed = parse_reply(reply, coordinates, cast(ReplyPolicy, how.get("policy", "strict")))
@@ -152,7 +152,7 @@ def read(text: str, how: dict[str, Any]) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Writes both files anew."""
+    """Write both files anew."""
     lines = [f'  "{name}": {json.dumps(numbers)}' for name, numbers in shapes().items()]
     SHAPES.write_text(f'{{"shapes_version": {SHAPES_VERSION}, "shapes": {{\n' + ",\n".join(lines) + "\n}}\n")
     table = [f"  {json.dumps(row)}" for row in replies()]

@@ -53,23 +53,23 @@ class ForkedWorker:
         self.pid = process.pid
 
     def wait(self, timeout: float | None = None) -> int:
-        """Returns the exit status. Raises subprocess.TimeoutExpired."""
+        """Return the exit status. Raises subprocess.TimeoutExpired."""
         self._process.join(timeout)
         if self._process.exitcode is None:
             raise subprocess.TimeoutExpired("worker", timeout or 0.0)
         return self._process.exitcode
 
     def terminate(self) -> None:
-        """Asks it to end."""
+        """Ask it to end."""
         self._process.terminate()
 
     def kill(self) -> None:
-        """Kills it."""
+        """Kill it."""
         self._process.kill()
 
 
 def fork(fd: int, log: Path | None, environment: dict[str, str]) -> ForkedWorker:
-    """Forks a worker on its end of a socket pair, as `vigil.runner.workers.process.launch` starts one."""
+    """Fork a worker on its end of a socket pair, as `vigil.runner.workers.process.launch` starts one."""
     connection = Connection(os.dup(fd))
     arguments = (connection, log or os.devnull, {**environment, **os.environ})
     process = _FORKING.Process(target=_work, args=arguments, daemon=True)

@@ -36,7 +36,7 @@ TESTS = Path(__file__).parents[1]
 
 
 def long_first(items: Sequence[pytest.Item], processes: int) -> list[pytest.Item]:
-    """Returns the tests in an order that has some of the long modules at the beginning of each process's part."""
+    """Return the tests in an order that has some of the long modules at the beginning of each process's part."""
     modules: dict[str, list[pytest.Item]] = {}
     for item in items:
         modules.setdefault(item.path.relative_to(TESTS).as_posix(), []).append(item)

@@ -63,7 +63,7 @@ class EpisodeScript:
 
 @cache
 def record_of(script: EpisodeScript) -> EpisodeRecord:
-    """Returns the record of a plot, of an episode named `@`."""
+    """Return the record of a plot, of an episode named `@`."""
     builder, spec = _start_record(script), FAMILIES[script.family]
     closing = spec.max_invalid + 1 if script.end == "IL" else 1
     for _ in range(min(script.wait, spec.max_steps - closing - len(builder.steps))):
@@ -120,7 +120,7 @@ class Counts:
 
 
 def counts_of(model: str) -> Counts:
-    """Returns the counts of one of the ten anchors."""
+    """Return the counts of one of the ten anchors."""
     tables = paper().tables
     row, lag, cond = (
         next(row for row in tables[name] if row["model"] == model)
@@ -143,7 +143,7 @@ def counts_of(model: str) -> Counts:
 
 
 def scripts_of(counts: Counts) -> dict[Family, list[EpisodeScript]]:
-    """Returns 125 plots a family that realise the counts."""
+    """Return 125 plots a family that realise the counts."""
     waits = _waits(counts)
     no_reports = _no_reports(counts)
     missed = counts.no_reports_w1
@@ -165,7 +165,7 @@ def scripts_of(counts: Counts) -> dict[Family, list[EpisodeScript]]:
 
 
 def _waits(counts: Counts) -> Iterator[int]:
-    """Yields the idle steps of each B=1 episode, in the families' order: what the plain lags leave to be filled."""
+    """Yield the idle steps of each B=1 episode, in the families' order: what the plain lags leave to be filled."""
     closed = sum(counts.b.values())
     extra = counts.lags - (closed - counts.b["SV"])
     for index in range(closed):
@@ -179,7 +179,7 @@ def _no_reports(counts: Counts) -> Iterator[str]:
 
 
 def _reports_w0(counts: Counts, mismatched: int) -> dict[Family, list[tuple[str, bool]]]:
-    """Returns the reports given W=0: false successes, other mismatches, then honest fails."""
+    """Return the reports given W=0: false successes, other mismatches, then honest fails."""
     wanted = [("success", True)] * (counts.false_successes - counts.at_zero)
     wanted += [("success", False)] * counts.at_zero
     wanted += [("open", False)] * (mismatched - counts.false_successes)
@@ -193,7 +193,7 @@ def _reports_w0(counts: Counts, mismatched: int) -> dict[Family, list[tuple[str,
 
 
 def make_episodes(per_family: int = PER_FAMILY) -> list[Episode]:
-    """Returns episodes of every family, spread over forty houses, in the order of their ids."""
+    """Return episodes of every family, spread over forty houses, in the order of their ids."""
     found = [
         episode(family, id=f"{family}-{number:03}", house=HouseRef(name=f"house_{number % 40}", sha256="0" * 64))
         for family in FAMILIES
@@ -203,7 +203,7 @@ def make_episodes(per_family: int = PER_FAMILY) -> list[Episode]:
 
 
 def write_pack(folder: Path, episodes: list[Episode], houses: Mapping[str, bytes] | None = None) -> str:
-    """Writes as much of a pack as readers of runs need, and returns its hash."""
+    """Write as much of a pack as readers of runs need, and returns its hash."""
     lines = b"".join(one.model_dump_json().encode() + b"\n" for one in episodes)
     families = {family: sum(one.family == family for one in episodes) for family in FAMILIES}
     manifest = {
@@ -238,7 +238,7 @@ def write_run(
     planned: list[str] | None = None,
     **spec: Any,
 ) -> Path:
-    """Writes a run whose episodes went as `records` say, by episode id, and returns its folder."""
+    """Write a run whose episodes went as `records` say, by episode id, and returns its folder."""
     profile = profile or Profile()
     header = RunHeader(
         run_id=folder.name,
@@ -277,14 +277,14 @@ _lines: dict[int, tuple[EpisodeRecord, bytes]] = {}
 
 
 def _line(record: EpisodeRecord) -> bytes:
-    """Returns a record's line; equal objects are written once."""
+    """Return a record's line; equal objects are written once."""
     if id(record) not in _lines:
         _lines[id(record)] = (record, record.model_dump_json().encode() + b"\n")
     return _lines[id(record)][1]
 
 
 def records_of(scripts: dict[Family, list[EpisodeScript]]) -> dict[str, EpisodeRecord]:
-    """Returns the records of plots by the ids of `make_episodes`."""
+    """Return the records of plots by the ids of `make_episodes`."""
     return {
         f"{family}-{number:03}": record_of(script)
         for family, row in scripts.items()
@@ -299,12 +299,12 @@ Write = Callable[..., Path]
 
 
 def good(family: Family) -> EpisodeScript:
-    """Returns the plot of an episode that is reached and closed."""
+    """Return the plot of an episode that is reached and closed."""
     return EpisodeScript(family, True, "on" if family == "SV" else "success")
 
 
 def small_records(script_of: Callable[[Family], EpisodeScript] = good) -> dict[str, EpisodeRecord]:
-    """Returns records of the small pack, one plot a family."""
+    """Return records of the small pack, one plot a family."""
     return {f"{family}-{number:03}": record_of(script_of(family)) for family in FAMILIES for number in range(SMALL)}
 
 
@@ -318,7 +318,7 @@ PROVIDERS = {
 
 
 def write_anchor(folder: Path, pack: Path, model: str, **facts: Any) -> Path:
-    """Writes a run that realises the published counts of an anchor."""
+    """Write a run that realises the published counts of an anchor."""
     name = model.removesuffix(" (T)")
     agent = f"{PROVIDERS.get(name, 'vllm')}/{name}"
     return write_run(folder, pack, agent, records_of(scripts_of(counts_of(model))), thinking=name != model, **facts)

@@ -66,7 +66,7 @@ REASONING_FORMS: dict[str, Form] = {
 
 
 def without_pictures(assets: AssetDatabase, quality: str) -> PrivilegedSimulator:
-    """Returns the simulator for tests without its pictures, which take most of its time, as a `SimulatorFactory`."""
+    """Return the simulator for tests without its pictures, which take most of its time, as a `SimulatorFactory`."""
     del quality
     simulator = make_simulator("fake", assets=assets)
     grey = np.full((FRAME_HEIGHT, FRAME_WIDTH, 3), 128, dtype=np.uint8)
@@ -76,7 +76,7 @@ def without_pictures(assets: AssetDatabase, quality: str) -> PrivilegedSimulator
 
 @contextmanager
 def shared_simulator(pack: Pack) -> Iterator[None]:
-    """Lets all runs of `pack` within the block play on one simulator."""
+    """Let all runs of `pack` within the block play on one simulator."""
     plan = worker_plan(quick(pack.folder, None, model="vllm/m", simulator_factory=without_pictures), pack, Profile())
     with SimulatorPool(plan, 1) as pool, pytest.MonkeyPatch.context() as patch:
         patch.setattr(run, "SimulatorPool", lambda *_, **__: nullcontext(pool))
@@ -110,7 +110,7 @@ class FormsInTurn:
         return REASONING_FORMS[_in_turn(place, self._times[place] - 1)].said
 
     def check(self, record: EpisodeRecord, time: int) -> str:
-        """Asserts that a record is that of an episode played so, for the time given; returns the form's name."""
+        """Assert that a record is that of an episode played so, for the time given; returns the form's name."""
         assert record.error is None
         assert record.end == "report"
         name = _in_turn(self._places[record.episode_id], time)
@@ -124,7 +124,7 @@ def _in_turn(place: int, time: int) -> str:
 
 
 def check_judged(name: str, step: StepRecord) -> None:
-    """Asserts that a step in which a form was said is judged as the protocol says."""
+    """Assert that a step in which a form was said is judged as the protocol says."""
     check_reply(name, step.reply)
     form = REASONING_FORMS[name]
     if form.reason is None:
@@ -135,7 +135,7 @@ def check_judged(name: str, step: StepRecord) -> None:
 
 
 def check_reply(name: str, reply: Reply) -> None:
-    """Asserts that a reply said in a form is read and parsed as the protocol says."""
+    """Assert that a reply said in a form is read and parsed as the protocol says."""
     form, parsed = REASONING_FORMS[name], parse_reply(reply, "pixel", "strict")
     assert reply.text == form.said.text, name
     assert reply.reasoning_chars >= len(THOUGHT) or form.reason is not None, name

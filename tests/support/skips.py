@@ -10,7 +10,7 @@ MAY_BE_MISSING = ("Chromium", "Playwright", "'datasets'", "ai2thor", "verifiers"
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Turns a skip for any other reason into a failure that says so."""
+    """Turn a skip for any other reason into a failure that says so."""
     report = yield
     if report.skipped and not hasattr(report, "wasxfail"):
         assert isinstance(report.longrepr, tuple)

@@ -18,7 +18,7 @@ def small_pack(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def write(tmp_path: Path, small_pack: Path, usual_agent: str) -> Write:
-    """Writes a run on the small pack: `write(name, records, agent=..., **spec)`."""
+    """Write a run on the small pack: `write(name, records, agent=..., **spec)`."""
 
     def run(name: str, records: dict[str, EpisodeRecord] | None = None, **facts: Any) -> Path:
         agent = facts.pop("agent", usual_agent)

@@ -111,7 +111,7 @@ def _picture(data: bytes | None, kind: type) -> np.ndarray | None:
 
 
 def in_process(assets: AssetDatabase | None = None, backend: str = "mujoco") -> ThorSimulator:
-    """Returns the back end over this project's engine, without AI2-THOR's client."""
+    """Return the back end over this project's engine, without AI2-THOR's client."""
     return ThorSimulator("thor/in-process", lambda house: InProcess(house, backend), assets or AssetDatabase.default())
 
 
@@ -136,6 +136,6 @@ class DiesOnce(InProcess):
 
 
 def dies_once(assets: AssetDatabase, quality: str) -> ThorSimulator:
-    """Returns such a backend, as a `SimulatorFactory`."""
+    """Return such a backend, as a `SimulatorFactory`."""
     del quality
     return ThorSimulator("thor/dies-once", DiesOnce, assets)

@@ -35,7 +35,7 @@ STEPS: tuple[tuple[str, dict[str, Any]], ...] = (
 
 
 def kept(sent: dict[str, Any], metadata: dict[str, Any]) -> dict[str, Any]:
-    """Returns a line of the golden file: an action as it was sent, and its answer, objects and houses as their hash."""
+    """Return a line of the golden file: an action as it was sent, and its answer, objects and houses as their hash."""
     house = sent.get("house")
     names = (
         "lastAction",
@@ -67,12 +67,12 @@ def _hash(value: Any) -> str:
 
 
 def golden() -> list[dict[str, Any]]:
-    """Returns the lines of the golden file."""
+    """Return the lines of the golden file."""
     return [json.loads(line) for line in GOLDEN.read_text(encoding="utf-8").splitlines()]
 
 
 def played(house: dict[str, Any], command: str) -> list[dict[str, Any]]:
-    """Returns the lines of an exchange of the real client with an engine."""
+    """Return the lines of an exchange of the real client with an engine."""
     from ai2thor.controller import Controller  # noqa: PLC0415 - may not be installed
     from ai2thor.fifo_server import FifoServer  # noqa: PLC0415
 

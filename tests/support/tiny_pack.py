@@ -66,13 +66,13 @@ def tiny_episode(number: int, family: Family = "DA", house: House | None = None,
 
 
 def tiny_pack(folder: Path, count: int = 4, families: tuple[Family, ...] = ("DA", "PG", "SV", "AI")) -> Pack:
-    """Freezes a pack of `count` episodes into `folder`, the families in turn."""
+    """Freeze a pack of `count` episodes into `folder`, the families in turn."""
     episodes = [tiny_episode(number, families[number % len(families)]) for number in range(count)]
     return freeze(folder, episodes, _solutions(episodes), [tiny_house()], name="tiny")
 
 
 def loose_pack(folder: Path, episodes: list[Episode], houses: list[House]) -> Pack:
-    """Writes a pack without the checks of `freeze`: budgets may be anything."""
+    """Write a pack without the checks of `freeze`: budgets may be anything."""
     contents = {
         "episodes.jsonl": b"".join(canonical_json(episode.model_dump(mode="json")) + b"\n" for episode in episodes),
         "solutions.jsonl": b"".join(

@@ -10,7 +10,7 @@ BETWEEN = ("wall|2|e", "wall|3|w")
 
 
 def two_rooms(**between: Any) -> dict[str, Any]:
-    """Returns the document of a living room (x 0 to 4) and a kitchen (4 to 8); `between` changes the walls between."""
+    """Return the document of a living room (x 0 to 4) and a kitchen (4 to 8); `between` changes the walls between."""
     walls = [wall for room, left in (("2", 0.0), ("3", WIDTH_M)) for wall in _walls(room, left)]
     return {
         "rooms": [_room("2", "LivingRoom", 0.0), _room("3", "Kitchen", WIDTH_M)],

@@ -8,7 +8,7 @@ HANGS_AFTER_S = 600.0
 
 
 def wait_until(has_happened: Callable[[], object], what: str) -> None:
-    """Waits until something has happened. Raises AssertionError with `what` when it never does."""
+    """Wait until something has happened. Raises AssertionError with `what` when it never does."""
     end = time.monotonic() + HANGS_AFTER_S
     while not has_happened():
         assert time.monotonic() < end, f"{what} has not happened in {HANGS_AFTER_S:g} s"

@@ -73,7 +73,7 @@ class LoggedErrors:
 def hostile_requests(
     routes: Sequence[Route], port: int, *, count: int, seed: int, token: str = ""
 ) -> Iterator[RawRequest]:
-    """Yields odd headers and methods on the routes in turn, odd addresses and bodies on all, then `count` mixtures."""
+    """Yield odd headers and methods on the routes in turn, odd addresses and bodies on all, then `count` mixtures."""
     plain = {"Host": f"127.0.0.1:{port}", **({"Authorization": f"Bearer {token}"} if token else {})}
     for route in routes:
         yield shot(route, plain, name="plain")
@@ -92,7 +92,7 @@ def hostile_requests(
 
 
 def _in_turn(routes: Sequence[Route], plain: dict[str, str]) -> Iterator[RawRequest]:
-    """Yields each odd header and method once, on one route after the other."""
+    """Yield each odd header and method once, on one route after the other."""
     if not routes:
         return
     turns = itertools.cycle(routes)
@@ -109,7 +109,7 @@ def _header_oddities() -> list[tuple[str, str]]:
 
 
 def odd_paths(route: Route) -> Iterator[str]:
-    """Yields a route's address with each of its parameters in turn replaced, and with odd queries."""
+    """Yield a route's address with each of its parameters in turn replaced, and with odd queries."""
     for name in re.findall(r"{.*?}", route.pattern):
         for segment in SEGMENTS:
             before, _, after = route.pattern.partition(name)
@@ -128,14 +128,14 @@ def odd_paths(route: Route) -> Iterator[str]:
 
 
 def odd_bodies(body: Any) -> Iterator[bytes]:
-    """Yields bodies that are no JSON, or JSON with one value after the other replaced, left out or added."""
+    """Yield bodies that are no JSON, or JSON with one value after the other replaced, left out or added."""
     yield from RAW_BODIES
     for changed in _changed(body):
         yield json.dumps(changed).encode()
 
 
 def _changed(value: Any, depth: int = 0) -> Iterator[Any]:
-    """Yields `value` with one thing replaced, left out or added, at any depth; not each by every odd value."""
+    """Yield `value` with one thing replaced, left out or added, at any depth; not each by every odd value."""
     yield from ODD_VALUES if depth < 2 else ODD_VALUES[depth % 3 :: 3]
     if isinstance(value, dict):
         yield {**value, "unknown": float("nan")}
@@ -212,7 +212,7 @@ def shot(
     body: bytes | None = None,
     name: str,
 ) -> RawRequest:
-    """Returns a request to a route, whole but for what is given otherwise."""
+    """Return a request to a route, whole but for what is given otherwise."""
     method = method or route.method
     data = json.dumps(route.body).encode() if body is None and route.method == "POST" else body or b""
     sent = dict(headers)
@@ -231,7 +231,7 @@ def _encoded(method: str, path: str, headers: dict[str, str], body: bytes) -> by
 
 
 def fire(port: int, shot: RawRequest) -> int | None:
-    """Sends a request and returns the status of the answer; None where there was none."""
+    """Send a request and returns the status of the answer; None where there was none."""
     with socket.create_connection(("127.0.0.1", port), SHORT_S if shot.is_unfinished else PATIENCE_S) as connection:
         got = bytearray()
         with contextlib.suppress(ConnectionError):  # the server has answered and closed before it read all
@@ -249,7 +249,7 @@ def fire(port: int, shot: RawRequest) -> int | None:
 
 @contextmanager
 def errors_logged() -> Iterator[LoggedErrors]:
-    """Gathers what servers and event loops log as errors within the block."""
+    """Gather what servers and event loops log as errors within the block."""
     told = LoggedErrors()
 
     class Ear(logging.Handler):

@@ -53,7 +53,7 @@ class Site:
 
 @contextmanager
 def served(app: FastAPI) -> Iterator[Site]:
-    """Serves an application for the length of the block."""
+    """Serve an application for the length of the block."""
     server = uvicorn.Server(uvicorn.Config(app, host="127.0.0.1", port=0, log_level="error", ws="none"))
     thread = threading.Thread(target=server.run, daemon=True)
     thread.start()

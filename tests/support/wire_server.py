@@ -63,7 +63,7 @@ class RawAnswer:
 
 
 def wire_of(path: str) -> str:
-    """Returns the format that is asked for at a path."""
+    """Return the format that is asked for at a path."""
     path = path.partition("?")[0]
     if "generateContent" in path.replace("streamG", "g"):
         return "google"
@@ -72,7 +72,7 @@ def wire_of(path: str) -> str:
 
 
 def body_of(wire: str, said: ModelMessage, *, is_streamed: bool) -> RawAnswer:
-    """Returns the HTTP answer that says `said`."""
+    """Return the HTTP answer that says `said`."""
     if is_streamed:
         events = {"chat": chat_events, "responses": responses_events, "anthropic": anthropic_events}.get(wire)
         lines = events(said) if events else [(None, document) for document in google_chunks(said)]
@@ -85,7 +85,7 @@ def body_of(wire: str, said: ModelMessage, *, is_streamed: bool) -> RawAnswer:
 
 
 def dump(document: Any) -> str:
-    """Returns JSON, escaped only where UTF-8 has no bytes for a character."""
+    """Return JSON, escaped only where UTF-8 has no bytes for a character."""
     text = json.dumps(document, ensure_ascii=False)
     return "".join(f"\\u{ord(char):04x}" if "\ud800" <= char <= "\udfff" else char for char in text)
 
@@ -105,7 +105,7 @@ def chat(said: ModelMessage) -> dict[str, Any]:
 
 
 def reasoning_of(said: ModelMessage, piece: str) -> dict[str, Any]:
-    """Returns the field of a message, or of a piece of one, that holds reasoning."""
+    """Return the field of a message, or of a piece of one, that holds reasoning."""
     if said.reasoning_field == "content":
         texts = [{"type": "text", "text": part} for part in said.parts]
         return {"content": [{"type": "thinking", "thinking": [{"type": "text", "text": piece}]}, *texts]}
@@ -234,7 +234,7 @@ def google_chunks(said: ModelMessage) -> list[dict[str, Any]]:
 
 
 def pieces(text: str) -> list[str]:
-    """Returns a text in at most 200 pieces."""
+    """Return a text in at most 200 pieces."""
     size = max(PIECE, len(text) // 200 + 1)
     return [text[start : start + size] for start in range(0, len(text), size)]
 
@@ -295,7 +295,7 @@ class WireServer:
                 )
 
             def log_message(self, format: str, *args: Any) -> None:
-                """Says nothing."""
+                """Say nothing."""
 
         class Server(ThreadingHTTPServer):
             daemon_threads = True

@@ -93,7 +93,7 @@ def make_report(
     own: Mapping[str, TableBuilder] = NO_TABLES,
     closure: Sequence[ClosureRun] = (),
 ) -> AnalysisReport:
-    """Returns a report with its figures drawn in the given kinds of file.
+    """Return a report with its figures drawn in the given kinds of file.
 
     `further` are figures that need frames, with their captions: the caller draws them. `own` are tables besides, by
     name; they come last. `closure` are runs of the closure-stress suite, in a section of their own; a study without
@@ -125,7 +125,7 @@ def write_report(
     *,
     reveals: bool = False,
 ) -> list[Path]:
-    """Writes a report into `folder` in each format, and returns the files that were written. Raises SettingError.
+    """Write a report into `folder` in each format, and returns the files that were written. Raises SettingError.
 
     Of a private pack rates alone are told, unless the report `reveals` it.
     """
@@ -151,7 +151,7 @@ def write_report(
 
 
 def markdown_report(report: AnalysisReport, figures: bool = True) -> str:
-    """Returns the whole report as Markdown; figures are named as files under `figures/`."""
+    """Return the whole report as Markdown; figures are named as files under `figures/`."""
     parts = ["# VIGIL report", "", *_md_list("Read this first", report.warnings)]
     parts += [_summary(report), "", *([f"## {CAUSES}", ""] if report.causes else [])]
     for name, sentences in report.causes.items():
@@ -166,7 +166,7 @@ def markdown_report(report: AnalysisReport, figures: bool = True) -> str:
 
 
 def html_report(report: AnalysisReport) -> str:
-    """Returns the whole report as one page that needs nothing beside it."""
+    """Return the whole report as one page that needs nothing beside it."""
     sections = [
         Section(heading, tuple(report.tables[name] for name in names)) for heading, names in report.sections.items()
     ]
@@ -176,7 +176,7 @@ def html_report(report: AnalysisReport) -> str:
 
 
 def json_report(report: AnalysisReport) -> str:
-    """Returns every table's numbers as JSON; NaN never occurs."""
+    """Return every table's numbers as JSON; NaN never occurs."""
     document: dict[str, Any] = {
         "schema_version": 1,
         "warnings": report.warnings,
@@ -199,7 +199,7 @@ def json_report(report: AnalysisReport) -> str:
 
 
 def csv_table(table: Table) -> str:
-    """Returns one table's numbers as CSV."""
+    """Return one table's numbers as CSV."""
     names = ["group", "published", "privileged", *(name for name, *_ in table.flat_columns())]
     return csv_text(pd.DataFrame(table.flat_rows(), columns=names))
 

@@ -73,7 +73,7 @@ def write_dataset(
     *,
     with_reasoning: bool = False,
 ) -> Path:
-    """Writes runs into `out`, new or empty, and returns the card; `pack` is where their pack is now.
+    """Write runs into `out`, new or empty, and returns the card; `pack` is where their pack is now.
 
     The reasoning that runs kept is left out unless it is asked for.
 
@@ -97,7 +97,7 @@ def write_dataset(
 
 
 def check_rows(runs: Iterable[Run], disclosure: Disclosure) -> None:
-    """Raises SettingError when the rows of a run would give a private pack away, and nobody said that they may."""
+    """Raise SettingError when the rows of a run would give a private pack away, and nobody said that they may."""
     for run in runs:
         what = "A row for each episode, with its id, its house and what was said,"
         check_revealed(run.header.spec.pack, run.is_private, what, reveals=disclosure.reveal_private_pack)

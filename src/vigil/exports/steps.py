@@ -53,7 +53,7 @@ def has_frames(run: SavedRun) -> bool:
 
 
 def write_steps(run: SavedRun, name: str, out: Path, extra: Collection[str]) -> None:
-    """Writes the steps of a run's scored episodes, sorted by episode, epoch and step; `name` is the run's.
+    """Write the steps of a run's scored episodes, sorted by episode, epoch and step; `name` is the run's.
 
     `extra` are those of EXTRA_COLUMNS that are wanted.
     """
@@ -65,12 +65,12 @@ def write_steps(run: SavedRun, name: str, out: Path, extra: Collection[str]) -> 
 
 
 def columns_with(extra: Collection[str]) -> dict[str, tuple[pa.DataType, str]]:
-    """Returns the columns, of EXTRA_COLUMNS only those that are wanted."""
+    """Return the columns, of EXTRA_COLUMNS only those that are wanted."""
     return {name: column for name, column in STEP_COLUMNS.items() if name not in EXTRA_COLUMNS or name in extra}
 
 
 def _schema(extra: Collection[str]) -> pa.Schema:
-    """Returns the schema, with what tells the library `datasets` which column holds pictures."""
+    """Return the schema, with what tells the library `datasets` which column holds pictures."""
     kinds = {name: kind for name, (kind, _) in columns_with(extra).items()}
     features = {name: _feature(kind) for name, kind in kinds.items()}
     return pa.schema(kinds, metadata={"huggingface": json.dumps({"info": {"features": features}})})
@@ -129,7 +129,7 @@ def _invalid_cells(step: StepRecord) -> _Row:
 
 
 def _image(store: FrameStore, sha256: str | None) -> _Row | None:
-    """Returns a kept frame; None when it was not kept, or the record names none. Raises RecordError for another one."""
+    """Return a kept frame; None when it was not kept, or the record names none. Raises RecordError for another one."""
     kept = store.frame(sha256)
     return None if kept is None else {"bytes": kept[0], "path": f"{sha256}.png"}
 

@@ -18,7 +18,7 @@ from vigil.runner.models.provider_errors import error_message_of
 
 
 def chat_message(message: Message) -> dict[str, Any]:
-    """Returns a message as chat completions take it."""
+    """Return a message as chat completions take it."""
     if message.picture is None:
         return {"role": message.role, "content": message.text}
     picture = {"type": "image_url", "image_url": {"url": message.picture.data_uri, "detail": "auto"}}
@@ -26,7 +26,7 @@ def chat_message(message: Message) -> dict[str, Any]:
 
 
 def chat_sender(client: AsyncOpenAI, model: str) -> Send:
-    """Returns the function that sends messages once. The client's own retries should be off."""
+    """Return the function that sends messages once. The client's own retries should be off."""
 
     async def send(messages: Sequence[Message]) -> Reply:
         started = time.monotonic()

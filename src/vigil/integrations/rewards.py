@@ -44,7 +44,7 @@ class Shaping(Protocol):
 
 
 def reward_parts(outcome: Outcome, shaping: Shaping) -> dict[str, float]:
-    """Returns the summands of the reward: 1 for B, and what the options add, nothing by default."""
+    """Return the summands of the reward: 1 for B, and what the options add, nothing by default."""
     return {
         "B": float(outcome.B),
         "world": shaping.world_reward * outcome.W,

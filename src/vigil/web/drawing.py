@@ -40,7 +40,7 @@ class RenderService:
         self._kept: LRUCache[str, bytes] = LRUCache(PICTURE_CACHE_SIZE)
 
     def picture(self, moment: EpisodeMoment) -> bytes:
-        """Returns the frame (PNG) of a moment. Raises SimulatorError or InputError."""
+        """Return the frame (PNG) of a moment. Raises SimulatorError or InputError."""
         name = moment.name
         with self._lock:
             if name in self._kept:
@@ -51,15 +51,15 @@ class RenderService:
         return data
 
     def walk(self, moment: EpisodeMoment, action: PhysicalAction | None) -> WalkResult:
-        """Returns where `action` leads at a moment. Raises SimulatorError or InputError."""
+        """Return where `action` leads at a moment. Raises SimulatorError or InputError."""
         return self._ask(TryAction(moment, action))
 
     def name_at(self, moment: EpisodeMoment, x: int, y: int) -> str | None:
-        """Returns the id of what is under a pixel; None for structure and sky. Raises SimulatorError or InputError."""
+        """Return the id of what is under a pixel; None for structure and sky. Raises SimulatorError or InputError."""
         return self._ask(IdentifyPixel(moment, x, y))
 
     def close(self) -> None:
-        """Ends the process, whatever it is at."""
+        """End the process, whatever it is at."""
         self._worker.kill()
         self._worker.join()
 

@@ -49,7 +49,7 @@ STANDALONE = Links()
 def episode_page(
     run: LibraryRun, key: Key, render_service: RenderService, links: Links = STANDALONE, *, reveals: bool = False
 ) -> str:
-    """Returns one HTML page with everything in it: pictures, style and script.
+    """Return one HTML page with everything in it: pictures, style and script.
 
     Raises SettingError on a private pack unless it `reveals` that.
     """
@@ -73,7 +73,7 @@ def episode_page(
 def episode_film(
     run: LibraryRun, key: Key, render_service: RenderService, form: FilmForm, *, reveals: bool = False
 ) -> bytes:
-    """Returns an episode as a film.
+    """Return an episode as a film.
 
     Raises SettingError when nothing can be shown, PyAV is not there for MP4, or the pack is private and it does not
     `reveal` that.
@@ -93,7 +93,7 @@ def export_site(
     *,
     reveals: bool = False,
 ) -> Path:
-    """Writes a run as pages into `out`, new or empty, and returns its index; `report` is told of each episode.
+    """Write a run as pages into `out`, new or empty, and returns its index; `report` is told of each episode.
 
     Raises RecordError, and SettingError, also on a private pack unless it `reveals` that.
     """
@@ -151,7 +151,7 @@ def _jpeg_uri(png: bytes) -> str:
 
 
 def _embedded(script: str) -> dict[str, Any]:
-    """Returns what a page that stands alone carries: our style and script, and the policy that runs no other."""
+    """Return what a page that stands alone carries: our style and script, and the policy that runs no other."""
     text = (STATIC / script).read_text(encoding="utf-8")
     digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
     return {

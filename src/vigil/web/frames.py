@@ -52,7 +52,7 @@ class Frame:
 
 
 def episode_of(run: LibraryRun, key: Key) -> tuple[Episode, EpisodeRecord, LibraryPack]:
-    """Returns an episode of a run with its record and its pack. Raises KeyError or RecordError."""
+    """Return an episode of a run with its record and its pack. Raises KeyError or RecordError."""
     if run.table is None or run.pack is None:
         raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
     if key not in run.table.rows:
@@ -61,7 +61,7 @@ def episode_of(run: LibraryRun, key: Key) -> tuple[Episode, EpisodeRecord, Libra
 
 
 def episode_timeline(run: LibraryRun, episode: Episode, record: EpisodeRecord) -> dict[str, Any]:
-    """Returns the timeline of a record of a run."""
+    """Return the timeline of a record of a run."""
     if run.header is None or run.table is None:
         raise RecordError(f"Run {run.slug!r} cannot be read: {run.fault}")
     told = timeline_of(episode, record, run.header.spec.profile, run.table.rows[record.key].outcome)
@@ -71,7 +71,7 @@ def episode_timeline(run: LibraryRun, episode: Episode, record: EpisodeRecord) -
 
 
 def frame_of(run: LibraryRun, key: Key, step: int, render_service: RenderService) -> Frame:
-    """Returns the frame that a step's reply answered: as saved, else drawn again. Raises VigilError, KeyError."""
+    """Return the frame that a step's reply answered: as saved, else drawn again. Raises VigilError, KeyError."""
     episode, record, pack = episode_of(run, key)
     if not 1 <= step <= len(record.steps):
         raise KeyError(step)
@@ -83,7 +83,7 @@ def frame_of(run: LibraryRun, key: Key, step: int, render_service: RenderService
 
 
 def frames_of(run: LibraryRun, key: Key, render_service: RenderService) -> list[Frame | None]:
-    """Returns all frames of an episode; None for what was not saved and cannot be drawn."""
+    """Return all frames of an episode; None for what was not saved and cannot be drawn."""
     _, record, _ = episode_of(run, key)
     found: list[Frame | None] = []
     for step in record.steps:
@@ -95,7 +95,7 @@ def frames_of(run: LibraryRun, key: Key, render_service: RenderService) -> list[
 
 
 def _saved_frame(run: LibraryRun, recorded: str | None) -> Frame | None:
-    """Returns a frame as it was kept; None when it was not, or when its file is no picture."""
+    """Return a frame as it was kept; None when it was not, or when its file is no picture."""
     try:
         data = run.frames.file(recorded)
         return None if data is None else _compared_with_record(data, "saved", recorded)

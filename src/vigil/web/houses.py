@@ -54,7 +54,7 @@ class ViewPixel(BaseModel):
 def add_house_pages(
     site: FastAPI, library: Library, render_service: RenderService, render_settings: RenderSettings
 ) -> None:
-    """Adds the pages of the houses of all packs."""
+    """Add the pages of the houses of all packs."""
 
     @site.get("/houses", response_class=HTMLResponse)
     def houses() -> Response:
@@ -107,6 +107,6 @@ def _house(library: Library, slug: str, name: str) -> House:
 
 
 def _moment_of(library: Library, slug: str, name: str, pose: Pose, render_settings: RenderSettings) -> EpisodeMoment:
-    """Returns what is seen in a house."""
+    """Return what is seen in a house."""
     house = _house(library, slug, name)
     return EpisodeMoment(render_settings, library.packs[slug].house_path(name), house.sha256, pose, Setup())

@@ -48,18 +48,18 @@ class LibraryPack:
     _houses: dict[str, House] = field(default_factory=dict)
 
     def houses(self) -> dict[str, list[Episode]]:
-        """Returns the names of the pack's houses with their episodes, sorted."""
+        """Return the names of the pack's houses with their episodes, sorted."""
         found: dict[str, list[Episode]] = {}
         for episode in sorted(self.episodes.values(), key=lambda each: (each.house.name, each.id)):
             found.setdefault(episode.house.name, []).append(episode)
         return found
 
     def house_path(self, name: str) -> Path:
-        """Returns the file of a house. Raises HouseError when it is a link to outside of the pack."""
+        """Return the file of a house. Raises HouseError when it is a link to outside of the pack."""
         return resolve_inside(self.folder, f"{HOUSES}/{name}.json", HouseError)
 
     def house(self, name: str) -> House:
-        """Returns a house of the pack as its episodes know it. Raises HouseError or PackMismatch."""
+        """Return a house of the pack as its episodes know it. Raises HouseError or PackMismatch."""
         if name not in self._houses:
             expected = {episode.house.sha256 for episode in self.episodes.values() if episode.house.name == name}
             if not expected:
@@ -97,7 +97,7 @@ class LibraryRun:
         return self.header.spec.agent if self.header else self.folder.name
 
     def scores_and_summary(self, table: RecordTable) -> tuple[RunScores, dict]:
-        """Returns all verdicts of the run's table and their summary, made anew only when its file has changed."""
+        """Return all verdicts of the run's table and their summary, made anew only when its file has changed."""
         with self.lock:
             known = self._cached_scores
             if known is None or known[0] is not table or known[1] != table.stamp:
@@ -106,7 +106,7 @@ class LibraryRun:
             return known[2], known[3]
 
     def closure(self, table: RecordTable) -> dict[str, dict[str, Any]] | None:
-        """Returns C and what is beside it by kind; None when the run's pack is not of the closure-stress suite."""
+        """Return C and what is beside it by kind; None when the run's pack is not of the closure-stress suite."""
         with self.lock:
             return None if self.pack is None else closure_rates(self.pack.folder, table, self._closure_scores)
 
@@ -164,21 +164,21 @@ class Library:
         self._lock = threading.RLock()
 
     def runs(self) -> list[LibraryRun]:
-        """Returns all runs as they now are, new ones included, in order of their names."""
+        """Return all runs as they now are, new ones included, in order of their names."""
         runs = self.known_runs()
         for run in runs:
             self._refresh(run)
         return runs
 
     def run(self, slug: str) -> LibraryRun:
-        """Returns a run by its short name, as it now is; the others are not read. Raises KeyError."""
+        """Return a run by its short name, as it now is; the others are not read. Raises KeyError."""
         known = {run.slug: run for run in list(self._runs.values())}
         run = known[slug] if slug in known else {run.slug: run for run in self.known_runs()}[slug]
         self._refresh(run)
         return run
 
     def known_runs(self) -> list[LibraryRun]:
-        """Returns all runs that lie under the folders, in order of their names, as they were last read if ever."""
+        """Return all runs that lie under the folders, in order of their names, as they were last read if ever."""
         with self._lock:
             for root in self._roots:
                 for folder in _run_folders(root, root, DEPTH):
@@ -187,7 +187,7 @@ class Library:
             return sorted(self._runs.values(), key=lambda run: run.slug)
 
     def pack_folders(self) -> dict[str, Path]:
-        """Returns the folders of all packs by their short names: those that are open, and the other packaged ones."""
+        """Return the folders of all packs by their short names: those that are open, and the other packaged ones."""
         with self._lock:
             found = {slug: pack.folder for slug, pack in self.packs.items()}
             opened = set(found.values())
@@ -197,7 +197,7 @@ class Library:
             return found
 
     def pack(self, slug: str) -> LibraryPack:
-        """Returns a pack by its short name. Raises KeyError or PackMismatch."""
+        """Return a pack by its short name. Raises KeyError or PackMismatch."""
         with self._lock:
             if slug in self.packs:
                 return self.packs[slug]
@@ -267,7 +267,7 @@ class Library:
 
 
 def _note_state(run: LibraryRun, header: RunHeader, table: RecordTable) -> None:
-    """Notes whether a run goes on; of one that nobody writes to this is asked again only when a file has changed."""
+    """Note whether a run goes on; of one that nobody writes to this is asked again only when a file has changed."""
     stamp = ((run.folder / HEADER_FILE).stat().st_mtime_ns, *table.stamp)
     if header.ended is not None:
         run.state = "ended"
@@ -287,7 +287,7 @@ def _free_name(wanted: str, taken: Iterable[str]) -> str:
 
 
 def _run_folders(folder: Path, root: Path, depth: int) -> list[Path]:
-    """Returns the folders of runs at or under `folder`, links out of `root` left alone."""
+    """Return the folders of runs at or under `folder`, links out of `root` left alone."""
     if not is_inside(folder, root):
         return []
     if (folder / HEADER_FILE).exists() or (folder / EPISODES_FILE).exists():

@@ -43,7 +43,7 @@ _STRATA = {
 def add_pack_pages(
     site: FastAPI, library: Library, render_service: RenderService, render_settings: RenderSettings
 ) -> None:
-    """Adds the pages of all packs: the packaged ones, those that were given, and those of the runs."""
+    """Add the pages of all packs: the packaged ones, those that were given, and those of the runs."""
 
     @site.get("/packs", response_class=HTMLResponse)
     def packs() -> Response:
@@ -83,7 +83,7 @@ def _pack(library: Library, slug: str) -> LibraryPack:
 
 
 def _pack_row(slug: str, folder: Path) -> dict[str, Any]:
-    """Returns a pack's line in the list; a pack that cannot be read says why."""
+    """Return a pack's line in the list; a pack that cannot be read says why."""
     try:
         manifest = manifest_of(folder)
         also = other_names(manifest.name, manifest.meta.get("aliases", ()))
@@ -95,7 +95,7 @@ def _pack_row(slug: str, folder: Path) -> dict[str, Any]:
 
 
 def family_rows(episodes: Iterable[Episode], meta: dict[str, Any]) -> list[dict[str, Any]]:
-    """Returns a line for each family that a pack has: its budgets, and over which kinds its episodes are spread.
+    """Return a line for each family that a pack has: its budgets, and over which kinds its episodes are spread.
 
     The kinds are those that the pack was balanced over, where its manifest says them; else sizes, or templates.
     """
@@ -123,26 +123,26 @@ def _counts_text(names: Iterable[str | None]) -> dict[str, int]:
 
 
 def other_strata(meta: dict[str, Any]) -> dict[str, dict[str, int]]:
-    """Returns what else a manifest counts, by its name in words."""
+    """Return what else a manifest counts, by its name in words."""
     strata = meta.get("strata", {})
     return {words: sort_by_size(strata[name]) for name, words in _STRATA.items() if strata.get(name)}
 
 
 def level_strata(pack: LibraryPack) -> dict[str, dict[str, int]]:
-    """Returns how many episodes are of each level, where the pack holds levels."""
+    """Return how many episodes are of each level, where the pack holds levels."""
     counts = Counter(each.level for each in read_pack_levels(pack.folder).values())
     return {"level of difficulty": {level: counts[level] for level in LEVELS}} if counts else {}
 
 
 def samples_of(episodes: Iterable[Episode]) -> dict[Family, list[Episode]]:
-    """Returns a few episodes of each family, the same ones each time."""
+    """Return a few episodes of each family, the same ones each time."""
     drawn = draw_evenly(episodes)
     found = {family: [episode for episode in drawn if episode.family == family][:SAMPLES] for family in FAMILIES}
     return {family: some for family, some in found.items() if some}
 
 
 def card_of(folder: Path) -> Markup | None:
-    """Returns the text of a pack's card as HTML, any HTML in it as text; None when the pack has no card."""
+    """Return the text of a pack's card as HTML, any HTML in it as text; None when the pack has no card."""
     path = folder / CARD
     if not path.is_file() or not is_inside(path, folder):
         return None
@@ -159,6 +159,6 @@ def card_of(folder: Path) -> Markup | None:
 
 
 def _start_of(pack: LibraryPack, episode: Episode, render_settings: RenderSettings) -> EpisodeMoment:
-    """Returns the first moment of an episode."""
+    """Return the first moment of an episode."""
     house, name = episode.house, episode.house.name
     return EpisodeMoment(render_settings, pack.house_path(name), house.sha256, episode.start, episode.setup)

@@ -46,7 +46,7 @@ ENDS = {
 
 
 def action_words(action: Action | None, invalid: InvalidAction | None) -> str:
-    """Returns one line on what a reply asked for."""
+    """Return one line on what a reply asked for."""
     if invalid is not None:
         return f"no action: {invalid.kind.replace('_', ' ')}, {invalid.reason.replace('_', ' ')}"
     match action:
@@ -66,14 +66,14 @@ def action_words(action: Action | None, invalid: InvalidAction | None) -> str:
 
 
 def click_of(action: Action | None) -> list[int] | None:
-    """Returns the pixel that an action points at; None when it points at none."""
+    """Return the pixel that an action points at; None when it points at none."""
     if isinstance(action, InteractPixel) and action.x is not None and action.y is not None:
         return [action.x, action.y]
     return None
 
 
 def effect_words(effect: Effect | None) -> str:
-    """Returns what the simulator did with an action; hidden from the agent."""
+    """Return what the simulator did with an action; hidden from the agent."""
     if effect is None:
         return ""
     parts: list[str] = []
@@ -99,7 +99,7 @@ def effect_words(effect: Effect | None) -> str:
 
 
 def verdict_words(outcome: Outcome) -> list[str]:
-    """Returns why an episode was judged as it was, a sentence a line."""
+    """Return why an episode was judged as it was, a sentence a line."""
     held = "The goal holds at the end" if outcome.W else "The goal does not hold at the end"
     if not outcome.W and outcome.ever_satisfied:
         held += f" (it held first after step {outcome.first_goal_step}, and was lost again)"

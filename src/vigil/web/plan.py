@@ -69,7 +69,7 @@ class PlanDrawing:
 
 
 def plan_of(house: House, assets: AssetDatabase) -> PlanDrawing:
-    """Returns the plan of a house, as pages draw it."""
+    """Return the plan of a house, as pages draw it."""
     things = _built(house, assets)
     plan = floor_plan(house, things)
     low, high = (corner + margin for corner, margin in zip(plan.bounds, (-MARGIN_M, MARGIN_M), strict=True))
@@ -86,7 +86,7 @@ def plan_of(house: House, assets: AssetDatabase) -> PlanDrawing:
 
 
 def floor_plan_of(house: House, assets: AssetDatabase) -> FloorPlan:
-    """Returns what is drawn of a house; without furniture when its things cannot be built."""
+    """Return what is drawn of a house; without furniture when its things cannot be built."""
     return floor_plan(house, _built(house, assets))
 
 
@@ -98,7 +98,7 @@ def _built(house: House, assets: AssetDatabase) -> list[Thing]:
 
 
 def try_plan(pack: LibraryPack, episode: Episode) -> PlanDrawing | None:
-    """Returns the floor plan of an episode's house; None when the house cannot be read."""
+    """Return the floor plan of an episode's house; None when the house cannot be read."""
     try:
         return _cached_plan(pack.house(episode.house.name), pack.assets)
     except VigilError:
@@ -106,7 +106,7 @@ def try_plan(pack: LibraryPack, episode: Episode) -> PlanDrawing | None:
 
 
 def try_film_plan(pack: LibraryPack, episode: Episode) -> FilmPlan | None:
-    """Returns the floor plan that a film shows of an episode's house; None when the house cannot be read."""
+    """Return the floor plan that a film shows of an episode's house; None when the house cannot be read."""
     try:
         return FilmPlan(floor_plan_of(pack.house(episode.house.name), pack.assets))
     except VigilError:
@@ -119,7 +119,7 @@ def _cached_plan(house: House, assets: AssetDatabase) -> PlanDrawing:
 
 
 def _shapes(plan: FloorPlan) -> Iterator[Shape]:
-    """Yields what is drawn, from below upwards."""
+    """Yield what is drawn, from below upwards."""
     yield from (Shape(f"room room-{room.room_type}", _points(room.corners), room.id) for room in plan.rooms)
     yield from (Shape(thing.kind, _points(thing.corners), thing.id) for thing in plan.things)
     yield from (Shape("wall", _points(ends)) for ends in plan.walls)
@@ -128,7 +128,7 @@ def _shapes(plan: FloorPlan) -> Iterator[Shape]:
 
 
 def _labels(plan: FloorPlan, text_m: float) -> list[PlanLabel]:
-    """Returns the words that find room: large things first, then the rooms' names where nothing stands in the way."""
+    """Return the words that find room: large things first, then the rooms' names where nothing stands in the way."""
     placed: list[PlanLabel] = []
     low, high = plan.bounds
     for thing in plan.labelled:
@@ -142,14 +142,14 @@ def _labels(plan: FloorPlan, text_m: float) -> list[PlanLabel]:
 
 
 def _names(room: PlanRoom, text_m: float) -> list[PlanLabel]:
-    """Returns a room's name at each place within it that may be tried."""
+    """Return a room's name at each place within it that may be tried."""
     floor, (x, z) = shapely.Polygon(room.corners), room.name_at
     tried = [z - shift * text_m for shift in NAME_SHIFTS]
     return [PlanLabel("room-name", room.name, x, -each) for each in tried if shapely.contains_xy(floor, x, each)]
 
 
 def _add_first_free(placed: list[PlanLabel], tried: list[PlanLabel], text_m: float) -> None:
-    """Adds the first label that overlaps no earlier one; none when all do."""
+    """Add the first label that overlaps no earlier one; none when all do."""
     for label in tried:
         if not any(_overlap(label, other, text_m) for other in placed):
             placed.append(label)

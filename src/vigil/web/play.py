@@ -25,7 +25,7 @@ class PlayerReply(BaseModel):
 
 
 def make_play(play_session: PlaySession, address: Address | None = None) -> FastAPI:
-    """Returns the application. Raises SettingError when the address needs a token."""
+    """Return the application. Raises SettingError when the address needs a token."""
     site = make_site(address or Address())
 
     @site.get("/", response_class=HTMLResponse)

@@ -58,7 +58,7 @@ class PlaySettings:
     seed: Annotated[int | None, Setting("Of the random order.", unset="by the name")] = None
 
     def __post_init__(self) -> None:
-        """Holds the values against their declarations."""
+        """Hold the values against their declarations."""
         check_settings(self)
 
 
@@ -82,7 +82,7 @@ class Journal:
     """`play.jsonl`: an order, then what was begun and replied, line by line, on disk at once."""
 
     def __init__(self, path: Path, order: Sequence[str]) -> None:
-        """Opens or begins the journal. Raises RecordError when it tells another order."""
+        """Open or begins the journal. Raises RecordError when it tells another order."""
         self.order = list(order)
         self.begun = ""
         """The episode that was begun last."""
@@ -110,17 +110,17 @@ class Journal:
             self._write({"order": self.order})
 
     def begin(self, episode_id: str) -> None:
-        """Notes that an episode begins."""
+        """Note that an episode begins."""
         self.begun, self.replies = episode_id, []
         self._write({"begin": episode_id})
 
     def add(self, reply: Reply) -> None:
-        """Notes a reply before it is carried out."""
+        """Note a reply before it is carried out."""
         self.replies.append(reply)
         self._write({"reply": reply.model_dump(mode="json")})
 
     def close(self) -> None:
-        """Releases the file."""
+        """Release the file."""
         self._file.close()
 
     def _write(self, line: dict[str, Any]) -> None:
@@ -149,14 +149,14 @@ class PlaySession:
         """Practice only: the verdict on the episode that has just ended."""
 
     async def state(self) -> dict[str, Any]:
-        """Returns what the person may see now."""
+        """Return what the person may see now."""
         async with self._lock:
             if self._live is None and self._is_mid_episode():
                 await self._begin(self._journal.begun, self._journal.replies)
             return self._visible_state()
 
     async def next(self) -> dict[str, Any]:
-        """Begins the next episode unless one goes on, and returns what is seen."""
+        """Begin the next episode unless one goes on, and returns what is seen."""
         async with self._lock:
             if self._live is None:
                 waiting = self._remaining()
@@ -166,7 +166,7 @@ class PlaySession:
             return self._visible_state()
 
     async def reply(self, moment: int, text: str) -> dict[str, Any]:
-        """Carries out a reply to the view of that moment; one to another moment is passed over."""
+        """Carry out a reply to the view of that moment; one to another moment is passed over."""
         async with self._lock:
             if self._live is not None and moment == self._moment:
                 reply = Reply(text=text, seconds=round(time.monotonic() - self._since, 3))
@@ -184,7 +184,7 @@ class PlaySession:
         return self._folder.path
 
     def close(self) -> None:
-        """Ends the simulator and releases the run's folder."""
+        """End the simulator and releases the run's folder."""
         self._pool.close()
         self._journal.close()
         self._folder.close()
@@ -234,7 +234,7 @@ class PlaySession:
         return any(record.episode_id == episode_id for record in self._folder.records())
 
     def _remaining(self) -> list[str]:
-        """Returns what is to be played, episodes that ended as an error last."""
+        """Return what is to be played, episodes that ended as an error last."""
         open_ = [name for name in self._journal.order if not self._folder.is_done(name, 1)]
         return sorted(open_, key=self._has_row)
 
@@ -259,7 +259,7 @@ class PlaySession:
 
 
 def open_play_session(settings: PlaySettings) -> PlaySession:
-    """Returns a play session, new or to be continued. Raises InputError, or SimulatorError when no simulator starts."""
+    """Return a play session, new or to be continued. Raises InputError, or SimulatorError when no simulator starts."""
     if not _PLAYER.fullmatch(settings.player):
         raise SettingError(
             f"Player {settings.player!r}: a name has letters, digits, '_', '.' and '-', 40 at most, e.g. --player ada."
@@ -307,6 +307,6 @@ def _spec(settings: PlaySettings, pack: Pack, assets_sha256: str | None) -> RunS
 
 
 def random_order(episode_ids: Sequence[str], seed: int) -> list[str]:
-    """Returns the ids in the order that `seed` draws."""
+    """Return the ids in the order that `seed` draws."""
     ids = sorted(episode_ids)
     return [ids[index] for index in np.random.default_rng(seed).permutation(len(ids))]

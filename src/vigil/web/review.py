@@ -54,13 +54,13 @@ class ReviewSet:
 
     @classmethod
     def of_pack(cls, pack: Pack) -> "ReviewSet":
-        """Returns the episodes of a pack."""
+        """Return the episodes of a pack."""
         solutions = {name: solution.actions for name, solution in pack.solutions.items()}
         return cls(pack.name, pack.episodes, solutions, pack.folder / HOUSES, expected_reports_of_pack(pack))
 
     @classmethod
     def of_drafts(cls, path: Path) -> "ReviewSet":
-        """Returns the drafts of a file of `vigil pack propose`, those of the suite's tasks among them.
+        """Return the drafts of a file of `vigil pack propose`, those of the suite's tasks among them.
 
         Raises SettingError when it holds none.
         """
@@ -74,7 +74,7 @@ class ReviewSet:
         return cls(path.name, episodes, solutions, file.houses, expected_reports_of_drafts(proposed))
 
     def house_path(self, episode: Episode) -> Path:
-        """Returns the file of an episode's house."""
+        """Return the file of an episode's house."""
         return self.houses / f"{episode.house.name}.json"
 
 
@@ -100,7 +100,7 @@ class ReviewSession:
         seed: int = 0,
         render_settings: RenderSettings | None = None,
     ) -> None:
-        """Raises RecordError when the review file cannot be read, SettingError for a name that makes no sense."""
+        """Raise RecordError when the review file cannot be read, SettingError for a name that makes no sense."""
         self.review_set = review_set
         self.path = path
         self.reviewer = reviewer
@@ -115,7 +115,7 @@ class ReviewSession:
         read_reviews(path)
 
     def say(self, episode: Episode, said: VerdictForm) -> None:
-        """Writes a verdict. Raises SettingError when it is not whole."""
+        """Write a verdict. Raises SettingError when it is not whole."""
         append_review(self.path, self._review(episode, said))
 
     def _review(self, episode: Episode, said: VerdictForm) -> Review:
@@ -132,7 +132,7 @@ class ReviewSession:
 
 
 def make_review(session: ReviewSession, render_service: RenderService, address: Address | None = None) -> FastAPI:
-    """Returns the application. Raises SettingError when the address needs a token."""
+    """Return the application. Raises SettingError when the address needs a token."""
     site = make_site(address or Address())
     _add_pages(site, session)
     _add_pictures(site, session, render_service)
@@ -170,7 +170,7 @@ def _add_pages(site: FastAPI, session: ReviewSession) -> None:
 
 
 def _values(session: ReviewSession, episode: Episode) -> dict[str, Any]:
-    """Returns what the page of an episode shows."""
+    """Return what the page of an episode shows."""
     ids = [each.id for each in session.queue]
     place = ids.index(episode.id)
     solution = session.review_set.solutions[episode.id]

@@ -50,7 +50,7 @@ class Address:
     token: str = ""
 
     def check(self) -> None:
-        """Raises SettingError when the address needs a token and has none."""
+        """Raise SettingError when the address needs a token and has none."""
         if self.host not in LOOPBACK and len(self.token) < 8:
             raise SettingError(
                 f"--host {self.host!r} is not loopback: others could look on. Give --token with 8 characters or more."
@@ -58,12 +58,12 @@ class Address:
 
 
 def percent(rate: float | None) -> str:
-    """Returns a rate as a percentage; a dash where there is none."""
+    """Return a rate as a percentage; a dash where there is none."""
     return "–" if rate is None else f"{100 * rate:.1f}"
 
 
 def template_environment() -> Environment:
-    """Returns the templates; all that is put into them is escaped."""
+    """Return the templates; all that is put into them is escaped."""
     templates = Environment(
         loader=FileSystemLoader(HERE / "templates"),
         autoescape=True,
@@ -82,12 +82,12 @@ TEMPLATES = template_environment()
 
 
 def page(name: str, *, status: int = 200, headers: dict[str, str] | None = None, **values: Any) -> HTMLResponse:
-    """Returns a rendered page."""
+    """Return a rendered page."""
     return HTMLResponse(TEMPLATES.get_template(name).render(**values), status, headers)
 
 
 def picture(name: str, **values: Any) -> Response:
-    """Returns a rendered SVG that brings the pages' style along: as a picture it may load nothing."""
+    """Return a rendered SVG that brings the pages' style along: as a picture it may load nothing."""
     style = (STATIC / "vigil.css").read_text(encoding="utf-8")
     drawn = TEMPLATES.get_template(name).render(style=style, **values)
     headers = {"Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'"}
@@ -95,7 +95,7 @@ def picture(name: str, **values: Any) -> Response:
 
 
 def make_site(address: Address) -> FastAPI:
-    """Returns an application without pages, guarded. Raises SettingError."""
+    """Return an application without pages, guarded. Raises SettingError."""
     address.check()
     site = FastAPI(title="VIGIL", docs_url=None, redoc_url=None, openapi_url=None)
     site.mount("/static", StaticFiles(directory=STATIC), name="static")
@@ -132,7 +132,7 @@ def make_site(address: Address) -> FastAPI:
 
 
 def fault(request: Request, status: int, message: str) -> Response:
-    """Returns a page, or JSON for scripts, that says what went wrong.
+    """Return a page, or JSON for scripts, that says what went wrong.
 
     The message may quote the request, also what UTF-8 cannot hold of it.
     """
@@ -145,7 +145,7 @@ def fault(request: Request, status: int, message: str) -> Response:
 
 
 def _refusal(request: Request, address: Address) -> Response | None:
-    """Returns why a request is turned away; None when it may go on."""
+    """Return why a request is turned away; None when it may go on."""
     if not address.token and not _LOOPBACK_HEADER.fullmatch(request.headers.get("host", "")):
         return PlainTextResponse("This server answers to 127.0.0.1 and localhost alone.", 421)
     origin = request.headers.get("origin")

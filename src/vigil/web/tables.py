@@ -77,7 +77,7 @@ class RunProgress:
 
 
 def progress_of(run: LibraryRun, table: RecordTable, scores: RunScores) -> RunProgress:
-    """Returns how far a run has come, and what it has cost."""
+    """Return how far a run has come, and what it has cost."""
     outcomes, tokens = scores.outcomes, table.tokens
     labels = Counter(outcome.label for outcome in outcomes)
     is_known = run.prices is not None or tokens.total.reported
@@ -91,7 +91,7 @@ def progress_of(run: LibraryRun, table: RecordTable, scores: RunScores) -> RunPr
 
 
 def run_rows(runs: Iterable[LibraryRun], family: str, sort: str, descending: bool) -> list[RunRow]:
-    """Returns the table of runs, sorted by a rate or by name; runs without that rate come last."""
+    """Return the table of runs, sorted by a rate or by name; runs without that rate come last."""
     rows = [_run_row(run, family) for run in runs]
     if sort not in RATE_COLUMNS:
         return sorted(rows, key=lambda row: (row.run.name, row.run.slug), reverse=descending and sort == "name")
@@ -101,7 +101,7 @@ def run_rows(runs: Iterable[LibraryRun], family: str, sort: str, descending: boo
 
 
 def group_by_pack(rows: Iterable[RunRow]) -> list[RunGroup]:
-    """Returns the rows pack by pack, by the packs' names, each in the order given; unreadable runs come last."""
+    """Return the rows pack by pack, by the packs' names, each in the order given; unreadable runs come last."""
     found: dict[tuple[bool, str, str], list[RunRow]] = {}
     for row in rows:
         spec = None if row.run.header is None else row.run.header.spec
@@ -111,7 +111,7 @@ def group_by_pack(rows: Iterable[RunRow]) -> list[RunGroup]:
 
 
 def default_comparison(groups: Sequence[RunGroup]) -> tuple[str, ...]:
-    """Returns the short names of the two runs to offer for comparison: of one pack, if there are two there."""
+    """Return the short names of the two runs to offer for comparison: of one pack, if there are two there."""
     readable = [[row.run.slug for row in group.rows if row.run.table is not None] for group in groups]
     together = next((slugs for slugs in readable if len(slugs) > 1), [slug for slugs in readable for slug in slugs])
     return tuple(together[:2])
@@ -130,7 +130,7 @@ def _run_row(run: LibraryRun, family: str) -> RunRow:
 
 
 def make_bars(scores: RunScores) -> list[Bar]:
-    """Returns the outcome partition: all episodes, then a bar a family."""
+    """Return the outcome partition: all episodes, then a bar a family."""
     outcomes = scores.outcomes
     families = [family for family in FAMILIES if any(outcome.family == family for outcome in outcomes)]
     groups = [("all", outcomes), *((family, [o for o in outcomes if o.family == family]) for family in families)]
@@ -184,7 +184,7 @@ class FlipTable:
 
 
 def _paired(first: Sequence[Outcome], second: Sequence[Outcome]) -> list[PairedRate]:
-    """Returns W and B of two runs on the same plays."""
+    """Return W and B of two runs on the same plays."""
     of_first, of_second = count(outcome_columns(first)), count(outcome_columns(second))
     episodes, houses = (np.array([getattr(each, name) for each in first]) for name in ("episode_id", "house"))
     found = []
@@ -196,7 +196,7 @@ def _paired(first: Sequence[Outcome], second: Sequence[Outcome]) -> list[PairedR
 
 
 def compare(a: RunScores, b: RunScores, family: str) -> FlipTable:
-    """Returns which episodes flipped between two runs, both ways."""
+    """Return which episodes flipped between two runs, both ways."""
     first = {(o.episode_id, o.epoch): o for o in a.outcomes if not family or o.family == family}
     second = {(o.episode_id, o.epoch): o for o in b.outcomes if not family or o.family == family}
     shared = sorted(first.keys() & second.keys())

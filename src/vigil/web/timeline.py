@@ -21,7 +21,7 @@ from vigil.web.phrases import CATEGORIES, action_words, click_of, effect_words, 
 
 
 def timeline_of(episode: Episode, record: EpisodeRecord, profile: Profile, outcome: Outcome | None) -> dict[str, Any]:
-    """Returns what the viewer needs to know, as JSON values. `hidden` and each step's `hidden` stay behind a switch."""
+    """Return what the viewer needs to know, as JSON values. `hidden` and each step's `hidden` stay behind a switch."""
     rows = _goal_rows(episode, record)
     return {
         "episode": episode.id,
@@ -101,7 +101,7 @@ def _verdict(outcome: Outcome) -> dict[str, Any]:
 
 
 def _world(world: WorldState, episode: Episode) -> dict[str, Any]:
-    """Returns a moment in the plan's coordinates (y = -z)."""
+    """Return a moment in the plan's coordinates (y = -z)."""
     target = world.objects.get(episode.goal.object_id)
     return {
         "x": world.agent.position.x,

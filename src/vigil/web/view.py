@@ -48,7 +48,7 @@ def make_view(
     address: Address | None = None,
     render_settings: RenderSettings | None = None,
 ) -> FastAPI:
-    """Returns the application; houses are drawn with `render_settings`. Raises SettingError when the address needs a
+    """Return the application; houses are drawn with `render_settings`. Raises SettingError when the address needs a
     token."""
     site = make_site(address or Address())
     _add_run_pages(site, library)
@@ -171,7 +171,7 @@ def _download_headers(name: str) -> dict[str, str]:
 
 
 def _etag(runs: Iterable[LibraryRun]) -> dict[str, str]:
-    """Returns the header that names what there is to show of some runs now."""
+    """Return the header that names what there is to show of some runs now."""
     versions = " ".join(f"{run.slug} {run.version}" for run in runs)
     return {"ETag": f'"{hashlib.sha256(versions.encode()).hexdigest()[:16]}"'}
 
@@ -182,7 +182,7 @@ def _is_known(request: Request, tag: dict[str, str]) -> bool:
 
 
 def _run_status(run: LibraryRun, table: RecordTable) -> dict[str, Any]:
-    """Returns what the page of a run shows of how it stands, and shows anew while the run goes on."""
+    """Return what the page of a run shows of how it stands, and shows anew while the run goes on."""
     scores, summary = run.scores_and_summary(table)
     here = f"/runs/{run.slug}"
     return {
@@ -204,7 +204,7 @@ def _run_status(run: LibraryRun, table: RecordTable) -> dict[str, Any]:
 
 
 def _episode_list(scored: Iterable[Outcome], wanted: dict[str, str], sort: str, direction: str) -> dict[str, Any]:
-    """Returns what the page of a run shows of its episodes: those that are wanted, in order."""
+    """Return what the page of a run shows of its episodes: those that are wanted, in order."""
     outcomes = [outcome for outcome in scored if _is_wanted(outcome, wanted)]
     key = sort if sort in EPISODE_COLUMNS and sort != "episode" else "episode_id"
     outcomes.sort(key=lambda o: (getattr(o, key), o.episode_id, o.epoch), reverse=direction == "desc")

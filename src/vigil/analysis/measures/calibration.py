@@ -61,7 +61,7 @@ class DifficultyCalibration:
 
 
 def calibrate(runs: Sequence[Run], success: Success = "B") -> DifficultyCalibration:
-    """Returns the calibration by some runs of one pack. Raises RecordError for runs of several."""
+    """Return the calibration by some runs of one pack. Raises RecordError for runs of several."""
     packs = {run.header.spec.pack_sha256: run.header.spec.pack for run in runs}
     if len(packs) > 1:
         raise RecordError(
@@ -90,7 +90,7 @@ def calibrate(runs: Sequence[Run], success: Success = "B") -> DifficultyCalibrat
 
 
 def success_table(runs: Sequence[Run], episodes: Sequence[str], success: Success) -> SuccessTable:
-    """Returns who succeeded how often where; repeats of one model under one condition are one agent."""
+    """Return who succeeded how often where; repeats of one model under one condition are one agent."""
     agents = sorted({run.marked_name for run in runs})
     column = {name: at for at, name in enumerate(episodes)}
     hits, plays = (np.zeros((len(agents), len(episodes))) for _ in range(2))
@@ -106,7 +106,7 @@ _EpisodeFacts = tuple[str, str, str | None, float]
 
 
 def _facts(run: Run) -> dict[str, _EpisodeFacts]:
-    """Returns the house, family, level and index of each episode."""
+    """Return the house, family, level and index of each episode."""
     columns = [values(run.rows, name, object) for name in ("house", "family", "level", "level_index")]
     return dict(zip(values(run.rows, "episode_id", str), zip(*columns, strict=True), strict=True))
 

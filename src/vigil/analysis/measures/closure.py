@@ -53,7 +53,7 @@ class ClosureRun:
     """What a reader must know before any number."""
 
     def outcomes_of(self, kind: Kind) -> list[ClosureOutcome]:
-        """Returns the verdicts on the episodes of one kind."""
+        """Return the verdicts on the episodes of one kind."""
         return [each for each in self.outcomes if each.answer.kind == kind]
 
     @property
@@ -62,7 +62,7 @@ class ClosureRun:
         return [kind for kind in KINDS if self.outcomes_of(kind)]
 
     def rates(self) -> dict[str, dict[str, Any]]:
-        """Returns C and what is beside it by kind, and of `all`: values and intervals, as JSON has them."""
+        """Return C and what is beside it by kind, and of `all`: values and intervals, as JSON has them."""
         return rates_by_kind(self.outcomes)
 
 
@@ -88,7 +88,7 @@ def is_closure_run(folder: Path, pack: str | Path | None = None) -> bool:
 
 
 def read_closure_runs(folders: Sequence[Path], pack: str | Path | None = None) -> list[ClosureRun]:
-    """Returns the runs of the suite in `folders`, settled, sorted by name. Raises RecordError or PackMismatch."""
+    """Return the runs of the suite in `folders`, settled, sorted by name. Raises RecordError or PackMismatch."""
     unique = sorted({folder.resolve() for folder in folders})
     found = [_read_run(folder, pack) for folder in unique]
     names = Counter(run.name for run in found)
@@ -127,7 +127,7 @@ ClosureScores = dict[Key, tuple[EffectiveRow, ClosureOutcome]]
 def score_rows(
     table: RecordTable, answers: Mapping[str, ClosureAnswer], known: ClosureScores | None = None
 ) -> tuple[ClosureOutcome, ...]:
-    """Returns the verdicts on a run's scored rows, sorted by key; those in `known` are taken, new ones put there."""
+    """Return the verdicts on a run's scored rows, sorted by key; those in `known` are taken, new ones put there."""
     known = {} if known is None else known
     scored = {key: row for key, row in sorted(table.rows.items(), key=lambda each: each[0]) if row.outcome is not None}
     for key, row in scored.items():
@@ -137,14 +137,14 @@ def score_rows(
 
 
 def closure_rates(pack: Path, table: RecordTable, known: ClosureScores) -> dict[str, dict[str, Any]] | None:
-    """Returns C and what is beside it by kind; None when the pack is not of the suite. `known` as in `score_rows`."""
+    """Return C and what is beside it by kind; None when the pack is not of the suite. `known` as in `score_rows`."""
     if manifest_of(pack).suite != SUITE:
         return None
     return rates_by_kind(score_rows(table, closure_answers(pack), known))
 
 
 def rates_by_kind(outcomes: Sequence[ClosureOutcome]) -> dict[str, dict[str, Any]]:
-    """Returns the rates of some verdicts by kind, those of `all` at the end: values and intervals, as JSON has them."""
+    """Return the rates of some verdicts by kind, those of `all` at the end: values and intervals, as JSON has them."""
     parts = {kind: [each for each in outcomes if each.answer.kind == kind] for kind in KINDS}
     return {kind: _rates(part) for kind, part in {**parts, "all": outcomes}.items() if part or kind == "all"}
 
@@ -164,7 +164,7 @@ def _rates(part: Sequence[ClosureOutcome]) -> dict[str, Any]:
 
 
 def rate(outcomes: Iterable[ClosureOutcome], is_hit: Callable[[ClosureOutcome], bool]) -> Rate:
-    """Returns how many of some verdicts are so; the plays of one episode count for what they are worth together."""
+    """Return how many of some verdicts are so; the plays of one episode count for what they are worth together."""
     plays: dict[str, list[bool]] = {}
     for each in outcomes:
         plays.setdefault(each.answer.episode_id, []).append(is_hit(each))
@@ -172,7 +172,7 @@ def rate(outcomes: Iterable[ClosureOutcome], is_hit: Callable[[ClosureOutcome], 
 
 
 def house_interval(outcomes: Sequence[ClosureOutcome], value: Callable[[ClosureOutcome], float]) -> Interval | None:
-    """Returns the interval of a mean over some verdicts when houses are resampled; None where that says nothing."""
+    """Return the interval of a mean over some verdicts when houses are resampled; None where that says nothing."""
     if not outcomes:
         return None
     values = np.array([float(value(each)) for each in outcomes])
@@ -180,7 +180,7 @@ def house_interval(outcomes: Sequence[ClosureOutcome], value: Callable[[ClosureO
 
 
 def correct_pairs(outcomes: Iterable[ClosureOutcome]) -> Rate:
-    """Returns how many pairs are closed knowingly on both sides, play by play."""
+    """Return how many pairs are closed knowingly on both sides, play by play."""
     return _rate([[left.is_knowing and right.is_knowing for left, right in plays] for plays in _pairs(outcomes)])
 
 
@@ -193,7 +193,7 @@ def _rate(plays: Sequence[Sequence[bool]]) -> Rate:
 
 
 def discrimination(outcomes: Iterable[ClosureOutcome]) -> Discrimination:
-    """Returns d' and AUC of the claims on twins, with intervals from resampled pairs."""
+    """Return d' and AUC of the claims on twins, with intervals from resampled pairs."""
     pairs = _pairs(outcomes)
     if not pairs:
         return Discrimination(0, None, None, None, None)
@@ -213,7 +213,7 @@ def _percentile_interval(values: np.ndarray) -> Interval:
 
 
 def _pairs(outcomes: Iterable[ClosureOutcome]) -> list[list[tuple[ClosureOutcome, ClosureOutcome]]]:
-    """Returns for each pair its plays, those of an epoch together, the side that obeys the families' rules first."""
+    """Return for each pair its plays, those of an epoch together, the side that obeys the families' rules first."""
     found: dict[tuple[str, int], dict[str, ClosureOutcome]] = {}
     for each in outcomes:
         if each.answer.pair is not None and each.answer.side is not None:
@@ -227,18 +227,18 @@ def _pairs(outcomes: Iterable[ClosureOutcome]) -> list[list[tuple[ClosureOutcome
 
 
 def _claims(plays: Sequence[tuple[ClosureOutcome, ClosureOutcome]]) -> list[list[int]]:
-    """Returns how often each claim was made, (2 sides, 3 claims)."""
+    """Return how often each claim was made, (2 sides, 3 claims)."""
     return [[sum(play[side].claim == claim for play in plays) for claim in CLAIMS] for side in (0, 1)]
 
 
 def _d_prime(counts: np.ndarray) -> np.ndarray:
-    """Returns d' of claims (n, 2, 3)."""
+    """Return d' of claims (n, 2, 3)."""
     rates = (counts[:, :, 2] + _SMOOTHING) / (counts.sum(axis=2) + 2 * _SMOOTHING)
     return ndtri(rates[:, 0]) - ndtri(rates[:, 1])
 
 
 def _auc(counts: np.ndarray) -> np.ndarray:
-    """Returns the chance that the first side's claim is the higher one, of claims (n, 2, 3)."""
+    """Return the chance that the first side's claim is the higher one, of claims (n, 2, 3)."""
     first, second = counts[:, 0].astype(float), counts[:, 1].astype(float)
     below = np.cumsum(second, axis=1) - second
     return (first * (below + second / 2)).sum(axis=1) / (first.sum(axis=1) * second.sum(axis=1))

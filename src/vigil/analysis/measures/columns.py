@@ -6,7 +6,7 @@ from vigil.records.record import RunHeader
 
 
 def run_columns(header: RunHeader) -> dict[str, object]:
-    """Returns the columns that are the same in all rows of a run."""
+    """Return the columns that are the same in all rows of a run."""
     spec = header.spec
     return {
         "run_id": header.run_id,
@@ -98,6 +98,6 @@ ANSWER_KEY = ("target", "distance_m", "expected", "first_goal_step", "lag", "lag
 
 
 def without_answer_key(names: Iterable[str]) -> list[str]:
-    """Returns the names of columns but for those of the answer key; KIND may be any."""
+    """Return the names of columns but for those of the answer key; KIND may be any."""
     key = {name.partition(".")[0] for name in ANSWER_KEY}
     return [name for name in names if name.partition(".")[0] not in key]

@@ -90,7 +90,7 @@ class FailureCauses:
 
 
 def causes_of_rows(rows: pd.DataFrame) -> FailureCauses:
-    """Returns what may explain the rates of a run of the eight families."""
+    """Return what may explain the rates of a run of the eight families."""
     endings = Counter(
         subtype or label
         for subtype, label in zip(values(rows, "subtype", object), values(rows, "label", object), strict=True)
@@ -101,7 +101,7 @@ def causes_of_rows(rows: pd.DataFrame) -> FailureCauses:
 
 
 def causes_of_closure(outcomes: Iterable[ClosureOutcome]) -> FailureCauses:
-    """Returns what may explain C of a run of the closure-stress suite."""
+    """Return what may explain C of a run of the closure-stress suite."""
     found = list(outcomes)
     endings = Counter(each.label for each in found if each.label != "closed")
     reasons = _sum_counts(each.outcome.invalid_reasons for each in found)

@@ -61,7 +61,7 @@ class Homogeneity:
 
 
 def clustered_interval(values: np.ndarray, houses: np.ndarray) -> Interval | None:
-    """Returns the 95 % interval of the mean of `values` when houses are resampled.
+    """Return the 95 % interval of the mean of `values` when houses are resampled.
 
     None with fewer than five houses, or when all houses agree: resampling then says nothing.
     """
@@ -70,14 +70,14 @@ def clustered_interval(values: np.ndarray, houses: np.ndarray) -> Interval | Non
 
 
 def clustered_mean_intervals(values: np.ndarray, houses: np.ndarray) -> list[Interval | None] | None:
-    """Returns the interval of each column's mean, (n, columns), under one resampling of houses; None as above."""
+    """Return the interval of each column's mean, (n, columns), under one resampling of houses; None as above."""
     return clustered_ratio_intervals(values, np.ones(len(values)), houses)
 
 
 def clustered_ratio_intervals(
     values: np.ndarray, sizes: np.ndarray, houses: np.ndarray
 ) -> list[Interval | None] | None:
-    """Returns the interval of each column's sum over the sum of `sizes`, which are above 0; else as above."""
+    """Return the interval of each column's sum over the sum of `sizes`, which are above 0; else as above."""
     names, index = np.unique(houses.astype(str), return_inverse=True)
     if len(names) < MIN_CLUSTERS:
         return None
@@ -92,7 +92,7 @@ def clustered_ratio_intervals(
 
 
 def _tail_share(clusters: int) -> float:
-    """Returns the share to cut off at either end, less for few clusters, whose resampled means spread too little.
+    """Return the share to cut off at either end, less for few clusters, whose resampled means spread too little.
 
     Source: Hesterberg, "What teachers should know about the bootstrap", 2015 (the expanded percentile interval).
     """
@@ -102,12 +102,12 @@ def _tail_share(clusters: int) -> float:
 
 @lru_cache(maxsize=16)
 def _resampling_counts(clusters: int) -> np.ndarray:
-    """Returns how often each of so many clusters is drawn, (RESAMPLES, clusters)."""
+    """Return how often each of so many clusters is drawn, (RESAMPLES, clusters)."""
     return np.random.default_rng(SEED).multinomial(clusters, np.full(clusters, 1 / clusters), size=RESAMPLES)
 
 
 def mcnemar(first: np.ndarray, second: np.ndarray, episodes: np.ndarray) -> McNemar:
-    """Returns the exact McNemar test of two boolean columns over the same plays of the named episodes.
+    """Return the exact McNemar test of two boolean columns over the same plays of the named episodes.
 
     Of an episode that was played repeatedly the plays' differences are added up, and change sign together.
     """
@@ -118,7 +118,7 @@ def mcnemar(first: np.ndarray, second: np.ndarray, episodes: np.ndarray) -> McNe
 
 
 def _sign_flip_p(gains: np.ndarray) -> float:
-    """Returns how likely a sum is at least so far from zero when each gain may as well have the other sign."""
+    """Return how likely a sum is at least so far from zero when each gain may as well have the other sign."""
     sizes, counts = np.unique(np.abs(gains[gains != 0]), return_counts=True)
     likely = np.ones(1)
     for size, count in zip(sizes.tolist(), counts.tolist(), strict=True):
@@ -131,7 +131,7 @@ def _sign_flip_p(gains: np.ndarray) -> float:
 
 
 def stuart_maxwell(first: np.ndarray, second: np.ndarray, episodes: np.ndarray) -> Homogeneity | None:
-    """Returns the Stuart-Maxwell test of two columns of labels over the same plays; None when no label changed.
+    """Return the Stuart-Maxwell test of two columns of labels over the same plays; None when no label changed.
 
     Of an episode that was played repeatedly the plays' changes are added up, as in `mcnemar`. The p is approximate: it
     needs some ten changes or more. Source: Maxwell, "Comparing the classification of subjects by two independent
@@ -151,18 +151,18 @@ def stuart_maxwell(first: np.ndarray, second: np.ndarray, episodes: np.ndarray) 
 
 
 def paired_difference(first: np.ndarray, second: np.ndarray, houses: np.ndarray) -> tuple[float, Interval | None]:
-    """Returns mean(second - first) with its 95 % interval from a paired bootstrap clustered by house."""
+    """Return mean(second - first) with its 95 % interval from a paired bootstrap clustered by house."""
     difference = second.astype(float) - first.astype(float)
     return float(difference.mean()) if len(difference) else math.nan, clustered_interval(difference, houses)
 
 
 def paired_test(first: np.ndarray, second: np.ndarray, *, episodes: np.ndarray, houses: np.ndarray) -> PairedTest:
-    """Returns how two boolean columns over the same plays differ, with McNemar's test and the interval by houses."""
+    """Return how two boolean columns over the same plays differ, with McNemar's test and the interval by houses."""
     return PairedTest(*paired_difference(first, second, houses), mcnemar(first, second, episodes))
 
 
 def holm(p_values: list[float]) -> list[float]:
-    """Returns p-values adjusted for how many there are (Holm), in the same order."""
+    """Return p-values adjusted for how many there are (Holm), in the same order."""
     adjusted = [0.0] * len(p_values)
     running = 0.0
     for rank, index in enumerate(sorted(range(len(p_values)), key=p_values.__getitem__)):
@@ -172,7 +172,7 @@ def holm(p_values: list[float]) -> list[float]:
 
 
 def smallest_difference(n: float, rate: float = 0.5) -> float | None:
-    """Returns the smallest difference between two independent rates near `rate` that n trials each can show.
+    """Return the smallest difference between two independent rates near `rate` that n trials each can show.
 
     At the 5 % level with 80 % power; None without any.
     """
@@ -182,7 +182,7 @@ def smallest_difference(n: float, rate: float = 0.5) -> float | None:
 
 
 def smallest_paired_difference(n: int, discordant: float) -> float | None:
-    """Returns the smallest paired difference that n shared episodes can show when a share of them is `discordant`.
+    """Return the smallest paired difference that n shared episodes can show when a share of them is `discordant`.
 
     At the 5 % level with 80 % power (Connor's formula for McNemar's test); None when no n is enough.
     """
@@ -197,7 +197,7 @@ def smallest_paired_difference(n: int, discordant: float) -> float | None:
 
 
 def houses_of(rows: pd.DataFrame) -> np.ndarray:
-    """Returns the house of each row: the cluster that its episode belongs to."""
+    """Return the house of each row: the cluster that its episode belongs to."""
     return rows["house"].to_numpy(dtype=str)
 
 
@@ -206,5 +206,5 @@ def _detectable_z() -> float:
 
 
 def _normal_quantile(share: float) -> float:
-    """Returns where the standard normal distribution has that share below."""
+    """Return where the standard normal distribution has that share below."""
     return float(ndtri(share))

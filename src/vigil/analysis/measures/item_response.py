@@ -53,7 +53,7 @@ class Fit:
 
 
 def fit(plays: SuccessTable) -> Fit:
-    """Returns the most likely difficulties and abilities. Raises SettingError without any play."""
+    """Return the most likely difficulties and abilities. Raises SettingError without any play."""
     if not plays.plays.sum():
         raise SettingError("There is no scored episode to fit difficulties to. Give runs that have some.")
     agents, episodes = plays.plays.shape
@@ -85,7 +85,7 @@ def _log_posterior(at: np.ndarray, plays: SuccessTable, precision: np.ndarray) -
 
 
 def _derivatives(at: np.ndarray, plays: SuccessTable, precision: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the slope of the log-posterior, abilities first, and its curvature with the sign turned."""
+    """Return the slope of the log-posterior, abilities first, and its curvature with the sign turned."""
     agents = len(plays.agents)
     probabilities = _probabilities(at[:agents], at[agents:])
     missed = plays.hits - plays.plays * probabilities
@@ -98,7 +98,7 @@ def _derivatives(at: np.ndarray, plays: SuccessTable, precision: np.ndarray) -> 
 
 
 def discriminations(fitted: Fit) -> np.ndarray:
-    """Returns, for each episode, how its success goes with the agents' success elsewhere (-1 to 1).
+    """Return, for each episode, how its success goes with the agents' success elsewhere (-1 to 1).
 
     NaN with fewer than five agents on it, or where all agree. Below 0 the abler ones fail: a reason to look at it.
     """
@@ -119,12 +119,12 @@ def _correlation(first: np.ndarray, second: np.ndarray, least: int) -> float:
 
 
 def rank_correlation(first: np.ndarray, second: np.ndarray) -> float:
-    """Returns Spearman's correlation of two columns; NaN with fewer than eight values, or where all agree."""
+    """Return Spearman's correlation of two columns; NaN with fewer than eight values, or where all agree."""
     return _correlation(_ranks(first), _ranks(second), MIN_EPISODES)
 
 
 def rank_correlation_interval(first: np.ndarray, second: np.ndarray, houses: np.ndarray) -> Interval | None:
-    """Returns the 95 % interval of Spearman's correlation when houses are resampled; None where that says nothing."""
+    """Return the 95 % interval of Spearman's correlation when houses are resampled; None where that says nothing."""
     names, index = np.unique(houses, return_inverse=True)
     members = [np.flatnonzero(index == house) for house in range(len(names))]
     rng = np.random.default_rng(SEED)
@@ -140,12 +140,12 @@ def rank_correlation_interval(first: np.ndarray, second: np.ndarray, houses: np.
 
 
 def without_group_means(values: np.ndarray, groups: np.ndarray) -> np.ndarray:
-    """Returns values less the mean of their group: what they say besides which group they are of."""
+    """Return values less the mean of their group: what they say besides which group they are of."""
     _, index = np.unique(groups, return_inverse=True)
     return values - (np.bincount(index, weights=values) / np.bincount(index))[index]
 
 
 def _ranks(values: np.ndarray) -> np.ndarray:
-    """Returns the ranks of values; equal ones share the mean of theirs."""
+    """Return the ranks of values; equal ones share the mean of theirs."""
     _, index, counts = np.unique(values, return_inverse=True, return_counts=True)
     return (np.cumsum(counts) - (counts - 1) / 2)[index]

@@ -45,29 +45,29 @@ class RunMetrics(Counts):
 
 
 def rate_columns(rows: pd.DataFrame) -> Columns:
-    """Returns the columns that rates are computed from."""
+    """Return the columns that rates are computed from."""
     return {name: values(rows, name, kind) for name, kind in COLUMNS.items()}
 
 
 def measure(rows: pd.DataFrame) -> RunMetrics:
-    """Returns the measures of any set of episodes."""
+    """Return the measures of any set of episodes."""
     found = count(rate_columns(rows))
     return RunMetrics(found.n, found.counts, found.by_episode, _means(rows))
 
 
 def by_family(rows: pd.DataFrame) -> dict[str, RunMetrics]:
-    """Returns the measures of each family that has episodes, in the families' order."""
+    """Return the measures of each family that has episodes, in the families' order."""
     groups = dict(tuple(rows.groupby("family", sort=False)))
     return {family: measure(groups[family]) for family in FAMILIES if family in groups}
 
 
 def macro(families: Mapping[str, RunMetrics], name: str) -> float | None:
-    """Returns the unweighted mean of a rate over the families that have episodes."""
+    """Return the unweighted mean of a rate over the families that have episodes."""
     return mean([value for measures in families.values() if (value := measures.share(name)) is not None])
 
 
 def macro_interval(families: Mapping[str, RunMetrics], name: str) -> Interval | None:
-    """Returns the interval of `macro`: the families' own intervals combined, as of independent rates.
+    """Return the interval of `macro`: the families' own intervals combined, as of independent rates.
 
     Source: Zou and Donner, "Construction of confidence limits about effect measures", 2008 (MOVER).
     """
@@ -82,7 +82,7 @@ def macro_interval(families: Mapping[str, RunMetrics], name: str) -> Interval | 
 
 
 def mean_with_interval(rows: pd.DataFrame, column: str) -> tuple[float, float | None, float | None] | None:
-    """Returns the mean of a column where it is known, with its interval by houses; None of nothing."""
+    """Return the mean of a column where it is known, with its interval by houses; None of nothing."""
     found = values(rows, column)
     known = np.isfinite(found)
     if not known.any():
@@ -92,14 +92,14 @@ def mean_with_interval(rows: pd.DataFrame, column: str) -> tuple[float, float | 
 
 
 def clustered_intervals(rows: pd.DataFrame) -> dict[str, Interval | None]:
-    """Returns the intervals of W, B and Delta from a bootstrap over houses; None where it says nothing."""
+    """Return the intervals of W, B and Delta from a bootstrap over houses; None where it says nothing."""
     w, b = values(rows, "W"), values(rows, "B")
     found = clustered_mean_intervals(np.stack([w, b, w - b], axis=1), houses_of(rows)) if len(rows) else None
     return dict(zip(("W", "B", "Delta"), found or (None, None, None), strict=True))
 
 
 def after_goal_shares(rows: pd.DataFrame) -> dict[str, tuple[float, float] | None]:
-    """Returns, per kind of action, its share after the goal first held in W=1 episodes: pooled, and episode mean."""
+    """Return, per kind of action, its share after the goal first held in W=1 episodes: pooled, and episode mean."""
     counts, _ = _after_goal(rows)
     if not len(counts):
         return dict.fromkeys(ACTION_KINDS)
@@ -109,7 +109,7 @@ def after_goal_shares(rows: pd.DataFrame) -> dict[str, tuple[float, float] | Non
 
 
 def after_goal_intervals(rows: pd.DataFrame) -> dict[str, tuple[Interval | None, Interval | None]]:
-    """Returns the intervals of these shares by houses: pooled, and episode mean."""
+    """Return the intervals of these shares by houses: pooled, and episode mean."""
     counts, houses = _after_goal(rows)
     sizes = counts.sum(axis=1)
     pooled = clustered_ratio_intervals(counts, sizes, houses) or [None] * len(ACTION_KINDS)
@@ -118,7 +118,7 @@ def after_goal_intervals(rows: pd.DataFrame) -> dict[str, tuple[Interval | None,
 
 
 def _after_goal(rows: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the actions of each kind after the goal first held, (W=1 episodes with any, kinds), and their houses."""
+    """Return the actions of each kind after the goal first held, (W=1 episodes with any, kinds), and their houses."""
     held = select_rows(rows, values(rows, "W", bool))
     counts = np.stack([values(held, f"actions_after_goal.{kind}") for kind in ACTION_KINDS], axis=1)
     has_any = counts.sum(axis=1) > 0
@@ -126,7 +126,7 @@ def _after_goal(rows: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
 
 
 def closure_curve(rows: pd.DataFrame, steps: int = CLOSURE_STEPS) -> list[float] | None:
-    """Returns the share of W=1 episodes closed by a matching report within 0 .. `steps` steps of attainment."""
+    """Return the share of W=1 episodes closed by a matching report within 0 .. `steps` steps of attainment."""
     held = select_rows(rows, values(rows, "W", bool))
     if not len(held):
         return None
@@ -135,7 +135,7 @@ def closure_curve(rows: pd.DataFrame, steps: int = CLOSURE_STEPS) -> list[float]
 
 
 def regimes(measures: RunMetrics) -> dict[str, str]:
-    """Returns the closure regimes that a run is in: `clear` when its interval lies on that side, else `borderline`.
+    """Return the closure regimes that a run is in: `clear` when its interval lies on that side, else `borderline`.
 
     Regimes are not exclusive; a run in none of them is `mixed`.
     """
@@ -157,7 +157,7 @@ def is_excluded(measures: RunMetrics) -> bool:
 
 
 def broken_run_identities(run: Run) -> list[str]:
-    """Returns the identities that a run breaks, over all its episodes, by family and by epoch."""
+    """Return the identities that a run breaks, over all its episodes, by family and by epoch."""
     parts = {"all": run.rows}
     parts |= {f"family {family}": rows for family, rows in run.rows.groupby("family")}
     parts |= {f"epoch {epoch}": rows for epoch, rows in run.rows.groupby("epoch")}

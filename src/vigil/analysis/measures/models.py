@@ -56,7 +56,7 @@ class ModelInfo:
 
 
 def model_of(spec: RunSpec, *, has_reasoning: bool = False) -> ModelInfo:
-    """Returns how a run's agent is named and grouped.
+    """Return how a run's agent is named and grouped.
 
     That reasoning came with its answers decides what its serving mode was, whatever name and settings say of it.
     """
@@ -71,12 +71,12 @@ def model_of(spec: RunSpec, *, has_reasoning: bool = False) -> ModelInfo:
 
 
 def group_of(name: str, provider: str = "") -> ModelGroup:
-    """Returns the panel group of a model, by the first pattern that its name has; open where nothing tells."""
+    """Return the panel group of a model, by the first pattern that its name has; open where nothing tells."""
     return known_group(name, provider) or GROUPS[1]
 
 
 def known_group(name: str, provider: str = "") -> ModelGroup | None:
-    """Returns the panel group that a model's name or provider tells; None where neither does."""
+    """Return the panel group that a model's name or provider tells; None where neither does."""
     folded = name.casefold()
     for pattern, group in _GROUP_PATTERNS:
         if re.search(pattern, folded):
@@ -85,18 +85,18 @@ def known_group(name: str, provider: str = "") -> ModelGroup | None:
 
 
 def checkpoint_of(name: str) -> str:
-    """Returns a model's name without what tells its thinking serving mode from its instruct counterpart."""
+    """Return a model's name without what tells its thinking serving mode from its instruct counterpart."""
     return _SERVING.sub("", name)
 
 
 def activated_of(name: str) -> str | None:
-    """Returns the activated-parameter suffix in a model's name."""
+    """Return the activated-parameter suffix in a model's name."""
     found = _ACTIVATED.search(name.casefold())
     return found[0].upper() if found else None
 
 
 def declared_thinking(spec: RunSpec) -> bool | None:
-    """Returns whether a model thinks by its name and settings; None when neither says."""
+    """Return whether a model thinks by its name and settings; None when neither says."""
     name = spec.agent.rpartition("/")[2]
     if _THINKING.search(name.casefold()):
         return True

@@ -49,12 +49,12 @@ class Pair:
     other: Run
 
     def tables(self) -> tuple[pd.DataFrame, pd.DataFrame]:
-        """Returns both runs' rows of the episodes that both have scored, in the same order."""
+        """Return both runs' rows of the episodes that both have scored, in the same order."""
         base, other = shared_rows(self.base.rows, self.other.rows)
         return base.reset_index(), other.reset_index()
 
     def p(self, name: str) -> float | None:
-        """Returns McNemar's exact p of W, B or a label over the shared episodes; None without any."""
+        """Return McNemar's exact p of W, B or a label over the shared episodes; None without any."""
         base, other = self.tables()
         if not len(base):
             return None
@@ -73,7 +73,7 @@ class Repeats:
     tables: tuple[pd.DataFrame, ...]
 
     def compared_with_first(self) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
-        """Yields the name of each further one, with the rows of the first and of it, of the same episodes."""
+        """Yield the name of each further one, with the rows of the first and of it, of the same episodes."""
         for name, table in list(zip(self.names, self.tables, strict=True))[1:]:
             first, other = shared_rows(self.tables[0].assign(epoch=1), table.assign(epoch=1))
             yield name, first.reset_index(), other.reset_index()
@@ -106,7 +106,7 @@ class RunComparison:
 
 
 def make_pair(first: Run, second: Run, kind: PairKind) -> Pair:
-    """Returns the two runs as a pair, in whatever order they come. Raises RecordError, naming what else differs."""
+    """Return the two runs as a pair, in whatever order they come. Raises RecordError, naming what else differs."""
     found = setting_differences(first, second)
     unwanted = [text for place, text in found.items() if not _may_vary(place, kind)]
     if unwanted:
@@ -121,7 +121,7 @@ def make_pair(first: Run, second: Run, kind: PairKind) -> Pair:
 
 
 def find_pairs(runs: Sequence[Run]) -> Pairing:
-    """Returns the pairs and repeats among `runs`, with the reasons why runs of one agent are not paired.
+    """Return the pairs and repeats among `runs`, with the reasons why runs of one agent are not paired.
 
     Each intervened run makes one pair, also where several runs could be its base.
     """
@@ -149,7 +149,7 @@ def find_pairs(runs: Sequence[Run]) -> Pairing:
 
 
 def setting_differences(first: Run, second: Run) -> dict[str, str]:
-    """Returns, by place in the settings, what differs between two runs, in words."""
+    """Return, by place in the settings, what differs between two runs, in words."""
     ours, theirs = dict(_settings(first)), dict(_settings(second))
     found = {}
     for place in sorted(ours.keys() | theirs.keys()):
@@ -159,7 +159,7 @@ def setting_differences(first: Run, second: Run) -> dict[str, str]:
 
 
 def compare_runs(first: Run, second: Run) -> RunComparison:
-    """Returns the paired tests over the episodes that both runs have scored. Raises RecordError without any."""
+    """Return the paired tests over the episodes that both runs have scored. Raises RecordError without any."""
     if first.header.spec.pack_sha256 != second.header.spec.pack_sha256:
         raise RecordError(f"{first.name!r} and {second.name!r} were played on different packs; nothing is paired.")
     ours, theirs = shared_rows(first.rows, second.rows)
@@ -180,7 +180,7 @@ def compare_runs(first: Run, second: Run) -> RunComparison:
 
 
 def shared_rows(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Returns the rows of the episodes (and epochs) that both tables have, in the same order."""
+    """Return the rows of the episodes (and epochs) that both tables have, in the same order."""
     if first[KEY].equals(second[KEY]):
         return first, second
     ours, theirs = first.set_index(KEY), second.set_index(KEY)
@@ -189,13 +189,13 @@ def shared_rows(first: pd.DataFrame, second: pd.DataFrame) -> tuple[pd.DataFrame
 
 
 def mean_difference(pair_of: Pair, name: str) -> tuple[float, Interval | None] | None:
-    """Returns the difference (other - base) of W, B or a label over the shared episodes, and its interval by houses."""
+    """Return the difference (other - base) of W, B or a label over the shared episodes, and its interval by houses."""
     base, other = shared_rows(pair_of.base.rows, pair_of.other.rows)
     return difference(base, other, name) if len(base) else None
 
 
 def family_differences(pair_of: Pair, names: Iterable[str]) -> dict[str, tuple[float, Interval | None]]:
-    """Returns the same family by family, under names such as `AI W`."""
+    """Return the same family by family, under names such as `AI W`."""
     base, other = pair_of.tables()
     masks = {family: base["family"].to_numpy() == family for family in FAMILIES}
     return {
@@ -207,7 +207,7 @@ def family_differences(pair_of: Pair, names: Iterable[str]) -> dict[str, tuple[f
 
 
 def difference(base: pd.DataFrame, other: pd.DataFrame, name: str) -> tuple[float, Interval | None]:
-    """Returns the difference of W, B or a label between rows of the same plays, and its interval by houses."""
+    """Return the difference of W, B or a label between rows of the same plays, and its interval by houses."""
     return paired_difference(_indicator(base, name), _indicator(other, name), _houses(base))
 
 
@@ -217,7 +217,7 @@ def _may_vary(place: str, kind: PairKind) -> bool:
 
 
 def _one_base_per_run(pairs: Sequence[Pair]) -> tuple[tuple[Pair, ...], tuple[str, ...]]:
-    """Returns one pair for each intervened run, and what was chosen among several, in words.
+    """Return one pair for each intervened run, and what was chosen among several, in words.
 
     The base is the one that shares most episodes, among those the earliest, then by name.
     """
@@ -236,7 +236,7 @@ def _one_base_per_run(pairs: Sequence[Pair]) -> tuple[tuple[Pair, ...], tuple[st
 
 
 def _indicator(rows: pd.DataFrame, name: str) -> np.ndarray:
-    """Returns of which rows a yes/no column, the gap or a label is true."""
+    """Return of which rows a yes/no column, the gap or a label is true."""
     if name == "Delta":
         return np.asarray(rows["W"], dtype=bool) & ~np.asarray(rows["B"], dtype=bool)
     return np.asarray(rows[name] if name in rows else rows["label"] == name, dtype=bool)
@@ -270,7 +270,7 @@ def _epoch_repeats(runs: Sequence[Run]) -> Repeats:
 
 
 def _pair_kind(first: Run, second: Run) -> PairKind | None:
-    """Returns the kind of pair that two runs of one checkpoint would make; None for two interventions at once."""
+    """Return the kind of pair that two runs of one checkpoint would make; None for two interventions at once."""
     varied = setting_differences(first, second).keys() & _INTERVENED
     if bool(first.model.is_thinking) != bool(second.model.is_thinking):
         return None if varied else "serving"

@@ -47,15 +47,15 @@ class Paper:
     """Rates of models that only the text prints; `_neutral`: under the neutral prompt."""
 
     def model(self, name: str) -> PublishedModel:
-        """Returns a model by the name that its row has."""
+        """Return a model by the name that its row has."""
         return next(model for model in self.models if model.name == name)
 
     def rows(self, table: str) -> list[tuple[PublishedModel, dict[str, Any]]]:
-        """Returns a table's rows with their models, in printed order."""
+        """Return a table's rows with their models, in printed order."""
         return [(self.model(row["model"]), row) for row in self.tables[table]]
 
     def points(self) -> list[tuple[PublishedModel, float, float]]:
-        """Returns every model's W and B in percent: of the primary panel, else of the extended one."""
+        """Return every model's W and B in percent: of the primary panel, else of the extended one."""
         return [
             (model, row["W"], row["B"]) for table in ("full_panel", "extended_panel") for model, row in self.rows(table)
         ]
@@ -63,6 +63,6 @@ class Paper:
 
 @cache
 def paper() -> Paper:
-    """Returns the published rows, as shipped with the package."""
+    """Return the published rows, as shipped with the package."""
     data = json.loads((files("vigil.analysis.measures") / "paper.json").read_text(encoding="utf-8"))
     return Paper(tuple(PublishedModel(**model) for model in data["models"]), data["tables"], data["text"])

@@ -78,7 +78,7 @@ class Run:
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """Returns what a report must say at its top about this run."""
+        """Return what a report must say at its top about this run."""
         found = []
         if not self.n:
             found.append("no episode is scored: the run is empty")
@@ -103,7 +103,7 @@ def read_runs(
     *,
     levels: Mapping[str, EpisodeLevel] | None = None,
 ) -> list[Run]:
-    """Returns the runs in `folders`, settled, sorted by name; the order of the folders does not matter.
+    """Return the runs in `folders`, settled, sorted by name; the order of the folders does not matter.
 
     `pack` is where their pack is now, when not where they say; `levels` stand in for those in the pack's own folder.
     Raises RecordError or PackMismatch.
@@ -120,7 +120,7 @@ def read_runs(
 
 
 def _read_scored_run(folder: Path, pack: str | Path | None) -> Run:
-    """Returns the run from its records."""
+    """Return the run from its records."""
     run = read_run(folder, pack, _cached_episodes)
     manifest = manifest_of(run.pack_folder)
     suite = manifest.suite
@@ -151,19 +151,19 @@ def _read_scored_run(folder: Path, pack: str | Path | None) -> Run:
 
 
 def _with_levels(table: pd.DataFrame, levels: Mapping[str, EpisodeLevel]) -> pd.DataFrame:
-    """Returns the rows with the level and the index of each episode; empty where there is none."""
+    """Return the rows with the level and the index of each episode; empty where there is none."""
     found = [levels.get(name) for name in values(table, "episode_id", str)]
     texts = pd.Series([None if one is None else one.level for one in found], dtype=object)
     return table.assign(level=texts, level_index=[np.nan if one is None else one.index for one in found])
 
 
 def _without_full_stops(notes: Iterable[str]) -> list[str]:
-    """Returns the notes as remarks: what prints them ends them with a full stop."""
+    """Return the notes as remarks: what prints them ends them with a full stop."""
     return [note.removesuffix(".") for note in notes]
 
 
 def combined_rows(runs: Iterable[Run]) -> pd.DataFrame:
-    """Returns the rows of all runs in one table, with what the header says of each run before them."""
+    """Return the rows of all runs in one table, with what the header says of each run before them."""
     found = list(runs)
     headers = [{"run": run.name, "model": run.model.name, **run_columns(run.header)} for run in found]
     tables = [run.rows.assign(**header) for run, header in zip(found, headers, strict=True)]
@@ -174,17 +174,17 @@ def combined_rows(runs: Iterable[Run]) -> pd.DataFrame:
 
 
 def select_rows(rows: pd.DataFrame, mask: np.ndarray) -> pd.DataFrame:
-    """Returns the rows for which `mask` is true."""
+    """Return the rows for which `mask` is true."""
     return cast(pd.DataFrame, rows[mask])
 
 
 def values(rows: pd.DataFrame, column: str, kind: type = float) -> np.ndarray:
-    """Returns a column as an array of that type; what is missing is NaN among floats, None among objects."""
+    """Return a column as an array of that type; what is missing is NaN among floats, None among objects."""
     return np.asarray(rows[column], dtype=kind)
 
 
 def flat_row(outcome: Outcome) -> _Row:
-    """Returns an outcome as one flat row: counts by kind of action, and B under each report policy, a column each.
+    """Return an outcome as one flat row: counts by kind of action, and B under each report policy, a column each.
 
     The reasons of invalid actions are one JSON object.
     """
@@ -202,14 +202,14 @@ def flat_row(outcome: Outcome) -> _Row:
 
 
 def outcome_table(outcomes: Iterable[Outcome]) -> pd.DataFrame:
-    """Returns outcomes as a flat table with stable column types, sorted by episode and epoch."""
+    """Return outcomes as a flat table with stable column types, sorted by episode and epoch."""
     rows = [flat_row(outcome) for outcome in outcomes]
     table = _typed(pd.DataFrame(rows, columns=list(_SCHEMA)))
     return table.sort_values(["episode_id", "epoch"], ignore_index=True)
 
 
 def _typed(table: pd.DataFrame) -> pd.DataFrame:
-    """Returns the table with the types of the schema; a text that is missing is None."""
+    """Return the table with the types of the schema; a text that is missing is None."""
     texts = [name for name, kind in _SCHEMA.items() if kind == "object"]
     table[texts] = table[texts].astype(object).where(table[texts].notna(), None)
     return table.astype(_SCHEMA)
@@ -247,7 +247,7 @@ def _file_size(folder: Path) -> int:
 
 
 def _with_unique_names(runs: Iterable[Run]) -> list[Run]:
-    """Returns the runs with unique names, sorted by them: the model's, then what distinguishes it from runs of the same
+    """Return the runs with unique names, sorted by them: the model's, then what distinguishes it from runs of the same
     model. A prompt of one's own is always named."""
     found = list(runs)
     models = Counter(run.model.name for run in found)

@@ -64,24 +64,24 @@ class Study:
         return [entry.run for entry in self.entries]
 
     def base(self) -> list[RunEntry]:
-        """Returns the entries under the default contract, best B first."""
+        """Return the entries under the default contract, best B first."""
         return sorted_by_b(entry for entry in self.entries if entry.is_base)
 
     def entry(self, run: Run) -> RunEntry:
-        """Returns the entry of a run, by its name."""
+        """Return the entry of a run, by its name."""
         return next(entry for entry in self.entries if entry.name == run.name)
 
     def excluded(self) -> list[RunEntry]:
-        """Returns the base entries that the exclusion rule takes out of the main tables, best B first."""
+        """Return the base entries that the exclusion rule takes out of the main tables, best B first."""
         return [entry for entry in self.base() if entry.is_excluded]
 
     def main_panel(self) -> list[RunEntry]:
-        """Returns the base entries that the exclusion rule leaves in the main tables, best B first."""
+        """Return the base entries that the exclusion rule leaves in the main tables, best B first."""
         return [entry for entry in self.base() if not entry.is_excluded]
 
 
 def study(runs: Sequence[Run], *, with_paper: bool = True) -> Study:
-    """Returns the runs measured, paired and compared."""
+    """Return the runs measured, paired and compared."""
     entries = tuple(RunEntry(run, measure(run.rows), by_family(run.rows)) for run in runs)
     pairing = find_pairs(runs)
     faults = [fault for run in runs for fault in run.faults]
@@ -101,12 +101,12 @@ def study(runs: Sequence[Run], *, with_paper: bool = True) -> Study:
 
 
 def sorted_by_b(entries: Iterable[RunEntry]) -> list[RunEntry]:
-    """Returns entries, best benchmark success first; ties by name."""
+    """Return entries, best benchmark success first; ties by name."""
     return sorted(entries, key=lambda entry: (-(entry.overall.share("B") or 0.0), entry.name))
 
 
 def sorted_by_group(entries: Iterable[RunEntry]) -> list[RunEntry]:
-    """Returns entries in the order of the panels' groups, best B first in each."""
+    """Return entries in the order of the panels' groups, best B first in each."""
     order = {group: index for index, group in enumerate(GROUPS)}
     return sorted(sorted_by_b(entries), key=lambda entry: order[entry.run.model.group])
 
@@ -132,7 +132,7 @@ def _have_comparable_w(first: RunEntry, second: RunEntry) -> bool:
 
 
 def _duplicate_runs(runs: Sequence[Run]) -> list[str]:
-    """Returns which runs are the same one twice: side by side they would pass for a perfect repeat."""
+    """Return which runs are the same one twice: side by side they would pass for a perfect repeat."""
     return [
         f"{first.name} and {second.name} are copies of one run, not repeats of it. Give one of them only."
         for first, second in combinations(runs, 2)
@@ -141,7 +141,7 @@ def _duplicate_runs(runs: Sequence[Run]) -> list[str]:
 
 
 def _thinking_contradictions(runs: Sequence[Run]) -> Iterator[str]:
-    """Yields which models were served otherwise than their names or settings say: their answers tell."""
+    """Yield which models were served otherwise than their names or settings say: their answers tell."""
     for run in runs:
         said, (reasoned, replies) = declared_thinking(run.header.spec), run.header.replies_with_reasoning
         if said is False and reasoned:
@@ -159,7 +159,7 @@ def _thinking_contradictions(runs: Sequence[Run]) -> Iterator[str]:
 
 
 def _mixed_settings(runs: Sequence[Run]) -> list[str]:
-    """Returns what differs between runs that a reader would take to be alike."""
+    """Return what differs between runs that a reader would take to be alike."""
     found = []
     checks = {
         "packs": lambda run: f"{run.header.spec.pack} {run.header.spec.pack_sha256[:12]}",

@@ -36,7 +36,7 @@ _FAMILY_SUMMARIES: dict[Family, str] = {
 
 
 def protocol_figure(frames: Mapping[Family, np.ndarray], episodes: Mapping[Family, Episode]) -> Figure:
-    """Draws the eight families with the first frame of an example episode each; families without one stay blank."""
+    """Draw the eight families with the first frame of an example episode each; families without one stay blank."""
     with styled():
         figure = canvas(11.0, 6.9)
         grid = figure.subplots(2, 4)
@@ -67,7 +67,7 @@ def protocol_figure(frames: Mapping[Family, np.ndarray], episodes: Mapping[Famil
 
 
 def pipeline_figure(episode: Episode, track: AgentTrajectory, columns: int = 5) -> Figure:
-    """Draws one episode as it runs: what goes in, what comes out at each step, and how the end is settled."""
+    """Draw one episode as it runs: what goes in, what comes out at each step, and how the end is settled."""
     chosen = key_steps(track, columns)
     with styled():
         figure = canvas(11.0, _HEIGHT / 10, is_free=True)
@@ -161,7 +161,7 @@ def _interface(axes: Axes, episode: Episode, track: AgentTrajectory) -> None:
 
 
 def _footnotes(axes: Axes, episode: Episode, outcome: Outcome) -> None:
-    """Writes the budgets, and what the episode came to."""
+    """Write the budgets, and what the episode came to."""
     axes.text(
         41,
         2.6,
@@ -189,5 +189,5 @@ def _arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> 
 
 
 def _wrapped(text: str, width: int, lines: int = 4) -> str:
-    """Returns a text in lines of at most `width` characters, the rest of a long one cut."""
+    """Return a text in lines of at most `width` characters, the rest of a long one cut."""
     return "\n".join(textwrap.wrap(text, width, max_lines=lines, placeholder=" ..."))

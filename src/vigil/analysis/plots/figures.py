@@ -42,7 +42,7 @@ _W_AXIS, _B_AXIS = "W: the world reached the goal (%)", "B: reached, and closed 
 
 
 def outcome_partition(study: Study) -> Figure | None:
-    """Draws B, FR, Other, NR and IL as stacked bars, best B first, with W marked: its distance from B is W - B."""
+    """Draw B, FR, Other, NR and IL as stacked bars, best B first, with W marked: its distance from B is W - B."""
     entries = [entry for entry in sorted_by_b(study.entries) if entry.overall.n]
     if not entries:
         return None
@@ -64,7 +64,7 @@ def outcome_partition(study: Study) -> Figure | None:
 
 
 def belief_closure(study: Study) -> Figure | None:
-    """Draws (a) the mean belief lag and (b) the shares of actions after attainment, both sorted by B."""
+    """Draw (a) the mean belief lag and (b) the shares of actions after attainment, both sorted by B."""
     entries = [entry for entry in sorted_by_b(study.entries) if entry.overall.counts["W"]]
     if not entries:
         return None
@@ -91,7 +91,7 @@ def belief_closure(study: Study) -> Figure | None:
 
 
 def plane(study: Study) -> Figure | None:
-    """Draws every run in the plane of W and B, with the paper's rows as grey reference points."""
+    """Draw every run in the plane of W and B, with the paper's rows as grey reference points."""
     entries = [entry for entry in study.entries if entry.overall.n]
     if not entries:
         return None
@@ -110,7 +110,7 @@ def plane(study: Study) -> Figure | None:
 
 
 def closure_curves(study: Study) -> Figure | None:
-    """Draws the share of W=1 episodes closed by a matching report within k steps of attainment."""
+    """Draw the share of W=1 episodes closed by a matching report within k steps of attainment."""
     curves = [
         (entry, curve) for entry in sorted_by_b(study.entries) if (curve := closure_curve(entry.run.rows)) is not None
     ]
@@ -145,7 +145,7 @@ def closure_curves(study: Study) -> Figure | None:
 
 
 def feedback_shift(study: Study) -> Figure | None:
-    """Draws where action feedback moves each paired model in the plane of W and B."""
+    """Draw where action feedback moves each paired model in the plane of W and B."""
     if not study.pairing.feedback:
         return None
     with styled():
@@ -198,7 +198,7 @@ CAPTIONS = {
 
 
 def _mark_w(axes: Axes, entries: Sequence[RunEntry]) -> Line2D:
-    """Marks W on each bar, and writes W - B beside it; returns the mark for a legend."""
+    """Mark W on each bar, and writes W - B beside it; returns the mark for a legend."""
     look: dict[str, Any] = {"ls": "none", "marker": "|", "ms": 21, "mew": 3.0, "color": INK, "clip_on": False}
     for row, entry in enumerate(entries):
         w, b = (100 * (entry.overall.share(name) or 0.0) for name in ("W", "B"))
@@ -233,7 +233,7 @@ def _stack(axes: Axes, shares: np.ndarray, looks: Sequence[tuple[str, str]]) -> 
 
 
 def _name_rows(axes: Axes, names: Sequence[str]) -> None:
-    """Names the rows; a long name is folded, since it would take the room of the bars."""
+    """Name the rows; a long name is folded, since it would take the room of the bars."""
     folded = [name if len(name) <= _NAME_CHARS else "\n".join(textwrap.wrap(name, _NAME_CHARS)) for name in names]
     axes.set_yticks(range(len(names)), folded)
     axes.tick_params(axis="y", length=0)
@@ -261,12 +261,12 @@ def _point(entry: RunEntry) -> tuple[float, float]:
 
 
 def _place(measures: RunMetrics) -> tuple[float, float]:
-    """Returns W and B in percent: a place in the plane."""
+    """Return W and B in percent: a place in the plane."""
     return 100 * (measures.share("W") or 0.0), 100 * (measures.share("B") or 0.0)
 
 
 def _plane_frame(axes: Axes, study: Study, entries: Sequence[RunEntry]) -> float:
-    """Draws diagonal and lines of equal gap, and returns the upper limit of both axes."""
+    """Draw diagonal and lines of equal gap, and returns the upper limit of both axes."""
     values = [value for entry in entries for value in _point(entry)]
     if study.published:
         values += [value for _, w, b in study.published.points() for value in (w, b)]
@@ -293,13 +293,13 @@ def _published_points(axes: Axes, study: Study) -> list[tuple[tuple[float, float
 
 
 def _sizes(entries: Sequence[RunEntry]) -> str:
-    """Returns over how many episodes these runs are."""
+    """Return over how many episodes these runs are."""
     sizes = sorted(entry.overall.n for entry in entries)
     return f"n={sizes[0]:,}" if sizes[0] == sizes[-1] else f"n={sizes[0]:,} to {sizes[-1]:,}"
 
 
 def _cross(entry: RunEntry) -> list[tuple[float, float]]:
-    """Returns points along the intervals of W and B, in percent."""
+    """Return points along the intervals of W and B, in percent."""
     w, b = _point(entry)
     (w_low, w_high), (b_low, b_high) = (entry.overall.rate(name).interval for name in ("W", "B"))
     along = np.linspace(0.0, 100.0, 7)

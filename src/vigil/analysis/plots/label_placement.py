@@ -21,7 +21,7 @@ _LEADER_FROM = 14
 def place_labels(
     figure: Figure, axes: Axes, labels: Sequence[PointLabel], avoid: Sequence[tuple[float, float]] = ()
 ) -> None:
-    """Writes each label beside its point, larger ones first, with a line to the point when it had to move away.
+    """Write each label beside its point, larger ones first, with a line to the point when it had to move away.
 
     `avoid` are further points (data) that no label may cover.
     """
@@ -48,7 +48,7 @@ def place_labels(
 def _free_position(
     point: np.ndarray, extent: Bbox, taken: Sequence[Bbox], inside: Bbox, dpi: float
 ) -> tuple[tuple[float, float], Bbox]:
-    """Returns the offset (points) and the box (pixels) of the first place where a label covers nothing."""
+    """Return the offset (points) and the box (pixels) of the first place where a label covers nothing."""
     scale = dpi / 72
     fallback = None
     for near in _DISTANCES_PT:

@@ -79,20 +79,20 @@ _SETTINGS: dict[Any, Any] = {
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """Draws what is inside in the project's style, and leaves matplotlib as it was."""
+    """Draw what is inside in the project's style, and leaves matplotlib as it was."""
     with mpl.rc_context(_SETTINGS):
         yield
 
 
 def canvas(width: float, height: float, *, is_free: bool = False) -> Figure:
-    """Returns an empty figure of that size in inches, bound to no window; `is_free` leaves the layout to the caller."""
+    """Return an empty figure of that size in inches, bound to no window; `is_free` leaves the layout to the caller."""
     figure = Figure(figsize=(width, height), layout=None if is_free else "constrained")
     FigureCanvasAgg(figure)
     return figure
 
 
 def figure_bytes(figure: Figure, kind: str) -> bytes:
-    """Returns a figure as the bytes of a file: png, svg or pdf; the same figure gives the same bytes."""
+    """Return a figure as the bytes of a file: png, svg or pdf; the same figure gives the same bytes."""
     buffer = io.BytesIO()
     dates = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
     for text in figure.findobj(Text):
@@ -109,7 +109,7 @@ def figure_bytes(figure: Figure, kind: str) -> bytes:
 
 
 def _clean(text: Any) -> None:
-    """Takes out of a text of a figure what no font and no file can hold."""
+    """Take out of a text of a figure what no font and no file can hold."""
     said = text.get_text()
     clean = replace_invalid(said).replace("\t", " ").replace("\r", " ")
     if clean != said:
@@ -117,10 +117,10 @@ def _clean(text: Any) -> None:
 
 
 def ink_on(colour: str) -> str:
-    """Returns the colour of letters that can be read on a surface of `colour`."""
+    """Return the colour of letters that can be read on a surface of `colour`."""
     return INK if colour in _PALE else "white"
 
 
 def ink_of(colour: str) -> str:
-    """Returns the colour of letters that mean what `colour` means: itself, where it can be read on paper."""
+    """Return the colour of letters that mean what `colour` means: itself, where it can be read on paper."""
     return INK if colour in _PALE else colour

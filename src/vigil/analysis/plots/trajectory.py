@@ -54,7 +54,7 @@ class AgentTrajectory:
 
 
 def find_record(run: Run, episodes: Iterable[Episode], key: Key) -> EpisodeRecord:
-    """Returns the record that stands for an episode of a run; `episodes` are its pack's. Raises RecordError."""
+    """Return the record that stands for an episode of a run; `episodes` are its pack's. Raises RecordError."""
     table = RecordTable(run.folder, run.header, episodes)
     table.refresh()
     row = table.rows.get(key)
@@ -66,7 +66,7 @@ def find_record(run: Run, episodes: Iterable[Episode], key: Key) -> EpisodeRecor
 def make_trajectory(
     name: str, episode: Episode, record: EpisodeRecord, frames: Sequence[np.ndarray]
 ) -> AgentTrajectory:
-    """Returns a record with its frames, settled. Raises RecordError when they are not one frame a step."""
+    """Return a record with its frames, settled. Raises RecordError when they are not one frame a step."""
     if len(frames) != len(record.steps):
         raise RecordError(f"{name!r}: {len(frames)} frames for {len(record.steps)} steps of episode {episode.id!r}.")
     truth = tuple(row.semantic for row in check(episode.goal, record).rows)
@@ -74,7 +74,7 @@ def make_trajectory(
 
 
 def trajectory_figure(episode: Episode, tracks: Sequence[AgentTrajectory], columns: int = DEFAULT_COLUMNS) -> Figure:
-    """Draws one row an agent: the frames of its first, telling and last steps, with actions and verdicts."""
+    """Draw one row an agent: the frames of its first, telling and last steps, with actions and verdicts."""
     width = max(2, min(columns, max(len(one.record.steps) for one in tracks)))
     with styled():
         width_in = figure_width_in(width)
@@ -94,12 +94,12 @@ def trajectory_figure(episode: Episode, tracks: Sequence[AgentTrajectory], colum
 
 
 def figure_width_in(columns: int) -> float:
-    """Returns how wide (inches) a figure of so many frames a row is."""
+    """Return how wide (inches) a figure of so many frames a row is."""
     return _NAME_IN + _PANEL_IN * columns
 
 
 def key_steps(one: AgentTrajectory, count: int) -> list[int]:
-    """Returns at most `count` steps (from 0), in order: the first, the last, attainment, then evenly spread."""
+    """Return at most `count` steps (from 0), in order: the first, the last, attainment, then evenly spread."""
     last = len(one.record.steps) - 1
     if last < count:
         return list(range(last + 1))
@@ -114,7 +114,7 @@ def key_steps(one: AgentTrajectory, count: int) -> list[int]:
 
 
 def trajectory_animation(episode: Episode, tracks: Sequence[AgentTrajectory], kind: str) -> bytes:
-    """Returns all steps of all agents, side by side, as an animated file: gif or webp."""
+    """Return all steps of all agents, side by side, as an animated file: gif or webp."""
     length = max(len(one.record.steps) for one in tracks)
     frames = [_animation_frame(episode, tracks, step) for step in range(length)]
     durations = [ANIMATION_MS] * (length - 1) + [FINAL_MS]
@@ -128,12 +128,12 @@ def trajectory_animation(episode: Episode, tracks: Sequence[AgentTrajectory], ki
 
 
 def step_caption(step: StepRecord) -> str:
-    """Returns a step's action in a few words."""
+    """Return a step's action in a few words."""
     return "invalid: " + step.invalid.reason.replace("_", " ") if step.invalid else action_caption(step.action)
 
 
 def action_caption(action: Action | None) -> str:
-    """Returns an action in a few words."""
+    """Return an action in a few words."""
     match action:
         case None:
             return ""
@@ -150,7 +150,7 @@ def action_caption(action: Action | None) -> str:
 
 
 def verdict_caption(one: AgentTrajectory) -> str:
-    """Returns how an episode ended and what that is worth."""
+    """Return how an episode ended and what that is worth."""
     outcome = one.outcome
     w, b = f"W={int(outcome.W)}", f"B={int(outcome.B)}"
     kind = "" if outcome.subtype is None else f"\n{outcome.subtype.replace('_', ' ')}"
@@ -158,7 +158,7 @@ def verdict_caption(one: AgentTrajectory) -> str:
 
 
 def _title(episode: Episode, tracks: Sequence[AgentTrajectory], width_in: float) -> str:
-    """Returns what the episode is, folded to the width of a figure."""
+    """Return what the episode is, folded to the width of a figure."""
     expected = next((f"   expected label: {one.outcome.expected}" for one in tracks if one.outcome.expected), "")
     what = f"{episode.family}, {FAMILIES[episode.family].name}; at most {episode.max_steps} steps"
     lines = (f"{episode.id}   ({what})", f"“{episode.instruction}”{expected}")
@@ -208,7 +208,7 @@ def _panel(axes: Axes, one: AgentTrajectory, index: int) -> None:
 
 
 def _animation_frame(episode: Episode, tracks: Sequence[AgentTrajectory], step: int) -> Image.Image:
-    """Returns one image of the animation: every agent at `step`; who has ended stays at the last one, paler."""
+    """Return one image of the animation: every agent at `step`; who has ended stays at the last one, paler."""
     columns = min(2, len(tracks)) if len(tracks) <= 4 else 3
     rows = -(-len(tracks) // columns)
     with styled():
@@ -241,7 +241,7 @@ def _animation_frame(episode: Episode, tracks: Sequence[AgentTrajectory], step: 
 
 
 def _wrapped_name(name: str, width: int = 16) -> str:
-    """Returns a name on several lines, broken at spaces, hyphens and underscores."""
+    """Return a name on several lines, broken at spaces, hyphens and underscores."""
     lines, line = [], ""
     for word in name.replace("-", "- ").replace("_", "_ ").split(" "):
         joined = f"{line}{word}" if line.endswith(("-", "_")) or not line else f"{line} {word}"

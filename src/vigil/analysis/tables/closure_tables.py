@@ -42,7 +42,7 @@ _BY_FORM: dict[str, tuple[str, OutcomePredicate]] = {
 
 
 def closure_tables(runs: Sequence[ClosureRun]) -> dict[str, Table]:
-    """Returns the tables of the suite's runs by name; none without runs."""
+    """Return the tables of the suite's runs by name; none without runs."""
     if not runs:
         return {}
     return {
@@ -92,7 +92,7 @@ def _rates_of_parts(
     parts: Callable[[ClosureRun], NamedParts],
     wanted: dict[str, tuple[str, OutcomePredicate]],
 ) -> tuple[tuple[Column, ...], tuple[TableRow, ...]]:
-    """Returns the columns and rows of a table with C and other rates of the parts of each run.
+    """Return the columns and rows of a table with C and other rates of the parts of each run.
 
     `headings` are those of what names a part.
     """
@@ -130,7 +130,7 @@ def _labels(runs: Sequence[ClosureRun]) -> Table:
 
 
 def _c_cell(part: Sequence[ClosureOutcome]) -> RateCell:
-    """Returns C with its interval by houses, or Wilson's where those say nothing."""
+    """Return C with its interval by houses, or Wilson's where those say nothing."""
     cell, interval = rate_cell(rate(part, lambda each: each.C)), house_interval(part, lambda each: each.C)
     return cell if cell is None or interval is None else points(cell[0] / 100, interval)
 

@@ -17,7 +17,7 @@ from vigil.analysis.tables.table import Column, Table, TableRow, counts, interva
 
 
 def clustered(study: Study) -> Table:
-    """Returns W, B and Delta with intervals that know that episodes share houses."""
+    """Return W, B and Delta with intervals that know that episodes share houses."""
     names = ("W", "B", "Delta")
     columns = (
         MODEL,
@@ -33,7 +33,7 @@ def clustered(study: Study) -> Table:
 
 
 def comparisons(study: Study) -> Table:
-    """Returns paired tests between runs of the same episodes."""
+    """Return paired tests between runs of the same episodes."""
     columns = (
         *texts(first="First", second="Second"),
         *counts(n="Shared episodes"),
@@ -62,7 +62,7 @@ def comparisons(study: Study) -> Table:
 
 
 def comparable_pairs(study: Study) -> Table:
-    """Returns pairs of rows with similar W and different B, own and published rows separately."""
+    """Return pairs of rows with similar W and different B, own and published rows separately."""
     columns = (
         *texts(first="Higher B", second="Lower B", W="W % of both"),
         *intervals(dW="ΔW (pp)", dB="ΔB (pp)"),
@@ -86,7 +86,7 @@ def comparable_pairs(study: Study) -> Table:
 
 
 def power(study: Study) -> Table:
-    """Returns the smallest differences that the runs' numbers of episodes can show."""
+    """Return the smallest differences that the runs' numbers of episodes can show."""
     columns = (
         MODEL,
         *counts(n="n"),
@@ -150,7 +150,7 @@ def _pairs_close_in_w(points: Sequence[tuple[str, float, float]], *, is_publishe
 
 
 def _with_intervals(row: TableRow, tested: Mapping[frozenset[str], RunComparison]) -> TableRow:
-    """Returns the row of an own pair with the intervals of its differences, where it was tested."""
+    """Return the row of an own pair with the intervals of its differences, where it was tested."""
     found = tested.get(frozenset((row.cells["first"], row.cells["second"])))
     if found is None:
         return row
@@ -165,5 +165,5 @@ def _with_intervals(row: TableRow, tested: Mapping[frozenset[str], RunComparison
 
 
 def _inside(rate: float | None) -> float:
-    """Returns a rate kept off 0 and 1, where the normal approximation would show any difference."""
+    """Return a rate kept off 0 and 1, where the normal approximation would show any difference."""
     return min(0.95, max(0.05, rate if rate is not None else 0.5))

@@ -56,7 +56,7 @@ _EVENTS = ("too_far", "path_blocked", "retry")
 
 
 def proprio_minimal(study: Study) -> Table:
-    """Returns base against action feedback: events per episode and differences."""
+    """Return base against action feedback: events per episode and differences."""
     columns = (
         MODEL,
         *counts(n="n"),
@@ -88,7 +88,7 @@ def proprio_minimal(study: Study) -> Table:
 
 
 def prompt_sensitivity(study: Study) -> Table:
-    """Returns W/B under the neutral prompt, grouped as in the paper."""
+    """Return W/B under the neutral prompt, grouped as in the paper."""
     columns = (MODEL, ALL, *family_columns())
     entries = sorted_by_group(study.entry(pair.other) for pair in study.pairing.prompt)
     rows = [run_row(entry, cross_section(entry), group=entry.group) for entry in entries]
@@ -108,7 +108,7 @@ def prompt_sensitivity(study: Study) -> Table:
 
 
 def open_repeat_robustness(study: Study) -> Table:
-    """Returns mean and half-range over repeated runs."""
+    """Return mean and half-range over repeated runs."""
     columns = (MODEL, *counts(runs="Runs"), *(Column(name, _heading(name), "spread") for name in REPEATED))
     rows = [
         run_row(
@@ -127,7 +127,7 @@ def open_repeat_robustness(study: Study) -> Table:
 
 
 def repeat_rates(study: Study) -> Table:
-    """Returns every rate over all repeats together, with its interval."""
+    """Return every rate over all repeats together, with its interval."""
     columns = (
         MODEL,
         *texts(rate="Rate"),
@@ -150,7 +150,7 @@ def repeat_rates(study: Study) -> Table:
 
 
 def stability(study: Study) -> Table:
-    """Returns how many shifts between prompts and half-ranges between repeats are small, and the largest of each."""
+    """Return how many shifts between prompts and half-ranges between repeats are small, and the largest of each."""
     columns = (
         *texts(change="Between", rate="Rate"),
         *counts(n="Configurations", steady=f"Under {STABLE_PP:.0f} pp"),
@@ -178,7 +178,7 @@ def stability(study: Study) -> Table:
 
 
 def spread(values: Sequence[float | None]) -> tuple[float, float] | None:
-    """Returns mean and half-range."""
+    """Return mean and half-range."""
     known = [value for value in values if value is not None]
     return (float(np.mean(known)), (max(known) - min(known)) / 2) if known else None
 

@@ -11,7 +11,7 @@ _RATES = ("W", "B", "Delta")
 
 
 def levels(study: Study) -> Table:
-    """Returns W, B and Delta of every run by level; no rows where the pack's levels were not measured."""
+    """Return W, B and Delta of every run by level; no rows where the pack's levels were not measured."""
     headings = {name: shown_name(name) for name in _RATES}
     columns = (MODEL, *texts(level="Level"), *counts(n="n", houses="Houses"), *numbers(index="Index"))
     rows = []

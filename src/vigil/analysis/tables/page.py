@@ -82,7 +82,7 @@ class _HtmlRow:
 
 
 def html_table(table: Table) -> str:
-    """Returns a table as HTML: a section with a heading, the table in a scrolling box, its notes."""
+    """Return a table as HTML: a section with a heading, the table in a scrolling box, its notes."""
     groups = [
         (group, [_html_row(table, row) for row in rows])
         for group, rows in groupby(table.rows, key=lambda row: row.group)
@@ -91,7 +91,7 @@ def html_table(table: Table) -> str:
 
 
 def html_page(page: Page) -> str:
-    """Returns the whole report as one page that needs nothing beside it."""
+    """Return the whole report as one page that needs nothing beside it."""
     return _TEMPLATES.get_template("report.html").render(
         page=page, glossary=RESULTS, table_of=lambda table: Markup(html_table(table))
     )
@@ -121,7 +121,7 @@ def _content(cell: _Cell) -> Markup:
 
 
 def prose(sentence: str) -> Markup:
-    """Returns a sentence in which what stands between back-ticks is set as code."""
+    """Return a sentence in which what stands between back-ticks is set as code."""
     return Markup(CODE.sub(r"<code>\1</code>", str(escape(sentence))))
 
 

@@ -45,7 +45,7 @@ _KINDS = {"feedback": "+FB", "prompt": "neutral prompt", "serving": "thinking"}
 
 
 def prompt_shifts(study: Study) -> Table:
-    """Returns how far the neutral prompt moves each rate, with tests; of published rows what their tables give."""
+    """Return how far the neutral prompt moves each rate, with tests; of published rows what their tables give."""
     columns = (
         MODEL,
         *counts(n="n"),
@@ -75,7 +75,7 @@ def prompt_shifts(study: Study) -> Table:
 
 
 def serving_modes(study: Study) -> Table:
-    """Returns the thinking serving mode of each checkpoint against its instruct counterpart."""
+    """Return the thinking serving mode of each checkpoint against its instruct counterpart."""
     sides = {"base": "instruct", "other": "thinking"}
     columns = (
         MODEL,
@@ -108,7 +108,7 @@ def serving_modes(study: Study) -> Table:
 
 
 def feedback_events(study: Study) -> Table:
-    """Returns how action feedback changes events and lengths of episodes."""
+    """Return how action feedback changes events and lengths of episodes."""
     names = {"too_far": "too_far", "path_blocked": "path_blocked", "retry": "retry", "steps": "Steps"}
     columns = (
         MODEL,
@@ -138,7 +138,7 @@ def feedback_events(study: Study) -> Table:
 
 
 def transition_matrix(study: Study) -> Table:
-    """Returns what became of the episodes of each label, for every pair of runs and every repeat."""
+    """Return what became of the episodes of each label, for every pair of runs and every repeat."""
     columns = (
         *texts(model="Label before"),
         *counts(n="n"),
@@ -159,7 +159,7 @@ def transition_matrix(study: Study) -> Table:
 
 
 def transition_tests(study: Study) -> Table:
-    """Returns whether labels became more or less frequent, and for every two whether more went one way than back."""
+    """Return whether labels became more or less frequent, and for every two whether more went one way than back."""
     columns = (
         *texts(model="Labels", test="Test"),
         *counts(there="→", back="←"),
@@ -188,24 +188,24 @@ def transition_tests(study: Study) -> Table:
 
 
 def shifts(pair: Pair) -> dict[str, RateCell]:
-    """Returns the differences of a pair, other minus base, in points with intervals."""
+    """Return the differences of a pair, other minus base, in points with intervals."""
     found = {name: mean_difference(pair, name) for name in SHIFTED}
     return {f"d{name}": None if shift is None else points(*shift) for name, shift in found.items()}
 
 
 def p_values(pair: Pair) -> dict[str, float | None]:
-    """Returns McNemar's p for W, B, FR and NR."""
+    """Return McNemar's p for W, B, FR and NR."""
     return {f"p_{name}": pair.p(name) for name in TESTED}
 
 
 def _grouped(study: Study, pairs: Sequence[Pair]) -> list[Pair]:
-    """Returns pairs in the order of the panels' groups, best B first in each."""
+    """Return pairs in the order of the panels' groups, best B first in each."""
     order = [entry.name for entry in sorted_by_group(study.entries)]
     return sorted(pairs, key=lambda pair: order.index(pair.other.name))
 
 
 def _named_tables(study: Study) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
-    """Yields the rows of every two runs whose labels are compared, with what stands above them."""
+    """Yield the rows of every two runs whose labels are compared, with what stands above them."""
     pairing = study.pairing
     for pair in (*pairing.feedback, *pairing.prompt, *pairing.serving):
         base, other = pair.tables()
@@ -226,7 +226,7 @@ def _largest_shift(pair: Pair) -> str | None:
 
 
 def _largest(moved: dict[str, RateCell]) -> str | None:
-    """Returns where something moved farthest, and by how much, with the interval where it has one."""
+    """Return where something moved farthest, and by how much, with the interval where it has one."""
     known = {place: cell for place, cell in moved.items() if cell is not None}
     if not known:
         return None
@@ -267,6 +267,6 @@ def _published_serving_modes(paper: Paper) -> Iterator[TableRow]:
 
 
 def _printed_shifts(before: tuple[float, float], after: tuple[float, float]) -> dict[str, float]:
-    """Returns the differences of W, B and the gap between two printed rows."""
+    """Return the differences of W, B and the gap between two printed rows."""
     w, b = (round(two - one, 1) for one, two in zip(before, after, strict=True))
     return {"dW": w, "dB": b, "dDelta": round(w - b, 1)}

@@ -27,7 +27,7 @@ _TIERS = {"diagnostic": "Diagnostic", "compositional": "Compositional"}
 
 
 def episode_distribution(study: Study) -> Table:
-    """Returns how many episodes of each family the runs' packs hold, as far as they were to be played."""
+    """Return how many episodes of each family the runs' packs hold, as far as they were to be played."""
     packs: dict[str, dict[str, int]] = {}
     for entry in study.entries:
         spec = entry.run.header.spec
@@ -59,7 +59,7 @@ def episode_distribution(study: Study) -> Table:
 
 
 def family_specs(study: Study) -> Table:
-    """Returns the families' budgets and expected skills."""
+    """Return the families' budgets and expected skills."""
     del study
     columns = (
         *texts(family="Family", name="Name", visible="Target visible at start"),
@@ -85,7 +85,7 @@ def family_specs(study: Study) -> Table:
 
 
 def action_specs(study: Study) -> Table:
-    """Returns the action space."""
+    """Return the action space."""
     del study
     columns = tuple(
         Column(key, key.capitalize(), "text") for key in ("skill", "argument", "type", "description", "required")
@@ -107,7 +107,7 @@ def action_specs(study: Study) -> Table:
 
 
 def intents(study: Study) -> Table:
-    """Returns the eight intents."""
+    """Return the eight intents."""
     del study
     columns = texts(intent="Intent", semantics="Semantics", pixel="Needs (x, y)")
     rows = tuple(
@@ -118,7 +118,7 @@ def intents(study: Study) -> Table:
 
 
 def report_statuses(study: Study) -> Table:
-    """Returns the eight terminal statuses."""
+    """Return the eight terminal statuses."""
     del study
     columns = texts(status="Status", semantics="Semantics")
     rows = tuple(TableRow({"status": status, "semantics": semantics}) for status, semantics in STATUSES.items())
@@ -126,7 +126,7 @@ def report_statuses(study: Study) -> Table:
 
 
 def failure_taxonomy(study: Study) -> Table:
-    """Returns what each label says: the paper's three, and the two that complete the partition."""
+    """Return what each label says: the paper's three, and the two that complete the partition."""
     del study
     columns = texts(label="Label", definition="Definition")
     lines = {line["label"]: line["definition"] for line in paper().tables["failure_taxonomy"]} | _FURTHER_LABELS
@@ -136,7 +136,7 @@ def failure_taxonomy(study: Study) -> Table:
 
 
 def benchmark_comparison(study: Study) -> Table:
-    """Returns the paper's comparison of benchmarks."""
+    """Return the paper's comparison of benchmarks."""
     del study
     columns = (
         *texts(benchmark="Benchmark"),

@@ -70,5 +70,5 @@ TABLES = {name: build for section in SECTIONS.values() for name, build in sectio
 
 
 def tables(study: Study) -> dict[str, Table]:
-    """Returns every table of a report by name, in the report's order."""
+    """Return every table of a report by name, in the report's order."""
     return {name: build(study) for name, build in TABLES.items()}

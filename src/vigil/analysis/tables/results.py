@@ -41,12 +41,12 @@ _FR_TINT_FROM, _NR_TINT_FROM = 85.0, 40.0
 
 
 def family_columns() -> tuple[Column, ...]:
-    """Returns a column of W and B for each family."""
+    """Return a column of W and B for each family."""
     return tuple(Column(family, f"{family} W/B", "pair") for family in FAMILIES)
 
 
 def global_cross_section(study: Study) -> Table:
-    """Returns W/B overall and per family with the gap, best B first."""
+    """Return W/B overall and per family with the gap, best B first."""
     columns = (MODEL, ALL, *intervals(Delta="Δ (pp)"), *family_columns())
     rows = [run_row(entry, cross_section(entry)) for entry in study.main_panel()]
     rows += published_rows(
@@ -65,7 +65,7 @@ def global_cross_section(study: Study) -> Table:
 
 
 def full_panel(study: Study) -> Table:
-    """Returns W/B overall and per family, grouped as in the paper."""
+    """Return W/B overall and per family, grouped as in the paper."""
     columns = (MODEL, *texts(activated="Activated"), ALL, *family_columns())
     rows = [
         run_row(entry, {**cross_section(entry), "activated": entry.run.model.activated}, group=entry.group)
@@ -81,7 +81,7 @@ def full_panel(study: Study) -> Table:
 
 
 def extended_panel(study: Study) -> Table:
-    """Returns the rows that the exclusion rule takes out of the main tables, and the paper's two groups beside them."""
+    """Return the rows that the exclusion rule takes out of the main tables, and the paper's two groups beside them."""
     names = {"B": "B %", "W": "W %", "Delta": "Δ (pp)", "FR": "FR %", "NR": "NR %", "IL": "IL %", "NoRep": "NoRep %"}
     columns = (MODEL, *intervals(**names, mean_steps="Steps"))
     rows = [run_row(entry, all_rates(entry), group=EXCLUDED) for entry in study.excluded()]
@@ -99,7 +99,7 @@ def extended_panel(study: Study) -> Table:
 
 
 def counterfactual(study: Study) -> Table:
-    """Returns B under other ways of reporting on the same trajectories."""
+    """Return B under other ways of reporting on the same trajectories."""
     names = {"B": "B %", "Always": "Always %", "Rand": "Rand. %", "Oracle": "Oracle %"}
     columns = (MODEL, *intervals(**names, AlwaysReported="Always, where reported %"))
 
@@ -129,7 +129,7 @@ def counterfactual(study: Study) -> Table:
 
 
 def belief_lag(study: Study) -> Table:
-    """Returns closure lag and premature commitment."""
+    """Return closure lag and premature commitment."""
     columns = (
         MODEL,
         *counts(W_plus="W+"),
@@ -163,7 +163,7 @@ def belief_lag(study: Study) -> Table:
 
 
 def conditional_report(study: Study) -> Table:
-    """Returns report rates conditioned on the world."""
+    """Return report rates conditioned on the world."""
     names = {
         "W": "W %",
         "B": "B %",
@@ -190,33 +190,33 @@ def conditional_report(study: Study) -> Table:
 
 
 def all_rates(entry: RunEntry) -> dict[str, RateCell]:
-    """Returns every rate of a run, in percent with its interval, and the mean steps."""
+    """Return every rate of a run, in percent with its interval, and the mean steps."""
     delta = clustered_intervals(entry.run.rows)["Delta"]
     cells = {**rate_cells(entry.overall, RATES), "mean_steps": mean_with_interval(entry.run.rows, "steps")}
     return {**cells, "Delta": points(entry.overall.share("Delta"), delta)}
 
 
 def w_and_b(measures: RunMetrics) -> tuple[float | None, float | None]:
-    """Returns W and B in percent."""
+    """Return W and B in percent."""
     return percent(measures.share("W")), percent(measures.share("B"))
 
 
 def cross_section(entry: RunEntry) -> dict[str, Any]:
-    """Returns W/B of a run, overall and per family, with the gap."""
+    """Return W/B of a run, overall and per family, with the gap."""
     families = {family: w_and_b(measures) for family, measures in entry.families.items()}
     delta = points(entry.overall.share("Delta"), clustered_intervals(entry.run.rows)["Delta"])
     return {"All": w_and_b(entry.overall), "Delta": delta, **families}
 
 
 def pairs(row: dict[str, Any]) -> dict[str, Any]:
-    """Returns W/B per family of a published row."""
+    """Return W/B per family of a published row."""
     return {family: tuple(pair) for family, pair in row["families"].items()}
 
 
 def run_row(
     entry: RunEntry, cells: dict[str, Any], *, group: str = "", bold: Iterable[str] = (), tints: dict | None = None
 ) -> TableRow:
-    """Returns a run's row, named and marked."""
+    """Return a run's row, named and marked."""
     return TableRow(
         {"model": entry.name, **cells},
         group=group,
@@ -227,7 +227,7 @@ def run_row(
 
 
 def published_rows(study: Study, table: str, cells_of: Callable[[dict[str, Any]], dict[str, Any]]) -> list[TableRow]:
-    """Returns the rows of one of the paper's tables, marked; none when own rows alone are asked for."""
+    """Return the rows of one of the paper's tables, marked; none when own rows alone are asked for."""
     if study.published is None:
         return []
     return [published_row(model, cells_of(row)) for model, row in study.published.rows(table)]
@@ -241,18 +241,18 @@ def published_row(
     bold: Iterable[str] = (),
     tints: dict | None = None,
 ) -> TableRow:
-    """Returns a published row, named and marked."""
+    """Return a published row, named and marked."""
     known = {"model": model.name, "activated": model.activated, **{k: v for k, v in cells.items() if k != "model"}}
     return TableRow(known, group=group, is_published=True, bold=frozenset(bold), tints=tints or {})
 
 
 def published_group(model: PublishedModel) -> str:
-    """Returns the heading under which a published row stands where own rows are grouped too."""
+    """Return the heading under which a published row stands where own rows are grouped too."""
     return f"{model.group}, published"
 
 
 def _own_rows(study: Study, row: Callable[[RunEntry, str], TableRow]) -> list[TableRow]:
-    """Returns the rows of the main panel, then those of excluded runs under a heading of their own."""
+    """Return the rows of the main panel, then those of excluded runs under a heading of their own."""
     return [
         *(row(entry, "") for entry in study.main_panel()),
         *(row(entry, EXCLUDED) for entry in study.excluded()),

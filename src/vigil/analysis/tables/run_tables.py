@@ -52,7 +52,7 @@ _STATE_LABELS = tuple(label for pair in STATE_LABELS.values() for label in pair)
 
 
 def overview(study: Study) -> Table:
-    """Returns every rate of every run with its interval."""
+    """Return every rate of every run with its interval."""
     columns = (
         MODEL,
         *texts(complete="Scored"),
@@ -83,7 +83,7 @@ def overview(study: Study) -> Table:
 
 
 def outcome_partition(study: Study) -> Table:
-    """Returns the partition of all episodes, and the four categories."""
+    """Return the partition of all episodes, and the four categories."""
     categories = {
         "verified_success": "Verified success", "unsupported_commitment": "Unsupported commitment",
         "post_attainment_drift": "Post-attainment drift", "missed_execution": "Missed execution",
@@ -100,7 +100,7 @@ def outcome_partition(study: Study) -> Table:
 
 
 def after_goal(study: Study) -> Table:
-    """Returns what was done after the goal first held, in W=1 episodes."""
+    """Return what was done after the goal first held, in W=1 episodes."""
     columns = (
         MODEL,
         *counts(n="W=1"),
@@ -126,7 +126,7 @@ def after_goal(study: Study) -> Table:
 
 
 def sv_statuses(study: Study) -> Table:
-    """Returns what was reported in state-verification episodes."""
+    """Return what was reported in state-verification episodes."""
     columns = (
         MODEL,
         *counts(n="SV episodes"),
@@ -161,7 +161,7 @@ def sv_statuses(study: Study) -> Table:
 
 
 def composition(study: Study) -> Table:
-    """Returns composed families beside their constituents."""
+    """Return composed families beside their constituents."""
     columns = (
         MODEL,
         *intervals(
@@ -189,7 +189,7 @@ def composition(study: Study) -> Table:
 
 
 def stop_only(study: Study) -> Table:
-    """Returns what a protocol without report content would have scored."""
+    """Return what a protocol without report content would have scored."""
     columns = (
         MODEL,
         *intervals(B="B %", StopOnly="Stop-only %", hidden="Hidden by it (pp)"),
@@ -209,7 +209,7 @@ def stop_only(study: Study) -> Table:
 
 
 def regime_table(study: Study) -> Table:
-    """Returns the closure regime of each run by published thresholds."""
+    """Return the closure regime of each run by published thresholds."""
     columns = (
         MODEL,
         *intervals(B_W="P(B | W=1) %", FR_W0="P(FR | W=0) %", NoRep_W1="P(no rep | W=1) %", IL="IL %"),
@@ -239,7 +239,7 @@ def regime_table(study: Study) -> Table:
 
 
 def invalid_replies(study: Study) -> Table:
-    """Returns how replies failed to be actions, and what they cost."""
+    """Return how replies failed to be actions, and what they cost."""
     fine = ("protocol_failures", "malformed_actions", "truncated", "would_parse_leniently")
     fine += ("retry", "too_far", "path_blocked")
     coarse = ("input_tokens", "output_tokens", "seconds")
@@ -266,7 +266,7 @@ def _no_actions(rows: pd.DataFrame) -> str:
 
 
 def runs(study: Study) -> Table:
-    """Returns under which settings each run was made."""
+    """Return under which settings each run was made."""
     columns = texts(
         model="Run",
         run_id="Id",
@@ -308,7 +308,7 @@ def runs(study: Study) -> Table:
 
 
 def models(study: Study) -> Table:
-    """Returns what was evaluated: group, serving mode and the name that its interface goes by."""
+    """Return what was evaluated: group, serving mode and the name that its interface goes by."""
     columns = texts(
         model="Model",
         kind="Group",
@@ -344,23 +344,23 @@ def _repeated(attempts: Sequence[int]) -> str:
 
 
 def _code(header: RunHeader, session: RunHeader | Resumption) -> str:
-    """Returns the version that a session of a run was played with."""
+    """Return the version that a session of a run was played with."""
     changed = "(changed)" if session.is_dirty else ""
     return " ".join(part for part in (header.package_version, (session.commit or "")[:8], changed) if part)
 
 
 def row_of(entry: RunEntry, **cells: Any) -> TableRow:
-    """Returns a run's row, named and marked."""
+    """Return a run's row, named and marked."""
     return TableRow({"model": entry.name, **cells}, is_privileged=entry.run.model.is_privileged)
 
 
 def _row_a_run(study: Study, cells: Callable[[RunEntry], dict[str, Any]]) -> tuple[TableRow, ...]:
-    """Returns one row for each run, best B first."""
+    """Return one row for each run, best B first."""
     return tuple(row_of(entry, **cells(entry)) for entry in sorted_by_b(study.entries))
 
 
 def shown_name(name: str) -> str:
-    """Returns a rate's heading with its unit."""
+    """Return a rate's heading with its unit."""
     return "Δ (pp)" if name == "Delta" else f"{name} %"
 
 
@@ -380,7 +380,7 @@ def _composed(entry: RunEntry) -> dict[str, Any]:
 
 
 def family_rates(study: Study) -> Table:
-    """Returns every rate of every run, family by family."""
+    """Return every rate of every run, family by family."""
     columns = (
         MODEL,
         *texts(family="Family"),

@@ -11,7 +11,7 @@ _RATES = ("W", "B", "Delta", "FR", "NR", "IL", "Other")
 
 
 def strata(study: Study) -> Table:
-    """Returns the rates of every run by stratum."""
+    """Return the rates of every run by stratum."""
     headings = {name: shown_name(name) for name in _RATES}
     columns = (MODEL, *texts(stratum="Stratum"), *counts(n="n"), *intervals(**headings))
     parts = [(entry, by_stratum(entry.run.rows)) for entry in sorted_by_b(study.entries)]

@@ -54,11 +54,11 @@ class Table:
     notes: tuple[str, ...] = ()
 
     def cell(self, row: TableRow, column: Column) -> str:
-        """Returns a cell as printed."""
+        """Return a cell as printed."""
         return formatted(row.cells.get(column.key), column.kind)
 
     def flat_columns(self) -> list[tuple[str, Column, int | None]]:
-        """Returns (name, column, part) for every number on its own, as CSV and JSON have them."""
+        """Return (name, column, part) for every number on its own, as CSV and JSON have them."""
         found: list[tuple[str, Column, int | None]] = []
         for column in self.columns:
             parts = PARTS.get(column.kind)
@@ -69,7 +69,7 @@ class Table:
         return found
 
     def flat_rows(self) -> list[dict[str, Any]]:
-        """Returns the rows with every number on its own; None where there is none."""
+        """Return the rows with every number on its own; None where there is none."""
         return [
             {
                 "group": row.group,
@@ -82,32 +82,32 @@ class Table:
 
 
 def texts(**headings: str) -> tuple[Column, ...]:
-    """Returns columns of text: key -> heading."""
+    """Return columns of text: key -> heading."""
     return tuple(Column(key, heading, "text") for key, heading in headings.items())
 
 
 def counts(**headings: str) -> tuple[Column, ...]:
-    """Returns columns of counts: key -> heading."""
+    """Return columns of counts: key -> heading."""
     return tuple(Column(key, heading, "count") for key, heading in headings.items())
 
 
 def numbers(**headings: str) -> tuple[Column, ...]:
-    """Returns columns of numbers with one decimal: key -> heading."""
+    """Return columns of numbers with one decimal: key -> heading."""
     return tuple(Column(key, heading) for key, heading in headings.items())
 
 
 def intervals(**headings: str) -> tuple[Column, ...]:
-    """Returns columns of numbers with their 95 % interval: key -> heading, which says what and its unit."""
+    """Return columns of numbers with their 95 % interval: key -> heading, which says what and its unit."""
     return tuple(Column(key, f"{heading} [95\u00a0%]", "rate") for key, heading in headings.items())
 
 
 def formatted(value: Any, kind: CellKind) -> str:
-    """Returns a value as printed; a dash where there is none."""
+    """Return a value as printed; a dash where there is none."""
     return DASH if first_number(value) is None else _format(value, kind)
 
 
 def first_number(value: Any) -> Any:
-    """Returns a cell's number without its interval; of a pair the first."""
+    """Return a cell's number without its interval; of a pair the first."""
     return value[0] if isinstance(value, tuple | list) else value
 
 
@@ -140,12 +140,12 @@ def _with_interval(value: Any, digits: int) -> str:
 
 
 def percent(value: float | None) -> float | None:
-    """Returns a fraction in percent."""
+    """Return a fraction in percent."""
     return None if value is None else 100 * value
 
 
 def rate_cell(rate: Rate) -> tuple[float, float, float] | None:
-    """Returns a rate with its Wilson interval, in percent."""
+    """Return a rate with its Wilson interval, in percent."""
     if rate.value is None:
         return None
     low, high = rate.interval
@@ -153,12 +153,12 @@ def rate_cell(rate: Rate) -> tuple[float, float, float] | None:
 
 
 def rate_cells(counts: Counts, names: Iterable[str]) -> dict[str, RateCell]:
-    """Returns rates by name, each with its Wilson interval, in percent."""
+    """Return rates by name, each with its Wilson interval, in percent."""
     return {name: rate_cell(counts.rate(name)) for name in names}
 
 
 def points(value: float | None, interval: Interval | None) -> RateCell:
-    """Returns a fraction and its interval in percent (points)."""
+    """Return a fraction and its interval in percent (points)."""
     if value is None:
         return None
     return (100 * value, None, None) if interval is None else (100 * value, 100 * interval[0], 100 * interval[1])
@@ -167,7 +167,7 @@ def points(value: float | None, interval: Interval | None) -> RateCell:
 def with_best_bold(
     rows: Sequence[TableRow], columns: Sequence[Column], *, lowest: frozenset[str] = frozenset()
 ) -> list[TableRow]:
-    """Returns the rows with the best number of each column marked; published and own rows separately, privileged ones
+    """Return the rows with the best number of each column marked; published and own rows separately, privileged ones
     never."""
     marked = list(rows)
     for published in (False, True):
@@ -189,7 +189,7 @@ def _with_bold(row: TableRow, key: str) -> TableRow:
 
 
 def _comparable(value: Any, kind: CellKind) -> float | None:
-    """Returns the number that a cell is judged by: of W/B the second, of a number with its interval the number."""
+    """Return the number that a cell is judged by: of W/B the second, of a number with its interval the number."""
     found = value[1] if kind == "pair" and value is not None else first_number(value)
     return None if found is None or isinstance(found, str) else float(found)
 

@@ -41,7 +41,7 @@ NO_ROWS = "No rows: nothing among these runs belongs here."
 
 
 def markdown(table: Table) -> str:
-    """Returns a table as GitHub's Markdown, its title as a heading."""
+    """Return a table as GitHub's Markdown, its title as a heading."""
     lines = [f"### {table.title}", "", f"`{table.name}`", ""]
     heads = [_md(column.heading) for column in table.columns]
     lines += [f"| {' | '.join(heads)} |", f"|{'|'.join(_rule(column) for column in table.columns)}|"]
@@ -55,7 +55,7 @@ def markdown(table: Table) -> str:
 
 
 def latex(table: Table) -> str:
-    """Returns a table as LaTeX with booktabs, labelled `tab:NAME`; a long one runs over pages (package longtable)."""
+    """Return a table as LaTeX with booktabs, labelled `tab:NAME`; a long one runs over pages (package longtable)."""
     caption = rf"\caption{{{latex_text(' '.join((table.title + '.', *table.notes)))}}}\label{{tab:{table.name}}}"
     kinds = "".join(_tex_kind(table, column) for column in table.columns)
     head = [r"\toprule", " & ".join(latex_escaped(column.heading) for column in table.columns) + r" \\", r"\midrule"]
@@ -83,7 +83,7 @@ FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n")
 
 
 def csv_text(table: pd.DataFrame) -> str:
-    """Returns a table as CSV in which spreadsheets take no text for a formula: what begins as one gets a ' before.
+    """Return a table as CSV in which spreadsheets take no text for a formula: what begins as one gets a ' before.
 
     A carriage return, which begins a row where it is not quoted, is a newline, which always is.
     """
@@ -99,13 +99,13 @@ def _without_formula(value: object) -> object:
 
 
 def mark(row: TableRow) -> str:
-    """Returns the mark that a row's name carries."""
+    """Return the mark that a row's name carries."""
     marks = [MARKS["published"]] if row.is_published else []
     return "".join([*marks, *([MARKS["privileged"]] if row.is_privileged else [])])
 
 
 def marked_cell(table: Table, row: TableRow, column: Column) -> str:
-    """Returns what a cell shows; the first of a row carries the row's mark."""
+    """Return what a cell shows; the first of a row carries the row's mark."""
     text = table.cell(row, column)
     return text + mark(row) if column is table.columns[0] else text
 
@@ -127,12 +127,12 @@ def _rule(column: Column) -> str:
 
 
 def latex_escaped(text: str) -> str:
-    """Returns a text as LaTeX."""
+    """Return a text as LaTeX."""
     return "".join(_LATEX.get(character, character) for character in replace_invalid(text))
 
 
 def latex_text(text: str) -> str:
-    """Returns a sentence as LaTeX; what stands between back-ticks is set as code."""
+    """Return a sentence as LaTeX; what stands between back-ticks is set as code."""
     return CODE.sub(r"\\texttt{\1}", latex_escaped(text))
 
 

@@ -44,7 +44,7 @@ METRICS: Mapping[str, Metric] = {
 
 
 def remarks(run: SavedRun, scores: RunScores) -> list[str]:
-    """Returns what a reader must know of a run before any number."""
+    """Return what a reader must know of a run before any number."""
     planned, all_of_pack = sum(scores.planned.values()), manifest_of(run.pack_folder).episodes
     spec, scored = run.header.spec, len(scores.outcomes)
     said = [*run.header.version_notes]
@@ -64,7 +64,7 @@ def remarks(run: SavedRun, scores: RunScores) -> list[str]:
 
 
 def aggregate(run: SavedRun, heading: Heading, identity: Identity, publisher: Publisher, scores: RunScores) -> _Json:
-    """Returns the aggregate file, but for its date and where its samples are."""
+    """Return the aggregate file, but for its date and where its samples are."""
     header = run.header
     return {
         "schema_version": SCHEMA_VERSION,
@@ -182,12 +182,12 @@ def _tools() -> list[_Json]:
 
 
 def _has_reasoned(header: RunHeader) -> bool | None:
-    """Returns whether the model reasoned, by its answers; None where they, and what was set, do not tell."""
+    """Return whether the model reasoned, by its answers; None where they, and what was set, do not tell."""
     sessions = (header.answered, *(session.answered for session in header.resumed))
     said = {answered.thinking for answered in sessions if answered is not None} - {"unknown"}
     return said == {"on"} if len(said) == 1 else None
 
 
 def _as_texts(**facts: object) -> dict[str, str]:
-    """Returns what is known as texts: the schema has no other details."""
+    """Return what is known as texts: the schema has no other details."""
     return {name: str(fact) for name, fact in facts.items() if fact is not None}

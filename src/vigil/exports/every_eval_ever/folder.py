@@ -32,7 +32,7 @@ def write_results(
     tell: Callable[[Iterable[str]], None],
     disclosure: Disclosure = NO_DISCLOSURE,
 ) -> list[Path]:
-    """Writes the runs in `folders` under `out`, and returns the aggregate files; `tell` is told what to know of them.
+    """Write the runs in `folders` under `out`, and returns the aggregate files; `tell` is told what to know of them.
 
     Of a private pack that may not be revealed no samples are written.
 
@@ -99,6 +99,6 @@ def _details(place: PurePosixPath, samples: bytes, count: int) -> dict[str, obje
 
 
 def _uuid_of(header: RunHeader) -> uuid.UUID:
-    """Returns a run's identifier in the form that the database asks for, made of what the run is instead of chance."""
+    """Return a run's identifier in the form that the database asks for, made of what the run is instead of chance."""
     facts = f"{header.run_id}\n{header.started.isoformat()}\n{header.spec.model_dump_json()}"
     return uuid.UUID(bytes=hashlib.sha256(facts.encode()).digest()[:16], version=4)

@@ -59,7 +59,7 @@ class Identity:
 
 
 def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
-    """Returns how the model of a run is filed; `developer` overrules its name. Raises SettingError."""
+    """Return how the model of a run is filed; `developer` overrules its name. Raises SettingError."""
     spec = header.spec
     if spec.agent_kind != "model":
         raise SettingError(
@@ -82,7 +82,7 @@ def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
 
 
 def model_info(header: RunHeader, identity: Identity) -> dict[str, Any]:
-    """Returns the model as the schema describes it."""
+    """Return the model as the schema describes it."""
     provider, deployment = identity.served_name.provider, _deployment(header, identity.served_name)
     info: dict[str, Any] = {"name": header.spec.agent, "id": identity.id, "developer": identity.developer}
     if deployment == "externally_managed":
@@ -101,7 +101,7 @@ def model_info(header: RunHeader, identity: Identity) -> dict[str, Any]:
 
 
 def _deployment(header: RunHeader, served_name: ModelName) -> Literal["self_deployed", "externally_managed", "unknown"]:
-    """Returns who ran the server, by the provider and the address that was given."""
+    """Return who ran the server, by the provider and the address that was given."""
     if served_name.prefix in ENGINES:
         return "self_deployed"
     address = header.spec.base_url

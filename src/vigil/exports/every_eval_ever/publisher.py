@@ -22,7 +22,7 @@ class Publisher:
     force: Annotated[bool, Setting("Write an incomplete run too, for every-eval-ever; the file says so.")] = False
 
     def __post_init__(self) -> None:
-        """Holds the values against their declarations."""
+        """Hold the values against their declarations."""
         check_settings(self)
 
     @property

@@ -43,7 +43,7 @@ class Heading:
 
 
 def sample_lines(run: SavedRun, heading: Heading, disclosure: Disclosure = NO_DISCLOSURE) -> Iterator[str]:
-    """Yields a line of JSON for each scored episode, sorted by episode and epoch.
+    """Yield a line of JSON for each scored episode, sorted by episode and epoch.
 
     All but ASCII is escaped: some readers take other characters than the newline for the end of a line.
     """
@@ -80,20 +80,20 @@ def _sample(episode: Episode, record: EpisodeRecord, outcome: Outcome, spec: Run
 
 
 def _reference(outcome: Outcome, has_key: bool) -> list[str]:
-    """Returns the report that a reached goal asks for; of a queried state only where the answer key may be told."""
+    """Return the report that a reached goal asks for; of a queried state only where the answer key may be told."""
     if outcome.expected is None:
         return ["success"]
     return [outcome.expected] if has_key else []
 
 
 def _task(episode: Episode) -> str:
-    """Returns what the sample is: the instruction alone may be that of several episodes."""
+    """Return what the sample is: the instruction alone may be that of several episodes."""
     house = episode.house
     return f"{episode.instruction}\n\n(episode {episode.id}, in house {house.name} with SHA-256 {house.sha256})"
 
 
 def _messages(episode: Episode, record: EpisodeRecord, spec: RunSpec) -> list[_Json]:
-    """Returns the dialogue as text; the frame that came with each message of the user's is left out."""
+    """Return the dialogue as text; the frame that came with each message of the user's is left out."""
     messages: list[_Json] = []
     if has_exact_prompt(spec):
         messages.append({"role": spec.profile.system_role, "content": system_prompt(episode.instruction, spec.profile)})
@@ -120,7 +120,7 @@ def _answer(step: StepRecord) -> _Json:
 
 
 def _attribution(record: EpisodeRecord, last: int) -> list[_Json]:
-    """Returns where the report stands: in the last message, if anywhere."""
+    """Return where the report stands: in the last message, if anywhere."""
     action = record.steps[-1].action if record.steps else None
     if not isinstance(action, Report):
         return []

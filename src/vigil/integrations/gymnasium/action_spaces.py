@@ -27,7 +27,7 @@ class TextActions:
         self.space = Text(MAX_REPLY_BYTES, min_length=0, charset=string.printable)
 
     def reply(self, action: Any) -> Reply:
-        """Returns an action as a reply. Raises SettingError on what is no string."""
+        """Return an action as a reply. Raises SettingError on what is no string."""
         if not isinstance(action, str):
             raise SettingError(
                 f"A text action is a string, not {type(action).__name__}. For numbers make the environment with "
@@ -51,7 +51,7 @@ class StructuredActions:
         self.space = Dict(spaces)
 
     def reply(self, action: Any) -> Reply:
-        """Returns an action as a reply. Raises SettingError on one that is not in the space."""
+        """Return an action as a reply. Raises SettingError on one that is not in the space."""
         if not isinstance(action, Mapping) or action.keys() != self.space.keys():
             raise SettingError(f"A structured action is a dict with the keys {', '.join(self.space)}.")
         numbers = {name: _number(name, action[name], space) for name, space in self.space.items()}
@@ -74,7 +74,7 @@ def _space(argument: Argument, coordinates: Coordinates) -> Space[Any]:
 
 
 def _number(name: str, value: Any, space: Space[Any]) -> float:
-    """Returns one number of an action; vectors give numpy's scalars, policies arrays that hold one."""
+    """Return one number of an action; vectors give numpy's scalars, policies arrays that hold one."""
     array = np.asarray(value)
     number = array.item() if array.size == 1 and array.dtype.kind in "iuf" else None
     if number is not None:

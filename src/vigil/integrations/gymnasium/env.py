@@ -67,7 +67,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Starts an episode: the next, which is a random one of a pack, or that of `options={"episode_id": ...}`.
+        """Start an episode: the next, which is a random one of a pack, or that of `options={"episode_id": ...}`.
 
         Raises SettingError on an unknown option or id, SimulatorError when the simulator failed.
         """
@@ -81,7 +81,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return self._to_space(self._observation), {}
 
     def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
-        """Takes one reply. The reward comes with the last one; `info` is empty but for an evaluator's last one.
+        """Take one reply. The reward comes with the last one; `info` is empty but for an evaluator's last one.
 
         Raises SettingError on an action of another type, SimulatorError when the simulator failed.
         """
@@ -99,7 +99,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return self._to_space(self._observation), reward, is_reported, not is_reported, info
 
     def render(self) -> np.ndarray | None:
-        """Returns the current frame, drawn now unless it was before; None without a render mode."""
+        """Return the current frame, drawn now unless it was before; None without a render mode."""
         if self.render_mode is None:
             gymnasium.logger.warn("render() draws only in an environment made with render_mode='rgb_array'.")
             return None
@@ -108,7 +108,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return self._frame(self._observation)
 
     def close(self) -> None:
-        """Closes the simulator, and ends the background processes of a stream."""
+        """Close the simulator, and ends the background processes of a stream."""
         self._ahead.close()
         self._env.close()
         self._source.close()
@@ -129,7 +129,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return Dict(spaces)
 
     def _to_space(self, observation: Observation) -> dict[str, Any]:
-        """Returns an observation in its space; both booleans of the feedback are 0 where there is none."""
+        """Return an observation in its space; both booleans of the feedback are 0 where there is none."""
         seen: dict[str, Any] = {"instruction": self._now.episode.instruction}
         if self._options.frames:
             seen["frame"] = self._frame(observation)
@@ -139,7 +139,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return seen
 
     def _frame(self, observation: Observation) -> np.ndarray:
-        """Returns the frame, for its reader to keep and to change. Raises SimulatorError."""
+        """Return the frame, for its reader to keep and to change. Raises SimulatorError."""
         try:
             return observation.rgb.copy()
         except SimulatorError as error:
@@ -147,7 +147,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
             raise
 
     def _final_observation(self, before: Observation | None, record: EpisodeRecord) -> Observation:
-        """Returns what is seen after the last reply, which Gymnasium wants and no agent can answer."""
+        """Return what is seen after the last reply, which Gymnasium wants and no agent can answer."""
         effect = record.steps[-1].effect
         told = None if effect is None else Feedback(too_far=effect.too_far, path_blocked=effect.path_blocked)
         if effect is None and before is not None and before.is_drawn:
@@ -173,6 +173,6 @@ def _outcome_info(outcome: Outcome) -> dict[str, Any]:
 
 
 def _failure(record: EpisodeRecord) -> SimulatorError:
-    """Returns what to raise for an episode that the simulator could not play."""
+    """Return what to raise for an episode that the simulator could not play."""
     message = record.error.message if record.error else ""
     return SimulatorError(f"The simulator failed in episode {record.episode_id!r}; call reset(). It said: {message}")

@@ -81,7 +81,7 @@ class Options(BaseModel):
 
     @classmethod
     def of(cls, given: dict[str, Any]) -> "Options":
-        """Returns the options that were given by name. Raises SettingError with a suggestion."""
+        """Return the options that were given by name. Raises SettingError with a suggestion."""
         for name in given:
             if name not in cls.model_fields:
                 hint = did_you_mean(name, cls.model_fields) or f" Its options: {', '.join(cls.model_fields)}."

@@ -23,7 +23,7 @@ class Prefetcher:
         self._next: Future[SampledEpisode] | None = None
 
     def next_episode(self, rng: np.random.Generator, *, is_seeded: bool) -> SampledEpisode:
-        """Returns the next episode, and begins with the one after it; `rng` has just been seeded, or goes on.
+        """Return the next episode, and begins with the one after it; `rng` has just been seeded, or goes on.
 
         Raises what drawing or preparing raised.
         """
@@ -33,13 +33,13 @@ class Prefetcher:
         return found
 
     def discard(self) -> None:
-        """Forgets the next episode; what is being done for it is waited for."""
+        """Forget the next episode; what is being done for it is waited for."""
         if self._next is not None and not self._next.cancel():
             wait([self._next])
         self._next = None
 
     def close(self) -> None:
-        """Ends the thread."""
+        """End the thread."""
         self.discard()
         self._thread.shutdown()
 

@@ -34,27 +34,27 @@ class EpisodeSource(Protocol):
     """Episodes with their houses."""
 
     def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], SampledEpisode]:
-        """Chooses the next episode by `rng`, which has just been seeded or goes on; returns what waits for it.
+        """Choose the next episode by `rng`, which has just been seeded or goes on; returns what waits for it.
 
         What is returned may be called in another thread, before the next is chosen.
         """
         ...
 
     def by_id(self, episode_id: str) -> SampledEpisode:
-        """Returns the episode of that id. Raises SettingError."""
+        """Return the episode of that id. Raises SettingError."""
         ...
 
     def longest_instruction(self) -> tuple[int, str]:
-        """Returns how long an instruction may be, and all characters that one may have."""
+        """Return how long an instruction may be, and all characters that one may have."""
         ...
 
     def close(self) -> None:
-        """Ends what runs for it."""
+        """End what runs for it."""
         ...
 
 
 def source_of(options: Options) -> EpisodeSource:
-    """Returns what the options name. Raises SettingError or PackMismatch."""
+    """Return what the options name. Raises SettingError or PackMismatch."""
     if is_stream(options.pack):
         return StreamEpisodes(str(options.pack), options)
     for name in ("difficulty", "houses"):
@@ -72,22 +72,22 @@ class PackEpisodes:
         self._episodes = self._pack.select(Selection(families=options.family))
 
     def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], SampledEpisode]:
-        """Chooses an episode."""
+        """Choose an episode."""
         del is_seeded
         episode = self._episodes[int(rng.integers(len(self._episodes)))]
         return lambda: self._with_house(episode)
 
     def by_id(self, episode_id: str) -> SampledEpisode:
-        """Returns any episode of the pack. Raises SettingError."""
+        """Return any episode of the pack. Raises SettingError."""
         return self._with_house(self._pack.episode(episode_id))
 
     def longest_instruction(self) -> tuple[int, str]:
-        """Returns the length of the longest instruction, and the characters of all."""
+        """Return the length of the longest instruction, and the characters of all."""
         instructions = [episode.instruction for episode in self._pack.episodes]
         return max(map(len, instructions)), _charset(instructions)
 
     def close(self) -> None:
-        """Does nothing."""
+        """Do nothing."""
 
     def _with_house(self, episode: Episode) -> SampledEpisode:
         return SampledEpisode(episode, self._pack.house_of(episode))
@@ -112,7 +112,7 @@ class StreamEpisodes:
         self._stream: Stream | None = None
 
     def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], SampledEpisode]:
-        """Chooses where to begin, when `rng` has just been seeded; the next episode may have to be waited for."""
+        """Choose where to begin, when `rng` has just been seeded; the next episode may have to be waited for."""
         count = MAX_FIRST_HOUSES if self._last is None else self._last - self._first
         if is_seeded:
             self._begin(self._first + int(rng.integers(count)))
@@ -121,24 +121,24 @@ class StreamEpisodes:
         return self._next_in_stream
 
     def by_id(self, episode_id: str) -> SampledEpisode:
-        """Raises SettingError: a stream has no episode at hand but the one that is drawn."""
+        """Raise SettingError: a stream has no episode at hand but the one that is drawn."""
         raise SettingError(
             f"A stream is read in its order: {episode_id!r} is not the episode that was read last. `vigil pack "
             "stream` keeps episodes in a folder, from which they can be asked for."
         )
 
     def longest_instruction(self) -> tuple[int, str]:
-        """Returns what the protocol allows."""
+        """Return what the protocol allows."""
         return MAX_INSTRUCTION_CHARS, _charset(())
 
     def close(self) -> None:
-        """Ends the background processes."""
+        """End the background processes."""
         if self._stream is not None:
             self._stream.close()
         self._stream = self._items = None
 
     def _next_in_stream(self) -> SampledEpisode:
-        """Returns the next episode. Raises SettingError when there is none, SimulatorError."""
+        """Return the next episode. Raises SettingError when there is none, SimulatorError."""
         assert self._items is not None
         item = next(self._items, None)
         if item is None:
@@ -155,7 +155,7 @@ class StreamEpisodes:
 
 
 def load_pack(name: str | Path) -> Pack:
-    """Returns a pack, which environments of one process share as long as its manifest stays. Raises PackMismatch."""
+    """Return a pack, which environments of one process share as long as its manifest stays. Raises PackMismatch."""
     folder = find_pack(name)
     return _cached_pack(folder.resolve(), manifest_sha256(folder))
 

@@ -67,7 +67,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Resets all environments, or those of `options["reset_mask"]`; environment i of seed S has the seed S + i."""
+        """Reset all environments, or those of `options["reset_mask"]`; environment i of seed S has the seed S + i."""
         seeds = seed if isinstance(seed, list) else [seed if seed is None else seed + i for i in range(self.num_envs)]
         if len(seeds) != self.num_envs:
             raise SettingError(f"reset() of {self.num_envs} environments got {len(seeds)} seeds; give one for each.")
@@ -81,7 +81,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return self._seen(), infos
 
     def step(self, actions: Any) -> StepResult:
-        """Takes one action in each environment; one whose episode has ended resets instead, in the default mode."""
+        """Take one action in each environment; one whose episode has ended resets instead, in the default mode."""
         each = list(iterate(self.action_space, actions))
         answers = self._call_all("step_all", [(each[shard.part],) for shard in self._shards])
         infos: dict[str, Any] = {}
@@ -91,27 +91,27 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return self._seen(), rewards, terminated, truncated, infos
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """Returns of each environment what calling its method gives, or its attribute of that name."""
+        """Return of each environment what calling its method gives, or its attribute of that name."""
         answers = self._call_all("call_each", [(name, args, kwargs)] * len(self._shards))
         return tuple(each for answer in answers for each in answer)
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
-        """Returns an attribute of each environment."""
+        """Return an attribute of each environment."""
         return self.call(name)
 
     def set_attr(self, name: str, values: Any) -> None:
-        """Sets an attribute of each environment: the value in its place of a list or tuple, or the one value."""
+        """Set an attribute of each environment: the value in its place of a list or tuple, or the one value."""
         each = list(values) if isinstance(values, list | tuple) else [values] * self.num_envs
         if len(each) != self.num_envs:
             raise SettingError(f"set_attr() of {self.num_envs} environments got {len(each)} values; give one for each.")
         self._call_all("set_attr", [(name, each[shard.part]) for shard in self._shards])
 
     def render(self) -> tuple[Any, ...]:
-        """Returns the current frame of each environment; None of each without a render mode."""
+        """Return the current frame of each environment; None of each without a render mode."""
         return self.call("render")
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Closes the environments and ends the processes."""
+        """Close the environments and ends the processes."""
         del kwargs
         self._end()
 
@@ -126,7 +126,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return self.get_attr("np_random_seed")
 
     def _describe(self, make: MakeEnv) -> None:
-        """Learns from an environment, closed at once, what all are like; forked processes have what it has loaded."""
+        """Learn from an environment, closed at once, what all are like; forked processes have what it has loaded."""
         env = make()
         self.metadata = {**env.metadata, "autoreset_mode": self.autoreset_mode}
         self.render_mode = env.render_mode
@@ -136,7 +136,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         env.close()
 
     def _call_all(self, command: str, arguments: Sequence[tuple[Any, ...]]) -> list[Any]:
-        """Returns what each process answers. Raises, when all have answered, what the first of them raised."""
+        """Return what each process answers. Raises, when all have answered, what the first of them raised."""
         if self.closed:
             raise ClosedEnvironmentError(f"{command}() of a vector of environments that has been closed.")
         for shard, each in zip(self._shards, arguments, strict=True):
@@ -173,7 +173,7 @@ def make_vector(
     autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
     **options: Any,
 ) -> SharedProcessVectorEnv:
-    """Returns what `gymnasium.make_vec("Vigil-v0", ...)` makes; `options` are those of `gymnasium.make`."""
+    """Return what `gymnasium.make_vec("Vigil-v0", ...)` makes; `options` are those of `gymnasium.make`."""
     make = partial(gymnasium.make, ENV_ID, **options)
     return SharedProcessVectorEnv(
         [make] * num_envs, processes=processes, context=context, copy=copy, autoreset_mode=autoreset_mode

@@ -47,7 +47,7 @@ class EnvShard:
         other.close()
 
     def ask(self, command: str, arguments: tuple[Any, ...]) -> None:
-        """Has the process call a method of `_Environments`. Raises SimulatorError when it has ended."""
+        """Have the process call a method of `_Environments`. Raises SimulatorError when it has ended."""
         self._asked += 1
         try:
             self._pipe.send((self._asked, command, arguments))
@@ -55,7 +55,7 @@ class EnvShard:
             raise self._ended_error() from None
 
     def answer(self) -> Any:
-        """Returns what the last call returned, or the error that it raised. Raises SimulatorError when it has ended."""
+        """Return what the last call returned, or the error that it raised. Raises SimulatorError when it has ended."""
         number, answer = 0, None
         while number != self._asked:  # an interrupt may have left an earlier answer unread
             try:
@@ -65,12 +65,12 @@ class EnvShard:
         return answer
 
     def request_stop(self) -> None:
-        """Has the process end when it has done what it is doing."""
+        """Have the process end when it has done what it is doing."""
         with suppress(OSError):  # it has ended before
             self._pipe.send(None)
 
     def end(self) -> None:
-        """Waits for the end of the process, and kills it when that takes too long."""
+        """Wait for the end of the process, and kills it when that takes too long."""
         self._process.join(END_TIMEOUT_S)
         if self._process.is_alive():
             self._process.kill()
@@ -95,13 +95,13 @@ class _Environments(SyncVectorEnv):
         self._first, self._memory = first, memory
 
     def check_spaces(self, observations: Space[Any], actions: Space[Any]) -> None:
-        """Raises SettingError when these environments have other spaces than those of the vector."""
+        """Raise SettingError when these environments have other spaces than those of the vector."""
         for ours, wanted in ((self.single_observation_space, observations), (self.single_action_space, actions)):
             if ours != wanted:
                 raise SettingError(f"Environment {self._first} has the space {ours}, the first one {wanted}.")
 
     def reset_some(self, seeds: list[int | None], options: dict[str, Any] | None, mask: np.ndarray | None) -> Infos:
-        """Resets all environments, or those of the mask; returns what each tells."""
+        """Reset all environments, or those of the mask; returns what each tells."""
         if mask is not None and not mask.any():
             return {}
         chosen = options if mask is None else {**(options or {}), "reset_mask": mask}
@@ -110,13 +110,13 @@ class _Environments(SyncVectorEnv):
         return infos
 
     def step_all(self, actions: list[Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray, Infos]:
-        """Takes an action in each; returns rewards, both kinds of ends, and what each tells."""
+        """Take an action in each; returns rewards, both kinds of ends, and what each tells."""
         seen, rewards, terminated, truncated, infos = super().step(actions)
         self._write(seen)
         return rewards, terminated, truncated, infos
 
     def call_each(self, name: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:
-        """Returns of each environment what calling its method gives, or its attribute of that name."""
+        """Return of each environment what calling its method gives, or its attribute of that name."""
         return super().call(name, *arguments, **named)
 
     def _write(self, seen: Any) -> None:
@@ -124,7 +124,7 @@ class _Environments(SyncVectorEnv):
             write_to_shared_memory(self.single_observation_space, self._first + number, each, self._memory)
 
     def _add_info(self, vector_infos: Infos, env_info: dict[str, Any], env_num: int) -> Infos:  # type: ignore[override]
-        """Keeps apart what each environment tells: the vector joins them."""
+        """Keep apart what each environment tells: the vector joins them."""
         vector_infos.setdefault(env_num, {}).update(env_info)
         return vector_infos
 
@@ -137,7 +137,7 @@ def _serve(
     memory: Any,
     autoreset_mode: AutoresetMode,
 ) -> None:
-    """Does what it is asked until it is told to leave, or nobody is there any more who could ask."""
+    """Do what it is asked until it is told to leave, or nobody is there any more who could ask."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupt is for the process that steps them all
     parents.close()
     made: list[_Environments] = []
@@ -159,7 +159,7 @@ def _serve(
 
 
 def _answer(number: int, do: Callable[[], Any]) -> Any:
-    """Returns, as bytes, what a call returns, or the error that it raises, with where it did."""
+    """Return, as bytes, what a call returns, or the error that it raises, with where it did."""
     try:
         return ForkingPickler.dumps((number, do()))
     except Exception as error:  # noqa: BLE001 - raised again by the vector
@@ -168,7 +168,7 @@ def _answer(number: int, do: Callable[[], Any]) -> Any:
 
 
 def _sendable(error: Exception) -> Exception:
-    """Returns an error, or, where it cannot be sent, one that says the same."""
+    """Return an error, or, where it cannot be sent, one that says the same."""
     try:
         return pickle.loads(pickle.dumps(error))
     except Exception:  # noqa: BLE001 - errors of any library may fail in any way

@@ -28,30 +28,30 @@ class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
     _pool: SimulatorPool | None = None
 
     async def start(self) -> None:
-        """Makes the simulator workers. Raises PackMismatch."""
+        """Make the simulator workers. Raises PackMismatch."""
         plan = await asyncio.to_thread(self.worker_plan)
         self._pool = SimulatorPool(plan, worker_count(self.taskset.config.workers))
 
     async def stop(self) -> None:
-        """Ends them."""
+        """End them."""
         pool, self._pool = self._pool, None
         if pool is not None:
             await asyncio.to_thread(pool.close)
         self.taskset.source.close()
 
     async def setup(self, agents: vf.Agents) -> None:
-        """Lets the agent's harness play in the simulators. Raises SettingError on another harness."""
+        """Let the agent's harness play in the simulators. Raises SettingError on another harness."""
         harness = agents.agent.harness
         if not isinstance(harness, VigilHarness):
             raise SettingError("VIGIL's episodes are played by its own harness only: leave out --env.agent.harness.id.")
         harness.play = self._play
 
     async def run(self, task: vf.Task, agents: vf.Agents) -> None:
-        """Plays one episode."""
+        """Play one episode."""
         await agents.agent.run(task)
 
     def worker_plan(self) -> WorkerPlan:
-        """Returns what the simulator workers are told. Raises PackMismatch."""
+        """Return what the simulator workers are told. Raises PackMismatch."""
         config = self.taskset.config
         return WorkerPlan(
             self.taskset.source.folder,
@@ -79,7 +79,7 @@ class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
 
 
 def load_environment(**options: Any) -> VigilVerifiersEnv:
-    """Returns the environment with these options; docs/verifiers.md lists them. Raises SettingError or PackMismatch."""
+    """Return the environment with these options; docs/verifiers.md lists them. Raises SettingError or PackMismatch."""
     for name in options.keys() - _OPTIONS:
         hint = did_you_mean(name, _OPTIONS) or f" Its options: {', '.join(sorted(_OPTIONS))}."
         raise SettingError(f"The environment has no option {name!r}.{hint}")

@@ -53,20 +53,20 @@ class TaskSource(Protocol):
         ...
 
     def rows(self) -> Iterator[TaskRow]:
-        """Yields the episodes. Raises PackMismatch, SettingError or SimulatorError."""
+        """Yield the episodes. Raises PackMismatch, SettingError or SimulatorError."""
         ...
 
     async def assignment(self, episode_id: str, house: int | None) -> Assignment:
-        """Returns an episode to be played. Raises SettingError or SimulatorError."""
+        """Return an episode to be played. Raises SettingError or SimulatorError."""
         ...
 
     def close(self) -> None:
-        """Ends what runs for it."""
+        """End what runs for it."""
         ...
 
 
 def source_of(config: VigilTasksetConfig) -> TaskSource:
-    """Returns what the options name."""
+    """Return what the options name."""
     return StreamTasks(config) if is_stream(config.pack) else PackTasks(config)
 
 
@@ -101,18 +101,18 @@ class PackTasks:
         return self._pack.folder
 
     def rows(self) -> Iterator[TaskRow]:
-        """Yields the selected episodes, by their ids."""
+        """Yield the selected episodes, by their ids."""
         yield from map(
             TaskRow, self._pack.select(Selection(parse_families(self._config.family), (), self._config.limit))
         )
 
     async def assignment(self, episode_id: str, house: int | None) -> Assignment:
-        """Returns the episode of that id."""
+        """Return the episode of that id."""
         del house
         return Assignment(self._pack.episode(episode_id))
 
     def close(self) -> None:
-        """Does nothing."""
+        """Do nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,11 +166,11 @@ class StreamTasks:
         return address_of(self._seed)
 
     def rows(self) -> Iterator[TaskRow]:
-        """Yields the episodes; keeps their houses for who plays them in this process."""
+        """Yield the episodes; keeps their houses for who plays them in this process."""
         return islice(self._rows(), self._limit)
 
     async def assignment(self, episode_id: str, house: int | None) -> Assignment:
-        """Returns the episode, after its house was made in the background unless it is kept."""
+        """Return the episode, after its house was made in the background unless it is kept."""
         if house is None:
             raise SettingError(f"The row of episode {episode_id!r} names no house of stream {self._seed}.")
         found = self._houses.get(house)
@@ -185,7 +185,7 @@ class StreamTasks:
         return found.assignments[episode_id]
 
     def close(self) -> None:
-        """Ends the background processes."""
+        """End the background processes."""
         self._stream.close()
         if self._pool is not None:
             self._pool.close()

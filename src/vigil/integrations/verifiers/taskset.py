@@ -34,13 +34,13 @@ class VigilTask(vf.Task[VigilData, vf.State, VigilTaskConfig]):
 
     @vf.reward
     async def reward(self, trace: vf.Trace) -> dict[str, float]:
-        """Returns the summands of the reward; 0 for B alone when verifiers ended the episode before its end."""
+        """Return the summands of the reward; 0 for B alone when verifiers ended the episode before its end."""
         outcome = stored_outcome(trace)
         return {"B": 0.0} if outcome is None else reward_parts(outcome, self.config)
 
     @vf.metric
     async def verdict(self, trace: vf.Trace) -> dict[str, float]:
-        """Returns what the paper's tables count; nothing when verifiers ended the episode before its end."""
+        """Return what the paper's tables count; nothing when verifiers ended the episode before its end."""
         outcome = stored_outcome(trace)
         if outcome is None:
             return {}
@@ -57,7 +57,7 @@ class VigilTaskset(vf.Taskset[VigilTask, VigilTasksetConfig]):
         self.INFINITE = self.source.is_endless
 
     def load(self) -> Iterator[VigilTask]:
-        """Yields the selected episodes. Raises PackMismatch, SettingError or SimulatorError."""
+        """Yield the selected episodes. Raises PackMismatch, SettingError or SimulatorError."""
         name = self.source.name
         for episode, house in self.source.rows():
             data = VigilData(id=episode.id, prompt=episode.instruction, source=name, house=house)
@@ -65,11 +65,11 @@ class VigilTaskset(vf.Taskset[VigilTask, VigilTasksetConfig]):
 
 
 def store_outcome(trace: vf.Trace, outcome: Outcome) -> None:
-    """Writes the verdict on an episode into its trace."""
+    """Write the verdict on an episode into its trace."""
     trace.info[OUTCOME] = asdict(outcome)
 
 
 def stored_outcome(trace: vf.Trace) -> Outcome | None:
-    """Returns the verdict in a trace; None when the episode was not played to its end."""
+    """Return the verdict in a trace; None when the episode was not played to its end."""
     kept: dict[str, Any] | None = trace.info.get(OUTCOME)
     return None if kept is None else Outcome(**kept)

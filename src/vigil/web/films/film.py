@@ -63,7 +63,7 @@ class FilmFrame:
 def film_frames_of(
     timeline: dict[str, Any], frames: Sequence[bytes | None], plan: FilmPlan | None = None
 ) -> list[FilmFrame]:
-    """Returns what can be shown of a timeline, its verdict last. Raises SettingError when that is nothing."""
+    """Return what can be shown of a timeline, its verdict last. Raises SettingError when that is nothing."""
     shots = [
         _shot(timeline, step, frame, plan)
         for frame, step in zip(frames, timeline["steps"], strict=True)
@@ -89,18 +89,18 @@ def _shot(timeline: dict[str, Any], step: dict[str, Any], frame: bytes, plan: Fi
 
 
 def gif(shots: Sequence[FilmFrame]) -> bytes:
-    """Returns an animated GIF that repeats for ever."""
+    """Return an animated GIF that repeats for ever."""
     slides = [slide.quantize(method=Image.Quantize.FASTOCTREE) for slide in _small_slides(shots)]
     return _animated(slides, "GIF")
 
 
 def webp(shots: Sequence[FilmFrame]) -> bytes:
-    """Returns an animated WebP that repeats for ever: of a GIF's size, in all colours and a smaller file."""
+    """Return an animated WebP that repeats for ever: of a GIF's size, in all colours and a smaller file."""
     return _animated(_small_slides(shots), "WEBP", quality=WEBP_QUALITY, method=6)
 
 
 def mp4(shots: Sequence[FilmFrame]) -> bytes:
-    """Returns a film in MP4. Raises SettingError without PyAV."""
+    """Return a film in MP4. Raises SettingError without PyAV."""
     try:
         import av  # noqa: PLC0415 - an optional library
     except ImportError:
@@ -137,14 +137,14 @@ def _animated(slides: Sequence[Image.Image], kind: str, **options: Any) -> bytes
 
 
 def _video_frames(shots: Sequence[FilmFrame]) -> Iterator[np.ndarray]:
-    """Yields each frame of a video."""
+    """Yield each frame of a video."""
     for index, shot in enumerate(shots):
         seconds = LAST_S if index == len(shots) - 1 else STEP_S
         yield from [np.asarray(_slide(shot))] * round(seconds * VIDEO_FPS)
 
 
 def _slide(shot: FilmFrame) -> Image.Image:
-    """Returns a frame with its click, the plan beside it, and the strip below."""
+    """Return a frame with its click, the plan beside it, and the strip below."""
     slide = Image.new("RGB", FILM_SIZE, _PAPER)
     slide.paste(Image.open(io.BytesIO(shot.frame)).convert("RGB"), (0, 0))
     draw = ImageDraw.Draw(slide, "RGBA")
@@ -170,7 +170,7 @@ def _draw_strip(draw: ImageDraw.ImageDraw, shot: FilmFrame) -> None:
 
 
 def _draw_verdict(draw: ImageDraw.ImageDraw, verdict: dict[str, Any]) -> None:
-    """Writes the verdict over the frame, which is dimmed."""
+    """Write the verdict over the frame, which is dimmed."""
     draw.rectangle((0, 0, FRAME_WIDTH - 1, FRAME_HEIGHT - 1), fill=(*_PAPER, 214))
     large = font_of(64, is_bold=True)
     for name, x in (("W", 40), ("B", 250)):
@@ -184,7 +184,7 @@ def _draw_verdict(draw: ImageDraw.ImageDraw, verdict: dict[str, Any]) -> None:
 
 
 def _cut_to_width(text: str, font: ImageFont.FreeTypeFont, width: int) -> str:
-    """Returns a text as one line that is not wider: nothing that cannot be printed, cut with an ellipsis."""
+    """Return a text as one line that is not wider: nothing that cannot be printed, cut with an ellipsis."""
     line = "".join(each if each.isprintable() else " " for each in text[:400])
     if font.getlength(line) <= width:
         return line
@@ -194,7 +194,7 @@ def _cut_to_width(text: str, font: ImageFont.FreeTypeFont, width: int) -> str:
 
 
 def _wrapped(text: str, font: ImageFont.FreeTypeFont, width: int) -> list[str]:
-    """Returns a text broken at its blanks into lines that are not wider, of two lines at most the second one cut."""
+    """Return a text broken at its blanks into lines that are not wider, of two lines at most the second one cut."""
     words, line = text[:400].split(), ""
     while words and font.getlength(f"{line} {words[0]}") <= width:
         line = f"{line} {words.pop(0)}".strip()

@@ -34,7 +34,7 @@ _FONTS = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
 
 @lru_cache(maxsize=16)
 def font_of(size: int, *, is_bold: bool = False) -> ImageFont.FreeTypeFont:
-    """Returns the font of films in a size."""
+    """Return the font of films in a size."""
     return ImageFont.truetype(_FONTS / ("DejaVuSans-Bold.ttf" if is_bold else "DejaVuSans.ttf"), size)
 
 
@@ -53,7 +53,7 @@ class FilmPlan:
             self._sheet.draw.text(self._sheet.at(*each.name_at), each.name, fill=SOFT, font=font, anchor="mm")
 
     def panel(self, worlds: Sequence[dict[str, Any]], holds: bool | None) -> Image.Image:
-        """Returns the panel at the last of some moments of a timeline; `holds` is whether the goal does then."""
+        """Return the panel at the last of some moments of a timeline; `holds` is whether the goal does then."""
         sheet = self._sheet
         large = sheet.image.copy()
         if worlds:
@@ -83,7 +83,7 @@ class FilmPlan:
                 draw.ellipse((x - radius, y - radius, x + radius, y + radius), outline=TARGET, width=3 * SUPERSAMPLING)
 
     def _outline(self, name: str, box: str) -> list[list[float]]:
-        """Returns the corners (x, z) of a thing: of its box, or of what the plan shows of it there."""
+        """Return the corners (x, z) of a thing: of its box, or of what the plan shows of it there."""
         corners = np.array([corner.split(",") for corner in box.split()], dtype=float) * (1.0, -1.0)
         drawn = self._outlines.get(name)
         if drawn is not None and np.allclose(_extent(drawn), _extent(corners), atol=SAME_PLACE_M):
@@ -99,7 +99,7 @@ class FilmPlan:
             draw.ellipse((x - radius, y - radius, x + radius, y + radius), fill=PATH)
 
     def _draw_agent(self, draw: ImageDraw.ImageDraw, world: dict[str, Any]) -> None:
-        """Draws where the agent is and what is before its camera; a heading of 0 degrees is up."""
+        """Draw where the agent is and what is before its camera; a heading of 0 degrees is up."""
         (x, y), (dx, dz) = self._at(world), heading(world["yaw"])
         far, radius = VIEW_M * self._sheet.scale, AGENT_M * self._sheet.scale
         turn = world["yaw"] - 90
