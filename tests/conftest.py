@@ -36,7 +36,7 @@ def pytest_xdist_auto_num_workers() -> int:
 
 
 def collect() -> None:
-    """Collect garbage, and leaves what lives on out of later collections, which would take a second in the end."""
+    """Collect garbage, and leave what lives on out of later collections, which would take a second in the end."""
     gc.collect()
     gc.freeze()
 

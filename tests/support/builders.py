@@ -69,7 +69,7 @@ class RecordBuilder:
         return self
 
     def report(self, status: str = "success", raw: str | None = None) -> EpisodeRecord:
-        """Close the episode and returns its record."""
+        """Close the episode and return its record."""
         report = Report.model_validate({"status": status, "summary": "", "raw_status": raw})
         self._add(action=report, world=self._changed({}))
         return self.end("report")

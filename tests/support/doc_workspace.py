@@ -28,7 +28,7 @@ RUNS = {
 
 
 def write_workspace(folder: Path) -> Path:
-    """Write what the pages' commands read, and returns the folder."""
+    """Write what the pages' commands read, and return the folder."""
     for name, (agent, model) in RUNS.items():
         run = folder / "runs" / name
         run_pack(quick(Path("starter"), run, agent=agent, episode_ids=EPISODES))

@@ -22,7 +22,7 @@ class FakePrior(ModuleType):
         self.calls: list[dict[str, Any]] = []
 
     def load_dataset(self, dataset: str, revision: str = "main", entity: str = "allenai", **more: Any) -> None:
-        """Write the dataset, changes the working directory and prints, as the real one does."""
+        """Write the dataset, change the working directory and print, as the real one does."""
         self.calls.append({"dataset": dataset, "revision": revision, "entity": entity, **more})
         folder = self.folder
         folder.mkdir(parents=True, exist_ok=True)

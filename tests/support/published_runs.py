@@ -203,7 +203,7 @@ def make_episodes(per_family: int = PER_FAMILY) -> list[Episode]:
 
 
 def write_pack(folder: Path, episodes: list[Episode], houses: Mapping[str, bytes] | None = None) -> str:
-    """Write as much of a pack as readers of runs need, and returns its hash."""
+    """Write as much of a pack as readers of runs need, and return its hash."""
     lines = b"".join(one.model_dump_json().encode() + b"\n" for one in episodes)
     families = {family: sum(one.family == family for one in episodes) for family in FAMILIES}
     manifest = {
@@ -238,7 +238,7 @@ def write_run(
     planned: list[str] | None = None,
     **spec: Any,
 ) -> Path:
-    """Write a run whose episodes went as `records` say, by episode id, and returns its folder."""
+    """Write a run whose episodes went as `records` say, by episode id, and return its folder."""
     profile = profile or Profile()
     header = RunHeader(
         run_id=folder.name,

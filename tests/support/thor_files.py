@@ -42,7 +42,7 @@ MORE_HOUSES = (("bathroom", 4), ("kitchen", 4), ("living-room", 2))
 
 
 def write_thor_files(folder: Path) -> Path:
-    """Write the files and returns their folder."""
+    """Write the files and return their folder."""
     assets = write_asset_database(folder)
     (folder / "material-database.json").write_text(json.dumps(MATERIALS))
     thor = AssetDatabase.load(assets)
@@ -55,7 +55,7 @@ def write_thor_files(folder: Path) -> Path:
 
 
 def write_asset_database(folder: Path) -> Path:
-    """Write AI2-THOR's asset database alone, and returns its path."""
+    """Write AI2-THOR's asset database alone, and return its path."""
     path = folder / "asset-database.json"
     path.write_text(json.dumps(_assets()))
     return path

@@ -231,7 +231,7 @@ def _encoded(method: str, path: str, headers: dict[str, str], body: bytes) -> by
 
 
 def fire(port: int, shot: RawRequest) -> int | None:
-    """Send a request and returns the status of the answer; None where there was none."""
+    """Send a request and return the status of the answer; None where there was none."""
     with socket.create_connection(("127.0.0.1", port), SHORT_S if shot.is_unfinished else PATIENCE_S) as connection:
         got = bytearray()
         with contextlib.suppress(ConnectionError):  # the server has answered and closed before it read all

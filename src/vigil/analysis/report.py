@@ -125,7 +125,7 @@ def write_report(
     *,
     reveals: bool = False,
 ) -> list[Path]:
-    """Write a report into `folder` in each format, and returns the files that were written. Raises SettingError.
+    """Write a report into `folder` in each format, and return the files that were written. Raises SettingError.
 
     Of a private pack rates alone are told, unless the report `reveals` it.
     """

@@ -73,7 +73,7 @@ def write_dataset(
     *,
     with_reasoning: bool = False,
 ) -> Path:
-    """Write runs into `out`, new or empty, and returns the card; `pack` is where their pack is now.
+    """Write runs into `out`, new or empty, and return the card; `pack` is where their pack is now.
 
     The reasoning that runs kept is left out unless it is asked for.
 

@@ -93,7 +93,7 @@ def export_site(
     *,
     reveals: bool = False,
 ) -> Path:
-    """Write a run as pages into `out`, new or empty, and returns its index; `report` is told of each episode.
+    """Write a run as pages into `out`, new or empty, and return its index; `report` is told of each episode.
 
     Raises RecordError, and SettingError, also on a private pack unless it `reveals` that.
     """

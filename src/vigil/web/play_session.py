@@ -82,7 +82,7 @@ class Journal:
     """`play.jsonl`: an order, then what was begun and replied, line by line, on disk at once."""
 
     def __init__(self, path: Path, order: Sequence[str]) -> None:
-        """Open or begins the journal. Raises RecordError when it tells another order."""
+        """Open or begin the journal. Raises RecordError when it tells another order."""
         self.order = list(order)
         self.begun = ""
         """The episode that was begun last."""
@@ -156,7 +156,7 @@ class PlaySession:
             return self._visible_state()
 
     async def next(self) -> dict[str, Any]:
-        """Begin the next episode unless one goes on, and returns what is seen."""
+        """Begin the next episode unless one goes on, and return what is seen."""
         async with self._lock:
             if self._live is None:
                 waiting = self._remaining()
@@ -184,7 +184,7 @@ class PlaySession:
         return self._folder.path
 
     def close(self) -> None:
-        """End the simulator and releases the run's folder."""
+        """End the simulator and release the run's folder."""
         self._pool.close()
         self._journal.close()
         self._folder.close()

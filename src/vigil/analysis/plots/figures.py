@@ -198,7 +198,7 @@ CAPTIONS = {
 
 
 def _mark_w(axes: Axes, entries: Sequence[RunEntry]) -> Line2D:
-    """Mark W on each bar, and writes W - B beside it; returns the mark for a legend."""
+    """Mark W on each bar, and write W - B beside it; returns the mark for a legend."""
     look: dict[str, Any] = {"ls": "none", "marker": "|", "ms": 21, "mew": 3.0, "color": INK, "clip_on": False}
     for row, entry in enumerate(entries):
         w, b = (100 * (entry.overall.share(name) or 0.0) for name in ("W", "B"))
@@ -266,7 +266,7 @@ def _place(measures: RunMetrics) -> tuple[float, float]:
 
 
 def _plane_frame(axes: Axes, study: Study, entries: Sequence[RunEntry]) -> float:
-    """Draw diagonal and lines of equal gap, and returns the upper limit of both axes."""
+    """Draw diagonal and lines of equal gap, and return the upper limit of both axes."""
     values = [value for entry in entries for value in _point(entry)]
     if study.published:
         values += [value for _, w, b in study.published.points() for value in (w, b)]

@@ -79,7 +79,7 @@ _SETTINGS: dict[Any, Any] = {
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """Draw what is inside in the project's style, and leaves matplotlib as it was."""
+    """Draw what is inside in the project's style, and leave matplotlib as it was."""
     with mpl.rc_context(_SETTINGS):
         yield
 

@@ -32,7 +32,7 @@ def write_results(
     tell: Callable[[Iterable[str]], None],
     disclosure: Disclosure = NO_DISCLOSURE,
 ) -> list[Path]:
-    """Write the runs in `folders` under `out`, and returns the aggregate files; `tell` is told what to know of them.
+    """Write the runs in `folders` under `out`, and return the aggregate files; `tell` is told what to know of them.
 
     Of a private pack that may not be revealed no samples are written.
 

@@ -108,7 +108,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return self._frame(self._observation)
 
     def close(self) -> None:
-        """Close the simulator, and ends the background processes of a stream."""
+        """Close the simulator, and end the background processes of a stream."""
         self._ahead.close()
         self._env.close()
         self._source.close()

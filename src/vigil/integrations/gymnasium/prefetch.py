@@ -23,7 +23,7 @@ class Prefetcher:
         self._next: Future[SampledEpisode] | None = None
 
     def next_episode(self, rng: np.random.Generator, *, is_seeded: bool) -> SampledEpisode:
-        """Return the next episode, and begins with the one after it; `rng` has just been seeded, or goes on.
+        """Return the next episode, and begin with the one after it; `rng` has just been seeded, or goes on.
 
         Raises what drawing or preparing raised.
         """

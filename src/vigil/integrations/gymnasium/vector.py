@@ -111,7 +111,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return self.call("render")
 
     def close_extras(self, **kwargs: Any) -> None:
-        """Close the environments and ends the processes."""
+        """Close the environments and end the processes."""
         del kwargs
         self._end()
 

@@ -70,7 +70,7 @@ class EnvShard:
             self._pipe.send(None)
 
     def end(self) -> None:
-        """Wait for the end of the process, and kills it when that takes too long."""
+        """Wait for the end of the process, and kill it when that takes too long."""
         self._process.join(END_TIMEOUT_S)
         if self._process.is_alive():
             self._process.kill()

@@ -35,7 +35,7 @@ class VigilHarness(vf.Harness[vf.HarnessConfig]):
         mcp_urls: dict[str, str],
         data: vf.TaskData,
     ) -> vf.ProgramResult:
-        """Play the episode that `data` names, and keeps the verdict in the trace.
+        """Play the episode that `data` names, and keep the verdict in the trace.
 
         Raises HarnessError when it could not be played to its end.
         """
