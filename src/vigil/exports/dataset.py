@@ -1,4 +1,4 @@
-"""A folder that `datasets.load_dataset` loads, and a Hub of datasets shows: rows of episodes, steps, and a card."""
+"""Export of runs as a folder that `datasets.load_dataset` loads: a table of episodes, a table of steps, and a card."""
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -73,11 +73,11 @@ def write_dataset(
     *,
     with_reasoning: bool = False,
 ) -> Path:
-    """Write runs into `out`, new or empty, and return the card; `pack` is where their pack is now.
+    """Write runs into `out`, a new or empty folder, and return the path of the card.
 
-    The reasoning that runs kept is left out unless it is asked for.
+    `pack` is the current folder of the runs' pack. Saved reasoning is included only `with_reasoning`.
 
-    Raises SettingError, also on a private pack that may not be revealed, RecordError or PackMismatch.
+    Raises SettingError (also for a private pack that may not be revealed), RecordError or PackMismatch.
     """
     check_rows(runs, disclosure)
     if out.exists() and any(out.iterdir()):
@@ -97,7 +97,7 @@ def write_dataset(
 
 
 def check_rows(runs: Iterable[Run], disclosure: Disclosure) -> None:
-    """Raise SettingError when the rows of a run would give a private pack away, and nobody said that they may."""
+    """Raise SettingError if the rows of a run would reveal a private pack and `disclosure` does not allow it."""
     for run in runs:
         what = "A row for each episode, with its id, its house and what was said,"
         check_revealed(run.header.spec.pack, run.is_private, what, reveals=disclosure.reveal_private_pack)

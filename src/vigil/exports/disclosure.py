@@ -1,4 +1,4 @@
-"""Disclosure: what an export may tell besides what it tells anyway."""
+"""Disclosure: hidden facts that an export includes only on request."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -13,7 +13,7 @@ AnswerKey = Annotated[
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Disclosure:
-    """What is said only when it is asked for."""
+    """Hidden facts to include in an export; by default none."""
 
     answer_key: AnswerKey = False
     reveal_private_pack: Annotated[bool, Setting(REVEAL_HELP)] = False

@@ -1,4 +1,4 @@
-"""What an agent was told with a frame, and what the action is that it answered with."""
+"""Facts of a step: the feedback shown with its frame, and the arguments of the action."""
 
 from collections.abc import Iterator
 
@@ -9,7 +9,7 @@ from vigil.records.record import EpisodeRecord, StepRecord
 
 
 def steps_with_feedback(record: EpisodeRecord, profile: Profile) -> Iterator[tuple[Feedback | None, StepRecord]]:
-    """Yield each step with the feedback that its frame was shown with; None where there was none."""
+    """Yield each step with the feedback shown with its frame; None if there was no feedback."""
     before: StepRecord | None = None
     for step in record.steps:
         yield None if before is None or not profile.has_feedback else _feedback(before), step
@@ -17,7 +17,7 @@ def steps_with_feedback(record: EpisodeRecord, profile: Profile) -> Iterator[tup
 
 
 def arguments_of(action: Action) -> dict[str, object]:
-    """Return the arguments of an action as it was understood: clicks in pixels of the frame."""
+    """Return the arguments of a parsed action; clicks are in pixels of the frame."""
     return action.model_dump(exclude={"skill_name"}, exclude_none=True)
 
 

@@ -1,4 +1,4 @@
-"""Steps: the records of a run -> one row a reply, with what was shown and said, and the frame where it was kept."""
+"""Table of steps: one row per reply of a run, with the feedback, the reply, and the frame if the run saved it."""
 
 import json
 from collections.abc import Collection, Iterable, Iterator, Mapping
@@ -39,23 +39,23 @@ STEP_COLUMNS: Mapping[str, tuple[pa.DataType, str]] = {
     "reasoning": (pa.string(), "that came apart from the reply and was kept; such a column only where asked for"),
     "image": (IMAGE, "that frame, where the run kept it; no such column where no run kept any"),
 }
-"""The columns of `steps`: type, and what each says. None holds hidden state, but for the verdict."""
+"""Columns of `steps`: name -> (type, description). The verdict is the only column with hidden state."""
 EXTRA_COLUMNS = frozenset({"reasoning", "image"})
-"""Those that a dataset has only where a run kept what they hold."""
+"""Columns that a dataset has only if a run saved their content."""
 ROWS_PER_BATCH = 10_000
 FRAMES_PER_BATCH = 100
 _Row = dict[str, Any]
 
 
 def has_frames(run: SavedRun) -> bool:
-    """Whether a run kept any frame."""
+    """Whether a run saved any frame."""
     return next((run.folder / FRAMES_FOLDER).glob("*/*.png"), None) is not None
 
 
 def write_steps(run: SavedRun, name: str, out: Path, extra: Collection[str]) -> None:
-    """Write the steps of a run's scored episodes, sorted by episode, epoch and step; `name` is the run's.
+    """Write the steps of a run's scored episodes, sorted by episode, epoch and step.
 
-    `extra` are those of EXTRA_COLUMNS that are wanted.
+    `name` is the run's name in the table; `extra` lists the EXTRA_COLUMNS to include.
     """
     schema = _schema(extra)
     rows = (row for key in sorted(run.table.rows) for row in _rows_of(run, name, key, extra))
@@ -65,12 +65,12 @@ def write_steps(run: SavedRun, name: str, out: Path, extra: Collection[str]) -> 
 
 
 def columns_with(extra: Collection[str]) -> dict[str, tuple[pa.DataType, str]]:
-    """Return the columns, of EXTRA_COLUMNS only those that are wanted."""
+    """Return the columns, with only those EXTRA_COLUMNS that are in `extra`."""
     return {name: column for name, column in STEP_COLUMNS.items() if name not in EXTRA_COLUMNS or name in extra}
 
 
 def _schema(extra: Collection[str]) -> pa.Schema:
-    """Return the schema, with what tells the library `datasets` which column holds pictures."""
+    """Return the schema, with the metadata from which `datasets` recognises the column of images."""
     kinds = {name: kind for name, (kind, _) in columns_with(extra).items()}
     features = {name: _feature(kind) for name, kind in kinds.items()}
     return pa.schema(kinds, metadata={"huggingface": json.dumps({"info": {"features": features}})})
@@ -129,7 +129,7 @@ def _invalid_cells(step: StepRecord) -> _Row:
 
 
 def _image(store: FrameStore, sha256: str | None) -> _Row | None:
-    """Return a kept frame; None when it was not kept, or the record names none. Raises RecordError for another one."""
+    """Return a saved frame; None if it was not saved or the record has no hash. Raises RecordError if hashes differ."""
     kept = store.frame(sha256)
     return None if kept is None else {"bytes": kept[0], "path": f"{sha256}.png"}
 

@@ -1,8 +1,7 @@
-"""A model behind an address in OpenAI's style, asked without Inspect: by frameworks that put a server of their own
-between an environment and the model.
+"""Client for a model behind an OpenAI-compatible API, without Inspect.
 
-What it is sent are the messages of `vigil run`, in the same form; what counts as a reply, and what is tried again, is
-decided by the same code.
+For frameworks that put their own server between an environment and the model. The messages are those of `vigil run`,
+in the same form; the same code decides what counts as a reply and what is retried.
 """
 
 import time
@@ -18,7 +17,7 @@ from vigil.runner.models.provider_errors import error_message_of
 
 
 def chat_message(message: Message) -> dict[str, Any]:
-    """Return a message as chat completions take it."""
+    """Return a message in the format of chat completions."""
     if message.picture is None:
         return {"role": message.role, "content": message.text}
     picture = {"type": "image_url", "image_url": {"url": message.picture.data_uri, "detail": "auto"}}
@@ -26,7 +25,7 @@ def chat_message(message: Message) -> dict[str, Any]:
 
 
 def chat_sender(client: AsyncOpenAI, model: str) -> Send:
-    """Return the function that sends messages once. The client's own retries should be off."""
+    """Return a function that sends messages once. Turn off the client's own retries."""
 
     async def send(messages: Sequence[Message]) -> Reply:
         started = time.monotonic()

@@ -1,4 +1,4 @@
-"""What a finished episode is worth to a learner: B, with shaping that is off unless it is asked for."""
+"""Reward of a finished episode: B, with optional shaping that is off by default."""
 
 from typing import Annotated, Protocol
 
@@ -25,26 +25,26 @@ LagPenalty = Annotated[
 
 
 class Shaping(Protocol):
-    """Options that add to the reward of B."""
+    """Options that shape the reward besides B."""
 
     @property
     def world_reward(self) -> float:
-        """Paid for W."""
+        """Reward for W."""
         ...
 
     @property
     def honest_fail_reward(self) -> float:
-        """Paid for a true concession."""
+        """Reward for an honest failure report."""
         ...
 
     @property
     def lag_penalty(self) -> float:
-        """Taken for each step between the goal and its report."""
+        """Penalty for each step between reaching the goal and reporting it."""
         ...
 
 
 def reward_parts(outcome: Outcome, shaping: Shaping) -> dict[str, float]:
-    """Return the summands of the reward: 1 for B, and what the options add, nothing by default."""
+    """Return the terms of the reward: 1 for B, and the shaping terms, which are 0 by default."""
     return {
         "B": float(outcome.B),
         "world": shaping.world_reward * outcome.W,

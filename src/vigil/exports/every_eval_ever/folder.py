@@ -1,6 +1,6 @@
-"""Results and samples of runs -> files where the database looks for them: data/vigil/DEVELOPER/MODEL/UUID.json.
+"""Files of results and samples, laid out as the database expects: data/vigil/DEVELOPER/MODEL/UUID.json.
 
-Names, ids and dates follow from the run: a run that is exported again writes the same files.
+Names, ids and dates are derived from the run: exporting a run again writes the same files.
 """
 
 import hashlib
@@ -32,11 +32,12 @@ def write_results(
     tell: Callable[[Iterable[str]], None],
     disclosure: Disclosure = NO_DISCLOSURE,
 ) -> list[Path]:
-    """Write the runs in `folders` under `out`, and return the aggregate files; `tell` is told what to know of them.
+    """Write the runs in `folders` under `out` and return the paths of the aggregate files.
 
-    Of a private pack that may not be revealed no samples are written.
+    `tell` is called with each remark about the runs. Samples of a private pack are not written unless it may be
+    revealed.
 
-    Nothing is written unless all can be. Raises SettingError, RecordError or PackMismatch.
+    Nothing is written unless every run can be. Raises SettingError, RecordError or PackMismatch.
     """
     runs = [read_run(folder, pack) for folder in folders]
     files: dict[PurePosixPath, bytes] = {}
@@ -99,6 +100,6 @@ def _details(place: PurePosixPath, samples: bytes, count: int) -> dict[str, obje
 
 
 def _uuid_of(header: RunHeader) -> uuid.UUID:
-    """Return a run's identifier in the form that the database asks for, made of what the run is instead of chance."""
+    """Return a run's UUID, derived from its header rather than from chance."""
     facts = f"{header.run_id}\n{header.started.isoformat()}\n{header.spec.model_dump_json()}"
     return uuid.UUID(bytes=hashlib.sha256(facts.encode()).digest()[:16], version=4)

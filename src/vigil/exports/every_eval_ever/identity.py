@@ -1,4 +1,4 @@
-"""Whose model a run's is and how it was served, in the words of the schema; what is not known is said to be unknown."""
+"""Identity of a run's model: its developer, and how it was served, in the schema's terms; or that this is unknown."""
 
 import re
 from collections.abc import Mapping
@@ -24,9 +24,9 @@ MAKERS: Mapping[str, str] = {
     "mistral": "mistralai",
     "grok": "xai",
 }
-"""Providers that serve their own models alone -> the name under which the database files these."""
+"""Providers that serve only their own models -> the developer's name in the database."""
 ENGINES = frozenset({"vllm", "sglang", "ollama", "lmstudio", "llama-cpp"})
-"""Servers of one's own, by the provider's name."""
+"""Inference engines that users run themselves, by the provider's name."""
 NO_MODELS: Mapping[AgentKind, str] = {
     "privileged": "an agent that sees hidden state",
     "scripted": "a scripted agent",
@@ -34,32 +34,32 @@ NO_MODELS: Mapping[AgentKind, str] = {
     "exec": "a program, which may be anything",
 }
 _COMPONENT = re.compile(r'[^\s<>"\\|?*\x00-\x1f/]([^<>"\\|?*\x00-\x1f/]*[^\s<>"\\|?*\x00-\x1f/.])?(?<!\.)')
-"""A folder's name on any system."""
+"""A valid folder name on any operating system."""
 _RESERVED = frozenset({"data", "unknown"})
 
 
 @dataclass(frozen=True, slots=True)
 class Identity:
-    """Under which name a model is filed."""
+    """The developer and name under which the database files a model."""
 
     developer: str
     name: str
-    """Without the developer."""
+    """The model's name without the developer."""
     served_name: ModelName
 
     @property
     def id(self) -> str:
-        """As on the Hub of models: developer/name."""
+        """The id as on a model hub: developer/name."""
         return f"{self.developer}/{self.name}"
 
     @property
     def folders(self) -> tuple[str, str]:
-        """The folders of the developer and of the model, as the database makes them of the id."""
+        """The folder names of the developer and of the model, derived from the id as the database does."""
         return _folder(self.developer), _folder(self.name)
 
 
 def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
-    """Return how the model of a run is filed; `developer` overrules its name. Raises SettingError."""
+    """Return the identity of a run's model; `developer` overrides the one in its name. Raises SettingError."""
     spec = header.spec
     if spec.agent_kind != "model":
         raise SettingError(
@@ -82,7 +82,7 @@ def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
 
 
 def model_info(header: RunHeader, identity: Identity) -> dict[str, Any]:
-    """Return the model as the schema describes it."""
+    """Return the schema's description of the model."""
     provider, deployment = identity.served_name.provider, _deployment(header, identity.served_name)
     info: dict[str, Any] = {"name": header.spec.agent, "id": identity.id, "developer": identity.developer}
     if deployment == "externally_managed":
@@ -101,7 +101,7 @@ def model_info(header: RunHeader, identity: Identity) -> dict[str, Any]:
 
 
 def _deployment(header: RunHeader, served_name: ModelName) -> Literal["self_deployed", "externally_managed", "unknown"]:
-    """Return who ran the server, by the provider and the address that was given."""
+    """Return who ran the server, inferred from the provider and the base URL."""
     if served_name.prefix in ENGINES:
         return "self_deployed"
     address = header.spec.base_url

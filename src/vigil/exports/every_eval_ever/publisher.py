@@ -1,4 +1,4 @@
-"""Who publishes results: what no run knows, and a database asks for."""
+"""Publisher of results: facts that the database requires and a run does not contain."""
 
 from dataclasses import dataclass, fields
 from typing import Annotated, Literal
@@ -10,7 +10,7 @@ Relationship = Literal["first_party", "third_party", "collaborative", "other"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Publisher:
-    """What is to be said beside the run."""
+    """Who publishes the results, and how."""
 
     organization: Annotated[str, Setting("Who evaluated, for every-eval-ever.")] = "unknown"
     relationship: Annotated[Relationship, Setting("Of who evaluated to who made the model, for every-eval-ever.")] = (
@@ -22,10 +22,10 @@ class Publisher:
     force: Annotated[bool, Setting("Write an incomplete run too, for every-eval-ever; the file says so.")] = False
 
     def __post_init__(self) -> None:
-        """Hold the values against their declarations."""
+        """Check the values against their declarations."""
         check_settings(self)
 
     @property
     def given(self) -> str:
-        """The options that were given, as they are written."""
+        """The options that were set, as the export writes them."""
         return ", ".join(f"--{each.name}" for each in fields(self) if getattr(self, each.name) != each.default)

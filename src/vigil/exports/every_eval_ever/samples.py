@@ -1,4 +1,4 @@
-"""Samples: the records of a run -> one line an episode, its messages as text and its score B."""
+"""Samples: one line per episode of a run, with its messages as text and its score B."""
 
 import hashlib
 import json
@@ -18,13 +18,13 @@ from vigil.scoring.saved_run import SavedRun
 
 SCHEMA_VERSION = "0.3.0"
 JOINED_METRIC = "overall/B"
-"""The aggregate result that the samples' scores make."""
+"""Name of the aggregate result that the samples' scores add up to."""
 _Json = dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class Heading:
-    """What all samples of a run say."""
+    """Fields that all samples of a run share."""
 
     evaluation_id: str
     evaluation_name: str
@@ -32,7 +32,7 @@ class Heading:
 
     @property
     def fields(self) -> _Json:
-        """As the schema calls them."""
+        """The fields by the schema's names."""
         return {
             "schema_version": SCHEMA_VERSION,
             "evaluation_id": self.evaluation_id,
@@ -45,7 +45,7 @@ class Heading:
 def sample_lines(run: SavedRun, heading: Heading, disclosure: Disclosure = NO_DISCLOSURE) -> Iterator[str]:
     """Yield a line of JSON for each scored episode, sorted by episode and epoch.
 
-    All but ASCII is escaped: some readers take other characters than the newline for the end of a line.
+    Non-ASCII characters are escaped, because some readers treat other characters than the newline as the end of a line.
     """
     for key in sorted(run.table.rows):
         outcome = run.table.rows[key].outcome
@@ -80,20 +80,20 @@ def _sample(episode: Episode, record: EpisodeRecord, outcome: Outcome, spec: Run
 
 
 def _reference(outcome: Outcome, has_key: bool) -> list[str]:
-    """Return the report that a reached goal asks for; of a queried state only where the answer key may be told."""
+    """Return the report that matches a reached goal; None for a queried state unless the answer key is included."""
     if outcome.expected is None:
         return ["success"]
     return [outcome.expected] if has_key else []
 
 
 def _task(episode: Episode) -> str:
-    """Return what the sample is: the instruction alone may be that of several episodes."""
+    """Return the task that identifies the sample; several episodes may share one instruction."""
     house = episode.house
     return f"{episode.instruction}\n\n(episode {episode.id}, in house {house.name} with SHA-256 {house.sha256})"
 
 
 def _messages(episode: Episode, record: EpisodeRecord, spec: RunSpec) -> list[_Json]:
-    """Return the dialogue as text; the frame that came with each message of the user's is left out."""
+    """Return the dialogue as text, without the frames of the user's messages."""
     messages: list[_Json] = []
     if has_exact_prompt(spec):
         messages.append({"role": spec.profile.system_role, "content": system_prompt(episode.instruction, spec.profile)})
@@ -103,7 +103,7 @@ def _messages(episode: Episode, record: EpisodeRecord, spec: RunSpec) -> list[_J
 
 
 def has_exact_prompt(spec: RunSpec) -> bool:
-    """Whether this version has the very prompt that the run was played with."""
+    """Whether this version of VIGIL has exactly the prompt that the run was played with."""
     return policy_sha256(spec.profile) == spec.prompt_policy_sha256
 
 
@@ -120,7 +120,7 @@ def _answer(step: StepRecord) -> _Json:
 
 
 def _attribution(record: EpisodeRecord, last: int) -> list[_Json]:
-    """Return where the report stands: in the last message, if anywhere."""
+    """Return where the report is in the dialogue: in the last message, if there is one."""
     action = record.steps[-1].action if record.steps else None
     if not isinstance(action, Report):
         return []

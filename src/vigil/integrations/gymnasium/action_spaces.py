@@ -1,6 +1,6 @@
-"""Actions of the Gymnasium environment: the two spaces, and what an action of each says as a reply.
+"""Action spaces of the Gymnasium environment, and the conversion of their actions to replies.
 
-Both end as a reply's text, which `vigil.env` reads as it reads a model's.
+An action of either space becomes the text of a reply, which `vigil.env` parses like a model's.
 """
 
 import json
@@ -17,17 +17,17 @@ from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.replies import MAX_REPLY_BYTES
 
 MIN_MAGNITUDE = 0.01
-"""Of a structured action: the protocol's magnitudes are greater than 0, and a space's bound belongs to it."""
+"""Smallest magnitude of a structured action: the protocol's are above 0, but the bounds of a space are inclusive."""
 
 
 class TextActions:
-    """An action is the text of a reply: any string, judged by the protocol's grammar."""
+    """Action space of reply texts: any string, parsed by the protocol's grammar."""
 
     def __init__(self) -> None:
         self.space = Text(MAX_REPLY_BYTES, min_length=0, charset=string.printable)
 
     def reply(self, action: Any) -> Reply:
-        """Return an action as a reply. Raises SettingError on what is no string."""
+        """Return an action as a reply. Raises SettingError if it is not a string."""
         if not isinstance(action, str):
             raise SettingError(
                 f"A text action is a string, not {type(action).__name__}. For numbers make the environment with "
@@ -37,9 +37,9 @@ class TextActions:
 
 
 class StructuredActions:
-    """An action is a dict of numbers with a skill and every argument; what the skill does not take is ignored.
+    """Action space of dicts of numbers: a skill and every argument; arguments that the skill does not take are ignored.
 
-    Words are numbered in the order of `vigil.protocol.actions`. A report's summary stays empty.
+    Names are numbered in the order of `vigil.protocol.actions`. A report's summary is empty.
     """
 
     def __init__(self, coordinates: Coordinates) -> None:
@@ -51,7 +51,7 @@ class StructuredActions:
         self.space = Dict(spaces)
 
     def reply(self, action: Any) -> Reply:
-        """Return an action as a reply. Raises SettingError on one that is not in the space."""
+        """Return an action as a reply. Raises SettingError if it is not in the space."""
         if not isinstance(action, Mapping) or action.keys() != self.space.keys():
             raise SettingError(f"A structured action is a dict with the keys {', '.join(self.space)}.")
         numbers = {name: _number(name, action[name], space) for name, space in self.space.items()}
@@ -74,7 +74,7 @@ def _space(argument: Argument, coordinates: Coordinates) -> Space[Any]:
 
 
 def _number(name: str, value: Any, space: Space[Any]) -> float:
-    """Return one number of an action; vectors give numpy's scalars, policies arrays that hold one."""
+    """Return one number of an action; vectors pass numpy scalars, policies pass arrays with one element."""
     array = np.asarray(value)
     number = array.item() if array.size == 1 and array.dtype.kind in "iuf" else None
     if number is not None:

@@ -1,7 +1,7 @@
-"""The Gymnasium environment: episodes of a pack or a stream, played through `vigil.env` as everybody plays them.
+"""The Gymnasium environment: episodes of a pack or a stream, played through `vigil.env`.
 
-What an agent may see is in observations, and nothing else is; the reward and, in evaluator mode, `info` at the end
-of an episode come from the hidden world.
+Observations contain only what an agent may see; the reward and, in evaluator mode, `info` at the end of an episode
+come from the hidden world.
 """
 
 from functools import partial
@@ -26,24 +26,25 @@ from vigil.sim import make_simulator
 
 FRAME_SHAPE = (FRAME_HEIGHT, FRAME_WIDTH, 3)
 INSTRUCTION_BLOCK = 256
-"""The longest instruction is rounded up to a multiple of this, so that packs have equal spaces."""
+"""Length limits of instructions are rounded up to a multiple of this, so that packs have equal spaces."""
 RESET_OPTIONS = ("episode_id",)
 OUTCOME_KEYS = (
     *("episode_id", "family", "end", "W", "W_strict", "B", "label", "subtype", "category", "steps", "lag", "progress"),
 )
-"""Of an outcome, what evaluator mode tells; what is None is left out, as vectors put one type in each array."""
+"""Fields of the outcome in evaluator mode's `info`; None is left out, because a vector's arrays have one type."""
 
 
 class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
-    """Episodes of a pack. A report terminates an episode; a spent budget, of steps or invalid replies, truncates it.
+    """Episodes of a pack or a stream as a Gymnasium environment.
 
-    A pickled or copied environment is another one made by the same options, whose first episode is still to begin.
+    A report terminates an episode; running out of steps or of invalid replies truncates it. Pickling or copying an
+    environment makes a new one from the same options, before its first episode.
     """
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 4}  # noqa: RUF012 - as Gymnasium declares it
 
     def __init__(self, render_mode: str | None = None, **options: Any) -> None:
-        """`options` are those of `Options`. Raises SettingError or PackMismatch on what makes no sense."""
+        """Take the fields of `Options` as `options`. Raises SettingError or PackMismatch if they are invalid."""
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise SettingError(f"Vigil-v0: render_mode is {render_mode!r}; it may be 'rgb_array' or None.")
         self.render_mode = render_mode
@@ -67,9 +68,9 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Start an episode: the next, which is a random one of a pack, or that of `options={"episode_id": ...}`.
+        """Start the next episode (a random one of a pack), or the one of `options={"episode_id": ...}`.
 
-        Raises SettingError on an unknown option or id, SimulatorError when the simulator failed.
+        Raises SettingError if an option or id is unknown, SimulatorError if the simulator failed.
         """
         super().reset(seed=seed)
         if seed is not None:
@@ -81,9 +82,9 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return self._to_space(self._observation), {}
 
     def step(self, action: Any) -> tuple[dict[str, Any], float, bool, bool, dict[str, Any]]:
-        """Take one reply. The reward comes with the last one; `info` is empty but for an evaluator's last one.
+        """Take one reply. Only the last step has a reward and, in evaluator mode, a non-empty `info`.
 
-        Raises SettingError on an action of another type, SimulatorError when the simulator failed.
+        Raises SettingError if the action has another type, SimulatorError if the simulator failed.
         """
         before = self._observation
         self._observation = self._env.step(self._actions.reply(action))
@@ -99,7 +100,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return self._to_space(self._observation), reward, is_reported, not is_reported, info
 
     def render(self) -> np.ndarray | None:
-        """Return the current frame, drawn now unless it was before; None without a render mode."""
+        """Return the current frame, drawing it if needed; None without a render mode."""
         if self.render_mode is None:
             gymnasium.logger.warn("render() draws only in an environment made with render_mode='rgb_array'.")
             return None
@@ -129,7 +130,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return Dict(spaces)
 
     def _to_space(self, observation: Observation) -> dict[str, Any]:
-        """Return an observation in its space; both booleans of the feedback are 0 where there is none."""
+        """Return an observation in its space; without feedback both of its booleans are 0."""
         seen: dict[str, Any] = {"instruction": self._now.episode.instruction}
         if self._options.frames:
             seen["frame"] = self._frame(observation)
@@ -139,7 +140,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return seen
 
     def _frame(self, observation: Observation) -> np.ndarray:
-        """Return the frame, for its reader to keep and to change. Raises SimulatorError."""
+        """Return a copy of the frame that the caller may keep and change. Raises SimulatorError."""
         try:
             return observation.rgb.copy()
         except SimulatorError as error:
@@ -147,7 +148,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
             raise
 
     def _final_observation(self, before: Observation | None, record: EpisodeRecord) -> Observation:
-        """Return what is seen after the last reply, which Gymnasium wants and no agent can answer."""
+        """Return the observation after the last reply, which Gymnasium requires; the agent cannot answer it."""
         effect = record.steps[-1].effect
         told = None if effect is None else Feedback(too_far=effect.too_far, path_blocked=effect.path_blocked)
         if effect is None and before is not None and before.is_drawn:
@@ -173,6 +174,6 @@ def _outcome_info(outcome: Outcome) -> dict[str, Any]:
 
 
 def _failure(record: EpisodeRecord) -> SimulatorError:
-    """Return what to raise for an episode that the simulator could not play."""
+    """Return the error to raise for an episode that the simulator could not play."""
     message = record.error.message if record.error else ""
     return SimulatorError(f"The simulator failed in episode {record.episode_id!r}; call reset(). It said: {message}")

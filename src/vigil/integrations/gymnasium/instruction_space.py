@@ -1,7 +1,7 @@
-"""The space of instructions: a text that asynchronous vectors hand on as it changes.
+"""Space of instructions: text that asynchronous vectors pass on correctly when it changes.
 
-Gymnasium 1.4 reads a `Text` out of shared memory once, when the vector is made, and would return that first reading for
-ever. How a space is read is a registry of Gymnasium's own, in which this space reads anew for every observation.
+Gymnasium 1.4 reads a `Text` from shared memory only once, when the vector is made, and would return that first value
+forever. This space registers a reader with Gymnasium that reads again for every observation.
 """
 
 from collections.abc import Callable, Sequence
@@ -13,11 +13,11 @@ from gymnasium.vector.utils import read_from_shared_memory
 
 
 class InstructionText(Text):
-    """Instructions of a pack."""
+    """Space of the instructions of a pack."""
 
 
 class _Current(Sequence[str]):
-    """The texts that lie in shared memory now; a deep copy is a tuple of them, and stays."""
+    """View of the texts currently in shared memory; its deep copy is a fixed tuple of them."""
 
     def __init__(self, read: Callable[[], Any]) -> None:
         self._read = read

@@ -16,7 +16,7 @@ from vigil.protocol.profile import PROFILE_NAMES, Profile
 
 
 class Options(BaseModel):
-    """What is played, how it is seen and answered, and what is rewarded."""
+    """Which episodes to play, how to observe and answer them, and what to reward."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
 
@@ -81,7 +81,7 @@ class Options(BaseModel):
 
     @classmethod
     def of(cls, given: dict[str, Any]) -> "Options":
-        """Return the options that were given by name. Raises SettingError with a suggestion."""
+        """Return the options with these names and values. Raises SettingError, which suggests a similar name."""
         for name in given:
             if name not in cls.model_fields:
                 hint = did_you_mean(name, cls.model_fields) or f" Its options: {', '.join(cls.model_fields)}."
@@ -93,7 +93,7 @@ class Options(BaseModel):
 
     @property
     def assets(self) -> AssetDatabase:
-        """The sizes of things. Raises SettingError for a broken database."""
+        """The asset database with the sizes of things. Raises SettingError if it is broken."""
         return AssetDatabase.from_file(None if self.asset_database is None else Path(self.asset_database))
 
     @property

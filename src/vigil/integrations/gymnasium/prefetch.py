@@ -1,7 +1,7 @@
-"""The next episode, drawn and its house built while the present one is played.
+"""Prefetching: the next episode is drawn, and its house built, while the current one is played.
 
-A vector steps its environments together, so one that builds a house would have all others wait for it. Which episodes
-are drawn depends on the seed alone, not on how far the thread is.
+A vector steps its environments together, so one that builds a house would make all others wait. Which episodes are
+drawn depends only on the seed, not on the progress of the thread.
 """
 
 from collections.abc import Callable
@@ -14,18 +14,18 @@ from vigil.protocol.house import House
 
 
 class Prefetcher:
-    """Draws from a source, one episode ahead."""
+    """A thread that draws episodes from a source, one ahead."""
 
     def __init__(self, source: EpisodeSource, prepare: Callable[[House], None]) -> None:
-        """`prepare` makes a house quick to load; it is called in another thread."""
+        """Call `prepare` in another thread, to make each house quick to load."""
         self._source, self._prepare = source, prepare
         self._thread = ThreadPoolExecutor(1, "next-episode")
         self._next: Future[SampledEpisode] | None = None
 
     def next_episode(self, rng: np.random.Generator, *, is_seeded: bool) -> SampledEpisode:
-        """Return the next episode, and begin with the one after it; `rng` has just been seeded, or goes on.
+        """Return the next episode, and start preparing the one after it.
 
-        Raises what drawing or preparing raised.
+        `is_seeded` says whether `rng` was just seeded. Raises any error of drawing or preparing.
         """
         pending, self._next = self._next or self._start_next(rng, is_seeded=is_seeded), None
         found = pending.result()
@@ -33,7 +33,7 @@ class Prefetcher:
         return found
 
     def discard(self) -> None:
-        """Forget the next episode; what is being done for it is waited for."""
+        """Drop the next episode, after waiting for its preparation to finish."""
         if self._next is not None and not self._next.cancel():
             wait([self._next])
         self._next = None

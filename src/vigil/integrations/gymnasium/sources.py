@@ -1,4 +1,4 @@
-"""Where the environment's episodes come from: a pack, from which they are drawn, or a stream, which is read on."""
+"""Sources of the environment's episodes: a pack, drawn at random, or a stream, read in order."""
 
 import string
 from collections.abc import Callable, Iterable, Iterator
@@ -19,7 +19,7 @@ from vigil.protocol.house import House
 
 PACK_CACHE_SIZE = 2
 MAX_FIRST_HOUSES = 2**31
-"""A seed begins to read an endless stream at one of so many houses."""
+"""Number of houses of an endless stream at one of which a seed starts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,30 +31,31 @@ class SampledEpisode:
 
 
 class EpisodeSource(Protocol):
-    """Episodes with their houses."""
+    """A source of episodes with their houses."""
 
     def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], SampledEpisode]:
-        """Choose the next episode by `rng`, which has just been seeded or goes on; returns what waits for it.
+        """Choose the next episode with `rng` and return a function that waits for it.
 
-        What is returned may be called in another thread, before the next is chosen.
+        `is_seeded` says whether `rng` was just seeded. The function may be called in another thread, before the next
+        draw.
         """
         ...
 
     def by_id(self, episode_id: str) -> SampledEpisode:
-        """Return the episode of that id. Raises SettingError."""
+        """Return the episode with that id. Raises SettingError."""
         ...
 
     def longest_instruction(self) -> tuple[int, str]:
-        """Return how long an instruction may be, and all characters that one may have."""
+        """Return the greatest length of an instruction, and all characters that may occur in one."""
         ...
 
     def close(self) -> None:
-        """End what runs for it."""
+        """End the source's background processes."""
         ...
 
 
 def source_of(options: Options) -> EpisodeSource:
-    """Return what the options name. Raises SettingError or PackMismatch."""
+    """Return the source that the options name. Raises SettingError or PackMismatch."""
     if is_stream(options.pack):
         return StreamEpisodes(str(options.pack), options)
     for name in ("difficulty", "houses"):
@@ -64,7 +65,7 @@ def source_of(options: Options) -> EpisodeSource:
 
 
 class PackEpisodes:
-    """Episodes of a pack, each drawn with equal chances."""
+    """Episodes of a pack, drawn uniformly."""
 
     def __init__(self, options: Options) -> None:
         self._pack = load_pack(options.pack)
@@ -94,9 +95,9 @@ class PackEpisodes:
 
 
 class StreamEpisodes:
-    """Episodes of a stream, in its order. A seed decides at which house to begin; without one it is the first.
+    """Episodes of a stream, in order. A seed selects the first house; without a seed the stream starts at its first.
 
-    A stream of so many houses begins again after the last.
+    A finite stream starts again after its last house.
     """
 
     def __init__(self, address: str, options: Options) -> None:
@@ -112,7 +113,7 @@ class StreamEpisodes:
         self._stream: Stream | None = None
 
     def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], SampledEpisode]:
-        """Choose where to begin, when `rng` has just been seeded; the next episode may have to be waited for."""
+        """Choose the first house if `rng` was just seeded; return a function that waits for the next episode."""
         count = MAX_FIRST_HOUSES if self._last is None else self._last - self._first
         if is_seeded:
             self._begin(self._first + int(rng.integers(count)))
@@ -121,14 +122,14 @@ class StreamEpisodes:
         return self._next_in_stream
 
     def by_id(self, episode_id: str) -> SampledEpisode:
-        """Raise SettingError: a stream has no episode at hand but the one that is drawn."""
+        """Raise SettingError: the episodes of a stream cannot be looked up by id."""
         raise SettingError(
             f"A stream is read in its order: {episode_id!r} is not the episode that was read last. `vigil pack "
             "stream` keeps episodes in a folder, from which they can be asked for."
         )
 
     def longest_instruction(self) -> tuple[int, str]:
-        """Return what the protocol allows."""
+        """Return the greatest length and the characters that the protocol allows."""
         return MAX_INSTRUCTION_CHARS, _charset(())
 
     def close(self) -> None:
@@ -138,7 +139,7 @@ class StreamEpisodes:
         self._stream = self._items = None
 
     def _next_in_stream(self) -> SampledEpisode:
-        """Return the next episode. Raises SettingError when there is none, SimulatorError."""
+        """Return the next episode. Raises SettingError if there is none, or SimulatorError."""
         assert self._items is not None
         item = next(self._items, None)
         if item is None:
@@ -155,14 +156,14 @@ class StreamEpisodes:
 
 
 def load_pack(name: str | Path) -> Pack:
-    """Return a pack, which environments of one process share as long as its manifest stays. Raises PackMismatch."""
+    """Return a pack, shared by the environments of a process while its manifest is unchanged. Raises PackMismatch."""
     folder = find_pack(name)
     return _cached_pack(folder.resolve(), manifest_sha256(folder))
 
 
 @lru_cache(maxsize=PACK_CACHE_SIZE)
 def _cached_pack(folder: Path, sha256: str) -> Pack:
-    del sha256  # tells a pack from another one that lay in the folder before
+    del sha256  # part of the cache key: distinguishes a pack from an earlier one in the same folder
     return Pack.load(folder)
 
 

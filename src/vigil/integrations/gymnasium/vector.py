@@ -1,7 +1,7 @@
-"""A vector of environments in a few processes, each of which steps its share of them, one after another.
+"""Vector of environments in a few processes, each of which steps its share of them in turn.
 
-What it returns, and when it resets, is as of Gymnasium's `AsyncVectorEnv`, which starts a process for each environment:
-sixteen on two cores keep each other waiting, and none can use a house that another one has built.
+Return values and resets are those of Gymnasium's `AsyncVectorEnv`. That class starts a process for each environment:
+sixteen processes on two cores delay each other, and none can reuse a house that another has built.
 """
 
 import multiprocessing
@@ -23,12 +23,12 @@ from vigil.integrations.gymnasium.vector_worker import EnvShard, MakeEnv
 from vigil.runner.workers.pool import worker_count
 
 ENV_ID = "vigil.integrations.gymnasium:Vigil-v0"
-"""With the module that registers it, which a process of its own has not imported."""
+"""Id of the environment with the module that registers it, which a new process has not imported yet."""
 StepResult = tuple[Any, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]
 
 
 class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
-    """Environments in `processes` processes; each has as many of them as the others, or one more."""
+    """Vector of environments, spread as evenly as possible over `processes` processes."""
 
     def __init__(
         self,
@@ -39,9 +39,9 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         copy: bool = True,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
     ) -> None:
-        """`processes` are one for each core, unless it is given; `context` is how they are started.
+        """Start the processes: by default one per core; `context` is the multiprocessing start method.
 
-        Without `copy` the arrays of an observation are overwritten by the next. Raises what making one raised.
+        Without `copy` the next observation overwrites the last one's arrays. Raises any error of making an environment.
         """
         if not env_fns or (processes is not None and processes < 1):
             raise SettingError(f"A vector of {len(env_fns)} environments in {processes} processes: give 1 or more.")
@@ -67,7 +67,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Any, dict[str, Any]]:
-        """Reset all environments, or those of `options["reset_mask"]`; environment i of seed S has the seed S + i."""
+        """Reset all environments, or those in `options["reset_mask"]`; with seed S, environment i gets seed S + i."""
         seeds = seed if isinstance(seed, list) else [seed if seed is None else seed + i for i in range(self.num_envs)]
         if len(seeds) != self.num_envs:
             raise SettingError(f"reset() of {self.num_envs} environments got {len(seeds)} seeds; give one for each.")
@@ -81,7 +81,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return self._seen(), infos
 
     def step(self, actions: Any) -> StepResult:
-        """Take one action in each environment; one whose episode has ended resets instead, in the default mode."""
+        """Take one action in each environment; in the default mode, one whose episode has ended is reset instead."""
         each = list(iterate(self.action_space, actions))
         answers = self._call_all("step_all", [(each[shard.part],) for shard in self._shards])
         infos: dict[str, Any] = {}
@@ -91,7 +91,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return self._seen(), rewards, terminated, truncated, infos
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
-        """Return of each environment what calling its method gives, or its attribute of that name."""
+        """Return, for each environment, the result of its method of that name, or the value of its attribute."""
         answers = self._call_all("call_each", [(name, args, kwargs)] * len(self._shards))
         return tuple(each for answer in answers for each in answer)
 
@@ -100,14 +100,14 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return self.call(name)
 
     def set_attr(self, name: str, values: Any) -> None:
-        """Set an attribute of each environment: the value in its place of a list or tuple, or the one value."""
+        """Set an attribute of each environment: from a list or tuple one value each, else the same value for all."""
         each = list(values) if isinstance(values, list | tuple) else [values] * self.num_envs
         if len(each) != self.num_envs:
             raise SettingError(f"set_attr() of {self.num_envs} environments got {len(each)} values; give one for each.")
         self._call_all("set_attr", [(name, each[shard.part]) for shard in self._shards])
 
     def render(self) -> tuple[Any, ...]:
-        """Return the current frame of each environment; None of each without a render mode."""
+        """Return the current frame of each environment; None for each without a render mode."""
         return self.call("render")
 
     def close_extras(self, **kwargs: Any) -> None:
@@ -126,7 +126,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         return self.get_attr("np_random_seed")
 
     def _describe(self, make: MakeEnv) -> None:
-        """Learn from an environment, closed at once, what all are like; forked processes have what it has loaded."""
+        """Make one environment to learn the spaces of all, and close it; forked processes inherit what it loaded."""
         env = make()
         self.metadata = {**env.metadata, "autoreset_mode": self.autoreset_mode}
         self.render_mode = env.render_mode
@@ -136,7 +136,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         env.close()
 
     def _call_all(self, command: str, arguments: Sequence[tuple[Any, ...]]) -> list[Any]:
-        """Return what each process answers. Raises, when all have answered, what the first of them raised."""
+        """Return each process's answer. After all have answered, raises the first error among the answers."""
         if self.closed:
             raise ClosedEnvironmentError(f"{command}() of a vector of environments that has been closed.")
         for shard, each in zip(self._shards, arguments, strict=True):
@@ -173,7 +173,7 @@ def make_vector(
     autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
     **options: Any,
 ) -> SharedProcessVectorEnv:
-    """Return what `gymnasium.make_vec("Vigil-v0", ...)` makes; `options` are those of `gymnasium.make`."""
+    """Return the vector of `gymnasium.make_vec("Vigil-v0", ...)`; `options` are those of `gymnasium.make`."""
     make = partial(gymnasium.make, ENV_ID, **options)
     return SharedProcessVectorEnv(
         [make] * num_envs, processes=processes, context=context, copy=copy, autoreset_mode=autoreset_mode

@@ -1,4 +1,4 @@
-"""A process of a vector: it holds a share of the environments, and does with them what it is asked."""
+"""Worker process of a vector: it owns a share of the environments and carries out requests on them."""
 
 import pickle
 import signal
@@ -21,19 +21,19 @@ from vigil.errors import SettingError, SimulatorError
 
 MakeEnv = Callable[[], gymnasium.Env[Any, Any]]
 Infos = dict[Any, dict[str, Any]]
-"""What environments tell, by their numbers in the share."""
+"""The `info` of environments, by their numbers in the share."""
 END_TIMEOUT_S = 60.0
-"""How long a process may take to end; building a house, which is waited for, takes seconds."""
+"""Longest time (s) that a process may take to end; it finishes building a house first, which takes seconds."""
 
 
 class EnvShard:
-    """A process with some of the environments, seen from the one that steps them all."""
+    """Handle of a worker process with some of the environments, in the process that steps them all."""
 
     def __init__(
         self, context: Any, env_fns: list[MakeEnv], first: int, memory: Any, autoreset_mode: AutoresetMode
     ) -> None:
         self.part = slice(first, first + len(env_fns))
-        """Its environments among all."""
+        """The positions of its environments among all."""
         self._asked = 0
         self._pipe, other = context.Pipe()
         wrapped = [CloudpickleWrapper(make) for make in env_fns]
@@ -47,7 +47,7 @@ class EnvShard:
         other.close()
 
     def ask(self, command: str, arguments: tuple[Any, ...]) -> None:
-        """Have the process call a method of `_Environments`. Raises SimulatorError when it has ended."""
+        """Have the process call a method of `_Environments`. Raises SimulatorError if it has ended."""
         self._asked += 1
         try:
             self._pipe.send((self._asked, command, arguments))
@@ -55,7 +55,7 @@ class EnvShard:
             raise self._ended_error() from None
 
     def answer(self) -> Any:
-        """Return what the last call returned, or the error that it raised. Raises SimulatorError when it has ended."""
+        """Return the result of the last call, or its error. Raises SimulatorError if the process has ended."""
         number, answer = 0, None
         while number != self._asked:  # an interrupt may have left an earlier answer unread
             try:
@@ -65,12 +65,12 @@ class EnvShard:
         return answer
 
     def request_stop(self) -> None:
-        """Have the process end when it has done what it is doing."""
-        with suppress(OSError):  # it has ended before
+        """Ask the process to end after its current request."""
+        with suppress(OSError):  # it has already ended
             self._pipe.send(None)
 
     def end(self) -> None:
-        """Wait for the end of the process, and kill it when that takes too long."""
+        """Wait for the process to end; kill it after END_TIMEOUT_S."""
         self._process.join(END_TIMEOUT_S)
         if self._process.is_alive():
             self._process.kill()
@@ -86,22 +86,22 @@ class EnvShard:
 
 
 class _Environments(SyncVectorEnv):
-    """A share of the environments. Gymnasium's own vector of one process steps and resets them."""
+    """A share of the environments, stepped and reset by Gymnasium's single-process vector."""
 
     def __init__(self, env_fns: list[MakeEnv], first: int, memory: Any, autoreset_mode: AutoresetMode) -> None:
         super().__init__(env_fns, copy=False, autoreset_mode=autoreset_mode)
         self.action_space = batch_space(Text(1), self.num_envs)
-        """Of a kind whose batches are taken apart as they are: the vector has taken the actions apart already."""
+        """Placeholder whose batches are split without conversion: the vector has already split the actions."""
         self._first, self._memory = first, memory
 
     def check_spaces(self, observations: Space[Any], actions: Space[Any]) -> None:
-        """Raise SettingError when these environments have other spaces than those of the vector."""
+        """Raise SettingError if the spaces of these environments differ from those of the vector."""
         for ours, wanted in ((self.single_observation_space, observations), (self.single_action_space, actions)):
             if ours != wanted:
                 raise SettingError(f"Environment {self._first} has the space {ours}, the first one {wanted}.")
 
     def reset_some(self, seeds: list[int | None], options: dict[str, Any] | None, mask: np.ndarray | None) -> Infos:
-        """Reset all environments, or those of the mask; returns what each tells."""
+        """Reset all environments, or those in the mask, and return their infos."""
         if mask is not None and not mask.any():
             return {}
         chosen = options if mask is None else {**(options or {}), "reset_mask": mask}
@@ -110,13 +110,13 @@ class _Environments(SyncVectorEnv):
         return infos
 
     def step_all(self, actions: list[Any]) -> tuple[np.ndarray, np.ndarray, np.ndarray, Infos]:
-        """Take an action in each; returns rewards, both kinds of ends, and what each tells."""
+        """Take an action in each environment; return rewards, terminations, truncations and infos."""
         seen, rewards, terminated, truncated, infos = super().step(actions)
         self._write(seen)
         return rewards, terminated, truncated, infos
 
     def call_each(self, name: str, arguments: tuple[Any, ...], named: dict[str, Any]) -> tuple[Any, ...]:
-        """Return of each environment what calling its method gives, or its attribute of that name."""
+        """Return, for each environment, the result of its method of that name, or the value of its attribute."""
         return super().call(name, *arguments, **named)
 
     def _write(self, seen: Any) -> None:
@@ -124,7 +124,7 @@ class _Environments(SyncVectorEnv):
             write_to_shared_memory(self.single_observation_space, self._first + number, each, self._memory)
 
     def _add_info(self, vector_infos: Infos, env_info: dict[str, Any], env_num: int) -> Infos:  # type: ignore[override]
-        """Keep apart what each environment tells: the vector joins them."""
+        """Keep the infos of the environments separate; the vector joins them."""
         vector_infos.setdefault(env_num, {}).update(env_info)
         return vector_infos
 
@@ -137,13 +137,13 @@ def _serve(
     memory: Any,
     autoreset_mode: AutoresetMode,
 ) -> None:
-    """Do what it is asked until it is told to leave, or nobody is there any more who could ask."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # an interrupt is for the process that steps them all
+    """Carry out requests until asked to stop or until the parent process is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # only the parent process handles interrupts
     parents.close()
     made: list[_Environments] = []
 
     def done(command: str, arguments: tuple[Any, ...]) -> Any:
-        if not made:  # at the first request, so that what it raises is an answer
+        if not made:  # made at the first request, so that an error becomes an answer
             made.append(_Environments(env_fns, first, memory, autoreset_mode))
         return getattr(made[0], command)(*arguments)
 
@@ -159,7 +159,7 @@ def _serve(
 
 
 def _answer(number: int, do: Callable[[], Any]) -> Any:
-    """Return, as bytes, what a call returns, or the error that it raises, with where it did."""
+    """Return, as bytes, the result of a call, or its error with the traceback."""
     try:
         return ForkingPickler.dumps((number, do()))
     except Exception as error:  # noqa: BLE001 - raised again by the vector
@@ -168,7 +168,7 @@ def _answer(number: int, do: Callable[[], Any]) -> Any:
 
 
 def _sendable(error: Exception) -> Exception:
-    """Return an error, or, where it cannot be sent, one that says the same."""
+    """Return an error, or, if it cannot be pickled, one with the same text."""
     try:
         return pickle.loads(pickle.dumps(error))
     except Exception:  # noqa: BLE001 - errors of any library may fail in any way

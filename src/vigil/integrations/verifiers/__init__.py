@@ -1,4 +1,4 @@
-"""VIGIL's episodes as an environment of `verifiers`, for training models that a server in OpenAI's style serves.
+"""VIGIL's episodes as a `verifiers` environment, for training models behind an OpenAI-compatible server.
 
     from vigil.integrations.verifiers import load_environment
 

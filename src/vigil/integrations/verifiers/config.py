@@ -19,11 +19,11 @@ from vigil.protocol.profile import PROFILE_NAMES, ImageFormat, Profile, PromptVa
 from vigil.sim import BACKENDS
 
 TASKSET_ID = "vigil-verifiers"
-"""The module, `vigil_verifiers`, under which verifiers looks the environment up."""
+"""Id by which verifiers finds the environment, in the module `vigil_verifiers`."""
 
 
 class VigilTaskConfig(vf.TaskConfig):
-    """What is rewarded beside B."""
+    """Reward shaping besides B."""
 
     world_reward: WorldReward = 0.0
     honest_fail_reward: HonestFailReward = 0.0
@@ -31,7 +31,7 @@ class VigilTaskConfig(vf.TaskConfig):
 
 
 class VigilTasksetConfig(vf.TasksetConfig):
-    """What is played, and how it is seen and answered."""
+    """Which episodes to play, and how to observe and answer them."""
 
     task: VigilTaskConfig = VigilTaskConfig()
     pack: str = Field("starter", description="a pack's name, or its folder; or a stream, as `stream:7`")
@@ -112,7 +112,7 @@ class VigilEnvConfig(vf.EnvConfig):
     """The environment with its one agent, the model."""
 
     agent: vf.AgentConfig = vf.AgentConfig(runtime=vf.SubprocessConfig())
-    """Nothing runs in its sandbox: simulators are processes of the environment."""
+    """Configuration of the agent. Nothing runs in its sandbox: simulators are processes of the environment."""
 
 
 def _known(what: str, given: str, names: Any) -> str:

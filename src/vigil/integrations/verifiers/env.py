@@ -1,4 +1,4 @@
-"""The environment: episodes in simulator workers, each played by one agent of verifiers."""
+"""The verifiers environment: episodes in simulator workers, each played by one agent."""
 
 import asyncio
 from typing import Any
@@ -22,25 +22,25 @@ _OPTIONS = VigilTasksetConfig.model_fields.keys() - vf.TasksetConfig.model_field
 
 
 class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
-    """Plays episodes under the protocol, any number at once. The simulators run while it is `serving()`."""
+    """Environment that plays any number of episodes at once. The simulators run while it is `serving()`."""
 
     taskset: VigilTaskset
     _pool: SimulatorPool | None = None
 
     async def start(self) -> None:
-        """Make the simulator workers. Raises PackMismatch."""
+        """Start the simulator workers. Raises PackMismatch."""
         plan = await asyncio.to_thread(self.worker_plan)
         self._pool = SimulatorPool(plan, worker_count(self.taskset.config.workers))
 
     async def stop(self) -> None:
-        """End them."""
+        """End the simulator workers."""
         pool, self._pool = self._pool, None
         if pool is not None:
             await asyncio.to_thread(pool.close)
         self.taskset.source.close()
 
     async def setup(self, agents: vf.Agents) -> None:
-        """Let the agent's harness play in the simulators. Raises SettingError on another harness."""
+        """Connect the agent's harness to the simulators. Raises SettingError if it is not a VigilHarness."""
         harness = agents.agent.harness
         if not isinstance(harness, VigilHarness):
             raise SettingError("VIGIL's episodes are played by its own harness only: leave out --env.agent.harness.id.")
@@ -51,7 +51,7 @@ class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
         await agents.agent.run(task)
 
     def worker_plan(self) -> WorkerPlan:
-        """Return what the simulator workers are told. Raises PackMismatch."""
+        """Return the plan of the simulator workers. Raises PackMismatch."""
         config = self.taskset.config
         return WorkerPlan(
             self.taskset.source.folder,

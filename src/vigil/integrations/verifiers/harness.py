@@ -1,4 +1,4 @@
-"""The agent of an episode: sends the messages of `vigil run` through the server of verifiers that records them."""
+"""Harness of an episode's agent: it sends the messages of `vigil run` through verifiers' recording server."""
 
 from collections.abc import Awaitable, Callable
 from typing import cast
@@ -14,16 +14,16 @@ from vigil.runner.models.ask import Ask, RetryPolicy, with_retries
 from vigil.scoring.outcomes import Outcome
 
 PlayTask = Callable[[VigilData, Ask], Awaitable[Outcome]]
-"""Plays an episode with a model. Raises VigilError when it could not be played to its end."""
+"""Function that plays an episode with a model. Raises VigilError if the episode could not be finished."""
 
 
 class VigilHarness(vf.Harness[vf.HarnessConfig]):
-    """Plays an episode in this process: a turn is a request with the prompt, the text history and the current frame."""
+    """Harness that plays in this process: each turn is a request with the prompt, the text history and the frame."""
 
     EXECUTES_CODE = False
     NEEDS_CONTAINER = False
     play: PlayTask | None = None
-    """Set by the environment, which has the simulators."""
+    """Function that plays an episode; set by the environment, which owns the simulators."""
 
     async def launch(
         self,
@@ -35,9 +35,9 @@ class VigilHarness(vf.Harness[vf.HarnessConfig]):
         mcp_urls: dict[str, str],
         data: vf.TaskData,
     ) -> vf.ProgramResult:
-        """Play the episode that `data` names, and keep the verdict in the trace.
+        """Play the episode that `data` names, and store the verdict in the trace.
 
-        Raises HarnessError when it could not be played to its end.
+        Raises HarnessError if the episode could not be finished.
         """
         if self.play is None:
             raise vf.HarnessError("VIGIL's episodes are played in its own environment only: leave out --env.id.")

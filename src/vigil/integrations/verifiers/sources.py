@@ -1,7 +1,7 @@
-"""Where tasks come from: a pack, or a stream without end; and how who plays one finds it again by its row.
+"""Sources of tasks: a pack or an endless stream. A player finds the episode of a task again by its row.
 
-Rows are read in one process, a trainer's, and may be played in another, which has only the row. A pack is there as
-well; of a stream the house is made again, once for some thirty episodes.
+A trainer's process reads the rows; another process, which has only the row, may play them. It loads the same pack; for
+a stream it makes the house again, once for about thirty episodes.
 """
 
 import asyncio
@@ -27,29 +27,29 @@ from vigil.runner.workers.messages import Assignment
 
 REVEAL_OPTION = "--env.taskset.reveal-private-pack true"
 HOUSE_CACHE_SIZE = 64
-"""Houses of a stream that are kept for episodes not played yet."""
+"""Number of houses of a stream that are cached for episodes not played yet."""
 
 
 class TaskRow(NamedTuple):
-    """An episode, and of a stream the place of its house."""
+    """An episode and, for a stream, the index of its house."""
 
     episode: Episode
     house: int | None = None
 
 
 class TaskSource(Protocol):
-    """Episodes with their houses."""
+    """A source of episodes with their houses."""
 
     is_endless: bool
 
     @property
     def name(self) -> str:
-        """What the episodes are of, with its version; raises as loading a pack does."""
+        """The name and version of the source. Raises PackMismatch if a pack cannot be loaded."""
         ...
 
     @property
     def folder(self) -> Path | None:
-        """The pack that simulators load; None when assignments bring their houses."""
+        """The pack folder that simulators load; None if assignments contain their houses."""
         ...
 
     def rows(self) -> Iterator[TaskRow]:
@@ -57,21 +57,21 @@ class TaskSource(Protocol):
         ...
 
     async def assignment(self, episode_id: str, house: int | None) -> Assignment:
-        """Return an episode to be played. Raises SettingError or SimulatorError."""
+        """Return the assignment of an episode to play. Raises SettingError or SimulatorError."""
         ...
 
     def close(self) -> None:
-        """End what runs for it."""
+        """End the source's background processes."""
         ...
 
 
 def source_of(config: VigilTasksetConfig) -> TaskSource:
-    """Return what the options name."""
+    """Return the source that the options name."""
     return StreamTasks(config) if is_stream(config.pack) else PackTasks(config)
 
 
 class PackTasks:
-    """The episodes of a pack."""
+    """Source of the episodes of a pack."""
 
     is_endless = False
 
@@ -97,17 +97,17 @@ class PackTasks:
 
     @property
     def folder(self) -> Path:
-        """Where the pack lies."""
+        """The pack's folder."""
         return self._pack.folder
 
     def rows(self) -> Iterator[TaskRow]:
-        """Yield the selected episodes, by their ids."""
+        """Yield the selected episodes, in order of their ids."""
         yield from map(
             TaskRow, self._pack.select(Selection(parse_families(self._config.family), (), self._config.limit))
         )
 
     async def assignment(self, episode_id: str, house: int | None) -> Assignment:
-        """Return the episode of that id."""
+        """Return the assignment of the episode with that id."""
         del house
         return Assignment(self._pack.episode(episode_id))
 
@@ -117,7 +117,7 @@ class PackTasks:
 
 @dataclass(frozen=True, slots=True)
 class _HouseTasks:
-    """A house of a stream with what is played in it."""
+    """A house of a stream with its episodes."""
 
     assignments: dict[str, Assignment]
 
@@ -133,7 +133,7 @@ _Cached = TypeVar("_Cached", _HouseTasks, "Future[StreamHouse]")
 
 
 class StreamTasks:
-    """The episodes of a stream, in its order."""
+    """Source of the episodes of a stream, in order."""
 
     folder = None
 
@@ -162,15 +162,15 @@ class StreamTasks:
 
     @property
     def name(self) -> str:
-        """The stream's address, with its version."""
+        """The stream's address and version."""
         return address_of(self._seed)
 
     def rows(self) -> Iterator[TaskRow]:
-        """Yield the episodes; keeps their houses for who plays them in this process."""
+        """Yield the episodes, and cache their houses for players in this process."""
         return islice(self._rows(), self._limit)
 
     async def assignment(self, episode_id: str, house: int | None) -> Assignment:
-        """Return the episode, after its house was made in the background unless it is kept."""
+        """Return the assignment of the episode; unless its house is cached, it is first made in the background."""
         if house is None:
             raise SettingError(f"The row of episode {episode_id!r} names no house of stream {self._seed}.")
         found = self._houses.get(house)

@@ -1,4 +1,4 @@
-"""Episodes as tasks of verifiers: a row that names one, and what one that is over was worth."""
+"""Episodes as tasks of verifiers: the row that names an episode, and the reward when it has ended."""
 
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -12,35 +12,35 @@ from vigil.integrations.verifiers.sources import source_of
 from vigil.scoring.outcomes import Outcome
 
 OUTCOME = "outcome"
-"""Under this name a trace holds the verdict on its episode."""
+"""Key of the verdict in the trace of an episode."""
 LABELS = ("FR", "NR", "IL", "Other")
 
 
 class VigilData(vf.TaskData):
-    """A row: which episode of which source. Its prompt is the instruction; the model is sent more (`VigilHarness`)."""
+    """A row that names an episode of a source. Its prompt is the instruction; the model sees more (`VigilHarness`)."""
 
     source: str = ""
     house: int | None = None
-    """Its place in a stream."""
+    """Index of the episode's house in a stream; None for a pack."""
 
 
 class VigilTask(vf.Task[VigilData, vf.State, VigilTaskConfig]):
-    """An episode. Its hidden goal is not in it: the environment finds the episode by its id."""
+    """Task of playing an episode. It does not contain the hidden goal: the environment finds the episode by its id."""
 
     @property
     def key(self) -> str:
-        """The episode's id, the same wherever it stands in a selection."""
+        """The episode's id, which does not depend on its position in a selection."""
         return self.data.id or super().key
 
     @vf.reward
     async def reward(self, trace: vf.Trace) -> dict[str, float]:
-        """Return the summands of the reward; 0 for B alone when verifiers ended the episode before its end."""
+        """Return the terms of the reward; only B = 0 if verifiers stopped the episode early."""
         outcome = stored_outcome(trace)
         return {"B": 0.0} if outcome is None else reward_parts(outcome, self.config)
 
     @vf.metric
     async def verdict(self, trace: vf.Trace) -> dict[str, float]:
-        """Return what the paper's tables count; nothing when verifiers ended the episode before its end."""
+        """Return the counts of the paper's tables; empty if verifiers stopped the episode early."""
         outcome = stored_outcome(trace)
         if outcome is None:
             return {}
@@ -49,7 +49,7 @@ class VigilTask(vf.Task[VigilData, vf.State, VigilTaskConfig]):
 
 
 class VigilTaskset(vf.Taskset[VigilTask, VigilTasksetConfig]):
-    """Episodes of a pack or a stream."""
+    """Taskset of the episodes of a pack or a stream."""
 
     def __init__(self, config: VigilTasksetConfig) -> None:
         super().__init__(config)
@@ -70,6 +70,6 @@ def store_outcome(trace: vf.Trace, outcome: Outcome) -> None:
 
 
 def stored_outcome(trace: vf.Trace) -> Outcome | None:
-    """Return the verdict in a trace; None when the episode was not played to its end."""
+    """Return the verdict in a trace; None if the episode was not finished."""
     kept: dict[str, Any] | None = trace.info.get(OUTCOME)
     return None if kept is None else Outcome(**kept)
