@@ -1,5 +1,5 @@
-"""The web application: runs, trajectories, play, review and houses as pages on loopback.
+"""The web application: pages of runs, trajectories, play, review and houses, served on loopback.
 
-Pages are rendered on the server and work without internet and without a build step. What a model wrote is shown as
-text, never as HTML. Whoever plays gets a server of its own that knows no page with hidden state.
+Pages are rendered on the server and need neither internet nor a build step. A model's text is shown as text, never as
+HTML. A person who plays gets a separate server, which has no page with hidden state.
 """

@@ -1,6 +1,6 @@
-"""Drawing on demand: a simulator worker draws what the pages ask for, and drawn pictures are kept for a while.
+"""Drawing on demand: a simulator worker draws pictures for the pages; recent pictures are cached.
 
-A picture is named by the moment that it shows: house, start, setup, actions carried out.
+The cache key of a picture is the moment that it shows: house, start, setup and actions so far.
 """
 
 import threading
@@ -23,14 +23,14 @@ from vigil.runner.workers.pool import usable_cpus
 from vigil.runner.workers.process import Worker, WorkerSettings
 
 DRAW_TIMEOUT_S = 90.0
-"""How long one picture may take, and how long a request may wait for its turn."""
+"""Longest time (s) that one picture may take, and that a request may wait for its turn."""
 PICTURE_CACHE_SIZE = 400
 
 
 class RenderService:
-    """Draws for the pages; safe to call from any thread, one picture at a time.
+    """Service that draws pictures for the pages, one at a time; safe to call from any thread.
 
-    A call waits for its answer: it belongs into a thread, not into the event loop.
+    A call blocks until its answer arrives: make it in a thread, not in the event loop.
     """
 
     def __init__(self, timeout_s: float = DRAW_TIMEOUT_S) -> None:
@@ -59,7 +59,7 @@ class RenderService:
         return self._ask(IdentifyPixel(moment, x, y))
 
     def close(self) -> None:
-        """End the process, whatever it is at."""
+        """Kill the process, even in the middle of a picture."""
         self._worker.kill()
         self._worker.join()
 
@@ -70,4 +70,4 @@ class RenderService:
         except TimeoutError:
             if future.cancel():
                 raise SimulatorError("The drawing process is busy with other pictures; try again.") from None
-            return future.result()[1]  # it is being drawn: the watchdog ends that in time
+            return future.result()[1]  # the picture is being drawn; the watchdog limits how long that takes

@@ -1,4 +1,4 @@
-"""Exports: an episode as one self-contained page or a film, a run as a folder of pages that can be hosted anywhere."""
+"""Exports: an episode as one self-contained page or a film; a run as a folder of pages to host anywhere."""
 
 import base64
 import hashlib
@@ -36,7 +36,7 @@ _FILMS: dict[FilmForm, Callable[[Sequence[FilmFrame]], bytes]] = {"gif": gif, "w
 
 @dataclass(frozen=True, slots=True)
 class Links:
-    """Where a page of a site leads; a page that stands alone leads nowhere."""
+    """Links of a page in a site; a standalone page has none."""
 
     home: str | None = None
     before: str | None = None
@@ -49,9 +49,9 @@ STANDALONE = Links()
 def episode_page(
     run: LibraryRun, key: Key, render_service: RenderService, links: Links = STANDALONE, *, reveals: bool = False
 ) -> str:
-    """Return one HTML page with everything in it: pictures, style and script.
+    """Return one HTML page that contains everything: pictures, style and script.
 
-    Raises SettingError on a private pack unless it `reveals` that.
+    Raises SettingError for a private pack unless `reveals`.
     """
     _check_private(run, reveals=reveals)
     episode, record, pack = episode_of(run, key)
@@ -75,8 +75,7 @@ def episode_film(
 ) -> bytes:
     """Return an episode as a film.
 
-    Raises SettingError when nothing can be shown, PyAV is not there for MP4, or the pack is private and it does not
-    `reveal` that.
+    Raises SettingError if nothing can be shown, if PyAV is missing for MP4, or for a private pack unless `reveals`.
     """
     _check_private(run, reveals=reveals)
     episode, record, pack = episode_of(run, key)
@@ -93,9 +92,10 @@ def export_site(
     *,
     reveals: bool = False,
 ) -> Path:
-    """Write a run as pages into `out`, new or empty, and return its index; `report` is told of each episode.
+    """Write a run as pages into `out`, a new or empty folder, and return the path of the index.
 
-    Raises RecordError, and SettingError, also on a private pack unless it `reveals` that.
+    `report` is called with the id of each episode. Raises RecordError, or SettingError, also for a private pack unless
+    `reveals`.
     """
     _check_private(run, reveals=reveals)
     if run.table is None or run.header is None:
@@ -151,7 +151,7 @@ def _jpeg_uri(png: bytes) -> str:
 
 
 def _embedded(script: str) -> dict[str, Any]:
-    """Return what a page that stands alone carries: our style and script, and the policy that runs no other."""
+    """Return what a standalone page embeds: the style, the script, and a content policy that allows only these."""
     text = (STATIC / script).read_text(encoding="utf-8")
     digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii")
     return {

@@ -1,4 +1,4 @@
-"""Frames of a recorded episode: as they were saved, else drawn again; each one held against the hash in the record."""
+"""Frames of a recorded episode: the saved files, else drawn again; each is compared with the recorded hash."""
 
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -23,22 +23,22 @@ ORIGINS: dict[Origin, str] = {
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """A picture of what a step's reply answered, and how far it can be trusted."""
+    """The frame that a step's reply answered, and whether it is the recorded one."""
 
     data: bytes
-    """The file (PNG)."""
+    """The bytes of the PNG file."""
     origin: Origin
     is_recorded: bool | None
-    """Whether its pixels have the hash that the record holds; None when the record holds none."""
+    """Whether its pixels have the recorded hash; None if the record has no hash."""
 
     @property
     def facts(self) -> dict[str, Any]:
-        """What the viewer says of it."""
+        """The facts that the viewer shows."""
         return {"is_recorded": self.is_recorded, "note": self.note}
 
     @property
     def note(self) -> str:
-        """A sentence on where the picture comes from."""
+        """A sentence about the origin of the picture."""
         if self.is_recorded is None:
             return f"{ORIGINS[self.origin]}; the record holds no hash to compare it with."
         if self.is_recorded:
@@ -71,7 +71,7 @@ def episode_timeline(run: LibraryRun, episode: Episode, record: EpisodeRecord) -
 
 
 def frame_of(run: LibraryRun, key: Key, step: int, render_service: RenderService) -> Frame:
-    """Return the frame that a step's reply answered: as saved, else drawn again. Raises VigilError, KeyError."""
+    """Return the frame that a step's reply answered: saved, or drawn again. Raises VigilError or KeyError."""
     episode, record, pack = episode_of(run, key)
     if not 1 <= step <= len(record.steps):
         raise KeyError(step)
@@ -83,7 +83,7 @@ def frame_of(run: LibraryRun, key: Key, step: int, render_service: RenderService
 
 
 def frames_of(run: LibraryRun, key: Key, render_service: RenderService) -> list[Frame | None]:
-    """Return all frames of an episode; None for what was not saved and cannot be drawn."""
+    """Return all frames of an episode; None for a frame that was not saved and cannot be drawn."""
     _, record, _ = episode_of(run, key)
     found: list[Frame | None] = []
     for step in record.steps:
@@ -95,7 +95,7 @@ def frames_of(run: LibraryRun, key: Key, render_service: RenderService) -> list[
 
 
 def _saved_frame(run: LibraryRun, recorded: str | None) -> Frame | None:
-    """Return a frame as it was kept; None when it was not, or when its file is no picture."""
+    """Return a saved frame; None if it was not saved or its file is not a picture."""
     try:
         data = run.frames.file(recorded)
         return None if data is None else _compared_with_record(data, "saved", recorded)

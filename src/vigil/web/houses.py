@@ -1,4 +1,4 @@
-"""Pages of houses: plan, rooms, objects, and a walk through them."""
+"""Pages of houses: plan, rooms, objects, and an interactive walk."""
 
 import base64
 from typing import Annotated, Any
@@ -18,7 +18,7 @@ from vigil.web.plan import plan_of
 from vigil.web.site import page, picture
 
 MAX_COORDINATE_M = 10_000.0
-"""No coordinate (m) or angle (degrees) of a place to look from is greater."""
+"""Greatest coordinate (m) and angle (degrees) of a pose to look from."""
 
 
 def _check_bounds(pose: Pose) -> Pose:
@@ -33,7 +33,7 @@ BoundedPose = Annotated[Pose, AfterValidator(_check_bounds)]
 
 
 class WalkRequest(BaseModel):
-    """One step of a walk: from where, and what to do there."""
+    """One step of a walk: the pose, and the action to take there."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -42,7 +42,7 @@ class WalkRequest(BaseModel):
 
 
 class ViewPixel(BaseModel):
-    """A pixel of what is seen from a pose."""
+    """A pixel of the view from a pose."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -107,6 +107,6 @@ def _house(library: Library, slug: str, name: str) -> House:
 
 
 def _moment_of(library: Library, slug: str, name: str, pose: Pose, render_settings: RenderSettings) -> EpisodeMoment:
-    """Return what is seen in a house."""
+    """Return the moment that shows a house from a pose."""
     house = _house(library, slug, name)
     return EpisodeMoment(render_settings, library.packs[slug].house_path(name), house.sha256, pose, Setup())

@@ -1,7 +1,7 @@
-"""The library: the runs and packs that the pages may show, found once under the folders that were given.
+"""The library: the runs and packs that the pages may show, found under the given folders.
 
-Addresses name runs and packs by short names that were handed out here, never by paths; nothing outside of the given
-folders is read, also not through links, but for packs: the packaged ones, and a run's own, which its hash identifies.
+Page addresses use short names that the library assigns, never paths. Nothing outside the given folders is read, not
+even through links, except packs: the packaged ones, and the pack of a run, which is identified by its hash.
 """
 
 import hashlib
@@ -29,22 +29,22 @@ from vigil.scoring.saved_run import RecordTable, pack_folder
 from vigil.scoring.summary import RunScores, summarise
 
 RunState = Literal["ended", "going on", "interrupted", "not ended"]
-"""`interrupted`: it has not ended, and no process writes to it; `not ended`: whether one does cannot be known."""
+"""State of a run. `interrupted`: not ended, and no process writes to it; `not ended`: unknown whether one does."""
 _STATES: dict[bool | None, RunState] = {True: "going on", False: "interrupted", None: "not ended"}
 DEPTH = 3
-"""How deep under a given folder runs are looked for."""
+"""Depth under a given folder to which runs are searched."""
 
 
 @dataclass(slots=True)
 class LibraryPack:
-    """A pack by its manifest's hash; houses are read when they are looked at."""
+    """A pack, identified by its manifest's hash; houses are read on demand."""
 
     slug: str
     folder: Path
     sha256: str
     episodes: dict[str, Episode]
     assets: AssetDatabase
-    """For the plans of its houses."""
+    """Asset database for the plans of its houses."""
     _houses: dict[str, House] = field(default_factory=dict)
 
     def houses(self) -> dict[str, list[Episode]]:
@@ -55,11 +55,11 @@ class LibraryPack:
         return found
 
     def house_path(self, name: str) -> Path:
-        """Return the file of a house. Raises HouseError when it is a link to outside of the pack."""
+        """Return the file of a house. Raises HouseError if it links outside the pack."""
         return resolve_inside(self.folder, f"{HOUSES}/{name}.json", HouseError)
 
     def house(self, name: str) -> House:
-        """Return a house of the pack as its episodes know it. Raises HouseError or PackMismatch."""
+        """Return the house that the pack's episodes refer to by `name`. Raises HouseError or PackMismatch."""
         if name not in self._houses:
             expected = {episode.house.sha256 for episode in self.episodes.values() if episode.house.name == name}
             if not expected:
@@ -70,7 +70,7 @@ class LibraryPack:
 
 @dataclass(slots=True)
 class LibraryRun:
-    """A run's folder, its header and its rows; `fault` says why it cannot be shown whole."""
+    """A run's folder, header and rows; `fault` says why it cannot be shown completely."""
 
     slug: str
     folder: Path
@@ -81,23 +81,23 @@ class LibraryRun:
     assets: Path | None = None
     """The asset database that the run was played with."""
     prices: Prices | None = None
-    """At which its costs are told."""
+    """Prices at which its costs are computed."""
     state: RunState = "ended"
     stamp: tuple[int, ...] = ()
-    """Equal when nothing has been written to the run's files."""
+    """State of the run's files; it changes when one of them is written to."""
     lock: threading.RLock = field(default_factory=threading.RLock, repr=False, compare=False)
-    """Held while the run is read."""
+    """Lock that is held while the run is read."""
     _closure_scores: ClosureScores = field(default_factory=dict, repr=False, compare=False)
-    """The verdicts on rows of the closure-stress suite, as far as they were asked for."""
+    """Cached verdicts on rows of the closure-stress suite."""
     _cached_scores: tuple[RecordTable, tuple[int, int], RunScores, dict] | None = None
 
     @property
     def name(self) -> str:
-        """The agent's name, or the folder's when the header cannot be read."""
+        """The agent's name, or the folder's if the header cannot be read."""
         return self.header.spec.agent if self.header else self.folder.name
 
     def scores_and_summary(self, table: RecordTable) -> tuple[RunScores, dict]:
-        """Return all verdicts of the run's table and their summary, made anew only when its file has changed."""
+        """Return all verdicts of the run's table and their summary, recomputed only after its file has changed."""
         with self.lock:
             known = self._cached_scores
             if known is None or known[0] is not table or known[1] != table.stamp:
@@ -106,36 +106,36 @@ class LibraryRun:
             return known[2], known[3]
 
     def closure(self, table: RecordTable) -> dict[str, dict[str, Any]] | None:
-        """Return C and what is beside it by kind; None when the run's pack is not of the closure-stress suite."""
+        """Return C and related rates by kind; None if the run's pack is not of the closure-stress suite."""
         with self.lock:
             return None if self.pack is None else closure_rates(self.pack.folder, table, self._closure_scores)
 
     @property
     def version(self) -> str:
-        """Another text when there is something new to show."""
+        """A text that changes whenever there is something new to show."""
         return hashlib.sha256(repr((self.stamp, self.state, self.fault)).encode()).hexdigest()[:16]
 
     @property
     def last_written(self) -> datetime | None:
-        """When the last row was written, or the run begun; None when nothing is known."""
+        """The time of the last row, or of the run's start if it has none; None if unknown."""
         if self.table is not None and self.table.stamp[0]:
             return datetime.fromtimestamp(self.table.stamp[1] // 10**9, UTC)
         return None if self.header is None else self.header.started
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a reader must know before any number of this run."""
+        """Caveats that a reader must see before this run's numbers."""
         notes = self.header.notes if self.header else ()
         return notes if self.table is None else (*notes, *self.table.notes)
 
     @property
     def frames(self) -> FrameStore:
-        """The frames that were kept."""
+        """The saved frames."""
         return FrameStore(self.folder / FRAMES_FOLDER)
 
 
 class Library:
-    """All that may be shown; safe to ask from several threads."""
+    """Everything that the pages may show; safe to use from several threads."""
 
     def __init__(
         self,
@@ -144,10 +144,11 @@ class Library:
         assets: Path | None = None,
         prices: Prices | None = None,
     ) -> None:
-        """`roots` are runs, or folders with runs in them; `assets` is THOR's asset database, for houses that use it;
-        `prices` are for runs that were played without any.
+        """Open a library of the runs in `roots`, which are runs or folders of runs.
 
-        Raises InputError for a root, pack or database that is not there.
+        `assets` is THOR's asset database, for houses that use it; `prices` apply to runs played without prices.
+
+        Raises InputError if a root, pack or database does not exist.
         """
         self._assets = assets
         self._prices = prices
@@ -164,21 +165,21 @@ class Library:
         self._lock = threading.RLock()
 
     def runs(self) -> list[LibraryRun]:
-        """Return all runs as they now are, new ones included, in order of their names."""
+        """Return the current state of all runs, including new ones, in order of their names."""
         runs = self.known_runs()
         for run in runs:
             self._refresh(run)
         return runs
 
     def run(self, slug: str) -> LibraryRun:
-        """Return a run by its short name, as it now is; the others are not read. Raises KeyError."""
+        """Return the current state of the run with this short name, without reading the others. Raises KeyError."""
         known = {run.slug: run for run in list(self._runs.values())}
         run = known[slug] if slug in known else {run.slug: run for run in self.known_runs()}[slug]
         self._refresh(run)
         return run
 
     def known_runs(self) -> list[LibraryRun]:
-        """Return all runs that lie under the folders, in order of their names, as they were last read if ever."""
+        """Return all runs under the folders, in order of their names, as last read (possibly never)."""
         with self._lock:
             for root in self._roots:
                 for folder in _run_folders(root, root, DEPTH):
@@ -187,7 +188,7 @@ class Library:
             return sorted(self._runs.values(), key=lambda run: run.slug)
 
     def pack_folders(self) -> dict[str, Path]:
-        """Return the folders of all packs by their short names: those that are open, and the other packaged ones."""
+        """Return the folders of all packs by short name: the open packs, and the packaged packs that are not open."""
         with self._lock:
             found = {slug: pack.folder for slug, pack in self.packs.items()}
             opened = set(found.values())
@@ -243,7 +244,7 @@ class Library:
             ) from None
 
     def _may_read(self, pack: Path) -> bool:
-        """Whether a pack does not link out of itself; that it is the run's own, its hash says."""
+        """Whether a pack's manifest lies inside the pack; its hash says whether it is the run's pack."""
         return is_inside(pack / MANIFEST, pack)
 
     def _open_pack(self, folder: Path, sha256: str | None = None) -> LibraryPack:
@@ -267,7 +268,7 @@ class Library:
 
 
 def _note_state(run: LibraryRun, header: RunHeader, table: RecordTable) -> None:
-    """Note whether a run goes on; of one that nobody writes to this is asked again only when a file has changed."""
+    """Update a run's state; a run that no process writes to is checked again only after a file has changed."""
     stamp = ((run.folder / HEADER_FILE).stat().st_mtime_ns, *table.stamp)
     if header.ended is not None:
         run.state = "ended"
@@ -287,7 +288,7 @@ def _free_name(wanted: str, taken: Iterable[str]) -> str:
 
 
 def _run_folders(folder: Path, root: Path, depth: int) -> list[Path]:
-    """Return the folders of runs at or under `folder`, links out of `root` left alone."""
+    """Return the folders of runs at or under `folder`, without following links out of `root`."""
     if not is_inside(folder, root):
         return []
     if (folder / HEADER_FILE).exists() or (folder / EPISODES_FILE).exists():

@@ -1,6 +1,6 @@
-"""Pages of packs: what is in them, how it is spread, the first frames of some episodes, the card.
+"""Pages of packs: their content and its distribution, first frames of some episodes, and the card.
 
-For evaluators: names of episodes and goals say what is hidden from an agent.
+These pages are for evaluators: ids of episodes and goals reveal what is hidden from an agent.
 """
 
 from collections import Counter
@@ -29,7 +29,7 @@ from vigil.web.library import Library, LibraryPack
 from vigil.web.site import page
 
 SAMPLES = 3
-"""Episodes of a family whose first frame is shown."""
+"""Number of episodes per family whose first frame is shown."""
 MAX_CARD_BYTES = 200_000
 _STRATA = {
     "rooms": "rooms of the house",
@@ -37,13 +37,13 @@ _STRATA = {
     "not_found_by_turning": "searches that turning does not end",
     "categories": "category of the target",
 }
-"""What a manifest counts beside the families, in words."""
+"""Strata that a manifest counts besides the families: key -> name on the page."""
 
 
 def add_pack_pages(
     site: FastAPI, library: Library, render_service: RenderService, render_settings: RenderSettings
 ) -> None:
-    """Add the pages of all packs: the packaged ones, those that were given, and those of the runs."""
+    """Add the pages of all packs: the packaged, the given, and those of the runs."""
 
     @site.get("/packs", response_class=HTMLResponse)
     def packs() -> Response:
@@ -83,7 +83,7 @@ def _pack(library: Library, slug: str) -> LibraryPack:
 
 
 def _pack_row(slug: str, folder: Path) -> dict[str, Any]:
-    """Return a pack's line in the list; a pack that cannot be read says why."""
+    """Return a pack's row in the list; `fault` says why a pack cannot be read."""
     try:
         manifest = manifest_of(folder)
         also = other_names(manifest.name, manifest.meta.get("aliases", ()))
@@ -95,9 +95,9 @@ def _pack_row(slug: str, folder: Path) -> dict[str, Any]:
 
 
 def family_rows(episodes: Iterable[Episode], meta: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return a line for each family that a pack has: its budgets, and over which kinds its episodes are spread.
+    """Return one row per family of a pack: its budgets, and the number of its episodes of each kind.
 
-    The kinds are those that the pack was balanced over, where its manifest says them; else sizes, or templates.
+    The kinds are those over which the pack was balanced, if its manifest has them; else sizes, or templates.
     """
     given = meta.get("strata", {}).get("families", {})
     by_family: dict[Family, list[Episode]] = {}
@@ -123,26 +123,26 @@ def _counts_text(names: Iterable[str | None]) -> dict[str, int]:
 
 
 def other_strata(meta: dict[str, Any]) -> dict[str, dict[str, int]]:
-    """Return what else a manifest counts, by its name in words."""
+    """Return the manifest's other counts, by their names on the page."""
     strata = meta.get("strata", {})
     return {words: sort_by_size(strata[name]) for name, words in _STRATA.items() if strata.get(name)}
 
 
 def level_strata(pack: LibraryPack) -> dict[str, dict[str, int]]:
-    """Return how many episodes are of each level, where the pack holds levels."""
+    """Return the number of episodes of each level; empty if the pack has no levels."""
     counts = Counter(each.level for each in read_pack_levels(pack.folder).values())
     return {"level of difficulty": {level: counts[level] for level in LEVELS}} if counts else {}
 
 
 def samples_of(episodes: Iterable[Episode]) -> dict[Family, list[Episode]]:
-    """Return a few episodes of each family, the same ones each time."""
+    """Return a few episodes of each family, always the same ones."""
     drawn = draw_evenly(episodes)
     found = {family: [episode for episode in drawn if episode.family == family][:SAMPLES] for family in FAMILIES}
     return {family: some for family, some in found.items() if some}
 
 
 def card_of(folder: Path) -> Markup | None:
-    """Return the text of a pack's card as HTML, any HTML in it as text; None when the pack has no card."""
+    """Return a pack's card as HTML, with any HTML in it escaped; None if the pack has no card."""
     path = folder / CARD
     if not path.is_file() or not is_inside(path, folder):
         return None
@@ -154,7 +154,7 @@ def card_of(folder: Path) -> Markup | None:
     tokens = markdown.parse(text)
     for token in tokens:
         if token.type in ("heading_open", "heading_close"):
-            token.tag = f"h{min(6, int(token.tag[1:]) + 2)}"  # below the headings of the page
+            token.tag = f"h{min(6, int(token.tag[1:]) + 2)}"  # two levels below the page's headings
     return Markup(markdown.renderer.render(tokens, markdown.options, {}))
 
 

@@ -1,4 +1,4 @@
-"""Words for people: actions, effects and verdicts as sentences."""
+"""Phrases for people: actions, effects and verdicts in words."""
 
 from typing import get_args
 
@@ -25,7 +25,7 @@ INTENTS = {
     "place": "put here what I hold",
     "drop": "drop what I hold",
 }
-"""What a person who plays can do with a thing."""
+"""Intents in words, for a person who plays."""
 STATUSES = {
     "success": "I have done what was asked",
     "fail": "I cannot do it",
@@ -36,7 +36,7 @@ STATUSES = {
     "open": "asked about a state: it is open",
     "closed": "asked about a state: it is closed",
 }
-"""What a report's status says, to a person who plays."""
+"""Statuses of a report in words, for a person who plays."""
 ENDS = {
     "report": "it reported",
     "fail_no_report": "it used up its steps without a report",
@@ -46,7 +46,7 @@ ENDS = {
 
 
 def action_words(action: Action | None, invalid: InvalidAction | None) -> str:
-    """Return one line on what a reply asked for."""
+    """Return a reply's action, or its fault, in one line."""
     if invalid is not None:
         return f"no action: {invalid.kind.replace('_', ' ')}, {invalid.reason.replace('_', ' ')}"
     match action:
@@ -66,14 +66,14 @@ def action_words(action: Action | None, invalid: InvalidAction | None) -> str:
 
 
 def click_of(action: Action | None) -> list[int] | None:
-    """Return the pixel that an action points at; None when it points at none."""
+    """Return the pixel that an action points at; None if it does not point."""
     if isinstance(action, InteractPixel) and action.x is not None and action.y is not None:
         return [action.x, action.y]
     return None
 
 
 def effect_words(effect: Effect | None) -> str:
-    """Return what the simulator did with an action; hidden from the agent."""
+    """Return in words what the simulator did with an action, which is hidden from the agent."""
     if effect is None:
         return ""
     parts: list[str] = []
@@ -99,7 +99,7 @@ def effect_words(effect: Effect | None) -> str:
 
 
 def verdict_words(outcome: Outcome) -> list[str]:
-    """Return why an episode was judged as it was, a sentence a line."""
+    """Return the reasons of an episode's verdict, one sentence per line."""
     held = "The goal holds at the end" if outcome.W else "The goal does not hold at the end"
     if not outcome.W and outcome.ever_satisfied:
         held += f" (it held first after step {outcome.first_goal_step}, and was lost again)"

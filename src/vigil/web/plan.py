@@ -1,4 +1,4 @@
-"""Floor plans as the shapes that pages draw as SVG: in metres, x to the right, north (+z) up."""
+"""Floor plans as shapes for SVG: in metres, x to the right, north (+z) up."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -20,17 +20,17 @@ from vigil.web.library import LibraryPack
 
 MARGIN_M = 0.4
 MIN_LABELLED_M2 = 0.3
-"""Things with a smaller footprint carry no label: it would be read as their neighbour's."""
+"""Smallest footprint of a labelled object; a reader would take the label of a smaller one for its neighbour's."""
 TEXT_SHARE = 0.026
-"""Height of the letters, as a share of the plan's width: legible at the size at which pages show it."""
+"""Height of the letters as a share of the plan's width; legible at the size at which pages show it."""
 PAGE_ASPECT = 1.2
-"""Width over height of the room that pages give to a plan."""
+"""Width over height of the area that pages give to a plan."""
 LETTER_WIDTH = 0.56
 """Mean width of a letter over its height."""
 LINE_HEIGHT = 1.1
-"""Least distance between two lines, over the height of the letters."""
+"""Smallest distance between two lines, over the height of the letters."""
 NAME_SHIFTS = (0, -1.5, 1.5, -3, 3, -5, 5, -7, 7)
-"""Where else a room's name goes when a label is in its place: down, in heights of its letters."""
+"""Shifts to try for a room's name: down from its default position, in heights of its letters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,15 +39,15 @@ class Shape:
 
     kind: str
     points: str
-    """As SVG takes them; z is turned round."""
+    """The points in SVG's format; z is negated."""
     id: str = ""
     at: tuple[float, float] = (0.0, 0.0)
-    """Of a dot."""
+    """The centre of a dot."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlanLabel:
-    """A word on the plan, by its middle."""
+    """A text on the plan, centred at (x, y)."""
 
     kind: Literal["room-name", "label"]
     text: str
@@ -69,7 +69,7 @@ class PlanDrawing:
 
 
 def plan_of(house: House, assets: AssetDatabase) -> PlanDrawing:
-    """Return the plan of a house, as pages draw it."""
+    """Return the drawing of a house's plan."""
     things = _built(house, assets)
     plan = floor_plan(house, things)
     low, high = (corner + margin for corner, margin in zip(plan.bounds, (-MARGIN_M, MARGIN_M), strict=True))
@@ -86,7 +86,7 @@ def plan_of(house: House, assets: AssetDatabase) -> PlanDrawing:
 
 
 def floor_plan_of(house: House, assets: AssetDatabase) -> FloorPlan:
-    """Return what is drawn of a house; without furniture when its things cannot be built."""
+    """Return the floor plan of a house; without furniture if its objects cannot be built."""
     return floor_plan(house, _built(house, assets))
 
 
@@ -98,7 +98,7 @@ def _built(house: House, assets: AssetDatabase) -> list[Thing]:
 
 
 def try_plan(pack: LibraryPack, episode: Episode) -> PlanDrawing | None:
-    """Return the floor plan of an episode's house; None when the house cannot be read."""
+    """Return the floor plan of an episode's house; None if the house cannot be read."""
     try:
         return _cached_plan(pack.house(episode.house.name), pack.assets)
     except VigilError:
@@ -106,7 +106,7 @@ def try_plan(pack: LibraryPack, episode: Episode) -> PlanDrawing | None:
 
 
 def try_film_plan(pack: LibraryPack, episode: Episode) -> FilmPlan | None:
-    """Return the floor plan that a film shows of an episode's house; None when the house cannot be read."""
+    """Return a film's floor plan of an episode's house; None if the house cannot be read."""
     try:
         return FilmPlan(floor_plan_of(pack.house(episode.house.name), pack.assets))
     except VigilError:
@@ -119,7 +119,7 @@ def _cached_plan(house: House, assets: AssetDatabase) -> PlanDrawing:
 
 
 def _shapes(plan: FloorPlan) -> Iterator[Shape]:
-    """Yield what is drawn, from below upwards."""
+    """Yield the shapes, from the bottom layer to the top."""
     yield from (Shape(f"room room-{room.room_type}", _points(room.corners), room.id) for room in plan.rooms)
     yield from (Shape(thing.kind, _points(thing.corners), thing.id) for thing in plan.things)
     yield from (Shape("wall", _points(ends)) for ends in plan.walls)
@@ -128,7 +128,7 @@ def _shapes(plan: FloorPlan) -> Iterator[Shape]:
 
 
 def _labels(plan: FloorPlan, text_m: float) -> list[PlanLabel]:
-    """Return the words that find room: large things first, then the rooms' names where nothing stands in the way."""
+    """Return the labels that fit: first large objects, then the rooms' names where nothing is in the way."""
     placed: list[PlanLabel] = []
     low, high = plan.bounds
     for thing in plan.labelled:
@@ -142,14 +142,14 @@ def _labels(plan: FloorPlan, text_m: float) -> list[PlanLabel]:
 
 
 def _names(room: PlanRoom, text_m: float) -> list[PlanLabel]:
-    """Return a room's name at each place within it that may be tried."""
+    """Return a room's name at each position to try inside the room."""
     floor, (x, z) = shapely.Polygon(room.corners), room.name_at
     tried = [z - shift * text_m for shift in NAME_SHIFTS]
     return [PlanLabel("room-name", room.name, x, -each) for each in tried if shapely.contains_xy(floor, x, each)]
 
 
 def _add_first_free(placed: list[PlanLabel], tried: list[PlanLabel], text_m: float) -> None:
-    """Add the first label that overlaps no earlier one; none when all do."""
+    """Add the first label that does not overlap an earlier one, if there is one."""
     for label in tried:
         if not any(_overlap(label, other, text_m) for other in placed):
             placed.append(label)

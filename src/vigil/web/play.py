@@ -1,4 +1,4 @@
-"""`vigil play`: the page of a person who plays. This server has no other page and never sends hidden state."""
+"""`vigil play`: the page for a person who plays. The server has only this page and never sends hidden state."""
 
 from typing import Annotated, Any
 
@@ -16,7 +16,7 @@ MAX_TEXT = 64 * 1024
 
 
 class PlayerReply(BaseModel):
-    """A reply as the page sends it: to which view, and the very text that is recorded."""
+    """A reply from the page: the number of the view that it answers, and the exact text to record."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -25,7 +25,7 @@ class PlayerReply(BaseModel):
 
 
 def make_play(play_session: PlaySession, address: Address | None = None) -> FastAPI:
-    """Return the application. Raises SettingError when the address needs a token."""
+    """Return the application. Raises SettingError if the address needs a token and has none."""
     site = make_site(address or Address())
 
     @site.get("/", response_class=HTMLResponse)

@@ -1,7 +1,7 @@
-"""A play session: one person plays a pack, one episode at a time, under the same contract as an agent.
+"""Play session: one person plays a pack, one episode at a time, under the same protocol as an agent.
 
-The records go into a normal run folder. Beside them lies `play.jsonl`: the random order, and the replies of each
-episode as they were given, so that a session continues where it stopped, even in the middle of an episode.
+The records go into a normal run folder. The folder also has `play.jsonl`, with the random order and every reply, so
+that a session continues where it stopped, even in the middle of an episode.
 """
 
 import asyncio
@@ -43,14 +43,14 @@ _PLAYER = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,39}")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlaySettings:
-    """Who plays what."""
+    """Settings of a play session."""
 
     player: Annotated[str, Setting("Name of who plays; goes into the run's header.")]
     pack: PackName = "starter"
     limit: Annotated[int | None, Setting("Only N episodes, drawn at random.", minimum=1, metavar="N")] = None
     families: Families = ()
     practice: Annotated[bool, Setting("Show feedback and verdicts; a run of its own.")] = False
-    """Feedback after each action and the verdict after each episode."""
+    """Whether to show feedback after each action and the verdict after each episode."""
     log_dir: LogDir = None
     quality: RenderQuality = "default"
     backend: Backend = "mujoco"
@@ -58,12 +58,12 @@ class PlaySettings:
     seed: Annotated[int | None, Setting("Of the random order.", unset="by the name")] = None
 
     def __post_init__(self) -> None:
-        """Hold the values against their declarations."""
+        """Check the values against their declarations."""
         check_settings(self)
 
 
 class _Entry(BaseModel):
-    """One line of the journal: exactly one of the three."""
+    """One line of the journal, with exactly one of the three fields."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -79,13 +79,13 @@ class _Entry(BaseModel):
 
 
 class Journal:
-    """`play.jsonl`: an order, then what was begun and replied, line by line, on disk at once."""
+    """`play.jsonl`: the order, then every start of an episode and every reply, each written to disk at once."""
 
     def __init__(self, path: Path, order: Sequence[str]) -> None:
-        """Open or begin the journal. Raises RecordError when it tells another order."""
+        """Open or create the journal. Raises RecordError if it has another order."""
         self.order = list(order)
         self.begun = ""
-        """The episode that was begun last."""
+        """The id of the episode that was started last."""
         self.replies: list[Reply] = []
         self._file = AppendFile(path)
         try:
@@ -110,12 +110,12 @@ class Journal:
             self._write({"order": self.order})
 
     def begin(self, episode_id: str) -> None:
-        """Note that an episode begins."""
+        """Write the start of an episode."""
         self.begun, self.replies = episode_id, []
         self._write({"begin": episode_id})
 
     def add(self, reply: Reply) -> None:
-        """Note a reply before it is carried out."""
+        """Write a reply, before it is carried out."""
         self.replies.append(reply)
         self._write({"reply": reply.model_dump(mode="json")})
 
@@ -128,10 +128,10 @@ class Journal:
 
 
 class PlaySession:
-    """The state of one person's session. The person's page receives what `state` returns, and nothing else."""
+    """One person's session. The person's page receives only what `state` returns."""
 
     def __init__(self, settings: PlaySettings, pool: SimulatorPool, folder: RunFolder, pack: Pack) -> None:
-        """Use `open_play_session`."""
+        """Make a session; callers use `open_play_session`."""
         self._settings = settings
         self._pool = pool
         self._folder = folder
@@ -146,17 +146,17 @@ class PlaySession:
         self._moment = 0
         self._since = 0.0
         self._told: list[str] = []
-        """Practice only: the verdict on the episode that has just ended."""
+        """The verdict on the episode that has just ended; in practice only."""
 
     async def state(self) -> dict[str, Any]:
-        """Return what the person may see now."""
+        """Return what the person may see at this moment."""
         async with self._lock:
             if self._live is None and self._is_mid_episode():
                 await self._begin(self._journal.begun, self._journal.replies)
             return self._visible_state()
 
     async def next(self) -> dict[str, Any]:
-        """Begin the next episode unless one goes on, and return what is seen."""
+        """Start the next episode unless one is being played, and return the new state."""
         async with self._lock:
             if self._live is None:
                 waiting = self._remaining()
@@ -166,7 +166,7 @@ class PlaySession:
             return self._visible_state()
 
     async def reply(self, moment: int, text: str) -> dict[str, Any]:
-        """Carry out a reply to the view of that moment; one to another moment is passed over."""
+        """Carry out a reply to the view numbered `moment`, and return the new state; ignore a reply to another view."""
         async with self._lock:
             if self._live is not None and moment == self._moment:
                 reply = Reply(text=text, seconds=round(time.monotonic() - self._since, 3))
@@ -234,7 +234,7 @@ class PlaySession:
         return any(record.episode_id == episode_id for record in self._folder.records())
 
     def _remaining(self) -> list[str]:
-        """Return what is to be played, episodes that ended as an error last."""
+        """Return the ids of the episodes to play; those that ended as an error come last."""
         open_ = [name for name in self._journal.order if not self._folder.is_done(name, 1)]
         return sorted(open_, key=self._has_row)
 
@@ -259,7 +259,7 @@ class PlaySession:
 
 
 def open_play_session(settings: PlaySettings) -> PlaySession:
-    """Return a play session, new or to be continued. Raises InputError, or SimulatorError when no simulator starts."""
+    """Return a play session, new or continued. Raises InputError, or SimulatorError if the simulator does not start."""
     if not _PLAYER.fullmatch(settings.player):
         raise SettingError(
             f"Player {settings.player!r}: a name has letters, digits, '_', '.' and '-', 40 at most, e.g. --player ada."
@@ -307,6 +307,6 @@ def _spec(settings: PlaySettings, pack: Pack, assets_sha256: str | None) -> RunS
 
 
 def random_order(episode_ids: Sequence[str], seed: int) -> list[str]:
-    """Return the ids in the order that `seed` draws."""
+    """Return the ids in the random order of `seed`."""
     ids = sorted(episode_ids)
     return [ids[index] for index in np.random.default_rng(seed).permutation(len(ids))]

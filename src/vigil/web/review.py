@@ -1,4 +1,4 @@
-"""`vigil review`: the reviewer's pages. A verdict is written to the review file before the page confirms it."""
+"""`vigil review`: the reviewer's pages. Each verdict is written to the review file before the page confirms it."""
 
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -38,19 +38,19 @@ from vigil.web.plan import plan_of
 from vigil.web.site import Address, make_site, page
 
 VIEWS_AROUND = 8
-"""Views from the start, each turned on by 45 degrees."""
+"""Number of views from the start pose, 45 degrees apart."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReviewSet:
-    """What is reviewed: episodes with their solutions, and the folder of their houses."""
+    """Episodes to review, with their solutions and the folder of their houses."""
 
     name: str
     episodes: tuple[Episode, ...]
     solutions: dict[str, tuple[Action, ...]]
     houses: Path
     closings: dict[str, str] = field(default_factory=dict)
-    """What closes the episodes of the closure-stress suite rightly, in words, by id."""
+    """Expected closing report of each episode of the closure-stress suite, in words, by id."""
 
     @classmethod
     def of_pack(cls, pack: Pack) -> "ReviewSet":
@@ -60,9 +60,9 @@ class ReviewSet:
 
     @classmethod
     def of_drafts(cls, path: Path) -> "ReviewSet":
-        """Return the drafts of a file of `vigil pack propose`, those of the suite's tasks among them.
+        """Return the drafts in a file of `vigil pack propose`, including those of the suite's tasks.
 
-        Raises SettingError when it holds none.
+        Raises SettingError if the file has no drafts.
         """
         file = DraftsFile(path)
         proposed = file.read()
@@ -79,7 +79,7 @@ class ReviewSet:
 
 
 class VerdictForm(BaseModel):
-    """A verdict as the page sends it."""
+    """A verdict from the page."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -90,7 +90,7 @@ class VerdictForm(BaseModel):
 
 
 class ReviewSession:
-    """The session of one reviewer: the queue, and the file of verdicts."""
+    """One reviewer's session: the queue, and the file of verdicts."""
 
     def __init__(
         self,
@@ -100,7 +100,7 @@ class ReviewSession:
         seed: int = 0,
         render_settings: RenderSettings | None = None,
     ) -> None:
-        """Raise RecordError when the review file cannot be read, SettingError for a name that makes no sense."""
+        """Open the review file. Raises RecordError if it cannot be read, SettingError if the name is not valid."""
         self.review_set = review_set
         self.path = path
         self.reviewer = reviewer
@@ -115,7 +115,7 @@ class ReviewSession:
         read_reviews(path)
 
     def say(self, episode: Episode, said: VerdictForm) -> None:
-        """Write a verdict. Raises SettingError when it is not whole."""
+        """Write a verdict. Raises SettingError if it is incomplete."""
         append_review(self.path, self._review(episode, said))
 
     def _review(self, episode: Episode, said: VerdictForm) -> Review:
@@ -132,7 +132,7 @@ class ReviewSession:
 
 
 def make_review(session: ReviewSession, render_service: RenderService, address: Address | None = None) -> FastAPI:
-    """Return the application. Raises SettingError when the address needs a token."""
+    """Return the application. Raises SettingError if the address needs a token and has none."""
     site = make_site(address or Address())
     _add_pages(site, session)
     _add_pictures(site, session, render_service)
@@ -170,7 +170,7 @@ def _add_pages(site: FastAPI, session: ReviewSession) -> None:
 
 
 def _values(session: ReviewSession, episode: Episode) -> dict[str, Any]:
-    """Return what the page of an episode shows."""
+    """Return the template values of an episode's page."""
     ids = [each.id for each in session.queue]
     place = ids.index(episode.id)
     solution = session.review_set.solutions[episode.id]

@@ -1,5 +1,4 @@
-"""What all pages share: templates, static files, and the rules that refuse requests from other users and other
-sites."""
+"""Shared parts of all sites: templates, static files, and rules against requests from other users and other sites."""
 
 import hmac
 import re
@@ -43,14 +42,14 @@ HEADERS = {
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """Where a site is served; another address than loopback needs a token."""
+    """Address at which a site is served; any other than loopback needs a token."""
 
     host: str = "127.0.0.1"
     port: int = 8377
     token: str = ""
 
     def check(self) -> None:
-        """Raise SettingError when the address needs a token and has none."""
+        """Raise SettingError if the address needs a token and has none."""
         if self.host not in LOOPBACK and len(self.token) < 8:
             raise SettingError(
                 f"--host {self.host!r} is not loopback: others could look on. Give --token with 8 characters or more."
@@ -58,12 +57,12 @@ class Address:
 
 
 def percent(rate: float | None) -> str:
-    """Return a rate as a percentage; a dash where there is none."""
+    """Return a rate as a percentage; a dash for None."""
     return "–" if rate is None else f"{100 * rate:.1f}"
 
 
 def template_environment() -> Environment:
-    """Return the templates; all that is put into them is escaped."""
+    """Return the template environment, which escapes all values."""
     templates = Environment(
         loader=FileSystemLoader(HERE / "templates"),
         autoescape=True,
@@ -87,7 +86,7 @@ def page(name: str, *, status: int = 200, headers: dict[str, str] | None = None,
 
 
 def picture(name: str, **values: Any) -> Response:
-    """Return a rendered SVG that brings the pages' style along: as a picture it may load nothing."""
+    """Return a rendered SVG with the pages' style embedded, because an SVG picture cannot load files."""
     style = (STATIC / "vigil.css").read_text(encoding="utf-8")
     drawn = TEMPLATES.get_template(name).render(style=style, **values)
     headers = {"Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'"}
@@ -95,7 +94,7 @@ def picture(name: str, **values: Any) -> Response:
 
 
 def make_site(address: Address) -> FastAPI:
-    """Return an application without pages, guarded. Raises SettingError."""
+    """Return an application without pages, which refuses foreign requests. Raises SettingError."""
     address.check()
     site = FastAPI(title="VIGIL", docs_url=None, redoc_url=None, openapi_url=None)
     site.mount("/static", StaticFiles(directory=STATIC), name="static")
@@ -132,9 +131,9 @@ def make_site(address: Address) -> FastAPI:
 
 
 def fault(request: Request, status: int, message: str) -> Response:
-    """Return a page, or JSON for scripts, that says what went wrong.
+    """Return an error page, or JSON for scripts.
 
-    The message may quote the request, also what UTF-8 cannot hold of it.
+    The message may quote the request, including characters that UTF-8 cannot encode.
     """
     message = message.encode("utf-8", "replace").decode()
     if request.method != "GET" or "application/json" in request.headers.get("accept", ""):
@@ -145,7 +144,7 @@ def fault(request: Request, status: int, message: str) -> Response:
 
 
 def _refusal(request: Request, address: Address) -> Response | None:
-    """Return why a request is turned away; None when it may go on."""
+    """Return the reason to refuse a request; None if it is allowed."""
     if not address.token and not _LOOPBACK_HEADER.fullmatch(request.headers.get("host", "")):
         return PlainTextResponse("This server answers to 127.0.0.1 and localhost alone.", 421)
     origin = request.headers.get("origin")
@@ -162,7 +161,7 @@ def _refusal(request: Request, address: Address) -> Response | None:
 
 
 def _is_asked_by_another_site(request: Request) -> bool:
-    """Whether the browser says that another site's page asks; a link that somebody follows is no such request."""
+    """Whether the browser says that another site's page made the request; following a link does not count."""
     is_link = request.method == "GET" and request.headers.get("sec-fetch-mode") == "navigate"
     return request.headers.get("sec-fetch-site") in ("cross-site", "same-site") and not is_link
 

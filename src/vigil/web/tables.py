@@ -1,4 +1,4 @@
-"""Tables and charts of runs as plain values for the templates: rates, the outcome partition, flips of two runs."""
+"""Tables and charts of runs as plain values for templates: rates, outcome partition, and flips between two runs."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -34,17 +34,17 @@ class RunRow:
 
 @dataclass(frozen=True, slots=True)
 class RunGroup:
-    """The runs of one pack in the table of runs: only those are ranked among each other."""
+    """The runs of one pack in the table of runs; only runs of one pack are ranked together."""
 
     pack: str
     sha256: str
-    """Empty for runs whose header cannot be read."""
+    """The pack's hash; empty for runs whose header cannot be read."""
     rows: list[RunRow]
 
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """A piece of a stacked bar, in the chart's units."""
+    """A segment of a stacked bar, in the chart's units."""
 
     label: Label
     count: int
@@ -64,20 +64,20 @@ class Bar:
 
 @dataclass(frozen=True, slots=True)
 class RunProgress:
-    """How far a run has come, as numbers of episodes."""
+    """Progress of a run, in numbers of episodes."""
 
     played: int
-    """Scored, and ended as an error."""
+    """Number of episodes that were scored or ended as an error."""
     planned: int
     counts: dict[str, int]
-    """By name: W and the labels."""
+    """Number of episodes with W and with each label, by name."""
     errors: int
     cost: str
-    """In words; empty when there is nothing to tell."""
+    """The cost in words; empty if unknown."""
 
 
 def progress_of(run: LibraryRun, table: RecordTable, scores: RunScores) -> RunProgress:
-    """Return how far a run has come, and what it has cost."""
+    """Return a run's progress and its cost so far."""
     outcomes, tokens = scores.outcomes, table.tokens
     labels = Counter(outcome.label for outcome in outcomes)
     is_known = run.prices is not None or tokens.total.reported
@@ -91,7 +91,7 @@ def progress_of(run: LibraryRun, table: RecordTable, scores: RunScores) -> RunPr
 
 
 def run_rows(runs: Iterable[LibraryRun], family: str, sort: str, descending: bool) -> list[RunRow]:
-    """Return the table of runs, sorted by a rate or by name; runs without that rate come last."""
+    """Return the rows of the table of runs, sorted by a rate or by name; runs without that rate come last."""
     rows = [_run_row(run, family) for run in runs]
     if sort not in RATE_COLUMNS:
         return sorted(rows, key=lambda row: (row.run.name, row.run.slug), reverse=descending and sort == "name")
@@ -101,7 +101,7 @@ def run_rows(runs: Iterable[LibraryRun], family: str, sort: str, descending: boo
 
 
 def group_by_pack(rows: Iterable[RunRow]) -> list[RunGroup]:
-    """Return the rows pack by pack, by the packs' names, each in the order given; unreadable runs come last."""
+    """Return the rows grouped by pack, in order of the packs' names; unreadable runs come last."""
     found: dict[tuple[bool, str, str], list[RunRow]] = {}
     for row in rows:
         spec = None if row.run.header is None else row.run.header.spec
@@ -111,7 +111,7 @@ def group_by_pack(rows: Iterable[RunRow]) -> list[RunGroup]:
 
 
 def default_comparison(groups: Sequence[RunGroup]) -> tuple[str, ...]:
-    """Return the short names of the two runs to offer for comparison: of one pack, if there are two there."""
+    """Return the short names of the two runs to offer for comparison, preferably two runs of one pack."""
     readable = [[row.run.slug for row in group.rows if row.run.table is not None] for group in groups]
     together = next((slugs for slugs in readable if len(slugs) > 1), [slug for slugs in readable for slug in slugs])
     return tuple(together[:2])
@@ -130,7 +130,7 @@ def _run_row(run: LibraryRun, family: str) -> RunRow:
 
 
 def make_bars(scores: RunScores) -> list[Bar]:
-    """Return the outcome partition: all episodes, then a bar a family."""
+    """Return the bars of the outcome partition: all episodes, then each family."""
     outcomes = scores.outcomes
     families = [family for family in FAMILIES if any(outcome.family == family for outcome in outcomes)]
     groups = [("all", outcomes), *((family, [o for o in outcomes if o.family == family]) for family in families)]
@@ -162,7 +162,7 @@ class Flip:
 
 @dataclass(frozen=True, slots=True)
 class PairedRate:
-    """One rate of two runs over the episodes that both have scored, and what their difference is worth."""
+    """A rate of two runs over the episodes that both have scored, with the test of their difference."""
 
     name: str
     a: Rate
@@ -172,14 +172,14 @@ class PairedRate:
 
 @dataclass(frozen=True, slots=True)
 class FlipTable:
-    """Two runs on the episodes that both have scored."""
+    """Comparison of two runs on the episodes that both have scored."""
 
     shared: int
     only_a: int
     only_b: int
     rates: list[PairedRate]
     gained: dict[str, list[Flip]]
-    """By verdict (W, B): false in the first run, true in the second."""
+    """Verdict (W or B) -> episodes for which it is false in the first run and true in the second."""
     lost: dict[str, list[Flip]]
 
 
@@ -196,7 +196,7 @@ def _paired(first: Sequence[Outcome], second: Sequence[Outcome]) -> list[PairedR
 
 
 def compare(a: RunScores, b: RunScores, family: str) -> FlipTable:
-    """Return which episodes flipped between two runs, both ways."""
+    """Return the episodes whose verdict flipped between two runs, in either direction."""
     first = {(o.episode_id, o.epoch): o for o in a.outcomes if not family or o.family == family}
     second = {(o.episode_id, o.epoch): o for o in b.outcomes if not family or o.family == family}
     shared = sorted(first.keys() & second.keys())

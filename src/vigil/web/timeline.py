@@ -1,4 +1,4 @@
-"""Timeline: one recorded episode as the trajectory viewer shows it, step by step, with hidden state kept separate.
+"""Timeline: the data of the trajectory viewer for one recorded episode, with hidden state kept separate.
 
 A model's output is kept as plain strings; templates must escape it.
 """
@@ -21,7 +21,7 @@ from vigil.web.phrases import CATEGORIES, action_words, click_of, effect_words, 
 
 
 def timeline_of(episode: Episode, record: EpisodeRecord, profile: Profile, outcome: Outcome | None) -> dict[str, Any]:
-    """Return what the viewer needs to know, as JSON values. `hidden` and each step's `hidden` stay behind a switch."""
+    """Return the viewer's data as JSON values. The viewer shows `hidden`, also of each step, only on request."""
     rows = _goal_rows(episode, record)
     return {
         "episode": episode.id,
@@ -101,7 +101,7 @@ def _verdict(outcome: Outcome) -> dict[str, Any]:
 
 
 def _world(world: WorldState, episode: Episode) -> dict[str, Any]:
-    """Return a moment in the plan's coordinates (y = -z)."""
+    """Return a world in the plan's coordinates (y = -z)."""
     target = world.objects.get(episode.goal.object_id)
     return {
         "x": world.agent.position.x,

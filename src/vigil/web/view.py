@@ -1,4 +1,4 @@
-"""`vigil view`: pages of runs and their episodes."""
+"""`vigil view`: pages of runs, their episodes, packs and houses."""
 
 import hashlib
 from collections.abc import Iterable
@@ -36,9 +36,9 @@ from vigil.web.tables import (
 
 FILM_TYPES = {"gif": "image/gif", "mp4": "video/mp4"}
 NEWEST_EPISODES = 8
-"""Episodes that the page of a run that goes on names as the newest."""
+"""Number of newest episodes that the page of a running run lists."""
 STATES: tuple[RunState, ...] = ("going on", "not ended", "interrupted", "ended")
-"""How often there may be something new to show, most often first."""
+"""States of runs, from the most to the least likely to have something new to show."""
 EPISODE_COLUMNS = ("episode", "family", "label", "W", "B", "steps")
 
 
@@ -48,8 +48,10 @@ def make_view(
     address: Address | None = None,
     render_settings: RenderSettings | None = None,
 ) -> FastAPI:
-    """Return the application; houses are drawn with `render_settings`. Raises SettingError when the address needs a
-    token."""
+    """Return the application; houses are drawn with `render_settings`.
+
+    Raises SettingError if the address needs a token and has none.
+    """
     site = make_site(address or Address())
     _add_run_pages(site, library)
     _add_episode_pages(site, library, render_service)
@@ -171,18 +173,18 @@ def _download_headers(name: str) -> dict[str, str]:
 
 
 def _etag(runs: Iterable[LibraryRun]) -> dict[str, str]:
-    """Return the header that names what there is to show of some runs now."""
+    """Return the ETag header, which identifies the current content of these runs."""
     versions = " ".join(f"{run.slug} {run.version}" for run in runs)
     return {"ETag": f'"{hashlib.sha256(versions.encode()).hexdigest()[:16]}"'}
 
 
 def _is_known(request: Request, tag: dict[str, str]) -> bool:
-    """Whether a page that follows has the latest already."""
+    """Whether the page that polls already has the latest content."""
     return request.headers.get("if-none-match") == tag["ETag"]
 
 
 def _run_status(run: LibraryRun, table: RecordTable) -> dict[str, Any]:
-    """Return what the page of a run shows of how it stands, and shows anew while the run goes on."""
+    """Return the template values of a run's status, which the page refreshes while the run goes on."""
     scores, summary = run.scores_and_summary(table)
     here = f"/runs/{run.slug}"
     return {
@@ -204,7 +206,7 @@ def _run_status(run: LibraryRun, table: RecordTable) -> dict[str, Any]:
 
 
 def _episode_list(scored: Iterable[Outcome], wanted: dict[str, str], sort: str, direction: str) -> dict[str, Any]:
-    """Return what the page of a run shows of its episodes: those that are wanted, in order."""
+    """Return the template values of a run's list of episodes, filtered and sorted."""
     outcomes = [outcome for outcome in scored if _is_wanted(outcome, wanted)]
     key = sort if sort in EPISODE_COLUMNS and sort != "episode" else "episode_id"
     outcomes.sort(key=lambda o: (getattr(o, key), o.episode_id, o.epoch), reverse=direction == "desc")

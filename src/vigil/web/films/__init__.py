@@ -1,1 +1,1 @@
-"""Films of episodes, and the floor plan beside the frame."""
+"""Films of episodes, with the floor plan next to the frame."""

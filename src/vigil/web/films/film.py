@@ -1,8 +1,8 @@
 """Films: an episode as an animated GIF or WebP or as MP4, for people who judge it.
 
-Each slide shows what the agent saw with its click marked, the hidden floor plan beside it, thought and action below;
-the last one tells the verdict. MP4 needs PyAV, the extra `video`; it is H.264 in yuv420p, which every browser plays.
-The same frames give the same bytes with the same version of PyAV: one thread, no date, no clock.
+Each slide shows the agent's frame with its click marked, the hidden floor plan next to it, and thought and action
+below; the last slide shows the verdict. MP4 needs PyAV (the extra `video`); it is H.264 in yuv420p, which every browser
+plays. The same frames give the same bytes with the same version of PyAV: one thread, no date, no clock.
 """
 
 import io
@@ -25,13 +25,13 @@ LAST_S = 4.0
 STRIP_PX = 136
 FILM_SIZE = (FRAME_WIDTH + PANEL_PX, FRAME_HEIGHT + STRIP_PX)
 GIF_SHARE = 0.75
-"""Of a GIF's width and height, of a video's: as wide as pages of text are."""
+"""Width and height of a GIF relative to a video: about the width of a page of text."""
 WEBP_QUALITY = 82
 VIDEO_FPS = 10
 VIDEO_CRF = "20"
-"""x264's constant quality: the grain of textures stays."""
+"""x264's constant rate factor: high enough quality that the grain of textures is visible."""
 BT709 = 1
-"""FFmpeg's number for that colour space, primaries and transfer; said in the file, so that players agree on colours."""
+"""FFmpeg's number for this colour space, primaries and transfer; written to the file so that players agree."""
 THOUGHT_LINES = 2
 _PAPER, _INK, _SOFT, _MARK = (24, 28, 32), (240, 242, 244), (170, 178, 186), (214, 21, 95)
 _ACTION, _YES, _NO = (124, 196, 240), (70, 181, 134), (236, 123, 113)
@@ -47,7 +47,7 @@ _MARGIN_PX = 16
 
 @dataclass(frozen=True, slots=True)
 class FilmFrame:
-    """A frame (PNG) and what is said about it."""
+    """A frame (PNG) and its captions."""
 
     frame: bytes
     instruction: str
@@ -55,15 +55,15 @@ class FilmFrame:
     click: list[int] | None
     thought: str = ""
     plan: Image.Image | None = None
-    """The panel of `FilmPlan`; None when the house cannot be drawn."""
+    """The panel of `FilmPlan`; None if the house cannot be drawn."""
     verdict: dict[str, Any] | None = None
-    """Of a timeline, on the slide that tells it."""
+    """The timeline's verdict, on the last slide only."""
 
 
 def film_frames_of(
     timeline: dict[str, Any], frames: Sequence[bytes | None], plan: FilmPlan | None = None
 ) -> list[FilmFrame]:
-    """Return what can be shown of a timeline, its verdict last. Raises SettingError when that is nothing."""
+    """Return the slides of a timeline that can be shown, the verdict last. Raises SettingError if there are none."""
     shots = [
         _shot(timeline, step, frame, plan)
         for frame, step in zip(frames, timeline["steps"], strict=True)
@@ -89,18 +89,18 @@ def _shot(timeline: dict[str, Any], step: dict[str, Any], frame: bytes, plan: Fi
 
 
 def gif(shots: Sequence[FilmFrame]) -> bytes:
-    """Return an animated GIF that repeats for ever."""
+    """Return an animated GIF that repeats forever."""
     slides = [slide.quantize(method=Image.Quantize.FASTOCTREE) for slide in _small_slides(shots)]
     return _animated(slides, "GIF")
 
 
 def webp(shots: Sequence[FilmFrame]) -> bytes:
-    """Return an animated WebP that repeats for ever: of a GIF's size, in all colours and a smaller file."""
+    """Return an animated WebP that repeats forever: as large as the GIF on screen, in full colour, a smaller file."""
     return _animated(_small_slides(shots), "WEBP", quality=WEBP_QUALITY, method=6)
 
 
 def mp4(shots: Sequence[FilmFrame]) -> bytes:
-    """Return a film in MP4. Raises SettingError without PyAV."""
+    """Return an MP4 film. Raises SettingError without PyAV."""
     try:
         import av  # noqa: PLC0415 - an optional library
     except ImportError:
@@ -108,7 +108,7 @@ def mp4(shots: Sequence[FilmFrame]) -> bytes:
             "MP4 is written with PyAV, which is not installed. Install it: pip install 'vigil-bench[video]' (or "
             "pip install av). GIF and page need nothing more."
         ) from None
-    with TemporaryDirectory() as folder:  # FFmpeg moves the index to the front by reading its own file again
+    with TemporaryDirectory() as folder:  # FFmpeg reads its own file again to move the index to the front
         path = Path(folder) / "film.mp4"
         with av.open(path, "w", options={"movflags": "+faststart", "fflags": "+bitexact"}) as film:
             stream = film.add_stream("libx264", rate=VIDEO_FPS, options={"crf": VIDEO_CRF, "threads": "1"})
@@ -144,7 +144,7 @@ def _video_frames(shots: Sequence[FilmFrame]) -> Iterator[np.ndarray]:
 
 
 def _slide(shot: FilmFrame) -> Image.Image:
-    """Return a frame with its click, the plan beside it, and the strip below."""
+    """Return a frame with its click, the plan next to it, and the strip below."""
     slide = Image.new("RGB", FILM_SIZE, _PAPER)
     slide.paste(Image.open(io.BytesIO(shot.frame)).convert("RGB"), (0, 0))
     draw = ImageDraw.Draw(slide, "RGBA")
@@ -170,7 +170,7 @@ def _draw_strip(draw: ImageDraw.ImageDraw, shot: FilmFrame) -> None:
 
 
 def _draw_verdict(draw: ImageDraw.ImageDraw, verdict: dict[str, Any]) -> None:
-    """Write the verdict over the frame, which is dimmed."""
+    """Write the verdict over the dimmed frame."""
     draw.rectangle((0, 0, FRAME_WIDTH - 1, FRAME_HEIGHT - 1), fill=(*_PAPER, 214))
     large = font_of(64, is_bold=True)
     for name, x in (("W", 40), ("B", 250)):
@@ -184,7 +184,7 @@ def _draw_verdict(draw: ImageDraw.ImageDraw, verdict: dict[str, Any]) -> None:
 
 
 def _cut_to_width(text: str, font: ImageFont.FreeTypeFont, width: int) -> str:
-    """Return a text as one line that is not wider: nothing that cannot be printed, cut with an ellipsis."""
+    """Return a text as one line of at most `width`, without unprintable characters, cut with an ellipsis."""
     line = "".join(each if each.isprintable() else " " for each in text[:400])
     if font.getlength(line) <= width:
         return line
@@ -194,7 +194,7 @@ def _cut_to_width(text: str, font: ImageFont.FreeTypeFont, width: int) -> str:
 
 
 def _wrapped(text: str, font: ImageFont.FreeTypeFont, width: int) -> list[str]:
-    """Return a text broken at its blanks into lines that are not wider, of two lines at most the second one cut."""
+    """Return a text wrapped into at most two lines of at most `width`; a longer text is cut in the second."""
     words, line = text[:400].split(), ""
     while words and font.getlength(f"{line} {words[0]}") <= width:
         line = f"{line} {words.pop(0)}".strip()

@@ -1,4 +1,4 @@
-"""The floor plan beside a film's frames: the hidden house, the way walked so far, and what the goal is about."""
+"""Floor plan next to a film's frames: the hidden house, the agent's path so far, and the objects of the goal."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -17,16 +17,16 @@ Colour = tuple[int, int, int]
 PANEL_PX = 480
 CAPTION_PX, LEGEND_PX = 44, 36
 SUPERSAMPLING = 3
-"""The plan is drawn that many times larger, and then made smaller: smooth edges."""
+"""Factor by which the plan is drawn larger and then scaled down, for smooth edges."""
 MAX_PX_PER_M = 100
-"""A single room is not drawn larger than that."""
+"""Largest scale of a plan (pixels per metre), which limits a single room."""
 VIEW_DEG = 106
-"""What the camera sees from left to right: 90 degrees upright, at 4:3."""
+"""Horizontal field of view (degrees): 90 degrees vertically, at 4:3."""
 VIEW_M, AGENT_M, STEP_DOT_M = 1.3, 0.17, 0.06
 SAME_PLACE_M = 0.05
-"""A thing whose box begins and ends within that of its outline on the plan has not been moved."""
+"""Tolerance (m): an object whose box agrees this closely with its outline on the plan has not been moved."""
 RING_M = 0.3
-"""Radius of the ring around what is too small to be found on a plan."""
+"""Radius of the ring around an object that is too small to notice on a plan."""
 GROUND, INK, SOFT = (247, 246, 243), (28, 33, 38), (83, 91, 99)
 PATH, AGENT, TARGET = (11, 92, 138), (179, 55, 47), (27, 122, 83)
 _FONTS = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
@@ -34,12 +34,12 @@ _FONTS = Path(matplotlib.get_data_path()) / "fonts" / "ttf"
 
 @lru_cache(maxsize=16)
 def font_of(size: int, *, is_bold: bool = False) -> ImageFont.FreeTypeFont:
-    """Return the font of films in a size."""
+    """Return the font of films at a size."""
     return ImageFont.truetype(_FONTS / ("DejaVuSans-Bold.ttf" if is_bold else "DejaVuSans.ttf"), size)
 
 
 class FilmPlan:
-    """The plan of one house, to be drawn at each step of an episode."""
+    """Plan of one house, drawn at each step of an episode."""
 
     def __init__(self, plan: FloorPlan) -> None:
         one_metre = PlanDrawing(plan, 1.0)
@@ -53,7 +53,7 @@ class FilmPlan:
             self._sheet.draw.text(self._sheet.at(*each.name_at), each.name, fill=SOFT, font=font, anchor="mm")
 
     def panel(self, worlds: Sequence[dict[str, Any]], holds: bool | None) -> Image.Image:
-        """Return the panel at the last of some moments of a timeline; `holds` is whether the goal does then."""
+        """Return the panel at the last of `worlds`, the moments so far; `holds` says whether the goal holds then."""
         sheet = self._sheet
         large = sheet.image.copy()
         if worlds:
@@ -83,7 +83,7 @@ class FilmPlan:
                 draw.ellipse((x - radius, y - radius, x + radius, y + radius), outline=TARGET, width=3 * SUPERSAMPLING)
 
     def _outline(self, name: str, box: str) -> list[list[float]]:
-        """Return the corners (x, z) of a thing: of its box, or of what the plan shows of it there."""
+        """Return the corners (x, z) of an object: those of the plan if it has not moved, else those of its box."""
         corners = np.array([corner.split(",") for corner in box.split()], dtype=float) * (1.0, -1.0)
         drawn = self._outlines.get(name)
         if drawn is not None and np.allclose(_extent(drawn), _extent(corners), atol=SAME_PLACE_M):
@@ -99,7 +99,7 @@ class FilmPlan:
             draw.ellipse((x - radius, y - radius, x + radius, y + radius), fill=PATH)
 
     def _draw_agent(self, draw: ImageDraw.ImageDraw, world: dict[str, Any]) -> None:
-        """Draw where the agent is and what is before its camera; a heading of 0 degrees is up."""
+        """Draw the agent's position and its camera's field of view; a heading of 0 degrees points up."""
         (x, y), (dx, dz) = self._at(world), heading(world["yaw"])
         far, radius = VIEW_M * self._sheet.scale, AGENT_M * self._sheet.scale
         turn = world["yaw"] - 90
