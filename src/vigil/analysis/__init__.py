@@ -1,1 +1,1 @@
-"""Analysis: tables, figures and reports made from saved runs alone; never from a simulator."""
+"""Analysis: tables, figures and reports from saved runs, without a simulator."""

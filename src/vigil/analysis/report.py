@@ -1,6 +1,6 @@
-"""Report: the runs of a study as a page, as Markdown, LaTeX, JSON and tables of numbers.
+"""Report: the runs of a study as HTML, Markdown, LaTeX, JSON and CSV.
 
-One order for all formats: what is wrong with the data, how to read it, the figures, the tables.
+All formats have the same order: problems of the data, how to read it, the figures, the tables.
 """
 
 import json
@@ -36,7 +36,7 @@ CUSTOM_TABLES = "Own tables"
 Format = Literal["md", "html", "latex", "json", "csv"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 _FIGURES_IN: Mapping[str, str] = {"md": "svg", "html": "svg", "latex": "pdf"}
-"""Kind of picture that a format shows; drawing is what takes longest, so that two formats share one."""
+"""Format -> kind of its pictures; two formats share one kind, because drawing takes longest."""
 CAUSES = "Why episodes were no verified success, and what to do"
 LIMITS = (
     "W is what the simulator's hidden state says at the end, within the tolerances of the protocol; it does not "
@@ -56,23 +56,23 @@ LIMITS = (
 
 @dataclass(frozen=True)
 class AnalysisReport:
-    """Everything that a report shows, made once for all formats."""
+    """The content of a report, made once for all formats."""
 
     study: Study
     closure: tuple[ClosureRun, ...]
-    """Runs of the closure-stress suite, which are in none of the study's tables."""
+    """Runs of the closure-stress suite, which are not in the study's tables."""
     tables: Mapping[str, Table]
     figures: Mapping[str, Mapping[str, bytes]]
     """Figure -> kind of file (png, svg, pdf) -> bytes."""
     captions: Mapping[str, str]
     sections: Mapping[str, tuple[str, ...]]
-    """Heading -> the names of its tables, in the report's order."""
+    """Heading -> names of its tables, in the report's order."""
     reveals: bool = False
-    """Whether the rows of private packs' episodes are given, too."""
+    """Whether the report includes the rows of private packs' episodes."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a report says at its top."""
+        """The warnings at the top of a report."""
         stress = (
             f"{run.name} (closure stress): {note.removesuffix('.')}." for run in self.closure for note in run.notes
         )
@@ -80,7 +80,7 @@ class AnalysisReport:
 
     @property
     def causes(self) -> dict[str, tuple[str, ...]]:
-        """What kept each run from verified successes, with what to do about it; runs without any are left out."""
+        """Causes of missing verified successes, with advice, by run; runs without such causes are left out."""
         found = {entry.name: causes_of_rows(entry.run.rows) for entry in sorted_by_b(self.study.entries)}
         found |= {f"{run.name} (closure stress)": causes_of_closure(run.outcomes) for run in self.closure}
         return {name: sentences for name, causes in found.items() if (sentences := causes.sentences)}
@@ -93,11 +93,12 @@ def make_report(
     own: Mapping[str, TableBuilder] = NO_TABLES,
     closure: Sequence[ClosureRun] = (),
 ) -> AnalysisReport:
-    """Return a report with its figures drawn in the given kinds of file.
+    """Return a report, with its figures drawn as the given kinds of file.
 
-    `further` are figures that need frames, with their captions: the caller draws them. `own` are tables besides, by
-    name; they come last. `closure` are runs of the closure-stress suite, in a section of their own; a study without
-    runs beside them has no tables. Raises SettingError on the name of a table that every report has.
+    `further` are figures that the caller has drawn from frames, with their captions. `own` are additional tables by
+    name; they come last. `closure` are runs of the closure-stress suite, which get a separate section; if there are no
+    other runs, the study's own tables are left out. Raises SettingError if an additional table has the name of a
+    standard one.
     """
     suite = closure_tables(closure)
     taken = [name for name in own if name in TABLES or name in suite]
@@ -125,9 +126,9 @@ def write_report(
     *,
     reveals: bool = False,
 ) -> list[Path]:
-    """Write a report into `folder` in each format, and return the files that were written. Raises SettingError.
+    """Write a report into `folder` in each format, and return the paths of the written files. Raises SettingError.
 
-    Of a private pack rates alone are told, unless the report `reveals` it.
+    For a private pack only rates are written, unless the report `reveals` it.
     """
     unknown = [name for name in formats if name not in FORMATS]
     if unknown:
@@ -151,7 +152,7 @@ def write_report(
 
 
 def markdown_report(report: AnalysisReport, figures: bool = True) -> str:
-    """Return the whole report as Markdown; figures are named as files under `figures/`."""
+    """Return the whole report as Markdown, which refers to figures as files under `figures/`."""
     parts = ["# VIGIL report", "", *_md_list("Read this first", report.warnings)]
     parts += [_summary(report), "", *([f"## {CAUSES}", ""] if report.causes else [])]
     for name, sentences in report.causes.items():
@@ -166,7 +167,7 @@ def markdown_report(report: AnalysisReport, figures: bool = True) -> str:
 
 
 def html_report(report: AnalysisReport) -> str:
-    """Return the whole report as one page that needs nothing beside it."""
+    """Return the whole report as one self-contained page."""
     sections = [
         Section(heading, tuple(report.tables[name] for name in names)) for heading, names in report.sections.items()
     ]
@@ -176,7 +177,7 @@ def html_report(report: AnalysisReport) -> str:
 
 
 def json_report(report: AnalysisReport) -> str:
-    """Return every table's numbers as JSON; NaN never occurs."""
+    """Return every table's numbers as JSON, without NaN."""
     document: dict[str, Any] = {
         "schema_version": 1,
         "warnings": report.warnings,

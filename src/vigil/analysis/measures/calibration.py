@@ -1,4 +1,4 @@
-"""Calibration: the index of difficulty beside the difficulties that item response fits to the plays of runs."""
+"""Calibration: compares the index of difficulty with the difficulties fitted by item response to the plays of runs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,47 +21,47 @@ from vigil.scoring.rates import Interval
 
 Success = Literal["W", "B"]
 MIN_DISCRIMINATION = 0.0
-"""Episodes below it are for a reader to look at."""
+"""Episodes with a lower discrimination should be inspected by a reader."""
 
 
 @dataclass(frozen=True, slots=True)
 class Correlation:
-    """How two columns go together over episodes, by rank."""
+    """Rank correlation of two columns over episodes."""
 
     value: float
-    """Spearman's; NaN where it says nothing."""
+    """Spearman's correlation; NaN if it cannot be estimated."""
     interval: Interval | None
-    """Of resampled houses."""
+    """The 95 % interval from resampled houses."""
     n: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DifficultyCalibration:
-    """What the plays of runs on one pack say of its episodes."""
+    """Difficulty of a pack's episodes, as measured by the plays of runs."""
 
     fit: Fit
     families: np.ndarray
-    """(episodes,)"""
+    """(episodes,) family names."""
     levels: np.ndarray
-    """(episodes,) of text; None where no level was measured."""
+    """(episodes,) level names; None if no level was measured."""
     indices: np.ndarray
-    """(episodes,) the index; NaN likewise."""
+    """(episodes,) index of difficulty; NaN if it was not measured."""
     discriminations: np.ndarray
-    """(episodes,)"""
+    """(episodes,) fitted discriminations."""
     overall: Correlation
-    """Of the index with the fitted difficulty."""
+    """Correlation of the index with the fitted difficulty."""
     within_families: Correlation
-    """The same, both less the mean of their family."""
+    """The same correlation after subtracting each family's mean from both."""
 
     @property
     def suspects(self) -> list[str]:
-        """The episodes at which the abler agents fail, sorted by how clearly."""
+        """The episodes at which abler agents fail, the clearest cases first."""
         order = np.argsort(self.discriminations, kind="stable")
         return [self.fit.plays.episodes[at] for at in order if self.discriminations[at] < MIN_DISCRIMINATION]
 
 
 def calibrate(runs: Sequence[Run], success: Success = "B") -> DifficultyCalibration:
-    """Return the calibration by some runs of one pack. Raises RecordError for runs of several."""
+    """Return the calibration from runs of one pack. Raises RecordError if the runs have different packs."""
     packs = {run.header.spec.pack_sha256: run.header.spec.pack for run in runs}
     if len(packs) > 1:
         raise RecordError(
@@ -90,7 +90,7 @@ def calibrate(runs: Sequence[Run], success: Success = "B") -> DifficultyCalibrat
 
 
 def success_table(runs: Sequence[Run], episodes: Sequence[str], success: Success) -> SuccessTable:
-    """Return who succeeded how often where; repeats of one model under one condition are one agent."""
+    """Return the successes of each agent on each episode; repeats of a model under one condition are one agent."""
     agents = sorted({run.marked_name for run in runs})
     column = {name: at for at, name in enumerate(episodes)}
     hits, plays = (np.zeros((len(agents), len(episodes))) for _ in range(2))

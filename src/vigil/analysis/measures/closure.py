@@ -1,6 +1,6 @@
-"""Measures of the closure-stress suite: C by kind, pairs of twins, and how well a run tells one twin from the other.
+"""Measures of the closure-stress suite: C by kind, pairs of twins, and how well a run distinguishes the twins.
 
-Nothing here enters the tables of the eight families, and no run of theirs enters here. Source: `protocol.md` section 8.
+The suite's runs and those of the eight families are never mixed in a table. Source: `protocol.md` section 8.
 """
 
 from collections import Counter
@@ -33,24 +33,24 @@ from vigil.scoring.saved_run import EffectiveRow, RecordTable, pack_folder, read
 
 RESAMPLES, SEED, CONFIDENCE = 2000, 20260101, 0.95
 MIN_PAIRS = 5
-"""With fewer pairs resampling says nothing."""
+"""Smallest number of pairs from which intervals are resampled."""
 CLAIMS = ("concession", "none", "success")
-"""What an ending says about the goal, in rising order."""
+"""What an ending claims about the goal, in rising order."""
 _SMOOTHING = 0.5
-"""Added to hits and misses, so that d' is finite at 0 and 100 % (Hautus, 1995)."""
+"""Count added to hits and misses, so that d' is finite at 0 and 100 % (Hautus, 1995)."""
 
 
 @dataclass(frozen=True)
 class ClosureRun:
-    """One run of a pack of the suite, settled."""
+    """One scored run of a pack of the suite."""
 
     name: str
     header: RunHeader
     outcomes: tuple[ClosureOutcome, ...]
     planned: int
-    """Episodes (times epochs) that the run is meant to have."""
+    """Number of planned plays: episodes times epochs."""
     notes: tuple[str, ...]
-    """What a reader must know before any number."""
+    """Caveats that a reader must see before the numbers."""
 
     def outcomes_of(self, kind: Kind) -> list[ClosureOutcome]:
         """Return the verdicts on the episodes of one kind."""
@@ -62,17 +62,17 @@ class ClosureRun:
         return [kind for kind in KINDS if self.outcomes_of(kind)]
 
     def rates(self) -> dict[str, dict[str, Any]]:
-        """Return C and what is beside it by kind, and of `all`: values and intervals, as JSON has them."""
+        """Return C and related rates by kind and for `all`: values and intervals, as in JSON."""
         return rates_by_kind(self.outcomes)
 
 
 @dataclass(frozen=True, slots=True)
 class Discrimination:
-    """How far the endings of one side of twins differ from those of the other."""
+    """How well the endings distinguish the two sides of twins."""
 
     pairs: int
     d_prime: float | None
-    """From claims of success; 0 when both sides get the same. None without a pair."""
+    """Sensitivity d' of claims of success; 0 if both sides get the same claims, None without pairs."""
     d_prime_interval: Interval | None
     auc: float | None
     """The chance that the possible twin gets the higher claim (success, no report, concession); ties count half."""
@@ -80,7 +80,7 @@ class Discrimination:
 
 
 def is_closure_run(folder: Path, pack: str | Path | None = None) -> bool:
-    """Whether a run was played on a pack of the suite. Raises RecordError; a pack that is not there is none of it."""
+    """Whether a run was played on a pack of the suite; False if the pack is missing. Raises RecordError."""
     try:
         return manifest_of(pack_folder(read_header(folder), pack)).suite == SUITE
     except PackMismatch:
@@ -88,7 +88,7 @@ def is_closure_run(folder: Path, pack: str | Path | None = None) -> bool:
 
 
 def read_closure_runs(folders: Sequence[Path], pack: str | Path | None = None) -> list[ClosureRun]:
-    """Return the runs of the suite in `folders`, settled, sorted by name. Raises RecordError or PackMismatch."""
+    """Return the scored runs of the suite in `folders`, sorted by name. Raises RecordError or PackMismatch."""
     unique = sorted({folder.resolve() for folder in folders})
     found = [_read_run(folder, pack) for folder in unique]
     names = Counter(run.name for run in found)
@@ -121,13 +121,13 @@ def _read_run(folder: Path, pack: str | Path | None) -> ClosureRun:
 
 
 ClosureScores = dict[Key, tuple[EffectiveRow, ClosureOutcome]]
-"""Verdicts on rows, with the rows."""
+"""Verdicts by key, each with the row that it judges."""
 
 
 def score_rows(
     table: RecordTable, answers: Mapping[str, ClosureAnswer], known: ClosureScores | None = None
 ) -> tuple[ClosureOutcome, ...]:
-    """Return the verdicts on a run's scored rows, sorted by key; those in `known` are taken, new ones put there."""
+    """Return the verdicts on a run's scored rows, sorted by key; `known` is a cache that is read and updated."""
     known = {} if known is None else known
     scored = {key: row for key, row in sorted(table.rows.items(), key=lambda each: each[0]) if row.outcome is not None}
     for key, row in scored.items():
@@ -137,14 +137,14 @@ def score_rows(
 
 
 def closure_rates(pack: Path, table: RecordTable, known: ClosureScores) -> dict[str, dict[str, Any]] | None:
-    """Return C and what is beside it by kind; None when the pack is not of the suite. `known` as in `score_rows`."""
+    """Return C and related rates by kind; None if the pack is not of the suite. `known` is as in `score_rows`."""
     if manifest_of(pack).suite != SUITE:
         return None
     return rates_by_kind(score_rows(table, closure_answers(pack), known))
 
 
 def rates_by_kind(outcomes: Sequence[ClosureOutcome]) -> dict[str, dict[str, Any]]:
-    """Return the rates of some verdicts by kind, those of `all` at the end: values and intervals, as JSON has them."""
+    """Return the rates of verdicts by kind, those of `all` last: values and intervals, as in JSON."""
     parts = {kind: [each for each in outcomes if each.answer.kind == kind] for kind in KINDS}
     return {kind: _rates(part) for kind, part in {**parts, "all": outcomes}.items() if part or kind == "all"}
 
@@ -164,7 +164,7 @@ def _rates(part: Sequence[ClosureOutcome]) -> dict[str, Any]:
 
 
 def rate(outcomes: Iterable[ClosureOutcome], is_hit: Callable[[ClosureOutcome], bool]) -> Rate:
-    """Return how many of some verdicts are so; the plays of one episode count for what they are worth together."""
+    """Return the share of verdicts for which `is_hit`; plays of one episode count as correlated."""
     plays: dict[str, list[bool]] = {}
     for each in outcomes:
         plays.setdefault(each.answer.episode_id, []).append(is_hit(each))
@@ -172,7 +172,7 @@ def rate(outcomes: Iterable[ClosureOutcome], is_hit: Callable[[ClosureOutcome], 
 
 
 def house_interval(outcomes: Sequence[ClosureOutcome], value: Callable[[ClosureOutcome], float]) -> Interval | None:
-    """Return the interval of a mean over some verdicts when houses are resampled; None where that says nothing."""
+    """Return the interval of a mean over verdicts from resampled houses; None if there are too few."""
     if not outcomes:
         return None
     values = np.array([float(value(each)) for each in outcomes])
@@ -180,7 +180,7 @@ def house_interval(outcomes: Sequence[ClosureOutcome], value: Callable[[ClosureO
 
 
 def correct_pairs(outcomes: Iterable[ClosureOutcome]) -> Rate:
-    """Return how many pairs are closed knowingly on both sides, play by play."""
+    """Return the rate of pairs, play by play, that are closed correctly on both sides."""
     return _rate([[left.is_knowing and right.is_knowing for left, right in plays] for plays in _pairs(outcomes)])
 
 
@@ -193,7 +193,7 @@ def _rate(plays: Sequence[Sequence[bool]]) -> Rate:
 
 
 def discrimination(outcomes: Iterable[ClosureOutcome]) -> Discrimination:
-    """Return d' and AUC of the claims on twins, with intervals from resampled pairs."""
+    """Return d' and AUC of the claims about twins, with intervals from resampled pairs."""
     pairs = _pairs(outcomes)
     if not pairs:
         return Discrimination(0, None, None, None, None)
@@ -213,7 +213,7 @@ def _percentile_interval(values: np.ndarray) -> Interval:
 
 
 def _pairs(outcomes: Iterable[ClosureOutcome]) -> list[list[tuple[ClosureOutcome, ClosureOutcome]]]:
-    """Return for each pair its plays, those of an epoch together, the side that obeys the families' rules first."""
+    """Return each pair's plays, grouped by epoch, with the side that obeys the families' rules first."""
     found: dict[tuple[str, int], dict[str, ClosureOutcome]] = {}
     for each in outcomes:
         if each.answer.pair is not None and each.answer.side is not None:
@@ -227,7 +227,7 @@ def _pairs(outcomes: Iterable[ClosureOutcome]) -> list[list[tuple[ClosureOutcome
 
 
 def _claims(plays: Sequence[tuple[ClosureOutcome, ClosureOutcome]]) -> list[list[int]]:
-    """Return how often each claim was made, (2 sides, 3 claims)."""
+    """Return the count of each claim, (2 sides, 3 claims)."""
     return [[sum(play[side].claim == claim for play in plays) for claim in CLAIMS] for side in (0, 1)]
 
 
@@ -238,7 +238,7 @@ def _d_prime(counts: np.ndarray) -> np.ndarray:
 
 
 def _auc(counts: np.ndarray) -> np.ndarray:
-    """Return the chance that the first side's claim is the higher one, of claims (n, 2, 3)."""
+    """Return, for claims (n, 2, 3), the probability that the first side's claim is the higher one."""
     first, second = counts[:, 0].astype(float), counts[:, 1].astype(float)
     below = np.cumsum(second, axis=1) - second
     return (first * (below + second / 2)).sum(axis=1) / (first.sum(axis=1) * second.sum(axis=1))

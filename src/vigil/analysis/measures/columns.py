@@ -1,4 +1,4 @@
-"""The columns of `rows.csv` and `rows.parquet`: what each says, and those that a run's header gives to all its rows."""
+"""Columns of `rows.csv` and `rows.parquet`: their descriptions, and the values that come from a run's header."""
 
 from collections.abc import Iterable
 
@@ -6,7 +6,7 @@ from vigil.records.record import RunHeader
 
 
 def run_columns(header: RunHeader) -> dict[str, object]:
-    """Return the columns that are the same in all rows of a run."""
+    """Return the columns with the same value in all rows of a run."""
     spec = header.spec
     return {
         "run_id": header.run_id,
@@ -92,12 +92,12 @@ COLUMNS: dict[str, str] = {
     "level": "`easy`, `medium`, `hard` or `extreme`; empty where the pack's levels were not measured",
     "level_index": "index of difficulty that the level follows from; empty likewise",
 }
-"""By name, in order; KIND and POLICY stand for several columns."""
+"""Column name -> description, in order; KIND and POLICY stand for several columns."""
 ANSWER_KEY = ("target", "distance_m", "expected", "first_goal_step", "lag", "lag_from_reset", "actions_after_goal.KIND")
-"""Those that tell what only the hidden world knows, besides the verdict itself."""
+"""Columns with hidden facts, besides the verdict itself."""
 
 
 def without_answer_key(names: Iterable[str]) -> list[str]:
-    """Return the names of columns but for those of the answer key; KIND may be any."""
+    """Return the names without the columns of the answer key; KIND matches any kind."""
     key = {name.partition(".")[0] for name in ANSWER_KEY}
     return [name for name in names if name.partition(".")[0] not in key]

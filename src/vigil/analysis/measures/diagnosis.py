@@ -1,6 +1,6 @@
-"""Diagnosis: why the episodes of a run were not verified successes, each cause with what to do about it.
+"""Diagnosis: why episodes of a run were not verified successes, with advice for each cause.
 
-What is counted are verdicts and the reasons of invalid replies; the advice says where to look, never what was meant.
+The counts are of verdicts and of reasons of invalid replies; the advice says where to look, not what the agent meant.
 """
 
 import json
@@ -15,9 +15,9 @@ from vigil.base.glossary import TERMS
 from vigil.scoring.closure import ClosureOutcome
 
 MIN_REASON_SHARE = 0.05
-"""Of the replies: a reason with fewer is counted with the others, without advice."""
+"""Smallest share of the replies at which a reason gets its own advice; rarer reasons are counted together."""
 FORM_ONLY_SHARE = 0.95
-"""From this share of invalid replies on a run measures the form of replies alone."""
+"""Share of invalid replies from which a run measures only the form of replies."""
 _FORM_ADVICE = (
     "The form of replies is not kept: `vigil prompt` shows what is asked for, `vigil view` what was replied "
     "(docs/protocol.md, 2.3)."
@@ -48,7 +48,7 @@ REPLY_ADVICE: Mapping[str, str] = {
     "where; a context that is too small is set at the server.",
     "agent_ended": "The program ended or hung: what it wrote to standard error is in `logs` of the run's folder.",
 }
-"""Reason of an invalid reply -> what to do; for any other the form of replies is not kept."""
+"""Reason of an invalid reply -> advice; any other reason means that the reply has the wrong form."""
 ENDING_ADVICE: Mapping[str, str] = {
     "false_success": "Look in `vigil view` at what was in sight before the report; P(FR | W=0) says how often a missed "
     "goal is claimed.",
@@ -69,28 +69,28 @@ ENDING_ADVICE: Mapping[str, str] = {
     "no_report": "It never reported: watch in `vigil view` what it went on doing.",
     "other": "Its report is none that closes such an episode: `vigil prompt` shows the statuses.",
 }
-"""How an episode ended -> where to look."""
+"""Ending of an episode -> advice where to look."""
 
 
 @dataclass(frozen=True, slots=True)
 class FailureCauses:
-    """What may explain the rates of one run, as numbers."""
+    """Counts that may explain the rates of one run."""
 
     episodes: int
     replies: int
     endings: Mapping[str, int]
-    """Of the episodes that are no verified success: subtype of the report, else the label."""
+    """Number of episodes without verified success by subtype of the report, else by label."""
     reasons: Mapping[str, int]
-    """Of invalid replies."""
+    """Number of invalid replies by reason."""
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What kept the run from verified successes, the replies first; empty where nothing did."""
+        """Sentences on what prevented verified successes, replies first; empty if nothing did."""
         return (*_reply_sentences(self), *_ending_sentences(self))
 
 
 def causes_of_rows(rows: pd.DataFrame) -> FailureCauses:
-    """Return what may explain the rates of a run of the eight families."""
+    """Return the possible causes of the rates of a run of the eight families."""
     endings = Counter(
         subtype or label
         for subtype, label in zip(values(rows, "subtype", object), values(rows, "label", object), strict=True)
@@ -101,7 +101,7 @@ def causes_of_rows(rows: pd.DataFrame) -> FailureCauses:
 
 
 def causes_of_closure(outcomes: Iterable[ClosureOutcome]) -> FailureCauses:
-    """Return what may explain C of a run of the closure-stress suite."""
+    """Return the possible causes of C of a run of the closure-stress suite."""
     found = list(outcomes)
     endings = Counter(each.label for each in found if each.label != "closed")
     reasons = _sum_counts(each.outcome.invalid_reasons for each in found)

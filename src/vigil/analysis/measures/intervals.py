@@ -1,9 +1,9 @@
-"""Intervals and tests: what an estimate, or a difference between two runs, is worth.
+"""Intervals and tests: the uncertainty of an estimate, or of a difference between two runs.
 
-Beside Wilson's for single rates (`vigil.scoring.rates`): a bootstrap clustered by house where episodes share houses;
+Besides Wilson's for single rates (`vigil.scoring.rates`): a bootstrap clustered by house where episodes share houses;
 McNemar (exact), Stuart-Maxwell and a paired, clustered bootstrap for two runs on the same episodes; the smallest
-difference that so many episodes can show. Every resampling has a fixed seed and sorted clusters: the same rows give the
-same interval, in whatever order they come.
+difference that n episodes can show. Every resampling has a fixed seed and sorted clusters: the same rows in any order
+give the same interval.
 """
 
 import math
@@ -22,17 +22,17 @@ SEED = 20260101
 CONFIDENCE = 0.95
 POWER = 0.80
 MIN_CLUSTERS = 5
-"""With fewer houses a clustered bootstrap says nothing."""
+"""Smallest number of houses for a clustered bootstrap."""
 _NO_VARIANCE = 1e-9
-"""A smaller share of the largest variance is rounding: labels that add up, or that never change."""
+"""Share of the largest variance below which a variance is rounding: labels that add up, or never change."""
 
 
 @dataclass(frozen=True, slots=True)
 class McNemar:
-    """An exact test of two paired yes/no outcomes; the plays of one episode are taken together."""
+    """Exact test of two paired yes/no outcomes; the plays of one episode count together."""
 
     only_first: int
-    """Episodes in which the first has more of the outcome."""
+    """Number of episodes in which the first column has the outcome more often."""
     only_second: int
     difference: float | None
     """The second's rate minus the first's, over all plays."""
@@ -41,43 +41,43 @@ class McNemar:
 
 @dataclass(frozen=True, slots=True)
 class PairedTest:
-    """What the difference between two runs in a yes/no fact of the same plays is worth."""
+    """Test of the difference between two runs in a yes/no fact of the same plays."""
 
     difference: float
     """The second's rate minus the first's; NaN without plays."""
     interval: Interval | None
-    """From resampled houses; None with fewer than five, or when all agree."""
+    """Interval from resampled houses; None with fewer than five houses, or if all agree."""
     test: McNemar
 
 
 @dataclass(frozen=True, slots=True)
 class Homogeneity:
-    """A test whether each label is as frequent in one of two paired columns as in the other."""
+    """Test whether each label is equally frequent in two paired columns."""
 
     statistic: float
-    """Distributed as chi-square with `df` degrees of freedom when it is."""
+    """Test statistic; under the null hypothesis chi-square with `df` degrees of freedom."""
     df: int
     p: float
 
 
 def clustered_interval(values: np.ndarray, houses: np.ndarray) -> Interval | None:
-    """Return the 95 % interval of the mean of `values` when houses are resampled.
+    """Return the 95 % interval of the mean of `values` from resampled houses.
 
-    None with fewer than five houses, or when all houses agree: resampling then says nothing.
+    None with fewer than five houses, or if all houses agree: resampling is then uninformative.
     """
     intervals = clustered_mean_intervals(values.reshape(-1, 1), houses)
     return None if intervals is None else intervals[0]
 
 
 def clustered_mean_intervals(values: np.ndarray, houses: np.ndarray) -> list[Interval | None] | None:
-    """Return the interval of each column's mean, (n, columns), under one resampling of houses; None as above."""
+    """Return the interval of each column's mean, (n, columns), with one resampling of houses; None as above."""
     return clustered_ratio_intervals(values, np.ones(len(values)), houses)
 
 
 def clustered_ratio_intervals(
     values: np.ndarray, sizes: np.ndarray, houses: np.ndarray
 ) -> list[Interval | None] | None:
-    """Return the interval of each column's sum over the sum of `sizes`, which are above 0; else as above."""
+    """Return the interval of each column's sum over the sum of `sizes`, which must be above 0; None as above."""
     names, index = np.unique(houses.astype(str), return_inverse=True)
     if len(names) < MIN_CLUSTERS:
         return None
@@ -92,7 +92,7 @@ def clustered_ratio_intervals(
 
 
 def _tail_share(clusters: int) -> float:
-    """Return the share to cut off at either end, less for few clusters, whose resampled means spread too little.
+    """Return the tail share to cut off at either end: smaller for few clusters, whose resampled means vary too little.
 
     Source: Hesterberg, "What teachers should know about the bootstrap", 2015 (the expanded percentile interval).
     """
@@ -102,14 +102,14 @@ def _tail_share(clusters: int) -> float:
 
 @lru_cache(maxsize=16)
 def _resampling_counts(clusters: int) -> np.ndarray:
-    """Return how often each of so many clusters is drawn, (RESAMPLES, clusters)."""
+    """Return how often each cluster is drawn in each resample, (RESAMPLES, clusters)."""
     return np.random.default_rng(SEED).multinomial(clusters, np.full(clusters, 1 / clusters), size=RESAMPLES)
 
 
 def mcnemar(first: np.ndarray, second: np.ndarray, episodes: np.ndarray) -> McNemar:
     """Return the exact McNemar test of two boolean columns over the same plays of the named episodes.
 
-    Of an episode that was played repeatedly the plays' differences are added up, and change sign together.
+    If an episode was played repeatedly, the plays' differences are added up and change sign together.
     """
     _, index = np.unique(episodes, return_inverse=True)
     gains = np.bincount(index, weights=second.astype(float) - first.astype(float)).astype(int)
@@ -118,7 +118,7 @@ def mcnemar(first: np.ndarray, second: np.ndarray, episodes: np.ndarray) -> McNe
 
 
 def _sign_flip_p(gains: np.ndarray) -> float:
-    """Return how likely a sum is at least so far from zero when each gain may as well have the other sign."""
+    """Return the p-value of the sum of gains when the sign of each gain is random (two-sided)."""
     sizes, counts = np.unique(np.abs(gains[gains != 0]), return_counts=True)
     likely = np.ones(1)
     for size, count in zip(sizes.tolist(), counts.tolist(), strict=True):
@@ -131,10 +131,10 @@ def _sign_flip_p(gains: np.ndarray) -> float:
 
 
 def stuart_maxwell(first: np.ndarray, second: np.ndarray, episodes: np.ndarray) -> Homogeneity | None:
-    """Return the Stuart-Maxwell test of two columns of labels over the same plays; None when no label changed.
+    """Return the Stuart-Maxwell test of two columns of labels over the same plays; None if no label changed.
 
-    Of an episode that was played repeatedly the plays' changes are added up, as in `mcnemar`. The p is approximate: it
-    needs some ten changes or more. Source: Maxwell, "Comparing the classification of subjects by two independent
+    If an episode was played repeatedly, the plays' changes are added up, as in `mcnemar`. The p is approximate and
+    needs about ten changes or more. Source: Maxwell, "Comparing the classification of subjects by two independent
     judges", 1970.
     """
     labels = np.unique(np.concatenate([first, second]))
@@ -157,12 +157,12 @@ def paired_difference(first: np.ndarray, second: np.ndarray, houses: np.ndarray)
 
 
 def paired_test(first: np.ndarray, second: np.ndarray, *, episodes: np.ndarray, houses: np.ndarray) -> PairedTest:
-    """Return how two boolean columns over the same plays differ, with McNemar's test and the interval by houses."""
+    """Return the difference of two boolean columns over the same plays, with McNemar's test and interval by houses."""
     return PairedTest(*paired_difference(first, second, houses), mcnemar(first, second, episodes))
 
 
 def holm(p_values: list[float]) -> list[float]:
-    """Return p-values adjusted for how many there are (Holm), in the same order."""
+    """Return p-values adjusted for multiple tests by Holm's method, in the same order."""
     adjusted = [0.0] * len(p_values)
     running = 0.0
     for rank, index in enumerate(sorted(range(len(p_values)), key=p_values.__getitem__)):
@@ -172,9 +172,9 @@ def holm(p_values: list[float]) -> list[float]:
 
 
 def smallest_difference(n: float, rate: float = 0.5) -> float | None:
-    """Return the smallest difference between two independent rates near `rate` that n trials each can show.
+    """Return the smallest detectable difference between two independent rates near `rate`, with n trials each.
 
-    At the 5 % level with 80 % power; None without any.
+    At the 5 % level with 80 % power; None without trials.
     """
     if not n:
         return None
@@ -182,9 +182,9 @@ def smallest_difference(n: float, rate: float = 0.5) -> float | None:
 
 
 def smallest_paired_difference(n: int, discordant: float) -> float | None:
-    """Return the smallest paired difference that n shared episodes can show when a share of them is `discordant`.
+    """Return the smallest detectable paired difference on n shared episodes, of which a share is `discordant`.
 
-    At the 5 % level with 80 % power (Connor's formula for McNemar's test); None when no n is enough.
+    At the 5 % level with 80 % power (Connor's formula for McNemar's test); None if no difference can be detected.
     """
     if not n or not 0 < discordant <= 1:
         return None
@@ -206,5 +206,5 @@ def _detectable_z() -> float:
 
 
 def _normal_quantile(share: float) -> float:
-    """Return where the standard normal distribution has that share below."""
+    """Return the quantile of the standard normal distribution for a share."""
     return float(ndtri(share))

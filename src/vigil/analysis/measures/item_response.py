@@ -1,8 +1,9 @@
-"""Item response: how difficult each episode is and how able each agent, fitted together to who succeeded where.
+"""Item response: the difficulty of each episode and the ability of each agent, fitted together to their successes.
 
-The Rasch model: the log-odds of success are an agent's ability minus an episode's difficulty. Normal priors make it fit
-for few agents and for episodes that all or none of them solve: what the plays do not tell is drawn to the middle, with
-a standard error that says so. The posterior has one mode, found by Newton's method; errors are of its curvature there.
+The Rasch model: the log-odds of success are an agent's ability minus an episode's difficulty. With normal priors it
+works for few agents, and for episodes that all or none of them solve: estimates with little data shrink to the middle
+and have a large standard error. Newton's method finds the posterior's only mode; standard errors come from the
+curvature there.
 """
 
 from dataclasses import dataclass
@@ -14,24 +15,24 @@ from vigil.errors import SettingError
 from vigil.scoring.rates import Interval
 
 DIFFICULTY_SD, ABILITY_SD = 1.5, 3.0
-"""Of the priors, in logits, both around 0: which fixes the origin at an episode of middling difficulty."""
+"""Standard deviations of the priors, in logits; both have mean 0, which puts the origin at medium difficulty."""
 MAX_ITERATIONS, TOLERANCE = 100, 1e-9
 MIN_AGENTS = 5
-"""With fewer agents a correlation over agents says nothing."""
+"""Smallest number of agents for a correlation over agents."""
 MIN_EPISODES = 8
-"""With fewer episodes a correlation over episodes says nothing."""
+"""Smallest number of episodes for a correlation over episodes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SuccessTable:
-    """Who succeeded how often where."""
+    """Successes and plays of each agent on each episode."""
 
     agents: tuple[str, ...]
     episodes: tuple[str, ...]
     hits: np.ndarray
-    """(agents, episodes) plays that succeeded."""
+    """(agents, episodes) number of successful plays."""
     plays: np.ndarray
-    """(agents, episodes) plays in all; 0 where an agent did not play an episode."""
+    """(agents, episodes) number of plays; 0 if an agent did not play an episode."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,12 +49,12 @@ class Fit:
 
     @property
     def probabilities(self) -> np.ndarray:
-        """(agents, episodes) fitted chances of success."""
+        """(agents, episodes) fitted probabilities of success."""
         return _probabilities(self.ability, self.difficulty)
 
 
 def fit(plays: SuccessTable) -> Fit:
-    """Return the most likely difficulties and abilities. Raises SettingError without any play."""
+    """Return the most likely difficulties and abilities. Raises SettingError without plays."""
     if not plays.plays.sum():
         raise SettingError("There is no scored episode to fit difficulties to. Give runs that have some.")
     agents, episodes = plays.plays.shape
@@ -85,7 +86,7 @@ def _log_posterior(at: np.ndarray, plays: SuccessTable, precision: np.ndarray) -
 
 
 def _derivatives(at: np.ndarray, plays: SuccessTable, precision: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the slope of the log-posterior, abilities first, and its curvature with the sign turned."""
+    """Return the gradient of the log-posterior, abilities first, and its negative Hessian."""
     agents = len(plays.agents)
     probabilities = _probabilities(at[:agents], at[agents:])
     missed = plays.hits - plays.plays * probabilities
@@ -98,9 +99,9 @@ def _derivatives(at: np.ndarray, plays: SuccessTable, precision: np.ndarray) -> 
 
 
 def discriminations(fitted: Fit) -> np.ndarray:
-    """Return, for each episode, how its success goes with the agents' success elsewhere (-1 to 1).
+    """Return, for each episode, the correlation of its success with the agents' success elsewhere (-1 to 1).
 
-    NaN with fewer than five agents on it, or where all agree. Below 0 the abler ones fail: a reason to look at it.
+    NaN with fewer than five agents on it, or if all agree. Below 0 the abler agents fail: a reason to inspect it.
     """
     plays = fitted.plays
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -119,12 +120,12 @@ def _correlation(first: np.ndarray, second: np.ndarray, least: int) -> float:
 
 
 def rank_correlation(first: np.ndarray, second: np.ndarray) -> float:
-    """Return Spearman's correlation of two columns; NaN with fewer than eight values, or where all agree."""
+    """Return Spearman's correlation of two columns; NaN with fewer than eight values, or if all values agree."""
     return _correlation(_ranks(first), _ranks(second), MIN_EPISODES)
 
 
 def rank_correlation_interval(first: np.ndarray, second: np.ndarray, houses: np.ndarray) -> Interval | None:
-    """Return the 95 % interval of Spearman's correlation when houses are resampled; None where that says nothing."""
+    """Return the 95 % interval of Spearman's correlation from resampled houses; None if it cannot be estimated."""
     names, index = np.unique(houses, return_inverse=True)
     members = [np.flatnonzero(index == house) for house in range(len(names))]
     rng = np.random.default_rng(SEED)
@@ -140,12 +141,12 @@ def rank_correlation_interval(first: np.ndarray, second: np.ndarray, houses: np.
 
 
 def without_group_means(values: np.ndarray, groups: np.ndarray) -> np.ndarray:
-    """Return values less the mean of their group: what they say besides which group they are of."""
+    """Return the values with their group's mean subtracted."""
     _, index = np.unique(groups, return_inverse=True)
     return values - (np.bincount(index, weights=values) / np.bincount(index))[index]
 
 
 def _ranks(values: np.ndarray) -> np.ndarray:
-    """Return the ranks of values; equal ones share the mean of theirs."""
+    """Return the ranks of values; equal values share their mean rank."""
     _, index, counts = np.unique(values, return_inverse=True, return_counts=True)
     return (np.cumsum(counts) - (counts - 1) / 2)[index]

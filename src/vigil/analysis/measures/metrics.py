@@ -1,5 +1,4 @@
-"""Metrics: a flat table of episodes -> the numbers of the paper's tables that are more than a rate
-(`vigil.scoring.rates`).
+"""Metrics: the numbers of the paper's tables beyond simple rates (`vigil.scoring.rates`), from a table of episodes.
 
 Pure functions of rows (`vigil.analysis.measures.rows`); a rate over no episodes is None, never zero. Source:
 `protocol.md` sections 5 and 6.
@@ -23,12 +22,12 @@ from vigil.protocol.episode import FAMILIES
 from vigil.scoring.rates import COLUMNS, Columns, Counts, Interval, Rate, broken_identities, count, mean
 
 LABELS = ("B", "FR", "Other", "NR", "IL")
-"""The partition, in the order of the stacked bars."""
+"""Labels of the outcome partition, in the order of the stacked bars."""
 COMPARABLE_W_PP = 1.0
 EXCLUDED_IL = 0.50
 CLOSURE_STEPS = 20
 FLOOR_W = 0.05
-"""Below this share of completed episodes a family says nothing about closure: the gap is bounded by W."""
+"""Smallest share of completed episodes at which a family is informative about closure: W bounds the gap."""
 
 NR_HEAVY = 0.40
 FR_HEAVY = 0.65
@@ -38,7 +37,7 @@ LOW_COMPLIANCE = 0.50
 
 @dataclass(frozen=True)
 class RunMetrics(Counts):
-    """All that one table of episodes says."""
+    """All measures of one table of episodes."""
 
     means: Mapping[str, float | None] = field(default_factory=dict)
     """Means over episodes: steps, too_far, path_blocked, retry, lags."""
@@ -67,7 +66,7 @@ def macro(families: Mapping[str, RunMetrics], name: str) -> float | None:
 
 
 def macro_interval(families: Mapping[str, RunMetrics], name: str) -> Interval | None:
-    """Return the interval of `macro`: the families' own intervals combined, as of independent rates.
+    """Return the interval of `macro`: the families' intervals, combined as those of independent rates.
 
     Source: Zou and Donner, "Construction of confidence limits about effect measures", 2008 (MOVER).
     """
@@ -82,7 +81,7 @@ def macro_interval(families: Mapping[str, RunMetrics], name: str) -> Interval | 
 
 
 def mean_with_interval(rows: pd.DataFrame, column: str) -> tuple[float, float | None, float | None] | None:
-    """Return the mean of a column where it is known, with its interval by houses; None of nothing."""
+    """Return the mean of a column's known values, with its interval by houses; None without values."""
     found = values(rows, column)
     known = np.isfinite(found)
     if not known.any():
@@ -92,7 +91,7 @@ def mean_with_interval(rows: pd.DataFrame, column: str) -> tuple[float, float | 
 
 
 def clustered_intervals(rows: pd.DataFrame) -> dict[str, Interval | None]:
-    """Return the intervals of W, B and Delta from a bootstrap over houses; None where it says nothing."""
+    """Return the intervals of W, B and Delta from a bootstrap over houses; None if there are too few."""
     w, b = values(rows, "W"), values(rows, "B")
     found = clustered_mean_intervals(np.stack([w, b, w - b], axis=1), houses_of(rows)) if len(rows) else None
     return dict(zip(("W", "B", "Delta"), found or (None, None, None), strict=True))
@@ -135,9 +134,9 @@ def closure_curve(rows: pd.DataFrame, steps: int = CLOSURE_STEPS) -> list[float]
 
 
 def regimes(measures: RunMetrics) -> dict[str, str]:
-    """Return the closure regimes that a run is in: `clear` when its interval lies on that side, else `borderline`.
+    """Return a run's closure regimes: `clear` if its interval lies wholly beyond the threshold, else `borderline`.
 
-    Regimes are not exclusive; a run in none of them is `mixed`.
+    A run may be in several regimes; a run in none of them is `mixed`.
     """
     rates = {
         "low-compliance": (measures.rate("IL"), LOW_COMPLIANCE),
@@ -152,12 +151,12 @@ def regimes(measures: RunMetrics) -> dict[str, str]:
 
 
 def is_excluded(measures: RunMetrics) -> bool:
-    """Whether a row goes to the extended panel: no benchmark success at all, or IL above one half."""
+    """Whether a row belongs in the extended panel: it has B = 0, or IL above one half."""
     return measures.n > 0 and (measures.counts["B"] == 0 or (measures.share("IL") or 0.0) > EXCLUDED_IL)
 
 
 def broken_run_identities(run: Run) -> list[str]:
-    """Return the identities that a run breaks, over all its episodes, by family and by epoch."""
+    """Return the identities between rates that a run violates: overall, by family and by epoch."""
     parts = {"all": run.rows}
     parts |= {f"family {family}": rows for family, rows in run.rows.groupby("family")}
     parts |= {f"epoch {epoch}": rows for epoch, rows in run.rows.groupby("epoch")}

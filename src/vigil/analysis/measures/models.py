@@ -1,6 +1,6 @@
-"""Models: which group, serving mode and name a run's row has, by published tables of patterns.
+"""Models: the group, serving mode and name of a run's row, from published tables of patterns.
 
-Groups are those of the paper's panels; agents that are no models form groups of their own.
+Groups are those of the paper's panels; agents that are not models form separate groups.
 """
 
 import re
@@ -28,7 +28,7 @@ _GROUP_PATTERNS: tuple[tuple[str, ModelGroup], ...] = (
     (r"gemma|gpt-oss", "Open general and reasoning VLMs"),
     (r"gemini|gpt-?\d|\bo[134]\b|claude|doubao|seed-?\d|grok|qwen.*-(max|plus)", "Closed-source frontier"),
 )
-"""Published: the first pattern found in a model's name (case-folded) decides; open without one."""
+"""Published patterns: the first one found in a model's name (case-folded) decides the group; `open` without one."""
 _CLOSED_PROVIDERS = frozenset({"anthropic", "google", "vertex", "azureai", "grok", "bedrock"})
 _THINKING = re.compile(r"thinking|reason|\br1\b")
 _INSTRUCT = re.compile(r"(?<![a-z])instruct(?![a-z])")
@@ -38,13 +38,13 @@ _ACTIVATED = re.compile(r"(?<![a-z0-9])a(\d+(?:\.\d+)?)b(?![a-z0-9])")
 
 @dataclass(frozen=True, slots=True)
 class ModelInfo:
-    """How a row of a table names and places what was evaluated."""
+    """Name and group of an evaluated agent in the tables."""
 
     name: str
-    """As printed, with `(T)` for the thinking serving mode."""
+    """The printed name, with `(T)` for the thinking serving mode."""
     group: ModelGroup
     is_thinking: bool | None
-    """None when no reasoning came, and neither name nor settings say."""
+    """Whether the model thinks; None if it sent no reasoning, and neither name nor settings say."""
     activated: str | None
     """Activated parameters of a mixture of experts, e.g. `A3B`; None for dense models."""
     is_privileged: bool = False
@@ -56,9 +56,9 @@ class ModelInfo:
 
 
 def model_of(spec: RunSpec, *, has_reasoning: bool = False) -> ModelInfo:
-    """Return how a run's agent is named and grouped.
+    """Return the name and group of a run's agent.
 
-    That reasoning came with its answers decides what its serving mode was, whatever name and settings say of it.
+    Reasoning in its answers decides the serving mode, whatever the name and the settings say.
     """
     if spec.agent_kind == "privileged":
         return ModelInfo(spec.agent + spec.name_suffix, GROUPS[4], None, None, is_privileged=True)
@@ -71,12 +71,12 @@ def model_of(spec: RunSpec, *, has_reasoning: bool = False) -> ModelInfo:
 
 
 def group_of(name: str, provider: str = "") -> ModelGroup:
-    """Return the panel group of a model, by the first pattern that its name has; open where nothing tells."""
+    """Return the panel group of a model by the first pattern in its name; `open` if none matches."""
     return known_group(name, provider) or GROUPS[1]
 
 
 def known_group(name: str, provider: str = "") -> ModelGroup | None:
-    """Return the panel group that a model's name or provider tells; None where neither does."""
+    """Return the panel group that a model's name or provider implies; None if neither does."""
     folded = name.casefold()
     for pattern, group in _GROUP_PATTERNS:
         if re.search(pattern, folded):
@@ -85,7 +85,7 @@ def known_group(name: str, provider: str = "") -> ModelGroup | None:
 
 
 def checkpoint_of(name: str) -> str:
-    """Return a model's name without what tells its thinking serving mode from its instruct counterpart."""
+    """Return a model's name without the part that marks its thinking or instruct serving mode."""
     return _SERVING.sub("", name)
 
 
@@ -96,7 +96,7 @@ def activated_of(name: str) -> str | None:
 
 
 def declared_thinking(spec: RunSpec) -> bool | None:
-    """Return whether a model thinks by its name and settings; None when neither says."""
+    """Return whether a model thinks according to its name and settings; None if neither says."""
     name = spec.agent.rpartition("/")[2]
     if _THINKING.search(name.casefold()):
         return True

@@ -1,4 +1,4 @@
-"""Pairs: which runs may be compared, told by their headers alone.
+"""Pairs: which runs may be compared, decided from their headers alone.
 
 An intervention is a pair of runs that differ in one thing: action feedback, the prompt's variant, or the serving mode
 of one checkpoint (thinking against instruct). Repeats differ in nothing. Runs that differ in more are refused, and the
@@ -31,18 +31,18 @@ VARIED: dict[PairKind, tuple[str, ...]] = {
     ),
     "repeat": (),
 }
-"""What the two runs of a pair differ in, with all below it; a prompt's hash follows from its variant."""
+"""Kind of pair -> settings in which its runs differ, with all below them; a prompt's hash follows from its variant."""
 _INTERVENED = {"profile.name", "profile.prompt_variant"}
 _IGNORED_SETTINGS = frozenset({"base_url", "epochs"})
-"""An address makes no other model; the epochs that both runs have are compared."""
+"""Settings that may differ: the address does not change the model, and only shared epochs are compared."""
 _SEED_IGNORED_FOR = frozenset({"model", "exec", "human"})
-"""For these a seed touches scheduling only."""
+"""Kinds of agents for which a seed affects only scheduling."""
 KEY = ["episode_id", "epoch"]
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Two runs that differ in one thing; `base` is without feedback, with the default prompt, or not thinking."""
+    """Two runs that differ in one thing; `base` has no feedback, has the default prompt, or does not think."""
 
     kind: PairKind
     base: Run
@@ -54,7 +54,7 @@ class Pair:
         return base.reset_index(), other.reset_index()
 
     def p(self, name: str) -> float | None:
-        """Return McNemar's exact p of W, B or a label over the shared episodes; None without any."""
+        """Return McNemar's exact p of W, B or a label over the shared episodes; None without shared episodes."""
         base, other = self.tables()
         if not len(base):
             return None
@@ -66,14 +66,14 @@ class Repeats:
     """Two or more plays of the same episodes under the same settings: runs, or epochs of one run."""
 
     run: Run
-    """That of the first."""
+    """The first run."""
     name: str
-    """What is repeated."""
+    """The name of the repeated condition."""
     names: tuple[str, ...]
     tables: tuple[pd.DataFrame, ...]
 
     def compared_with_first(self) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
-        """Yield the name of each further one, with the rows of the first and of it, of the same episodes."""
+        """Yield each further repeat's name, the first's rows and the repeat's rows, of the same episodes."""
         for name, table in list(zip(self.names, self.tables, strict=True))[1:]:
             first, other = shared_rows(self.tables[0].assign(epoch=1), table.assign(epoch=1))
             yield name, first.reset_index(), other.reset_index()
@@ -81,7 +81,7 @@ class Repeats:
 
 @dataclass(frozen=True)
 class Pairing:
-    """All that was recognised among some runs."""
+    """All pairs and repeats found among some runs."""
 
     feedback: tuple[Pair, ...]
     prompt: tuple[Pair, ...]
@@ -89,7 +89,7 @@ class Pairing:
     repeats: tuple[Repeats, ...]
     refusals: tuple[str, ...]
     choices: Mapping[PairKind, tuple[str, ...]]
-    """Which run a run is paired with, where several would do."""
+    """For each kind of pair, sentences on the chosen base of a run where several were possible."""
 
 
 @dataclass(frozen=True)
@@ -102,11 +102,11 @@ class RunComparison:
     w: PairedTest
     b: PairedTest
     delta: tuple[float, Interval | None]
-    """Of the gap W - B: second minus first, with its clustered interval."""
+    """Difference of the gap W - B: second minus first, with its clustered interval."""
 
 
 def make_pair(first: Run, second: Run, kind: PairKind) -> Pair:
-    """Return the two runs as a pair, in whatever order they come. Raises RecordError, naming what else differs."""
+    """Return two runs, given in any order, as a pair. Raises RecordError, which names any other difference."""
     found = setting_differences(first, second)
     unwanted = [text for place, text in found.items() if not _may_vary(place, kind)]
     if unwanted:
@@ -121,9 +121,9 @@ def make_pair(first: Run, second: Run, kind: PairKind) -> Pair:
 
 
 def find_pairs(runs: Sequence[Run]) -> Pairing:
-    """Return the pairs and repeats among `runs`, with the reasons why runs of one agent are not paired.
+    """Return the pairs and repeats among `runs`, and the reasons why other runs of one agent are not paired.
 
-    Each intervened run makes one pair, also where several runs could be its base.
+    Each run with an intervention makes one pair, even if several runs could be its base.
     """
     pairs: dict[PairKind, list[Pair]] = {kind: [] for kind in VARIED}
     refusals = []
@@ -149,7 +149,7 @@ def find_pairs(runs: Sequence[Run]) -> Pairing:
 
 
 def setting_differences(first: Run, second: Run) -> dict[str, str]:
-    """Return, by place in the settings, what differs between two runs, in words."""
+    """Return the differences between two runs: path in the settings -> description."""
     ours, theirs = dict(_settings(first)), dict(_settings(second))
     found = {}
     for place in sorted(ours.keys() | theirs.keys()):
@@ -159,7 +159,7 @@ def setting_differences(first: Run, second: Run) -> dict[str, str]:
 
 
 def compare_runs(first: Run, second: Run) -> RunComparison:
-    """Return the paired tests over the episodes that both runs have scored. Raises RecordError without any."""
+    """Return the paired tests over the episodes that both runs have scored. Raises RecordError if there are none."""
     if first.header.spec.pack_sha256 != second.header.spec.pack_sha256:
         raise RecordError(f"{first.name!r} and {second.name!r} were played on different packs; nothing is paired.")
     ours, theirs = shared_rows(first.rows, second.rows)
@@ -195,7 +195,7 @@ def mean_difference(pair_of: Pair, name: str) -> tuple[float, Interval | None] |
 
 
 def family_differences(pair_of: Pair, names: Iterable[str]) -> dict[str, tuple[float, Interval | None]]:
-    """Return the same family by family, under names such as `AI W`."""
+    """Return these differences by family, under names such as `AI W`."""
     base, other = pair_of.tables()
     masks = {family: base["family"].to_numpy() == family for family in FAMILIES}
     return {
@@ -212,14 +212,14 @@ def difference(base: pd.DataFrame, other: pd.DataFrame, name: str) -> tuple[floa
 
 
 def _may_vary(place: str, kind: PairKind) -> bool:
-    """Whether the two runs of a pair may differ in a place of their settings."""
+    """Whether the two runs of a pair may differ at a path in their settings."""
     return any(place == one or place.startswith(f"{one}.") for one in VARIED[kind])
 
 
 def _one_base_per_run(pairs: Sequence[Pair]) -> tuple[tuple[Pair, ...], tuple[str, ...]]:
-    """Return one pair for each intervened run, and what was chosen among several, in words.
+    """Return one pair per run with an intervention, and sentences on each choice among several bases.
 
-    The base is the one that shares most episodes, among those the earliest, then by name.
+    The base is the run that shares most episodes, then the earliest, then the first by name.
     """
     by_other: dict[str, list[Pair]] = {}
     for one in pairs:
@@ -236,7 +236,7 @@ def _one_base_per_run(pairs: Sequence[Pair]) -> tuple[tuple[Pair, ...], tuple[st
 
 
 def _indicator(rows: pd.DataFrame, name: str) -> np.ndarray:
-    """Return of which rows a yes/no column, the gap or a label is true."""
+    """Return a column that says for each row whether a fact or label is true, or the gap of the row."""
     if name == "Delta":
         return np.asarray(rows["W"], dtype=bool) & ~np.asarray(rows["B"], dtype=bool)
     return np.asarray(rows[name] if name in rows else rows["label"] == name, dtype=bool)
@@ -270,7 +270,7 @@ def _epoch_repeats(runs: Sequence[Run]) -> Repeats:
 
 
 def _pair_kind(first: Run, second: Run) -> PairKind | None:
-    """Return the kind of pair that two runs of one checkpoint would make; None for two interventions at once."""
+    """Return the kind of pair of two runs of one checkpoint; None if they differ in two interventions."""
     varied = setting_differences(first, second).keys() & _INTERVENED
     if bool(first.model.is_thinking) != bool(second.model.is_thinking):
         return None if varied else "serving"
@@ -284,7 +284,7 @@ def _pair_kind(first: Run, second: Run) -> PairKind | None:
 
 
 def _has_own_prompt(*runs: Run) -> bool:
-    """Whether one of the runs is under a prompt file: it is no variant of the paper's prompt."""
+    """Whether one of the runs uses a prompt file, which is not a variant of the paper's prompt."""
     return any(run.header.spec.profile.has_custom_prompt for run in runs)
 
 

@@ -1,4 +1,4 @@
-"""Paper: the published rows as reference beside one's own; figures on another pack and simulator, never to be pooled.
+"""Paper: the published rows, for reference only: another pack and simulator, so never pool them with your runs.
 
 `paper.json` holds them as printed. The paper uses NR in two readings: with IL in it (its table `extended_panel`; here
 `NoRep`) and without (its table `open_repeat_robustness` and its text; here `NR`). Each number keeps its own name.
@@ -28,11 +28,11 @@ class PublishedModel:
     name: str
     group: str
     thinking: bool | None
-    """None where the paper does not say."""
+    """Whether the model thinks; None if the paper does not say."""
     activated: str | None
     panel: Panel
     anchor: bool
-    """Among the ten of the main text."""
+    """Whether it is one of the ten models of the main text."""
     api_identifier: str | None = None
 
 
@@ -42,12 +42,12 @@ class Paper:
 
     models: tuple[PublishedModel, ...]
     tables: dict[str, list[dict[str, Any]]]
-    """By the paper's names; each row carries `model`, or is a line of a table about something else."""
+    """Rows by the paper's table names; a row has the key `model` unless its table is not about models."""
     text: dict[str, dict[str, float]]
-    """Rates of models that only the text prints; `_neutral`: under the neutral prompt."""
+    """Rates of models that only the text prints; the suffix `_neutral` means the neutral prompt."""
 
     def model(self, name: str) -> PublishedModel:
-        """Return a model by the name that its row has."""
+        """Return a model by the name in its row."""
         return next(model for model in self.models if model.name == name)
 
     def rows(self, table: str) -> list[tuple[PublishedModel, dict[str, Any]]]:
@@ -55,7 +55,7 @@ class Paper:
         return [(self.model(row["model"]), row) for row in self.tables[table]]
 
     def points(self) -> list[tuple[PublishedModel, float, float]]:
-        """Return every model's W and B in percent: of the primary panel, else of the extended one."""
+        """Return every model's W and B in percent, from the primary panel or else from the extended one."""
         return [
             (model, row["W"], row["B"]) for table in ("full_panel", "extended_panel") for model, row in self.rows(table)
         ]

@@ -1,7 +1,7 @@
-"""Rows: saved runs -> one flat table of verdicts each, one row a scored episode.
+"""Rows: each saved run as a flat table of verdicts, with one row per scored episode.
 
-Every row is what `vigil.scoring.outcomes.score` says about one record; nothing is decided here, and nothing is kept
-for the next report: a table beside a run would be believed, whoever had written it.
+Every row is the result of `vigil.scoring.outcomes.score` for one record; this module adds no decision. Tables are not
+saved: a saved table would be believed, even if something else had written it.
 """
 
 import json
@@ -37,48 +37,48 @@ _Row = dict[str, object]
 
 @dataclass(frozen=True)
 class Run:
-    """One run, settled: its scored episodes as a flat table, and what is missing or odd about it."""
+    """One scored run: its episodes as a flat table, and its missing or unusual data."""
 
     folder: Path
     header: RunHeader
     model: ModelInfo
     rows: pd.DataFrame
-    """One row a scored episode, sorted by episode and epoch."""
+    """One row per scored episode, sorted by episode and epoch."""
     errors: pd.DataFrame
-    """Episodes that ended as `error`: the infrastructure's failure, never scored."""
+    """Rows of episodes that ended as `error`: failures of the infrastructure, which are never scored."""
     planned: Mapping[Family, int]
-    """Episodes (times epochs) that the run is meant to have."""
+    """Number of planned plays by family: episodes times epochs."""
     remarks: tuple[str, ...]
-    """What a reader must know before any number: torn or doubled rows."""
+    """Caveats that a reader must see before the numbers, such as incomplete or duplicate rows."""
     name: str
-    """Unique among the runs of a report."""
+    """The run's name, unique within a report."""
     is_private: bool = False
     """Whether its pack is private."""
 
     @property
     def marked_name(self) -> str:
-        """The model's name with the condition, where that is not the default one: the same for its repeats."""
+        """The model's name with the condition unless that is the default; repeats share it."""
         condition = _condition(self.header)
         return f"{self.model.name} [{condition}]" if condition else self.model.name
 
     @property
     def n(self) -> int:
-        """Scored episodes."""
+        """Number of scored episodes."""
         return len(self.rows)
 
     @property
     def n_planned(self) -> int:
-        """Episodes (times epochs) that the run is meant to have."""
+        """Number of planned plays: episodes times epochs."""
         return sum(self.planned.values())
 
     @property
     def attempts(self) -> tuple[int, ...]:
-        """How often each episode was begun, those that ended as an error included."""
+        """Number of attempts at each episode, including those that ended as an error."""
         return tuple(int(count) for count in (*self.rows["attempt"], *self.errors["attempt"]))
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """Return what a report must say at its top about this run."""
+        """The warnings about this run at the top of a report."""
         found = []
         if not self.n:
             found.append("no episode is scored: the run is empty")
@@ -103,9 +103,9 @@ def read_runs(
     *,
     levels: Mapping[str, EpisodeLevel] | None = None,
 ) -> list[Run]:
-    """Return the runs in `folders`, settled, sorted by name; the order of the folders does not matter.
+    """Return the scored runs in `folders`, sorted by name; the order of the folders does not matter.
 
-    `pack` is where their pack is now, when not where they say; `levels` stand in for those in the pack's own folder.
+    `pack` is the current folder of their pack if it has moved; `levels` replace those in the pack's folder.
     Raises RecordError or PackMismatch.
     """
     unique = sorted({folder.resolve() for folder in folders})
@@ -151,19 +151,19 @@ def _read_scored_run(folder: Path, pack: str | Path | None) -> Run:
 
 
 def _with_levels(table: pd.DataFrame, levels: Mapping[str, EpisodeLevel]) -> pd.DataFrame:
-    """Return the rows with the level and the index of each episode; empty where there is none."""
+    """Return the rows with each episode's level and index; both are empty if not measured."""
     found = [levels.get(name) for name in values(table, "episode_id", str)]
     texts = pd.Series([None if one is None else one.level for one in found], dtype=object)
     return table.assign(level=texts, level_index=[np.nan if one is None else one.index for one in found])
 
 
 def _without_full_stops(notes: Iterable[str]) -> list[str]:
-    """Return the notes as remarks: what prints them ends them with a full stop."""
+    """Return the notes without their full stops, which are added on printing."""
     return [note.removesuffix(".") for note in notes]
 
 
 def combined_rows(runs: Iterable[Run]) -> pd.DataFrame:
-    """Return the rows of all runs in one table, with what the header says of each run before them."""
+    """Return the rows of all runs in one table, preceded by the columns from each run's header."""
     found = list(runs)
     headers = [{"run": run.name, "model": run.model.name, **run_columns(run.header)} for run in found]
     tables = [run.rows.assign(**header) for run, header in zip(found, headers, strict=True)]
@@ -179,12 +179,12 @@ def select_rows(rows: pd.DataFrame, mask: np.ndarray) -> pd.DataFrame:
 
 
 def values(rows: pd.DataFrame, column: str, kind: type = float) -> np.ndarray:
-    """Return a column as an array of that type; what is missing is NaN among floats, None among objects."""
+    """Return a column as an array of that type; missing values are NaN for floats, None for objects."""
     return np.asarray(rows[column], dtype=kind)
 
 
 def flat_row(outcome: Outcome) -> _Row:
-    """Return an outcome as one flat row: counts by kind of action, and B under each report policy, a column each.
+    """Return an outcome as one flat row, with a column per kind of action (counts) and per report policy (B).
 
     The reasons of invalid actions are one JSON object.
     """
@@ -209,7 +209,7 @@ def outcome_table(outcomes: Iterable[Outcome]) -> pd.DataFrame:
 
 
 def _typed(table: pd.DataFrame) -> pd.DataFrame:
-    """Return the table with the types of the schema; a text that is missing is None."""
+    """Return the table with the types of the schema; missing texts are None."""
     texts = [name for name, kind in _SCHEMA.items() if kind == "object"]
     table[texts] = table[texts].astype(object).where(table[texts].notna(), None)
     return table.astype(_SCHEMA)
@@ -237,7 +237,7 @@ _SCHEMA = _schema()
 
 
 _cached_episodes = cache(frozen_episodes)
-"""Many runs of a report are of one pack."""
+"""Cache of packs' episodes, since many runs of a report share one pack."""
 _cached_room_counts, _cached_levels = cache(count_rooms), cache(read_pack_levels)
 
 
@@ -247,8 +247,10 @@ def _file_size(folder: Path) -> int:
 
 
 def _with_unique_names(runs: Iterable[Run]) -> list[Run]:
-    """Return the runs with unique names, sorted by them: the model's, then what distinguishes it from runs of the same
-    model. A prompt of one's own is always named."""
+    """Return the runs with unique names, sorted by them.
+
+    A name is the model's, with what distinguishes the run from others of that model. A custom prompt is always named.
+    """
     found = list(runs)
     models = Counter(run.model.name for run in found)
     names = [

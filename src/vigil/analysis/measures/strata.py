@@ -26,7 +26,7 @@ class Stratum:
 
 
 def by_stratum(rows: pd.DataFrame) -> dict[str, list[Stratum]]:
-    """Return, for each way of telling episodes apart, those strata that have any."""
+    """Return, for each criterion, the strata that have episodes."""
     facts = rate_columns(rows)
     found = {way: names_of(rows) for way, names_of in STRATA.items()}
     return {
@@ -38,7 +38,7 @@ def by_stratum(rows: pd.DataFrame) -> dict[str, list[Stratum]]:
 
 
 def _sort_key(name: str) -> tuple[int, str]:
-    """Return where a stratum stands among its like: sizes and bands in their order, templates by family."""
+    """Return the sort key of a stratum: sizes and bands in their order, templates by family."""
     known = (*_SIZES, *_BANDS, *FAMILIES)
     word = name if name in known else name.split()[0]
     return known.index(word) if word in known else len(known), name
@@ -49,12 +49,12 @@ def _is_of_family(rows: pd.DataFrame, *families: Family) -> np.ndarray:
 
 
 def _names_where(wanted: np.ndarray, names: list[str]) -> np.ndarray:
-    """Return the names of those episodes that are wanted; empty for the others."""
+    """Return the names of the wanted episodes, and an empty name for the others."""
     return np.where(wanted, np.array(names, dtype=object), "")
 
 
 def _size(rows: pd.DataFrame) -> np.ndarray:
-    """Return the size by the rule, and as the pack says where the rule needs a measure."""
+    """Return the size by the rule, or as the pack says if the rule needs a measurement."""
     pairs = zip(values(rows, "target", object), values(rows, "difficulty", object), strict=True)
     return _names_where(_is_of_family(rows, "PG"), [SIZE_OF_CATEGORY.get(target, said) or "" for target, said in pairs])
 
@@ -87,4 +87,4 @@ STRATA: dict[str, Callable[[pd.DataFrame], np.ndarray]] = {
     "Distance from start to target (DA)": lambda rows: np.where(_is_of_family(rows, "DA"), _distance(rows), ""),
     "Distance from start to target (all families)": _distance,
 }
-"""Each way of telling episodes apart, with the name of every episode's stratum; empty where it has none."""
+"""Criterion -> function that names every episode's stratum; the name is empty if it has none."""

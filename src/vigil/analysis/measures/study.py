@@ -1,4 +1,4 @@
-"""Study: the runs of one report, measured once, with what was recognised among them."""
+"""Study: the runs of one report, measured once, with the pairs and repeats among them."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from vigil.analysis.measures.rows import Run
 from vigil.protocol.profile import BASELINE
 
 COMPARE_ALL_UP_TO = 6
-"""More runs than this are tested against their neighbours in B, and where W is comparable."""
+"""With more runs than this, only neighbours in B and runs with comparable W are tested against each other."""
 
 
 @dataclass(frozen=True)
@@ -30,12 +30,12 @@ class RunEntry:
 
     @property
     def group(self) -> str:
-        """The group of the paper's panels that it belongs to."""
+        """The run's group in the paper's panels."""
         return self.run.model.group
 
     @property
     def is_base(self) -> bool:
-        """Whether the run was made under the default contract: no feedback, the default prompt."""
+        """Whether the run has the default conditions: the default prompt without feedback."""
         profile = self.run.header.spec.profile
         return profile.name == BASELINE and profile.prompt_variant == "default"
 
@@ -47,16 +47,16 @@ class RunEntry:
 
 @dataclass(frozen=True)
 class Study:
-    """All that the tables and figures of a report are made from."""
+    """The data of a report's tables and figures."""
 
     entries: tuple[RunEntry, ...]
-    """Sorted by name."""
+    """The runs with their measures, sorted by name."""
     pairing: Pairing
     comparisons: tuple[RunComparison, ...]
     published: Paper | None
-    """None when the reader asked for own rows only."""
+    """The published rows; None if the reader asked for own rows only."""
     warnings: tuple[str, ...]
-    """What a report says at its top."""
+    """The warnings at the top of a report."""
 
     @property
     def runs(self) -> list[Run]:
@@ -64,7 +64,7 @@ class Study:
         return [entry.run for entry in self.entries]
 
     def base(self) -> list[RunEntry]:
-        """Return the entries under the default contract, best B first."""
+        """Return the entries under the default conditions, best B first."""
         return sorted_by_b(entry for entry in self.entries if entry.is_base)
 
     def entry(self, run: Run) -> RunEntry:
@@ -72,11 +72,11 @@ class Study:
         return next(entry for entry in self.entries if entry.name == run.name)
 
     def excluded(self) -> list[RunEntry]:
-        """Return the base entries that the exclusion rule takes out of the main tables, best B first."""
+        """Return the base entries that the exclusion rule removes from the main tables, best B first."""
         return [entry for entry in self.base() if entry.is_excluded]
 
     def main_panel(self) -> list[RunEntry]:
-        """Return the base entries that the exclusion rule leaves in the main tables, best B first."""
+        """Return the base entries that the exclusion rule keeps in the main tables, best B first."""
         return [entry for entry in self.base() if not entry.is_excluded]
 
 
@@ -132,7 +132,7 @@ def _have_comparable_w(first: RunEntry, second: RunEntry) -> bool:
 
 
 def _duplicate_runs(runs: Sequence[Run]) -> list[str]:
-    """Return which runs are the same one twice: side by side they would pass for a perfect repeat."""
+    """Return the runs that were given twice; they would look like a perfect repeat."""
     return [
         f"{first.name} and {second.name} are copies of one run, not repeats of it. Give one of them only."
         for first, second in combinations(runs, 2)
@@ -141,7 +141,7 @@ def _duplicate_runs(runs: Sequence[Run]) -> list[str]:
 
 
 def _thinking_contradictions(runs: Sequence[Run]) -> Iterator[str]:
-    """Yield which models were served otherwise than their names or settings say: their answers tell."""
+    """Yield the models whose answers contradict the serving mode in their names or settings."""
     for run in runs:
         said, (reasoned, replies) = declared_thinking(run.header.spec), run.header.replies_with_reasoning
         if said is False and reasoned:
@@ -159,7 +159,7 @@ def _thinking_contradictions(runs: Sequence[Run]) -> Iterator[str]:
 
 
 def _mixed_settings(runs: Sequence[Run]) -> list[str]:
-    """Return what differs between runs that a reader would take to be alike."""
+    """Return the differences between runs that a reader would assume to have equal settings."""
     found = []
     checks = {
         "packs": lambda run: f"{run.header.spec.pack} {run.header.spec.pack_sha256[:12]}",

@@ -17,7 +17,7 @@ from vigil.scoring.rates import Interval
 
 @dataclass(frozen=True, slots=True)
 class Transition:
-    """How often one label turned into another between two runs, and how often the other way round."""
+    """Counts of one label turning into another between two runs, and of the reverse."""
 
     source: str
     target: str
@@ -31,13 +31,13 @@ class Transition:
 
 
 def label_matrix(base: pd.DataFrame, other: pd.DataFrame) -> dict[str, dict[str, int]]:
-    """Return how many episodes have each label of the base and each of the other run."""
+    """Return the number of episodes for each label in the base run (rows) and in the other run (columns)."""
     before, after = (values(table, "label", str) for table in (base, other))
     return {one: {two: int(np.sum((before == one) & (after == two))) for two in LABELS} for one in LABELS}
 
 
 def transitions(base: pd.DataFrame, other: pd.DataFrame) -> list[Transition]:
-    """Return what became of labels, for every two labels between which any episode changed."""
+    """Return the transitions for every two labels between which any episode changed."""
     before, after = (values(table, "label", str) for table in (base, other))
     houses, episodes = houses_of(base), values(base, "episode_id", str)
     found = []
@@ -51,6 +51,6 @@ def transitions(base: pd.DataFrame, other: pd.DataFrame) -> list[Transition]:
 
 
 def homogeneity(base: pd.DataFrame, other: pd.DataFrame) -> Homogeneity | None:
-    """Return the test whether every label is as frequent in both; None when no label changed."""
+    """Return the test whether every label is equally frequent in both runs; None if no label changed."""
     before, after = (values(table, "label", str) for table in (base, other))
     return stuart_maxwell(before, after, values(base, "episode_id", str))

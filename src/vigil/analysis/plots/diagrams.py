@@ -19,10 +19,10 @@ _TIER_TEXTS = {
     "compositional": "Compositional tier: capacities chained",
 }
 _HEIGHT = 49.0
-"""Of the pipeline's drawing, in tenths of an inch."""
+"""Height of the pipeline's drawing, in tenths of an inch."""
 _BOXES_TOP = 19.0
 _MAX_WIDTH = 21.2
-"""Of a picture with the gap beside it: a wider one would reach down into the boxes."""
+"""Largest width of a picture including the gap; a wider one would overlap the boxes below."""
 _FAMILY_SUMMARIES: dict[Family, str] = {
     "PG": "point at the named object",
     "DA": "walk up to it",
@@ -36,7 +36,7 @@ _FAMILY_SUMMARIES: dict[Family, str] = {
 
 
 def protocol_figure(frames: Mapping[Family, np.ndarray], episodes: Mapping[Family, Episode]) -> Figure:
-    """Draw the eight families with the first frame of an example episode each; families without one stay blank."""
+    """Draw the eight families, each with the first frame of an example episode; without an example it is blank."""
     with styled():
         figure = canvas(11.0, 6.9)
         grid = figure.subplots(2, 4)
@@ -67,7 +67,7 @@ def protocol_figure(frames: Mapping[Family, np.ndarray], episodes: Mapping[Famil
 
 
 def pipeline_figure(episode: Episode, track: AgentTrajectory, columns: int = 5) -> Figure:
-    """Draw one episode as it runs: what goes in, what comes out at each step, and how the end is settled."""
+    """Draw one episode as a pipeline: its input, the output of each step, and how the end is scored."""
     chosen = key_steps(track, columns)
     with styled():
         figure = canvas(11.0, _HEIGHT / 10, is_free=True)
@@ -161,7 +161,7 @@ def _interface(axes: Axes, episode: Episode, track: AgentTrajectory) -> None:
 
 
 def _footnotes(axes: Axes, episode: Episode, outcome: Outcome) -> None:
-    """Write the budgets, and what the episode came to."""
+    """Write the budgets and the episode's outcome."""
     axes.text(
         41,
         2.6,
@@ -189,5 +189,5 @@ def _arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> 
 
 
 def _wrapped(text: str, width: int, lines: int = 4) -> str:
-    """Return a text in lines of at most `width` characters, the rest of a long one cut."""
+    """Return a text wrapped into lines of at most `width` characters; a text that is too long is cut."""
     return "\n".join(textwrap.wrap(text, width, max_lines=lines, placeholder=" ..."))

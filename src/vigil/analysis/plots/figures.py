@@ -1,6 +1,6 @@
 """Figures: those of the paper that show numbers, the W-B plane and the closure curves.
 
-Each takes a Study and returns a matplotlib Figure; None when the runs have nothing to show in it.
+Each function takes a Study and returns a matplotlib Figure, or None if the runs have no data for it.
 """
 
 import textwrap
@@ -64,7 +64,7 @@ def outcome_partition(study: Study) -> Figure | None:
 
 
 def belief_closure(study: Study) -> Figure | None:
-    """Draw (a) the mean belief lag and (b) the shares of actions after attainment, both sorted by B."""
+    """Draw (a) the mean belief lag and (b) the shares of actions after attainment; both are sorted by B."""
     entries = [entry for entry in sorted_by_b(study.entries) if entry.overall.counts["W"]]
     if not entries:
         return None
@@ -145,7 +145,7 @@ def closure_curves(study: Study) -> Figure | None:
 
 
 def feedback_shift(study: Study) -> Figure | None:
-    """Draw where action feedback moves each paired model in the plane of W and B."""
+    """Draw how action feedback shifts each paired model in the plane of W and B."""
     if not study.pairing.feedback:
         return None
     with styled():
@@ -198,7 +198,7 @@ CAPTIONS = {
 
 
 def _mark_w(axes: Axes, entries: Sequence[RunEntry]) -> Line2D:
-    """Mark W on each bar, and write W - B beside it; returns the mark for a legend."""
+    """Mark W on each bar, write W - B next to it, and return the mark for a legend."""
     look: dict[str, Any] = {"ls": "none", "marker": "|", "ms": 21, "mew": 3.0, "color": INK, "clip_on": False}
     for row, entry in enumerate(entries):
         w, b = (100 * (entry.overall.share(name) or 0.0) for name in ("W", "B"))
@@ -233,7 +233,7 @@ def _stack(axes: Axes, shares: np.ndarray, looks: Sequence[tuple[str, str]]) -> 
 
 
 def _name_rows(axes: Axes, names: Sequence[str]) -> None:
-    """Name the rows; a long name is folded, since it would take the room of the bars."""
+    """Label the rows; long names are wrapped to leave room for the bars."""
     folded = [name if len(name) <= _NAME_CHARS else "\n".join(textwrap.wrap(name, _NAME_CHARS)) for name in names]
     axes.set_yticks(range(len(names)), folded)
     axes.tick_params(axis="y", length=0)
@@ -261,12 +261,12 @@ def _point(entry: RunEntry) -> tuple[float, float]:
 
 
 def _place(measures: RunMetrics) -> tuple[float, float]:
-    """Return W and B in percent: a place in the plane."""
+    """Return W and B in percent: a point in the plane."""
     return 100 * (measures.share("W") or 0.0), 100 * (measures.share("B") or 0.0)
 
 
 def _plane_frame(axes: Axes, study: Study, entries: Sequence[RunEntry]) -> float:
-    """Draw diagonal and lines of equal gap, and return the upper limit of both axes."""
+    """Draw the diagonal and lines of equal gap, and return the upper limit of both axes."""
     values = [value for entry in entries for value in _point(entry)]
     if study.published:
         values += [value for _, w, b in study.published.points() for value in (w, b)]
@@ -293,13 +293,13 @@ def _published_points(axes: Axes, study: Study) -> list[tuple[tuple[float, float
 
 
 def _sizes(entries: Sequence[RunEntry]) -> str:
-    """Return over how many episodes these runs are."""
+    """Return a text with the runs' numbers of episodes."""
     sizes = sorted(entry.overall.n for entry in entries)
     return f"n={sizes[0]:,}" if sizes[0] == sizes[-1] else f"n={sizes[0]:,} to {sizes[-1]:,}"
 
 
 def _cross(entry: RunEntry) -> list[tuple[float, float]]:
-    """Return points along the intervals of W and B, in percent."""
+    """Return the points along the intervals of W and B, in percent."""
     w, b = _point(entry)
     (w_low, w_high), (b_low, b_high) = (entry.overall.rate(name).interval for name in ("W", "B"))
     along = np.linspace(0.0, 100.0, 7)

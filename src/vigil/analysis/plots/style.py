@@ -1,6 +1,6 @@
-"""Style of figures: one palette that colour-blind readers and grey printers can tell apart, on an opaque light ground.
+"""Style of figures: a palette that works for colour-blind readers and in greyscale, on an opaque light background.
 
-The ground is opaque so that a figure reads the same on a dark page.
+The background is opaque so that a figure looks the same on a dark page.
 """
 
 import io
@@ -79,13 +79,13 @@ _SETTINGS: dict[Any, Any] = {
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """Draw what is inside in the project's style, and leave matplotlib as it was."""
+    """Apply the project's style inside the block, and restore matplotlib's settings afterwards."""
     with mpl.rc_context(_SETTINGS):
         yield
 
 
 def canvas(width: float, height: float, *, is_free: bool = False) -> Figure:
-    """Return an empty figure of that size in inches, bound to no window; `is_free` leaves the layout to the caller."""
+    """Return an empty figure of that size (inches) without a window; `is_free` leaves the layout to the caller."""
     figure = Figure(figsize=(width, height), layout=None if is_free else "constrained")
     FigureCanvasAgg(figure)
     return figure
@@ -99,17 +99,17 @@ def figure_bytes(figure: Figure, kind: str) -> bytes:
         _clean(text)
     with styled():
         if (engine := figure.get_layout_engine()) is not None:
-            engine.execute(figure)  # once, where every file would lay it out anew
+            engine.execute(figure)  # lays out the figure once; otherwise each file would do so again
             figure.set_layout_engine(None)
         figure.savefig(buffer, format=kind, dpi=DPI, metadata=dates[kind])
     written = buffer.getvalue()
     return (
         replace_invalid(written.decode()).encode() if kind == "svg" else written
-    )  # labels of axes are made while it draws
+    )  # labels of axes are created during drawing
 
 
 def _clean(text: Any) -> None:
-    """Take out of a text of a figure what no font and no file can hold."""
+    """Return a figure's text without characters that fonts or files cannot represent."""
     said = text.get_text()
     clean = replace_invalid(said).replace("\t", " ").replace("\r", " ")
     if clean != said:
@@ -117,10 +117,10 @@ def _clean(text: Any) -> None:
 
 
 def ink_on(colour: str) -> str:
-    """Return the colour of letters that can be read on a surface of `colour`."""
+    """Return a colour for text that is legible on a background of `colour`."""
     return INK if colour in _PALE else "white"
 
 
 def ink_of(colour: str) -> str:
-    """Return the colour of letters that mean what `colour` means: itself, where it can be read on paper."""
+    """Return the colour of text that stands for `colour`: itself if it is legible on paper, else a darker one."""
     return INK if colour in _PALE else colour

@@ -1,6 +1,6 @@
 """Trajectories: several agents on one episode side by side, frame by frame, as a picture or as an animation.
 
-Frames come from the caller (kept by the run, or drawn again from its actions); everything else from the records.
+Frames come from the caller (saved by the run, or drawn again from its actions); everything else from the records.
 """
 
 import io
@@ -42,19 +42,19 @@ _ENDS: dict[Label, str] = {
 
 @dataclass(frozen=True)
 class AgentTrajectory:
-    """One agent's way through one episode."""
+    """One agent's trajectory in one episode."""
 
     name: str
     record: EpisodeRecord
     outcome: Outcome
     holds: tuple[bool, ...]
-    """Whether the goal held after the reset and after each step."""
+    """Whether the goal holds after the reset and after each step."""
     frames: Sequence[np.ndarray]
     """The frame that each reply answered, (480, 640, 3) uint8."""
 
 
 def find_record(run: Run, episodes: Iterable[Episode], key: Key) -> EpisodeRecord:
-    """Return the record that stands for an episode of a run; `episodes` are its pack's. Raises RecordError."""
+    """Return the effective record of a run's episode; `episodes` are those of its pack. Raises RecordError."""
     table = RecordTable(run.folder, run.header, episodes)
     table.refresh()
     row = table.rows.get(key)
@@ -66,7 +66,7 @@ def find_record(run: Run, episodes: Iterable[Episode], key: Key) -> EpisodeRecor
 def make_trajectory(
     name: str, episode: Episode, record: EpisodeRecord, frames: Sequence[np.ndarray]
 ) -> AgentTrajectory:
-    """Return a record with its frames, settled. Raises RecordError when they are not one frame a step."""
+    """Return a scored record with its frames. Raises RecordError unless there is one frame per step."""
     if len(frames) != len(record.steps):
         raise RecordError(f"{name!r}: {len(frames)} frames for {len(record.steps)} steps of episode {episode.id!r}.")
     truth = tuple(row.semantic for row in check(episode.goal, record).rows)
@@ -74,7 +74,7 @@ def make_trajectory(
 
 
 def trajectory_figure(episode: Episode, tracks: Sequence[AgentTrajectory], columns: int = DEFAULT_COLUMNS) -> Figure:
-    """Draw one row an agent: the frames of its first, telling and last steps, with actions and verdicts."""
+    """Draw one row per agent: the frames of its first, key and last steps, with actions and verdicts."""
     width = max(2, min(columns, max(len(one.record.steps) for one in tracks)))
     with styled():
         width_in = figure_width_in(width)
@@ -94,12 +94,12 @@ def trajectory_figure(episode: Episode, tracks: Sequence[AgentTrajectory], colum
 
 
 def figure_width_in(columns: int) -> float:
-    """Return how wide (inches) a figure of so many frames a row is."""
+    """Return the width (inches) of a figure with `columns` frames per row."""
     return _NAME_IN + _PANEL_IN * columns
 
 
 def key_steps(one: AgentTrajectory, count: int) -> list[int]:
-    """Return at most `count` steps (from 0), in order: the first, the last, attainment, then evenly spread."""
+    """Return at most `count` step indices in order: the first, the last, attainment, then evenly spread ones."""
     last = len(one.record.steps) - 1
     if last < count:
         return list(range(last + 1))
@@ -114,7 +114,7 @@ def key_steps(one: AgentTrajectory, count: int) -> list[int]:
 
 
 def trajectory_animation(episode: Episode, tracks: Sequence[AgentTrajectory], kind: str) -> bytes:
-    """Return all steps of all agents, side by side, as an animated file: gif or webp."""
+    """Return all steps of all agents, side by side, as an animated GIF or WebP file."""
     length = max(len(one.record.steps) for one in tracks)
     frames = [_animation_frame(episode, tracks, step) for step in range(length)]
     durations = [ANIMATION_MS] * (length - 1) + [FINAL_MS]
@@ -150,7 +150,7 @@ def action_caption(action: Action | None) -> str:
 
 
 def verdict_caption(one: AgentTrajectory) -> str:
-    """Return how an episode ended and what that is worth."""
+    """Return how an episode ended, and its verdict."""
     outcome = one.outcome
     w, b = f"W={int(outcome.W)}", f"B={int(outcome.B)}"
     kind = "" if outcome.subtype is None else f"\n{outcome.subtype.replace('_', ' ')}"
@@ -158,7 +158,7 @@ def verdict_caption(one: AgentTrajectory) -> str:
 
 
 def _title(episode: Episode, tracks: Sequence[AgentTrajectory], width_in: float) -> str:
-    """Return what the episode is, folded to the width of a figure."""
+    """Return the title of an episode, wrapped to the width of a figure."""
     expected = next((f"   expected label: {one.outcome.expected}" for one in tracks if one.outcome.expected), "")
     what = f"{episode.family}, {FAMILIES[episode.family].name}; at most {episode.max_steps} steps"
     lines = (f"{episode.id}   ({what})", f"“{episode.instruction}”{expected}")
@@ -208,7 +208,7 @@ def _panel(axes: Axes, one: AgentTrajectory, index: int) -> None:
 
 
 def _animation_frame(episode: Episode, tracks: Sequence[AgentTrajectory], step: int) -> Image.Image:
-    """Return one image of the animation: every agent at `step`; who has ended stays at the last one, paler."""
+    """Return one image of the animation: every agent at `step`; an agent that has ended is at its last step, paler."""
     columns = min(2, len(tracks)) if len(tracks) <= 4 else 3
     rows = -(-len(tracks) // columns)
     with styled():
@@ -241,7 +241,7 @@ def _animation_frame(episode: Episode, tracks: Sequence[AgentTrajectory], step: 
 
 
 def _wrapped_name(name: str, width: int = 16) -> str:
-    """Return a name on several lines, broken at spaces, hyphens and underscores."""
+    """Return a name wrapped at spaces, hyphens and underscores."""
     lines, line = [], ""
     for word in name.replace("-", "- ").replace("_", "_ ").split(" "):
         joined = f"{line}{word}" if line.endswith(("-", "_")) or not line else f"{line} {word}"

@@ -1,1 +1,1 @@
-"""Tables: their content, and how they are written as Markdown, LaTeX and HTML."""
+"""Tables: their content, and their output as Markdown, LaTeX and HTML."""

@@ -1,4 +1,4 @@
-"""Tables of the closure-stress suite: C by kind, and what twins tell. They stand in a section of their own."""
+"""Tables of the closure-stress suite, in a separate section: C by kind, and results of twins."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
@@ -11,7 +11,7 @@ from vigil.scoring.rates import Interval
 HEADING = "Closure stress: C, correct closure"
 OutcomePredicate = Callable[[ClosureOutcome], bool]
 NamedParts = Iterator[tuple[dict[str, str], Sequence[ClosureOutcome]]]
-"""What names a part of a run's outcomes, column by column, and the part."""
+"""Parts of a run's outcomes: each with the cells that name it, by column."""
 
 _BY_KIND: dict[str, tuple[str, OutcomePredicate]] = {
     "W": ("W %", lambda each: each.outcome.W),
@@ -42,7 +42,7 @@ _BY_FORM: dict[str, tuple[str, OutcomePredicate]] = {
 
 
 def closure_tables(runs: Sequence[ClosureRun]) -> dict[str, Table]:
-    """Return the tables of the suite's runs by name; none without runs."""
+    """Return the tables of the suite's runs by name; empty without runs."""
     if not runs:
         return {}
     return {
@@ -94,7 +94,7 @@ def _rates_of_parts(
 ) -> tuple[tuple[Column, ...], tuple[TableRow, ...]]:
     """Return the columns and rows of a table with C and other rates of the parts of each run.
 
-    `headings` are those of what names a part.
+    `headings` are those of the columns that name a part.
     """
     rates = {"C": "C %", **{key: heading for key, (heading, _) in wanted.items()}}
     columns = (*texts(run="Run", **headings), *counts(n="n"), *intervals(**rates))
@@ -130,7 +130,7 @@ def _labels(runs: Sequence[ClosureRun]) -> Table:
 
 
 def _c_cell(part: Sequence[ClosureOutcome]) -> RateCell:
-    """Return C with its interval by houses, or Wilson's where those say nothing."""
+    """Return C with its interval by houses, or Wilson's interval if there are too few houses."""
     cell, interval = rate_cell(rate(part, lambda each: each.C)), house_interval(part, lambda each: each.C)
     return cell if cell is None or interval is None else points(cell[0] / 100, interval)
 

@@ -1,4 +1,4 @@
-"""Comparison tables: what is different between runs, by which test, and what so many episodes can show at all.
+"""Comparison tables: differences between runs, their tests, and the smallest differences that can be detected.
 
 Each function takes a Study and returns one Table. Source: `protocol.md` section 6.
 """
@@ -17,7 +17,7 @@ from vigil.analysis.tables.table import Column, Table, TableRow, counts, interva
 
 
 def clustered(study: Study) -> Table:
-    """Return W, B and Delta with intervals that know that episodes share houses."""
+    """Return W, B and Delta with intervals that account for episodes sharing houses."""
     names = ("W", "B", "Delta")
     columns = (
         MODEL,
@@ -86,7 +86,7 @@ def comparable_pairs(study: Study) -> Table:
 
 
 def power(study: Study) -> Table:
-    """Return the smallest differences that the runs' numbers of episodes can show."""
+    """Return the smallest differences that can be detected with the runs' numbers of episodes."""
     columns = (
         MODEL,
         *counts(n="n"),
@@ -150,7 +150,7 @@ def _pairs_close_in_w(points: Sequence[tuple[str, float, float]], *, is_publishe
 
 
 def _with_intervals(row: TableRow, tested: Mapping[frozenset[str], RunComparison]) -> TableRow:
-    """Return the row of an own pair with the intervals of its differences, where it was tested."""
+    """Return the row of an own pair, with the intervals of its differences if it was tested."""
     found = tested.get(frozenset((row.cells["first"], row.cells["second"])))
     if found is None:
         return row
@@ -165,5 +165,5 @@ def _with_intervals(row: TableRow, tested: Mapping[frozenset[str], RunComparison
 
 
 def _inside(rate: float | None) -> float:
-    """Return a rate kept off 0 and 1, where the normal approximation would show any difference."""
+    """Return a rate clipped away from 0 and 1, where the normal approximation would detect any difference."""
     return min(0.95, max(0.05, rate if rate is not None else 0.5))

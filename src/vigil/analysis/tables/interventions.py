@@ -1,4 +1,4 @@
-"""Intervention tables: the paper's tables of feedback, prompt and repeats, and how stable rates are between them.
+"""Intervention tables: the paper's tables of feedback, prompt and repeats, and the stability of rates.
 
 Each function takes a Study and returns one Table.
 """
@@ -51,12 +51,12 @@ from vigil.analysis.tables.table import (
 
 REPEATED = ("W", "B", "Delta", "FR", "NR", "NoRep")
 STABLE_PP = 1.0
-"""Half-ranges and shifts below this are what the paper calls stable."""
+"""Limit (percentage points) below which the paper calls half-ranges and shifts stable."""
 _EVENTS = ("too_far", "path_blocked", "retry")
 
 
 def proprio_minimal(study: Study) -> Table:
-    """Return base against action feedback: events per episode and differences."""
+    """Return the table of base runs against action feedback: events per episode and differences."""
     columns = (
         MODEL,
         *counts(n="n"),
@@ -150,7 +150,7 @@ def repeat_rates(study: Study) -> Table:
 
 
 def stability(study: Study) -> Table:
-    """Return how many shifts between prompts and half-ranges between repeats are small, and the largest of each."""
+    """Return the number of small shifts between prompts and small half-ranges between repeats, and the largest ones."""
     columns = (
         *texts(change="Between", rate="Rate"),
         *counts(n="Configurations", steady=f"Under {STABLE_PP:.0f} pp"),

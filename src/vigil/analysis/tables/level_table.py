@@ -1,4 +1,4 @@
-"""Levels table: what every run does on easy, medium, hard and extreme episodes."""
+"""Levels table: the rates of every run on easy, medium, hard and extreme episodes."""
 
 from vigil.analysis.measures.metrics import clustered_intervals, measure
 from vigil.analysis.measures.rows import select_rows, values
@@ -11,7 +11,7 @@ _RATES = ("W", "B", "Delta")
 
 
 def levels(study: Study) -> Table:
-    """Return W, B and Delta of every run by level; no rows where the pack's levels were not measured."""
+    """Return W, B and Delta of every run by level; without rows if the pack's levels were not measured."""
     headings = {name: shown_name(name) for name in _RATES}
     columns = (MODEL, *texts(level="Level"), *counts(n="n", houses="Houses"), *numbers(index="Index"))
     rows = []

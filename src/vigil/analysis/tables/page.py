@@ -1,4 +1,4 @@
-"""Tables and the report as HTML, by templates in which everything is escaped."""
+"""Tables and the report as HTML, from templates that escape everything."""
 
 import base64
 import re
@@ -26,7 +26,7 @@ class Section:
 
     @property
     def anchor(self) -> str:
-        """The heading as a part of an address."""
+        """The heading as an anchor for links."""
         return re.sub(r"[',]", "", self.heading.lower()).replace(" ", "-")
 
 
@@ -40,7 +40,7 @@ class PageFigure:
 
     @property
     def source(self) -> str:
-        """The picture as an address that holds it."""
+        """The picture as a data URI."""
         return f"data:image/svg+xml;base64,{base64.b64encode(self.svg).decode()}"
 
 
@@ -51,13 +51,13 @@ class PageNotes:
     warnings: Sequence[str]
     causes_heading: str
     causes: Mapping[str, Sequence[str]]
-    """By run."""
+    """Sentences on the causes of missing verified successes, by run."""
     limits: Sequence[str]
 
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """What the report says."""
+    """The content of the report's page."""
 
     summary: str
     legend: str
@@ -91,7 +91,7 @@ def html_table(table: Table) -> str:
 
 
 def html_page(page: Page) -> str:
-    """Return the whole report as one page that needs nothing beside it."""
+    """Return the whole report as one self-contained page."""
     return _TEMPLATES.get_template("report.html").render(
         page=page, glossary=RESULTS, table_of=lambda table: Markup(html_table(table))
     )
@@ -121,7 +121,7 @@ def _content(cell: _Cell) -> Markup:
 
 
 def prose(sentence: str) -> Markup:
-    """Return a sentence in which what stands between back-ticks is set as code."""
+    """Return a sentence with text between back-ticks set as code."""
     return Markup(CODE.sub(r"<code>\1</code>", str(escape(sentence))))
 
 

@@ -1,4 +1,4 @@
-"""Paired tables: what changes between two runs of the same episodes that differ in one thing.
+"""Paired tables: changes between two runs of the same episodes that differ in one thing.
 
 Each function takes a Study and returns one Table. Source: the paper's sections on feedback, prompt sensitivity and
 serving modes.
@@ -45,7 +45,7 @@ _KINDS = {"feedback": "+FB", "prompt": "neutral prompt", "serving": "thinking"}
 
 
 def prompt_shifts(study: Study) -> Table:
-    """Return how far the neutral prompt moves each rate, with tests; of published rows what their tables give."""
+    """Return the shift of each rate under the neutral prompt, with tests; for published rows only printed values."""
     columns = (
         MODEL,
         *counts(n="n"),
@@ -75,7 +75,7 @@ def prompt_shifts(study: Study) -> Table:
 
 
 def serving_modes(study: Study) -> Table:
-    """Return the thinking serving mode of each checkpoint against its instruct counterpart."""
+    """Return each checkpoint's thinking serving mode against its instruct counterpart."""
     sides = {"base": "instruct", "other": "thinking"}
     columns = (
         MODEL,
@@ -138,7 +138,7 @@ def feedback_events(study: Study) -> Table:
 
 
 def transition_matrix(study: Study) -> Table:
-    """Return what became of the episodes of each label, for every pair of runs and every repeat."""
+    """Return the transitions of episodes between labels, for every pair of runs and every repeat."""
     columns = (
         *texts(model="Label before"),
         *counts(n="n"),
@@ -159,7 +159,7 @@ def transition_matrix(study: Study) -> Table:
 
 
 def transition_tests(study: Study) -> Table:
-    """Return whether labels became more or less frequent, and for every two whether more went one way than back."""
+    """Return tests of changes in the labels' frequencies, and, for every two labels, of the two directions."""
     columns = (
         *texts(model="Labels", test="Test"),
         *counts(there="→", back="←"),
@@ -205,7 +205,7 @@ def _grouped(study: Study, pairs: Sequence[Pair]) -> list[Pair]:
 
 
 def _named_tables(study: Study) -> Iterator[tuple[str, pd.DataFrame, pd.DataFrame]]:
-    """Yield the rows of every two runs whose labels are compared, with what stands above them."""
+    """Yield the heading and the rows of every two runs whose labels are compared."""
     pairing = study.pairing
     for pair in (*pairing.feedback, *pairing.prompt, *pairing.serving):
         base, other = pair.tables()
@@ -226,7 +226,7 @@ def _largest_shift(pair: Pair) -> str | None:
 
 
 def _largest(moved: dict[str, RateCell]) -> str | None:
-    """Return where something moved farthest, and by how much, with the interval where it has one."""
+    """Return the place and the size of the largest shift, with its interval if it has one."""
     known = {place: cell for place, cell in moved.items() if cell is not None}
     if not known:
         return None

@@ -1,4 +1,4 @@
-"""Protocol tables: those of the paper's tables that say what is run, rendered from the very data that runs it."""
+"""Protocol tables: the paper's tables about the protocol, rendered from the data that the code itself uses."""
 
 from vigil.analysis.measures.paper import paper
 from vigil.analysis.measures.study import Study
@@ -27,7 +27,7 @@ _TIERS = {"diagnostic": "Diagnostic", "compositional": "Compositional"}
 
 
 def episode_distribution(study: Study) -> Table:
-    """Return how many episodes of each family the runs' packs hold, as far as they were to be played."""
+    """Return the number of planned episodes of each family in the runs' packs."""
     packs: dict[str, dict[str, int]] = {}
     for entry in study.entries:
         spec = entry.run.header.spec
@@ -126,7 +126,7 @@ def report_statuses(study: Study) -> Table:
 
 
 def failure_taxonomy(study: Study) -> Table:
-    """Return what each label says: the paper's three, and the two that complete the partition."""
+    """Return the meaning of each label: the paper's three, and the two that complete the partition."""
     del study
     columns = texts(label="Label", definition="Definition")
     lines = {line["label"]: line["definition"] for line in paper().tables["failure_taxonomy"]} | _FURTHER_LABELS

@@ -1,4 +1,4 @@
-"""The registry of tables, in the sections of a report: the paper's sixteen by their names, and those beside them."""
+"""Registry of tables by section of a report: the paper's sixteen tables by their names, and additional ones."""
 
 from collections.abc import Callable
 
@@ -64,7 +64,7 @@ SECTIONS: dict[str, dict[str, TableBuilder]] = {
     },
     "Protocol and pack": _PAPERS_PROTOCOL,
 }
-"""Heading -> name -> builder, in the order of a report."""
+"""Heading -> table name -> builder, in the order of a report."""
 PAPER_TABLES = _PAPERS_RESULTS | _PAPERS_PROTOCOL
 TABLES = {name: build for section in SECTIONS.values() for name, build in section.items()}
 

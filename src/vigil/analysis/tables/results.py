@@ -1,6 +1,6 @@
-"""Result tables: those of the paper's tables that show what models did under the default contract, by its names.
+"""Result tables: the paper's tables of models' results under the default conditions, by the paper's names.
 
-Own rows first, then the published ones, marked. Each function takes a Study and returns one Table.
+Own rows come first, then the published rows, which are marked. Each function takes a Study and returns one Table.
 """
 
 from collections.abc import Callable, Iterable
@@ -81,7 +81,7 @@ def full_panel(study: Study) -> Table:
 
 
 def extended_panel(study: Study) -> Table:
-    """Return the rows that the exclusion rule takes out of the main tables, and the paper's two groups beside them."""
+    """Return the rows that the exclusion rule removes from the main tables, with the paper's two groups."""
     names = {"B": "B %", "W": "W %", "Delta": "Δ (pp)", "FR": "FR %", "NR": "NR %", "IL": "IL %", "NoRep": "NoRep %"}
     columns = (MODEL, *intervals(**names, mean_steps="Steps"))
     rows = [run_row(entry, all_rates(entry), group=EXCLUDED) for entry in study.excluded()]
@@ -99,7 +99,7 @@ def extended_panel(study: Study) -> Table:
 
 
 def counterfactual(study: Study) -> Table:
-    """Return B under other ways of reporting on the same trajectories."""
+    """Return B under counterfactual report policies on the same trajectories."""
     names = {"B": "B %", "Always": "Always %", "Rand": "Rand. %", "Oracle": "Oracle %"}
     columns = (MODEL, *intervals(**names, AlwaysReported="Always, where reported %"))
 
@@ -163,7 +163,7 @@ def belief_lag(study: Study) -> Table:
 
 
 def conditional_report(study: Study) -> Table:
-    """Return report rates conditioned on the world."""
+    """Return report rates conditioned on the world (W)."""
     names = {
         "W": "W %",
         "B": "B %",
@@ -227,7 +227,7 @@ def run_row(
 
 
 def published_rows(study: Study, table: str, cells_of: Callable[[dict[str, Any]], dict[str, Any]]) -> list[TableRow]:
-    """Return the rows of one of the paper's tables, marked; none when own rows alone are asked for."""
+    """Return the marked rows of one of the paper's tables; empty if only own rows are wanted."""
     if study.published is None:
         return []
     return [published_row(model, cells_of(row)) for model, row in study.published.rows(table)]
@@ -247,12 +247,12 @@ def published_row(
 
 
 def published_group(model: PublishedModel) -> str:
-    """Return the heading under which a published row stands where own rows are grouped too."""
+    """Return the heading of a published row in tables that also group own rows."""
     return f"{model.group}, published"
 
 
 def _own_rows(study: Study, row: Callable[[RunEntry, str], TableRow]) -> list[TableRow]:
-    """Return the rows of the main panel, then those of excluded runs under a heading of their own."""
+    """Return the rows of the main panel, then those of excluded runs under a separate heading."""
     return [
         *(row(entry, "") for entry in study.main_panel()),
         *(row(entry, EXCLUDED) for entry in study.excluded()),

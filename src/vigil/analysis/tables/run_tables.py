@@ -1,4 +1,4 @@
-"""Own tables: analyses that the paper tells in words or figures, and those that it does not make.
+"""Additional tables: analyses that the paper presents in text or figures only, and analyses that it does not have.
 
 Each function takes a Study and returns one Table. Source: `protocol.md` section 6.
 """
@@ -100,7 +100,7 @@ def outcome_partition(study: Study) -> Table:
 
 
 def after_goal(study: Study) -> Table:
-    """Return what was done after the goal first held, in W=1 episodes."""
+    """Return the actions after the goal first held, in W=1 episodes."""
     columns = (
         MODEL,
         *counts(n="W=1"),
@@ -126,7 +126,7 @@ def after_goal(study: Study) -> Table:
 
 
 def sv_statuses(study: Study) -> Table:
-    """Return what was reported in state-verification episodes."""
+    """Return the statuses that were reported in state-verification episodes."""
     columns = (
         MODEL,
         *counts(n="SV episodes"),
@@ -161,7 +161,7 @@ def sv_statuses(study: Study) -> Table:
 
 
 def composition(study: Study) -> Table:
-    """Return composed families beside their constituents."""
+    """Return composed families compared with their constituents."""
     columns = (
         MODEL,
         *intervals(
@@ -189,7 +189,7 @@ def composition(study: Study) -> Table:
 
 
 def stop_only(study: Study) -> Table:
-    """Return what a protocol without report content would have scored."""
+    """Return the scores under a protocol that ignores the content of reports."""
     columns = (
         MODEL,
         *intervals(B="B %", StopOnly="Stop-only %", hidden="Hidden by it (pp)"),
@@ -239,7 +239,7 @@ def regime_table(study: Study) -> Table:
 
 
 def invalid_replies(study: Study) -> Table:
-    """Return how replies failed to be actions, and what they cost."""
+    """Return the kinds of invalid replies and their effect."""
     fine = ("protocol_failures", "malformed_actions", "truncated", "would_parse_leniently")
     fine += ("retry", "too_far", "path_blocked")
     coarse = ("input_tokens", "output_tokens", "seconds")
@@ -266,7 +266,7 @@ def _no_actions(rows: pd.DataFrame) -> str:
 
 
 def runs(study: Study) -> Table:
-    """Return under which settings each run was made."""
+    """Return the settings of each run."""
     columns = texts(
         model="Run",
         run_id="Id",
@@ -308,7 +308,7 @@ def runs(study: Study) -> Table:
 
 
 def models(study: Study) -> Table:
-    """Return what was evaluated: group, serving mode and the name that its interface goes by."""
+    """Return the evaluated models: group, serving mode, and name in their API."""
     columns = texts(
         model="Model",
         kind="Group",
@@ -344,7 +344,7 @@ def _repeated(attempts: Sequence[int]) -> str:
 
 
 def _code(header: RunHeader, session: RunHeader | Resumption) -> str:
-    """Return the version that a session of a run was played with."""
+    """Return the version of the code in a session of a run."""
     changed = "(changed)" if session.is_dirty else ""
     return " ".join(part for part in (header.package_version, (session.commit or "")[:8], changed) if part)
 

@@ -1,4 +1,4 @@
-"""Strata table: what every run does on each kind of episode. Source: the paper's section on task families."""
+"""Strata table: the rates of every run on each kind of episode. Source: the paper's section on task families."""
 
 from dataclasses import replace
 

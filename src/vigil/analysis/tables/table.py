@@ -1,4 +1,4 @@
-"""Table: named columns, rows with marks, notes; and how each kind of cell is printed."""
+"""Table: named columns, rows with marks, and notes; and the format of each kind of cell."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,16 +14,16 @@ PARTS: dict[CellKind, tuple[str, ...]] = {
     "mean": ("", "low", "high"),
     "spread": ("mean", "half_range"),
 }
-"""Kinds whose cells hold several numbers, and what each is called in CSV."""
+"""Kinds of cells with several numbers -> the numbers' names in CSV."""
 WITH_INTERVAL: tuple[CellKind, ...] = ("rate", "mean")
-"""Kinds whose cells hold a number with the ends of its interval, or the number alone."""
+"""Kinds of cells with one number and, optionally, the ends of its interval."""
 RateCell = tuple[float, float | None, float | None] | None
-"""A cell of these kinds: the number and the ends of its interval, where it has one."""
+"""Cell of a kind in WITH_INTERVAL: the number and the ends of its interval, if it has one."""
 
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One column; numbers are in percent, percentage points, steps or counts, as its heading says."""
+    """One column; its heading gives the unit: percent, percentage points, steps or counts."""
 
     key: str
     heading: str
@@ -40,7 +40,7 @@ class TableRow:
     is_privileged: bool = False
     bold: frozenset[str] = frozenset()
     tints: Mapping[str, str] = field(default_factory=dict)
-    """Column -> `FR` or `NR`: the closure failure that a cell shows."""
+    """Column -> `FR` or `NR`, the closure failure that the cell's tint indicates."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Table:
         return formatted(row.cells.get(column.key), column.kind)
 
     def flat_columns(self) -> list[tuple[str, Column, int | None]]:
-        """Return (name, column, part) for every number on its own, as CSV and JSON have them."""
+        """Return (name, column, part) for every single number, as in CSV and JSON."""
         found: list[tuple[str, Column, int | None]] = []
         for column in self.columns:
             parts = PARTS.get(column.kind)
@@ -69,7 +69,7 @@ class Table:
         return found
 
     def flat_rows(self) -> list[dict[str, Any]]:
-        """Return the rows with every number on its own; None where there is none."""
+        """Return the rows with every number in a separate field; None for a missing number."""
         return [
             {
                 "group": row.group,
@@ -97,17 +97,17 @@ def numbers(**headings: str) -> tuple[Column, ...]:
 
 
 def intervals(**headings: str) -> tuple[Column, ...]:
-    """Return columns of numbers with their 95 % interval: key -> heading, which says what and its unit."""
+    """Return columns of numbers with their 95 % interval: key -> heading, with quantity and unit."""
     return tuple(Column(key, f"{heading} [95\u00a0%]", "rate") for key, heading in headings.items())
 
 
 def formatted(value: Any, kind: CellKind) -> str:
-    """Return a value as printed; a dash where there is none."""
+    """Return a value as printed; a dash for None."""
     return DASH if first_number(value) is None else _format(value, kind)
 
 
 def first_number(value: Any) -> Any:
-    """Return a cell's number without its interval; of a pair the first."""
+    """Return a cell's number without its interval; for a pair, the first number."""
     return value[0] if isinstance(value, tuple | list) else value
 
 
@@ -167,8 +167,10 @@ def points(value: float | None, interval: Interval | None) -> RateCell:
 def with_best_bold(
     rows: Sequence[TableRow], columns: Sequence[Column], *, lowest: frozenset[str] = frozenset()
 ) -> list[TableRow]:
-    """Return the rows with the best number of each column marked; published and own rows separately, privileged ones
-    never."""
+    """Return the rows with the best number of each column marked.
+
+    Published and own rows are marked separately; privileged rows are never marked.
+    """
     marked = list(rows)
     for published in (False, True):
         indices = [i for i, row in enumerate(rows) if row.is_published is published and not row.is_privileged]
@@ -189,7 +191,7 @@ def _with_bold(row: TableRow, key: str) -> TableRow:
 
 
 def _comparable(value: Any, kind: CellKind) -> float | None:
-    """Return the number that a cell is judged by: of W/B the second, of a number with its interval the number."""
+    """Return the number by which a cell is ranked: B of W/B, and a number without its interval."""
     found = value[1] if kind == "pair" and value is not None else first_number(value)
     return None if found is None or isinstance(found, str) else float(found)
 

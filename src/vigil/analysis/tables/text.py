@@ -35,13 +35,13 @@ _LATEX = {
 }
 ROWS_PER_PAGE = 60
 LONG_TEXT, LONG_TEXT_CM = 80, 11
-"""Texts of more letters are folded to that width in LaTeX."""
+"""Texts with more characters are wrapped to this width in LaTeX."""
 CODE = re.compile(r"`([^`]+)`")
 NO_ROWS = "No rows: nothing among these runs belongs here."
 
 
 def markdown(table: Table) -> str:
-    """Return a table as GitHub's Markdown, its title as a heading."""
+    """Return a table as GitHub's Markdown, with its title as a heading."""
     lines = [f"### {table.title}", "", f"`{table.name}`", ""]
     heads = [_md(column.heading) for column in table.columns]
     lines += [f"| {' | '.join(heads)} |", f"|{'|'.join(_rule(column) for column in table.columns)}|"]
@@ -55,7 +55,7 @@ def markdown(table: Table) -> str:
 
 
 def latex(table: Table) -> str:
-    """Return a table as LaTeX with booktabs, labelled `tab:NAME`; a long one runs over pages (package longtable)."""
+    """Return a table as LaTeX with booktabs, labelled `tab:NAME`; a long table spans pages (package longtable)."""
     caption = rf"\caption{{{latex_text(' '.join((table.title + '.', *table.notes)))}}}\label{{tab:{table.name}}}"
     kinds = "".join(_tex_kind(table, column) for column in table.columns)
     head = [r"\toprule", " & ".join(latex_escaped(column.heading) for column in table.columns) + r" \\", r"\midrule"]
@@ -79,13 +79,13 @@ def latex(table: Table) -> str:
 
 
 FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n")
-"""What a cell begins with that spreadsheets take for a formula."""
+"""First characters of cells that spreadsheets interpret as formulas."""
 
 
 def csv_text(table: pd.DataFrame) -> str:
-    """Return a table as CSV in which spreadsheets take no text for a formula: what begins as one gets a ' before.
+    """Return a table as CSV, with a ' before each text that spreadsheets would interpret as a formula.
 
-    A carriage return, which begins a row where it is not quoted, is a newline, which always is.
+    Carriage returns become newlines, because an unquoted carriage return starts a new row.
     """
     texts = {name: table[name].map(_without_formula) for name in table.columns if not is_numeric_dtype(table[name])}
     return table.assign(**texts).to_csv(index=False)
@@ -99,13 +99,13 @@ def _without_formula(value: object) -> object:
 
 
 def mark(row: TableRow) -> str:
-    """Return the mark that a row's name carries."""
+    """Return the mark after a row's name."""
     marks = [MARKS["published"]] if row.is_published else []
     return "".join([*marks, *([MARKS["privileged"]] if row.is_privileged else [])])
 
 
 def marked_cell(table: Table, row: TableRow, column: Column) -> str:
-    """Return what a cell shows; the first of a row carries the row's mark."""
+    """Return a cell's text; the first cell of a row includes the row's mark."""
     text = table.cell(row, column)
     return text + mark(row) if column is table.columns[0] else text
 
@@ -132,7 +132,7 @@ def latex_escaped(text: str) -> str:
 
 
 def latex_text(text: str) -> str:
-    """Return a sentence as LaTeX; what stands between back-ticks is set as code."""
+    """Return a sentence as LaTeX, with text between back-ticks set as code."""
     return CODE.sub(r"\\texttt{\1}", latex_escaped(text))
 
 
