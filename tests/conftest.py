@@ -27,28 +27,27 @@ settings.load_profile("vigil")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 REAL_LAUNCH, REAL_CONTEXT = process.launch, processes.spawn_context
 REAL_HOUSES = os.environ.get("VIGIL_PROCTHOR")
-"""A folder with ProcTHOR's real houses and AI2-THOR's databases; without it the tests take made-up ones."""
+"""A folder with ProcTHOR's real houses and AI2-THOR's databases; without it the tests use made-up ones."""
 
 
 def pytest_xdist_auto_num_workers() -> int:
-    """Two more than there are cores: many tests wait for a process or a server of theirs."""
+    """Return two more than the number of cores: many tests wait for a process or a server."""
     return (os.cpu_count() or 1) + 2
 
 
 def collect() -> None:
-    """Collect garbage, and leave what lives on out of later collections, which would take a second in the end."""
+    """Collect garbage, then exclude the surviving objects from later collections, which would take up to a second."""
     gc.collect()
     gc.freeze()
 
 
 def pytest_collection_finish() -> None:
-    """Collect what was left over by importing the tests."""
+    """Collect the garbage that importing the tests left behind."""
     collect()
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave out what is true of the real houses alone, unless they are there; several processes begin with what takes
-    long."""
+    """Deselect tests of the real houses unless they are available; with several processes, run slow modules first."""
     if REAL_HOUSES is None:
         real = [item for item in items if item.get_closest_marker("real_houses")]
         config.hook.pytest_deselected(items=real)
@@ -60,7 +59,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 @pytest.fixture(scope="session")
 def thor_files(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder of houses and databases in ProcTHOR's form: the real ones where VIGIL_PROCTHOR names their folder."""
+    """A folder of houses and databases in ProcTHOR's format: the real ones if VIGIL_PROCTHOR names their folder."""
     if REAL_HOUSES is not None:
         return Path(REAL_HOUSES)
     return write_thor_files(tmp_path_factory.mktemp("thor_files"))
@@ -68,7 +67,7 @@ def thor_files(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session", autouse=True)
 def forked_workers() -> Iterator[None]:
-    """Fork workers from a process that has imported all they need."""
+    """Fork workers from a process that has already imported their modules."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(process, "launch", fork)
         patch.setattr(processes, "spawn_context", PoolContext)
@@ -77,21 +76,21 @@ def forked_workers() -> Iterator[None]:
 
 @pytest.fixture
 def real_workers(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Start workers as users' are."""
+    """Start workers in the same way as for users."""
     monkeypatch.setattr(process, "launch", REAL_LAUNCH)
     monkeypatch.setattr(processes, "spawn_context", REAL_CONTEXT)
 
 
 @pytest.fixture
 def collected() -> Iterator[None]:
-    """Collect garbage at the end, so that what a test leaves open is told of, or filtered, in that test."""
+    """Collect garbage at the end, so that warnings about unclosed resources appear (or are filtered) in this test."""
     yield
     collect()
 
 
 @pytest.fixture
 def plain_tracebacks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Keep Inspect from drawing the source around every failed request, a third of a second each."""
+    """Keep Inspect from formatting the source code around every failed request, which takes a third of a second."""
 
     def plain(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> tuple[str, str]:
         text = "".join(traceback.format_exception(kind, error, trace))
@@ -102,7 +101,7 @@ def plain_tracebacks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def patient(make: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a maker of pages or of their contexts, which then wait for what a slow machine shows late."""
+    """Return a wrapper of `make` whose pages or contexts wait longer, for slow machines."""
 
     def made(**options: Any) -> Any:
         found = make(**options)

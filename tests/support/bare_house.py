@@ -6,7 +6,7 @@ from vigil.protocol.house import House
 
 
 def bare_house(name: str = "house", *object_ids: str) -> House:
-    """One square room without walls, doors or windows, with plain objects of the given ids."""
+    """Return one square room without walls, doors or windows, with plain objects of the given ids."""
     corners = [(0, 0), (0, 4), (4, 4), (4, 0)]
     data: dict[str, Any] = {
         "rooms": [

@@ -1,4 +1,4 @@
-"""A visitor of the pages: a browser's page with everything that went wrong on it, and what every page must keep."""
+"""Visitor of the pages: a browser page that collects errors, and the checks that every page must pass."""
 
 from typing import Any
 
@@ -42,7 +42,7 @@ NAMELESS = """() => [...document.querySelectorAll("button, a[href]")]
 
 
 class Visitor:
-    """A page with everything that went wrong on it."""
+    """A browser page with all errors that occurred on it."""
 
     def __init__(self, page: Any) -> None:
         self.page = page
@@ -55,7 +55,7 @@ class Visitor:
             self.page.keyboard.press(key)
 
     def tab_to(self, selector: str, most: int = 120) -> None:
-        """Go to an element by the Tab key alone; each stop on the way must be seen to have the focus."""
+        """Go to an element with the Tab key only; each stop on the way must have a visible focus."""
         for _ in range(most):
             self.press("Tab")
             assert self.page.evaluate(UNSEEN_FOCUS) == ""
@@ -70,7 +70,7 @@ class Visitor:
         return self.page.text_content(selector).strip()
 
     def check(self, where: str) -> None:
-        """No errors, nothing wider than the window, readable, named controls, no script of a model's ran."""
+        """Assert: no errors, nothing wider than the window, legible text, named controls, no script of a model ran."""
         assert self.faults == [], where
         width = self.page.viewport_size["width"]
         assert self.page.evaluate("document.documentElement.scrollWidth") <= width, where

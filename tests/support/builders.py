@@ -1,4 +1,4 @@
-"""Builders of episodes and records for tests of the pure parts: no simulator, no clock."""
+"""Builders of episodes and records for tests of the pure parts, without a simulator or a clock."""
 
 from datetime import UTC, datetime
 from typing import Any
@@ -29,7 +29,7 @@ MALFORMED = InvalidAction(kind="malformed_action", reason="unknown_skill")
 
 
 def thing(**facts: Any) -> ObjectState:
-    """An object 3 m ahead, in plain view, with nothing special about it."""
+    """Return an ordinary object 3 m ahead, in plain view."""
     place = facts.pop("position", Vec3(0.0, 1.0, 3.0))
     plain: dict[str, Any] = {
         "category": "Thing",
@@ -47,24 +47,24 @@ def thing(**facts: Any) -> ObjectState:
 
 
 class RecordBuilder:
-    """Grows a record step by step; every step names what it changes about the world."""
+    """Builder of a record, step by step; every step states how it changes the world."""
 
     def __init__(self, **objects: ObjectState) -> None:
         self.initial = WorldState(agent=HERE, objects=objects)
         self.steps: list[StepRecord] = []
 
     def do(self, action: Action = WALK, effect: Effect | None = None, **changes: dict[str, Any]) -> "RecordBuilder":
-        """One valid action and what it changed."""
+        """Add one valid action and its effect."""
         self._add(action=action, effect=effect or Effect(), world=self._changed(changes))
         return self
 
     def ground(self, hit: str | None, category: str = "Thing", near: tuple[str, ...] = ()) -> "RecordBuilder":
-        """One `ground` click."""
+        """Add one `ground` click."""
         effect = Effect(hit=hit, hit_category=category if hit else None, near=near)
         return self.do(InteractPixel(intent="ground", x=1, y=1), effect)
 
     def invalid(self, reason: InvalidAction = UNPARSEABLE, **reply: Any) -> "RecordBuilder":
-        """One reply that is no action."""
+        """Add one reply that is not an action."""
         self._add(invalid=reason, world=self._changed({}), reply=Reply(text="junk", **reply))
         return self
 
@@ -114,7 +114,7 @@ GOALS: dict[Family, Goal] = {
 
 
 def episode(family: Family = "AI", **facts: Any) -> Episode:
-    """An episode of a family with its plainest goal and its own budgets."""
+    """Return an episode of a family with its simplest goal and its own budgets."""
     spec = FAMILIES[family]
     plain: dict[str, Any] = {
         "id": "e",

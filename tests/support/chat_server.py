@@ -1,6 +1,6 @@
 """A real HTTP server on loopback that speaks chat completions with pictures, and misbehaves on demand.
 
-Run as a program (`python chat_server.py SECONDS`) it answers every request after that time, for benchmarks.
+As a program (`python chat_server.py SECONDS`) it answers every request after that time, for benchmarks.
 """
 
 import base64
@@ -26,10 +26,10 @@ LOOK = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 5}}
 
 @dataclass(frozen=True)
 class ChatRequest:
-    """A request as the server got it."""
+    """A request that the server received."""
 
     raw: bytes
-    """Request line, headers and body."""
+    """The request line, headers and body."""
     body: dict[str, Any]
 
     @property
@@ -43,18 +43,18 @@ class ChatRequest:
 
     @property
     def pictures(self) -> list[bytes]:
-        """The files of all pictures in the request."""
+        """The bytes of all pictures in the request."""
         return [picture for message in self.messages for picture in pictures_of(message)]
 
     @property
     def turn(self) -> int:
-        """1 for the first request of an episode."""
+        """The number of the request within its episode, from 1."""
         return (len(self.messages) - 2) // 2 + 1
 
 
 @dataclass(frozen=True)
 class ChatAnswer:
-    """What the server does about a request."""
+    """The server's reaction to a request."""
 
     text: str | None = None
     finish_reason: str = "stop"
@@ -65,12 +65,12 @@ class ChatAnswer:
     headers: dict[str, str] = field(default_factory=dict)
     delay_s: float = 0.0
     breaks: bool = False
-    """Closes the connection in the middle of the answer."""
+    """Whether to close the connection in the middle of the answer."""
     is_garbage: bool = False
-    """Sends something that is no JSON."""
+    """Whether to send text that is not JSON."""
     model: str = "loopback"
     input_tokens: int = 100
-    """As the server counts them."""
+    """The number of input tokens that the server reports."""
 
 
 def failure(status: int, message: str = "out of order", **error: Any) -> ChatAnswer:
@@ -81,7 +81,7 @@ ChatResponder = Callable[[ChatRequest], ChatAnswer]
 
 
 class ChatServer:
-    """Answers by its brain and keeps all that it was sent."""
+    """Server that answers with its brain and stores all requests."""
 
     def __init__(self, brain: ChatResponder, *, can_see: bool = True) -> None:
         self.brain = brain
@@ -89,7 +89,7 @@ class ChatServer:
         self.asked: list[ChatRequest] = []
         self.preflights = 0
         self.examples: list[ChatRequest] = []
-        """The requests about the example of the check before a run."""
+        """The requests of the check before a run, about its example."""
         self.example = ChatAnswer(REPORT)
         self.raw: list[bytes] = []
         self._lock = threading.Lock()
@@ -138,7 +138,7 @@ class _Server(ThreadingHTTPServer):
     request_queue_size = 256
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A client that goes away is no news."""
+        """Ignore clients that disconnect."""
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -165,7 +165,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.wfile.write(data)
 
     def log_message(self, format: str, *args: Any) -> None:
-        """Say nothing."""
+        """Log nothing."""
 
 
 def _completion(answer: ChatAnswer) -> dict[str, Any]:
@@ -205,7 +205,7 @@ def pictures_of(message: dict[str, Any]) -> list[bytes]:
 
 
 def read_number(picture: bytes) -> str:
-    """Read the four digits by comparing with each number that could have been drawn, digit by digit."""
+    """Return the four digits in a picture, found by comparing each with the ten digits that could be drawn."""
     seen = np.asarray(Image.open(io.BytesIO(picture)).convert("L"), dtype=float)
     number = "1000"
     for place in range(4):
@@ -217,7 +217,7 @@ def read_number(picture: bytes) -> str:
 
 @contextmanager
 def serving(brain: ChatResponder, *, can_see: bool = True) -> Iterator[ChatServer]:
-    """A server that runs for the length of the block."""
+    """Run a server for the length of the block."""
     server = ChatServer(brain, can_see=can_see)
     server.start()
     try:

@@ -1,4 +1,4 @@
-"""The command line, run in the process of the test."""
+"""The command line, run in the test's process."""
 
 import sys
 from collections.abc import Callable
@@ -12,7 +12,7 @@ from vigil.cli import main
 
 @dataclass(frozen=True)
 class CommandResult:
-    """What a command left behind."""
+    """The result of a command."""
 
     code: int
     out: str
@@ -23,7 +23,7 @@ Vigil = Callable[..., CommandResult]
 
 
 def command_runner(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Vigil:
-    """Return what runs a command and catches what it says."""
+    """Return a function that runs a command and captures its output."""
 
     def run(*arguments: str | Path) -> CommandResult:
         monkeypatch.setattr(sys, "argv", ["vigil", *map(str, arguments)])

@@ -1,4 +1,4 @@
-"""What README.md and the docs show as code: commands, programs and files, and the marks that say how they are tested.
+"""Code blocks of README.md and the docs: commands, programs and files, with marks that say how they are tested.
 
 A mark is an HTML comment directly above a block of code; docs/writing.md describes them.
 """
@@ -32,17 +32,17 @@ _SETTING = re.compile(r"[A-Z_]+=")
 
 @dataclass(frozen=True)
 class Mark:
-    """How a block, or its commands that begin with `start`, is tested."""
+    """Mark that says how a block, or its commands that begin with `start`, are tested."""
 
     kind: str
     start: str
     text: str
-    """The reason; of "run by" the test's file; of "saved as" the file's name."""
+    """The reason; for "run by" the test's file; for "saved as" the file's name."""
 
 
 @dataclass(frozen=True)
 class Command:
-    """A line of shell that a page shows."""
+    """A shell command on a page."""
 
     place: str
     text: str
@@ -50,16 +50,16 @@ class Command:
 
     @property
     def words(self) -> list[str]:
-        """What it is made of, comments left out; every variable is 1."""
+        """The words of the command without comments; every variable is replaced by 1."""
         return shlex.split(_without_variables(self.text), comments=True)
 
     def mark(self, kind: str) -> Mark | None:
-        """Return its mark of a kind."""
+        """Return the command's mark of a kind, if it has one."""
         return next((mark for mark in self.marks if mark.kind.startswith(kind)), None)
 
     @property
     def is_run(self) -> bool:
-        """Whether the tests of the pages run it."""
+        """Whether the tests of the pages run the command."""
         return self.mark("parsed only") is None and self.mark("run by") is None
 
 
@@ -75,18 +75,18 @@ def blocks_of(page: Path) -> tuple[Block, ...]:
 
 
 def marks_of(block: Block) -> list[Mark]:
-    """Return the marks above a block; other comments are none."""
+    """Return the marks above a block, ignoring other comments."""
     found = [_MARK.fullmatch(" ".join(text.split())) for text in block.comments]
     return [Mark(one["kind"], one["start"] or "", one["text"]) for one in found if one]
 
 
 def is_script(block: Block) -> bool:
-    """Whether a block is a whole program of the shell, not commands to type."""
+    """Whether a block is a complete shell script rather than commands to type."""
     return block.language in SHELL and block.text.startswith("#!")
 
 
 def commands_of(page: Path, block: Block) -> Iterator[Command]:
-    """Yield the commands of a block of shell; of a console what follows the prompt, not what is answered."""
+    """Yield the commands of a shell block; in a console block, the text after each prompt but not the output."""
     marks = marks_of(block)
     start, lines = block.line, []
     for number, line in enumerate(block.text.splitlines(), block.line):
@@ -105,7 +105,7 @@ def commands_of(page: Path, block: Block) -> Iterator[Command]:
 
 
 def all_commands() -> Iterator[Command]:
-    """Yield every command of every page, scripts' lines too."""
+    """Yield every command of every page, including the lines of scripts."""
     for page in PAGES:
         for block in blocks_of(page):
             if block.language in SHELL:
@@ -113,7 +113,7 @@ def all_commands() -> Iterator[Command]:
 
 
 def vigil_calls(text: str) -> list[list[str]]:
-    """Return the words after `vigil` of every call of it in a line of shell."""
+    """Return the words after `vigil` for every call of it in a shell command."""
     found = []
     for part in re.split(r"\s(?:&&|\|\|?|;)\s", _without_variables(text)):
         words = shlex.split(part, comments=True)
@@ -129,7 +129,7 @@ def _without_variables(text: str) -> str:
 
 
 def parsed(words: list[str]) -> tuple[list[str], dict[str, Any]]:
-    """Return the verb of a call, and what its options and arguments are read as; nothing is run."""
+    """Return the subcommand of a call and the parsed values of its options and arguments, without running it."""
     command: Any = get_command(app)
     context = command.make_context("vigil", list(words))
     verb = []
@@ -141,14 +141,14 @@ def parsed(words: list[str]) -> tuple[list[str], dict[str, Any]]:
 
 
 def texts_of(value: Any) -> set[str]:
-    """Return the texts from which a value may have been read."""
+    """Return the texts that may have been parsed to a value."""
     if isinstance(value, list | tuple):
         return set().union(*map(texts_of, value))
     return {str(value), f"{value:g}"} if isinstance(value, int | float) else {str(value)}
 
 
 def wrong_with(words: list[str]) -> str:
-    """Return what is wrong with a command of another program of the project; empty when nothing is."""
+    """Return the faults of a command of another program of the project; empty if it has none."""
     program, *rest = words
     if program == "make":
         makefile = read(ROOT / "Makefile")
@@ -165,7 +165,7 @@ def wrong_with(words: list[str]) -> str:
 
 
 def _wrong_with_python(words: list[str]) -> str:
-    """Return what is wrong with a call of one of the project's programs."""
+    """Return the faults of a call of one of the project's Python programs."""
     path = ROOT / (f"{words[1].replace('.', '/')}.py" if words[0] == "-m" else words[0])
     if not path.is_file():
         return f"there is no {path.relative_to(ROOT)}"

@@ -1,4 +1,4 @@
-"""A folder in which what the pages show is run: with runs, houses, a pack, and the project's programs."""
+"""Workspace in which the commands of the pages are run: with runs, houses, a pack, and the project's programs."""
 
 import json
 import shutil
@@ -17,18 +17,18 @@ EPISODES = (
     "vigil_statue_seed121",
     "vigil_desklamp_seed121",
 )
-"""Of the starter pack; in two houses, which several commands draw."""
+"""Episodes of the starter pack, in two houses that several commands draw."""
 RUNS = {
     "a": ("random", "vllm/random"),
     "b": ("sweep", "vllm/sweep"),
     "gpt-4o": ("sweep", "openai/gpt-4o"),
     "qwen": ("random", "vllm/Qwen/Qwen3-VL-8B-Instruct"),
 }
-"""The agent that plays each run, and the model that its header then names."""
+"""Run -> the agent that plays it, and the model to put into its header."""
 
 
 def write_workspace(folder: Path) -> Path:
-    """Write what the pages' commands read, and return the folder."""
+    """Write the files that the pages' commands read, and return the folder."""
     for name, (agent, model) in RUNS.items():
         run = folder / "runs" / name
         run_pack(quick(Path("starter"), run, agent=agent, episode_ids=EPISODES))

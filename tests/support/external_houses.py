@@ -1,4 +1,4 @@
-"""Houses in forms that others write: small ones of our own making, each with what is odd about the form and no more."""
+"""Small made-up houses in the formats of other tools, each with one oddity of such a format."""
 
 import copy
 import json
@@ -25,12 +25,12 @@ def furnished(**between: Any) -> Document:
 
 
 def thing(name: str, asset_id: str, at: tuple[float, float, float], yaw: float = 0.0) -> Document:
-    """An object of a document."""
+    """Return an object of a house document."""
     return {"id": name, "assetId": asset_id, "kinematic": True, "position": point(*at), "rotation": point(0, yaw, 0)}
 
 
 def apple(name: str = APPLE_ID) -> Document:
-    """An apple on the table."""
+    """Return an apple on the table."""
     return thing(name, "Apple_4", (6.1, 0.8, 2.1)) | {"kinematic": False}
 
 
@@ -41,7 +41,7 @@ def _open_plan() -> Document:
 
 
 def _open_in_part() -> Document:
-    """The wall between in two pieces, one of them empty."""
+    """Return a house whose inner wall has two pieces, one of them empty."""
     data = _open_plan()
     for wall in [wall for wall in data["walls"] if wall["id"] in BETWEEN]:
         standing = copy.deepcopy(wall) | {"id": wall["id"] + "|2", "empty": False}
@@ -52,7 +52,7 @@ def _open_in_part() -> Document:
 
 
 def _all_null() -> Document:
-    """As AI2-THOR's own GetHouseFromTemplate returns it: every key there is, those without a value null."""
+    """Return a house as from AI2-THOR's GetHouseFromTemplate: with every key, and null for missing values."""
     data = _open_plan()
     for wall in data["walls"]:
         wall |= {"thickness": 0.0, "layer": None, "unlit": False}
@@ -69,7 +69,7 @@ def _all_null() -> Document:
 
 
 def _prefixed() -> Document:
-    """As in files that hold several houses of AI2-THOR: every id begins with the house's."""
+    """Return a house as in files with several AI2-THOR houses: every id begins with the house's id."""
     text = json.dumps(furnished())
     for word in ("room|", "wall|", "door|"):
         text = text.replace(f'"{word}', f'"h0_{word}')
@@ -77,7 +77,7 @@ def _prefixed() -> Document:
 
 
 def _front_door() -> Document:
-    """ProcTHOR's: both rooms of the door are the same, the second wall is the outside's, its corners top first."""
+    """Return ProcTHOR's front door: it has the same room twice; its second wall is outside, top corners first."""
     data = furnished()
     inner = next(wall for wall in data["walls"] if wall["id"] == "wall|2|w")
     outer = {**inner, "id": "wall|exterior|0", "roomId": "exterior", "polygon": inner["polygon"][::-1]}
@@ -88,7 +88,7 @@ def _front_door() -> Document:
 
 
 def _exterior_door() -> Document:
-    """Holodeck's: the first room is "exterior", the first wall the outside's, windows have rooms twice."""
+    """Return Holodeck's front door: first room "exterior", first wall outside; windows name their room twice."""
     data = _front_door()
     data["doors"][-1] |= {"room0": "exterior", "wall0": "wall|exterior|0", "wall1": "wall|2|w"}
     window = door_between(id="window|1", assetId="Window_Fixed_1", room1="room|2", wall0="wall|2|n", wall1=None)
@@ -105,7 +105,7 @@ def _round_corners() -> Document:
 
 
 def _one_sided() -> Document:
-    """Walls between rooms once, with the door's second wall left out."""
+    """Return a house with a single wall between rooms, and a door without its second wall."""
     data = furnished()
     data["walls"] = [wall for wall in data["walls"] if wall["id"] != BETWEEN[1]]
     data["doors"][0]["wall1"] = ""
@@ -113,7 +113,7 @@ def _one_sided() -> Document:
 
 
 def _unnamed_rooms() -> Document:
-    """Walls that name no room, as in AI2-THOR's first houses."""
+    """Return a house whose walls do not name rooms, as in AI2-THOR's first houses."""
     data = furnished()
     for wall in data["walls"]:
         del wall["roomId"]
@@ -129,14 +129,14 @@ def _frame() -> Document:
 
 
 def _leaves_apart() -> Document:
-    """A double door whose leaves are open differently, one of them further than all the way."""
+    """Return a double door whose leaves are open to different degrees, one of them by more than 100 %."""
     data = furnished()
     data["doors"][0] |= {"openness": 1.4, "opennessByParts": {"a": 0.5, "b": 1.2}, "assetId": "Doorway_Double_2"}
     return data
 
 
 def _flat() -> Document:
-    """Holodeck's: what lies on furniture stands beside it in the list, all by hashes, under names of their own."""
+    """Return Holodeck's flat list: objects on furniture follow it in the list; assets are hashes, with other names."""
     data = furnished()
     names = {DRESSER_ID: "dresser-0", TABLE_ID: "dining table-0", "Fridge|3|2": "refrigerator-0"}
     table = next(node for node in data["objects"] if node["id"] == TABLE_ID)
@@ -153,7 +153,7 @@ def _flat() -> Document:
 
 
 def _objaverse() -> Document:
-    """ProcTHOR with Objaverse's things: types that begin with Obja, ids of assets that are hashes."""
+    """Return a ProcTHOR house with Objaverse assets: types begin with Obja, and asset ids are hashes."""
     data = furnished()
     data["objects"][0] |= {"id": "ObjaDresser|2|0", "assetId": "4bed" + "7c" * 14}
     data["objects"].append(thing("ObjaHamburger|2|1", "c0ffee" + "0" * 26, (2.5, 0.05, 3.5)))
@@ -161,7 +161,7 @@ def _objaverse() -> Document:
 
 
 def _ithor_ids() -> Document:
-    """As of iTHOR's scenes: the house lies on both sides of the origin, ids hold places."""
+    """Return a house like iTHOR's scenes: it lies on both sides of the origin, and ids contain positions."""
     data = furnished()
     _shift(data, -5.3, -2.2)
     for node in data["objects"]:
@@ -171,7 +171,7 @@ def _ithor_ids() -> Document:
 
 
 def _turned() -> Document:
-    """Walls along no axis: all of it turned by 30 degrees."""
+    """Return a house that is rotated by 30 degrees, so that no wall is parallel to an axis."""
     data = furnished()
     sin, cos = math.sin(math.radians(30)), math.cos(math.radians(30))
 
@@ -193,7 +193,7 @@ def _far() -> Document:
 
 
 def _closed_floors() -> Document:
-    """Floors whose last corner is the first again, with corners on straight edges, the other way round."""
+    """Return floors that repeat the first corner at the end, have corners on straight edges, in reverse order."""
     data = furnished()
     for room in data["rooms"]:
         corners = room["floorPolygon"][::-1]
@@ -205,7 +205,7 @@ def _closed_floors() -> Document:
 
 
 def _gable() -> Document:
-    """An outer wall with a fifth corner under the roof."""
+    """Return a house whose outer wall has a fifth corner, under the roof."""
     data = furnished()
     wall = next(wall for wall in data["walls"] if wall["id"] == "wall|2|w")
     low_a, low_b, top_a, top_b = wall["polygon"]
@@ -214,7 +214,7 @@ def _gable() -> Document:
 
 
 def _uneven() -> Document:
-    """Bottoms of walls that differ by rounding."""
+    """Return a house whose walls have bottoms that differ by rounding."""
     data = furnished()
     for index, wall in enumerate(data["walls"]):
         wall["polygon"][index % 2]["y"] = 2e-5
@@ -222,7 +222,7 @@ def _uneven() -> Document:
 
 
 def _more_keys() -> Document:
-    """Keys of a simulator to come."""
+    """Return a house with keys of a future simulator."""
     data = furnished()
     data["objects"][0] |= {"isCooked": True, "category": "dresser"}
     data["walls"][0]["thickness"] = 0.15

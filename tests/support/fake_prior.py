@@ -1,4 +1,4 @@
-"""A stand-in for the package `prior`: its "download" writes made-up houses where the real one keeps ProcTHOR-10K's."""
+"""Stand-in for the package `prior`: its "download" writes made-up houses where the real one stores ProcTHOR-10K."""
 
 import gzip
 import json
@@ -12,17 +12,17 @@ from vigil.authoring.drafting.procthor import DATASET, OWNER, REVISION, SPLITS
 
 
 class FakePrior(ModuleType):
-    """As `import prior` gives it, as far as VIGIL asks."""
+    """The part of the module `prior` that VIGIL uses."""
 
     def __init__(self, folder: Path, lines: Sequence[bytes], fault: Exception | None = None) -> None:
-        """`lines` are the houses of every split; with `fault` a download ends with that in the middle."""
+        """Take the houses of every split as `lines`; with `fault`, a download fails midway with it."""
         super().__init__("prior")
         self.DATASET_DIR = str(folder)
         self.lines, self.fault = lines, fault
         self.calls: list[dict[str, Any]] = []
 
     def load_dataset(self, dataset: str, revision: str = "main", entity: str = "allenai", **more: Any) -> None:
-        """Write the dataset, change the working directory and print, as the real one does."""
+        """Write the dataset, change the working directory and print, as the real `prior` does."""
         self.calls.append({"dataset": dataset, "revision": revision, "entity": entity, **more})
         folder = self.folder
         folder.mkdir(parents=True, exist_ok=True)
@@ -39,11 +39,11 @@ class FakePrior(ModuleType):
 
     @property
     def folder(self) -> Path:
-        """Where the pinned revision is kept."""
+        """The folder of the pinned revision."""
         return Path(self.DATASET_DIR) / OWNER / DATASET / REVISION
 
 
 def as_procthor_writes(data: dict[str, Any]) -> bytes:
-    """Return a generated house's document as one that ProcTHOR made: it names no generator."""
+    """Return a generated house's document as ProcTHOR would write it: without the name of a generator."""
     metadata = {name: value for name, value in data["metadata"].items() if name != "generator"}
     return json.dumps({**data, "metadata": metadata}).encode()

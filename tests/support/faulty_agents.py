@@ -1,7 +1,7 @@
 """Privileged agents for tests of the simulator workers: they crash, hang or raise inside the worker.
 
-Their names are `fault:FOLDER`; each leaves a mark in the folder and does its deed only the first time, or always with
-a deed that ends in an exclamation mark.
+Their names are `fault:FOLDER`. Each leaves a marker in the folder and fails only the first time, or every time if its
+fault ends in an exclamation mark.
 """
 
 import os
@@ -23,7 +23,7 @@ class FaultyAgent:
     episode: Episode
 
     def start(self, instruction: str) -> None:
-        """Nothing to remember."""
+        """Do nothing: the agent has no state."""
 
     def act(self, observation: Observation) -> Reply:
         fault, _, folder = self.name.partition(":")

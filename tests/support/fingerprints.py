@@ -1,7 +1,7 @@
-"""Fingerprints of shapes and of the grammar: what `tests/base/test_versions.py` holds against the package.
+"""Fingerprints of shapes and of the grammar, which `tests/base/test_versions.py` compares with the package.
 
-Write them anew when a change of them is meant: `PYTHONPATH=src python tests/support/fingerprints.py`. Look at the
-difference, and raise `SHAPES_VERSION` or `GRAMMAR_VERSION` (see `vigil.base.versions`): the files name the version.
+After an intended change, write them again: `PYTHONPATH=src python tests/support/fingerprints.py`. Check the diff, and
+raise `SHAPES_VERSION` or `GRAMMAR_VERSION` (see `vigil.base.versions`): the files contain the version.
 """
 
 import json
@@ -23,12 +23,12 @@ GOLDEN = Path(__file__).parents[1] / "golden"
 SHAPES, REPLIES = GOLDEN / "shapes.json", GOLDEN / "replies.json"
 VARIANTS = (0, 1, 2, 3)
 TOLERANCE = 1e-3
-"""Of a sum of coordinates (m); another machine's arithmetic differs by far less."""
+"""Tolerance of a sum of coordinates (m); the arithmetic of other machines differs by far less."""
 Numbers = dict[str, list[float]]
 
 
 def shapes() -> dict[str, Numbers]:
-    """Return the fingerprint of every category: plain numbers for each kind of thing that a shape has."""
+    """Return the fingerprint of every category: numbers for each kind of part of its shape."""
     return {name: _category(name) for name in sorted({*MAKERS, *CATALOG})}
 
 
@@ -47,7 +47,7 @@ def _category(name: str) -> Numbers:
 
 
 def _summed(rows: Iterable[list[float]]) -> list[float]:
-    """Return how many rows there are, and their sums, each row weighted by its place so that an exchange shows."""
+    """Return the number of rows and their sums; each row is weighted by its index, so that swapped rows are noticed."""
     found = [np.array([1.0, *row]) * (1.0, *[1.0 + 0.01 * place] * len(row)) for place, row in enumerate(rows)]
     return [round(float(value), 4) for value in np.sum(found, axis=0)] if found else []
 
@@ -80,7 +80,7 @@ def _boxes(asset: Asset) -> list[float]:
 
 
 def shape_differences(pinned: dict[str, Numbers], found: dict[str, Numbers]) -> list[str]:
-    """Return the kinds of things whose shapes are not as pinned, e.g. `Fridge: surfaces`."""
+    """Return the parts of shapes that differ from the pinned ones, e.g. `Fridge: surfaces`."""
     return [
         f"{name}: {kind}"
         for name in sorted({*pinned, *found})
@@ -139,12 +139,12 @@ VARIANTS_OF_READING: tuple[dict[str, Any], ...] = (
 
 
 def replies() -> list[dict[str, Any]]:
-    """Return the table of texts with what the grammar makes of them."""
+    """Return the table of reply texts and their parses."""
     return [{"text": text, **how, "is": read(text, how)} for text in TEXTS for how in VARIANTS_OF_READING]
 
 
 def read(text: str, how: dict[str, Any]) -> dict[str, Any]:
-    """Return what the grammar makes of a text: the action, or why there is none (wording left aside)."""
+    """Return the parse of a text: the action, or the kind of fault without its wording."""
     reply = Reply(text=text, finish_reason=how.get("finish_reason"))
     coordinates = cast(Coordinates, how.get("coordinates", "pixel"))
     parsed = parse_reply(reply, coordinates, cast(ReplyPolicy, how.get("policy", "strict")))
@@ -152,7 +152,7 @@ def read(text: str, how: dict[str, Any]) -> dict[str, Any]:
 
 
 def main() -> None:
-    """Write both files anew."""
+    """Write both files."""
     lines = [f'  "{name}": {json.dumps(numbers)}' for name, numbers in shapes().items()]
     SHAPES.write_text(f'{{"shapes_version": {SHAPES_VERSION}, "shapes": {{\n' + ",\n".join(lines) + "\n}}\n")
     table = [f"  {json.dumps(row)}" for row in replies()]

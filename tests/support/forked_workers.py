@@ -1,6 +1,6 @@
-"""Workers forked from a process that has imported all they need, which each would else do for two seconds.
+"""Workers forked from a process that has already imported their modules, which saves two seconds each.
 
-What a worker does is the same from its first message on. Tests of how workers start and end ask for `real_workers`.
+From its first message on, a worker behaves as usual. Tests of how workers start and end use `real_workers`.
 """
 
 import faulthandler
@@ -27,7 +27,7 @@ _FORKING.set_forkserver_preload(
 
 
 class PoolProcess(ForkServerProcess):
-    """A process of a pool, in the environment of the one that asks for it, as a fresh one would be."""
+    """A process of a pool; like a new process, it has the environment variables of the process that starts it."""
 
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
@@ -40,13 +40,13 @@ class PoolProcess(ForkServerProcess):
 
 
 class PoolContext(ForkServerContext):
-    """What starts the processes of a pool, as `vigil.base.processes.spawn_context` returns it."""
+    """Context that starts the processes of a pool, in place of `vigil.base.processes.spawn_context`."""
 
     Process = PoolProcess
 
 
 class ForkedWorker:
-    """As much of `subprocess.Popen` as `vigil.runner.workers.process` uses."""
+    """The part of `subprocess.Popen` that `vigil.runner.workers.process` uses."""
 
     def __init__(self, process: ForkServerProcess) -> None:
         self._process = process
@@ -60,11 +60,11 @@ class ForkedWorker:
         return self._process.exitcode
 
     def terminate(self) -> None:
-        """Ask it to end."""
+        """Ask the process to end."""
         self._process.terminate()
 
     def kill(self) -> None:
-        """Kill it."""
+        """Kill the process."""
         self._process.kill()
 
 
@@ -79,7 +79,7 @@ def fork(fd: int, log: Path | None, environment: dict[str, str]) -> ForkedWorker
 
 
 def _work(connection: Connection, log: Path | str, environment: dict[str, str]) -> None:
-    from vigil.runner.workers.worker import serve  # noqa: PLC0415 - the process that forks has imported it
+    from vigil.runner.workers.worker import serve  # noqa: PLC0415 - already imported by the forking process
 
     os.setsid()
     os.environ.clear()
@@ -88,6 +88,6 @@ def _work(connection: Connection, log: Path | str, environment: dict[str, str]) 
         os.dup2(file.fileno(), 1)
         os.dup2(file.fileno(), 2)
         os.dup2(nothing.fileno(), 0)
-    sys.stdin = open(0, closefd=False)  # noqa: SIM115 - multiprocessing put another in its place
+    sys.stdin = open(0, closefd=False)  # noqa: SIM115 - multiprocessing has replaced it
     faulthandler.enable()
     serve(connection)

@@ -1,4 +1,4 @@
-"""What a hostile client puts into the headers, addresses and bodies of its requests."""
+"""Hostile headers, addresses and bodies of requests."""
 
 ORIGINS = ("http://[", "http://]", "//[", "http://[::1", "http://127.0.0.1:99999999", "null", "", "\x01", "é" * 50, "[")
 HOSTS = (

@@ -7,4 +7,4 @@ INSPECT = [
     pytest.mark.filterwarnings("ignore:Unclosed <MemoryObject:ResourceWarning"),
     pytest.mark.usefixtures("collected", "plain_tracebacks"),
 ]
-"""Inspect leaves streams of its own (anyio's in memory) open; they are collected while their warnings are filtered."""
+"""Marks that collect Inspect's unclosed in-memory streams (anyio) while the warnings about them are filtered."""

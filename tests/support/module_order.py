@@ -1,7 +1,6 @@
-"""The order in which tests are played by several processes: modules that take long begin first, so that none is left
-over in the end, when the other processes have nothing to do.
+"""Order of tests for several processes: slow modules first, so that none is left at the end.
 
-pytest-xdist hands each process an equal part of the list, and lets who is done take from the end of another's part.
+pytest-xdist gives each process an equal part of the list; a process that is done takes tests from the end of another's.
 """
 
 from collections.abc import Sequence
@@ -31,12 +30,12 @@ LONG = {
     "sweeps/test_flaky_server.py": 20,
     "cli/test_houses.py": 20,
 }
-"""Module -> about the seconds that it takes on one of two cores."""
+"""Module -> approximate duration (s) on one of two cores."""
 TESTS = Path(__file__).parents[1]
 
 
 def long_first(items: Sequence[pytest.Item], processes: int) -> list[pytest.Item]:
-    """Return the tests in an order that has some of the long modules at the beginning of each process's part."""
+    """Return the tests in an order with some of the slow modules at the start of each process's part."""
     modules: dict[str, list[pytest.Item]] = {}
     for item in items:
         modules.setdefault(item.path.relative_to(TESTS).as_posix(), []).append(item)

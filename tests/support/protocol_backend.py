@@ -1,4 +1,4 @@
-"""A backend of another make: it has the members of the privileged protocol, and nothing of the embedded one besides."""
+"""Backend that has only the members of the privileged protocol, and no other attribute of the embedded engine."""
 
 from vigil.assets.database import AssetDatabase
 from vigil.sim import make_simulator
@@ -9,19 +9,19 @@ PROTOCOLS = (Simulator, PrivilegedQueries, SupportsRollback)
 
 
 def members() -> set[str]:
-    """Return the names of all that the privileged protocol asks for."""
+    """Return the names of all members of the privileged protocol."""
     named = {name for protocol in PROTOCOLS for name in (*vars(protocol), *protocol.__annotations__)}
     return {name for name in named if not name.startswith("_")}
 
 
 def with_protocol_only(simulator: PrivilegedSimulator) -> PrivilegedSimulator:
-    """Return what answers as `simulator` does, through the members of the protocol alone."""
+    """Return a wrapper of `simulator` with only the members of the protocol."""
     made = type("AnotherBackend", (), {name: getattr(simulator, name) for name in members()})()
     assert isinstance(made, PrivilegedSimulator)
     return made
 
 
 def make(assets: AssetDatabase, quality: str) -> PrivilegedSimulator:
-    """Return such a backend over the engine for tests, as a `SimulatorFactory`."""
+    """Return such a backend over the test engine, as a `SimulatorFactory`."""
     del quality
     return with_protocol_only(make_simulator("fake", assets=assets))

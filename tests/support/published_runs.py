@@ -1,4 +1,4 @@
-"""Synthetic runs that realise published counts: what the paper prints is realised, what it does not print is free."""
+"""Synthetic runs with the published counts: numbers that the paper prints are matched, the others are arbitrary."""
 
 import hashlib
 import json
@@ -32,9 +32,9 @@ FR = {
     "Qwen3-VL-32B": 258,
     "InternVL3.5-38B": 100,
 }
-"""False reports of a thousand: printed in the text, or (the last four) what its tables leave."""
+"""False reports per thousand episodes: printed in the text or, for the last four, derived from the tables."""
 NR = {"InternVL3.5-38B": 661, "Qwen3-VL-32B": 446, "MiMo-Embodied-7B": 431}
-"""Budgets that ended without a report, of a thousand, where the text prints them."""
+"""Episodes per thousand whose budget ended without a report, for models where the text prints them."""
 UNSEEN = {"visible": False, "visible_px": 0, "open_px": 0, "toggle_px": 0, "nearest_visible_m": None}
 REACHED: dict[Family, dict[str, Any]] = {
     "DA": {"box_distance_m": 1.0, "center_distance_m": 1.2},
@@ -45,25 +45,25 @@ REACHED: dict[Family, dict[str, Any]] = {
     "CR": {"is_held": True},
 }
 CAN_ADVANCE: tuple[Family, ...] = ("DA", "AI", "SI", "SM", "CR")
-"""Families with progress between none and all."""
+"""Families whose goals can be partly reached."""
 
 
 @dataclass(frozen=True)
 class EpisodeScript:
-    """How one episode goes; `end` is a status, or NR, or IL."""
+    """Script of one episode; `end` is a status, NR or IL."""
 
     family: Family
     w: bool
     end: str
     wait: int = 0
-    """Idle steps between attainment and the end, as far as the budget allows."""
+    """Number of idle steps between attainment and the end, as far as the budget allows."""
     advanced: bool = False
-    """Without W: some progress was made."""
+    """Whether some progress was made although W does not hold."""
 
 
 @cache
 def record_of(script: EpisodeScript) -> EpisodeRecord:
-    """Return the record of a plot, of an episode named `@`."""
+    """Return the record of a script, for an episode with the id `@`."""
     builder, spec = _start_record(script), FAMILIES[script.family]
     closing = spec.max_invalid + 1 if script.end == "IL" else 1
     for _ in range(min(script.wait, spec.max_steps - closing - len(builder.steps))):
@@ -104,7 +104,7 @@ def _start_record(script: EpisodeScript) -> RecordBuilder:
 
 @dataclass(frozen=True)
 class Counts:
-    """What the paper prints about one anchor, as counts of a thousand episodes."""
+    """The paper's numbers of one anchor model, as counts of a thousand episodes."""
 
     w: dict[Family, int]
     b: dict[Family, int]
@@ -114,13 +114,13 @@ class Counts:
     false_successes: int
     at_zero: int
     lags: int
-    """Sum over episodes with B=1."""
+    """Sum of closure lags over episodes with B=1."""
     no_budget_left: int
-    """NR, of all episodes without a report."""
+    """Number of episodes with NR, among all without a report."""
 
 
 def counts_of(model: str) -> Counts:
-    """Return the counts of one of the ten anchors."""
+    """Return the counts of one of the ten anchor models."""
     tables = paper().tables
     row, lag, cond = (
         next(row for row in tables[name] if row["model"] == model)
@@ -143,7 +143,7 @@ def counts_of(model: str) -> Counts:
 
 
 def scripts_of(counts: Counts) -> dict[Family, list[EpisodeScript]]:
-    """Return 125 plots a family that realise the counts."""
+    """Return 125 scripts per family that match the counts."""
     waits = _waits(counts)
     no_reports = _no_reports(counts)
     missed = counts.no_reports_w1
@@ -165,7 +165,7 @@ def scripts_of(counts: Counts) -> dict[Family, list[EpisodeScript]]:
 
 
 def _waits(counts: Counts) -> Iterator[int]:
-    """Yield the idle steps of each B=1 episode, in the families' order: what the plain lags leave to be filled."""
+    """Yield the idle steps of each B=1 episode, in the families' order, so that the lags add up to the printed sum."""
     closed = sum(counts.b.values())
     extra = counts.lags - (closed - counts.b["SV"])
     for index in range(closed):
@@ -179,7 +179,7 @@ def _no_reports(counts: Counts) -> Iterator[str]:
 
 
 def _reports_w0(counts: Counts, mismatched: int) -> dict[Family, list[tuple[str, bool]]]:
-    """Return the reports given W=0: false successes, other mismatches, then honest fails."""
+    """Return the reports of episodes with W=0: false successes, other mismatches, then honest failures."""
     wanted = [("success", True)] * (counts.false_successes - counts.at_zero)
     wanted += [("success", False)] * counts.at_zero
     wanted += [("open", False)] * (mismatched - counts.false_successes)
@@ -203,7 +203,7 @@ def make_episodes(per_family: int = PER_FAMILY) -> list[Episode]:
 
 
 def write_pack(folder: Path, episodes: list[Episode], houses: Mapping[str, bytes] | None = None) -> str:
-    """Write as much of a pack as readers of runs need, and return its hash."""
+    """Write the parts of a pack that readers of runs need, and return its hash."""
     lines = b"".join(one.model_dump_json().encode() + b"\n" for one in episodes)
     families = {family: sum(one.family == family for one in episodes) for family in FAMILIES}
     manifest = {
@@ -238,7 +238,7 @@ def write_run(
     planned: list[str] | None = None,
     **spec: Any,
 ) -> Path:
-    """Write a run whose episodes went as `records` say, by episode id, and return its folder."""
+    """Write a run with these `records` by episode id, and return its folder."""
     profile = profile or Profile()
     header = RunHeader(
         run_id=folder.name,
@@ -277,14 +277,14 @@ _lines: dict[int, tuple[EpisodeRecord, bytes]] = {}
 
 
 def _line(record: EpisodeRecord) -> bytes:
-    """Return a record's line; equal objects are written once."""
+    """Return a record's line; equal objects are serialised once."""
     if id(record) not in _lines:
         _lines[id(record)] = (record, record.model_dump_json().encode() + b"\n")
     return _lines[id(record)][1]
 
 
 def records_of(scripts: dict[Family, list[EpisodeScript]]) -> dict[str, EpisodeRecord]:
-    """Return the records of plots by the ids of `make_episodes`."""
+    """Return the records of scripts, by the ids of `make_episodes`."""
     return {
         f"{family}-{number:03}": record_of(script)
         for family, row in scripts.items()
@@ -293,18 +293,18 @@ def records_of(scripts: dict[Family, list[EpisodeScript]]) -> dict[str, EpisodeR
 
 
 SMALL = 2
-"""Episodes a family in a small pack."""
+"""Number of episodes per family in a small pack."""
 Write = Callable[..., Path]
-"""The fixture `write`: writes a run on the small pack."""
+"""Type of the fixture `write`, which writes a run on the small pack."""
 
 
 def good(family: Family) -> EpisodeScript:
-    """Return the plot of an episode that is reached and closed."""
+    """Return the script of an episode whose goal is reached and correctly reported."""
     return EpisodeScript(family, True, "on" if family == "SV" else "success")
 
 
 def small_records(script_of: Callable[[Family], EpisodeScript] = good) -> dict[str, EpisodeRecord]:
-    """Return records of the small pack, one plot a family."""
+    """Return records of the small pack, with one script per family."""
     return {f"{family}-{number:03}": record_of(script_of(family)) for family in FAMILIES for number in range(SMALL)}
 
 
@@ -318,7 +318,7 @@ PROVIDERS = {
 
 
 def write_anchor(folder: Path, pack: Path, model: str, **facts: Any) -> Path:
-    """Write a run that realises the published counts of an anchor."""
+    """Write a run with the published counts of an anchor model."""
     name = model.removesuffix(" (T)")
     agent = f"{PROVIDERS.get(name, 'vllm')}/{name}"
     return write_run(folder, pack, agent, records_of(scripts_of(counts_of(model))), thinking=name != model, **facts)

@@ -1,4 +1,4 @@
-"""Settings of runs that take little time, and their records without what differs from run to run."""
+"""Settings of quick runs, and their records without the fields that differ from run to run."""
 
 import json
 from pathlib import Path
@@ -9,13 +9,13 @@ from vigil.runner.settings import RunSettings
 
 
 def quick(pack: Path, log_dir: Path | None, **changes: Any) -> RunSettings:
-    """Return the settings of a run on the fake backend, with one worker, no waits between retries and no beat."""
+    """Return settings of a run on the fake backend: one worker, no waits between retries, no heartbeat."""
     fields: dict[str, Any] = {"backend": "fake", "workers": 1, "first_wait_s": 0.0, "beat_seconds": 0.0}
     return RunSettings(pack=pack, log_dir=log_dir, **{**fields, **changes})
 
 
 def without_times(record: EpisodeRecord) -> dict[str, Any]:
-    """Return a record without its run, its times, and the seconds that replies took."""
+    """Return a record without its run, its times, and the durations of replies."""
     fields = record.model_dump(mode="json")
     for name in ("run_id", "run_sha256", "started", "ended"):
         fields.pop(name)
@@ -25,7 +25,7 @@ def without_times(record: EpisodeRecord) -> dict[str, Any]:
 
 
 def claim(run: Path) -> None:
-    """Make the rows in a run's folder its own again, whatever was changed in its header."""
+    """Make the rows in a run's folder belong to the run again after its header was changed."""
     file, sha256 = run / "episodes.jsonl", read_header(run).sha256
     rows = [json.loads(line) | {"run_sha256": sha256} for line in file.read_text().splitlines()]
     file.write_text("".join(json.dumps(row) + "\n" for row in rows))

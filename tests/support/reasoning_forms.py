@@ -1,4 +1,4 @@
-"""The forms in which servers send reasoning, as the table in docs/models.md names them, and a model that plays them."""
+"""The forms in which servers send reasoning, named as in docs/models.md, and a model that uses them."""
 
 import json
 from collections.abc import Iterator
@@ -29,11 +29,11 @@ THOUGHT = f"I could answer {DRAFT}, but the table is near."
 
 
 class Form(NamedTuple):
-    """Something said in a form, and what is to become of it."""
+    """A reply in one form, and its expected parse."""
 
     said: ModelMessage
     reason: str | None = None
-    """None when the reply is the report."""
+    """The reason why the reply is invalid; None if it is the report."""
     detail: str = ""
 
 
@@ -66,7 +66,7 @@ REASONING_FORMS: dict[str, Form] = {
 
 
 def without_pictures(assets: AssetDatabase, quality: str) -> PrivilegedSimulator:
-    """Return the simulator for tests without its pictures, which take most of its time, as a `SimulatorFactory`."""
+    """Return the test simulator without pictures, which take most of its time, as a `SimulatorFactory`."""
     del quality
     simulator = make_simulator("fake", assets=assets)
     grey = np.full((FRAME_HEIGHT, FRAME_WIDTH, 3), 128, dtype=np.uint8)
@@ -76,17 +76,17 @@ def without_pictures(assets: AssetDatabase, quality: str) -> PrivilegedSimulator
 
 @contextmanager
 def shared_simulator(pack: Pack) -> Iterator[None]:
-    """Let all runs of `pack` within the block play on one simulator."""
+    """Let all runs of `pack` within the block share one simulator."""
     plan = worker_plan(quick(pack.folder, None, model="vllm/m", simulator_factory=without_pictures), pack, Profile())
     with SimulatorPool(plan, 1) as pool, pytest.MonkeyPatch.context() as patch:
         patch.setattr(run, "SimulatorPool", lambda *_, **__: nullcontext(pool))
-        # A table that Inspect makes at the end of each run and shows nowhere takes half of a short run's time.
+        # At the end of each run Inspect makes a table that it never shows; that takes half the time of a short run.
         patch.setattr("inspect_ai._display.rich.display.tasks_results", lambda _: "")
         yield
 
 
 class FormsInTurn:
-    """A brain that answers the first request of each play in a form, and reports when it is asked again.
+    """Brain that answers the first request of each play in one of the forms, and reports at the next request.
 
     The play of a place in the pack and a time (0 for the first play of that episode) has the form number place + time:
     over as many times as there are forms, each episode is answered in each. Episodes are played one at a time, so that
@@ -110,7 +110,7 @@ class FormsInTurn:
         return REASONING_FORMS[_in_turn(place, self._times[place] - 1)].said
 
     def check(self, record: EpisodeRecord, time: int) -> str:
-        """Assert that a record is that of an episode played so, for the time given; returns the form's name."""
+        """Assert that a record is that of the given play of its episode; return the form's name."""
         assert record.error is None
         assert record.end == "report"
         name = _in_turn(self._places[record.episode_id], time)
@@ -124,7 +124,7 @@ def _in_turn(place: int, time: int) -> str:
 
 
 def check_judged(name: str, step: StepRecord) -> None:
-    """Assert that a step in which a form was said is judged as the protocol says."""
+    """Assert that a step with a reply in this form is judged as the protocol says."""
     check_reply(name, step.reply)
     form = REASONING_FORMS[name]
     if form.reason is None:
@@ -135,7 +135,7 @@ def check_judged(name: str, step: StepRecord) -> None:
 
 
 def check_reply(name: str, reply: Reply) -> None:
-    """Assert that a reply said in a form is read and parsed as the protocol says."""
+    """Assert that a reply in this form is read and parsed as the protocol says."""
     form, parsed = REASONING_FORMS[name], parse_reply(reply, "pixel", "strict")
     assert reply.text == form.said.text, name
     assert reply.reasoning_chars >= len(THOUGHT) or form.reason is not None, name

@@ -1,7 +1,7 @@
-"""Replies of all the forms that models and servers send, by a seeded generator.
+"""Random replies in all forms that models and servers send, from a seeded generator.
 
-Used by tests and by `sweeps/replies.py`: what a server says must come out of the record as it went in, and be judged as
-`vigil.protocol.replies.parse_text` judges that very text.
+Used by tests and by `sweeps/replies.py`: a server's text must be recorded unchanged, and be judged exactly as
+`vigil.protocol.replies.parse_text` judges it.
 """
 
 import json
@@ -30,7 +30,7 @@ def prose(rng: Random, most: int = 12) -> str:
 
 
 def value(rng: Random, depth: int = 0) -> object:
-    """Return any JSON value, as a thought may be."""
+    """Return a random JSON value, such as a thought may be."""
     match rng.randint(0, 7 if depth < 3 else 4):
         case 0:
             return None
@@ -47,7 +47,7 @@ def value(rng: Random, depth: int = 0) -> object:
 
 
 def action(rng: Random) -> str:
-    """Return a valid action, or (one in six) one that is malformed."""
+    """Return a valid action or, with probability 1/6, a malformed one."""
     arguments: dict[str, object] = {"direction": rng.choice(["up", "down"]), "magnitude": rng.choice([1, 5.5, 2.0])}
     skill = "look"
     if rng.random() < 0.4:
@@ -82,7 +82,7 @@ def deep(levels: int) -> str:
 
 
 def long(rng: Random) -> str:
-    """Return an action as long as a reply may be, or a byte longer, or far too long."""
+    """Return an action of the maximum length of a reply, one byte longer, or far too long."""
     text = action(rng)
     size = rng.choice([MAX_REPLY_BYTES, MAX_REPLY_BYTES + 1, 3 * MAX_REPLY_BYTES])
     return text + " " * max(0, size - len(text.encode("utf-8", "surrogatepass")))
@@ -141,7 +141,7 @@ RARE = {"long": 0.1}
 
 
 def draw(rng: Random, *, can_refuse: bool = True) -> tuple[str, ModelMessage]:
-    """Return the name of a form, and something said in that form."""
+    """Return the name of a form, and a reply in that form."""
     name = rng.choices(list(FORMS), [RARE.get(form, 1.0) for form in FORMS])[0]
     text = FORMS[name](rng)
     parts = (text,) if text else ()
@@ -157,7 +157,7 @@ def draw(rng: Random, *, can_refuse: bool = True) -> tuple[str, ModelMessage]:
 
 
 def mistakes(said: ModelMessage, step: StepRecord, finish_reason: str) -> list[str]:
-    """Return what a record of the reply has wrong; nothing if all is well."""
+    """Return the faults in the record of a reply; empty if it has none."""
     text, chars = joined(said.text), reasoning_sent(said)
     sent = Reply.model_validate({"text": text, "finish_reason": finish_reason, "reasoning_chars": chars})
     wanted = parse_reply(sent, "pixel", "strict")
@@ -180,10 +180,10 @@ def mistakes(said: ModelMessage, step: StepRecord, finish_reason: str) -> list[s
 
 
 def reasoning_sent(said: ModelMessage) -> int:
-    """Return how many characters of reasoning a server sends: beside the text, and at the text's head."""
+    """Return the number of characters of reasoning that a server sends: in a separate field, and before the text."""
     return len(joined(said.reasoning)) + split_reasoning(joined(said.text))[1]
 
 
 def joined(text: str) -> str:
-    """Return a text as JSON carries it: two escapes of surrogates that make a pair are one character."""
+    """Return a text after a round trip through JSON: a pair of escaped surrogates becomes one character."""
     return text.encode("utf-16", "surrogatepass").decode("utf-16", "surrogatepass")

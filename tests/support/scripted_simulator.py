@@ -1,4 +1,4 @@
-"""A scripted stand-in for a simulator: it plays back worlds and effects, and fails where it is told to."""
+"""Scripted stand-in for a simulator: it plays back worlds and effects, and fails at a chosen call."""
 
 from collections.abc import Iterable
 
@@ -12,7 +12,7 @@ from vigil.protocol.world import Effect, ObjectState, Setup, WorldState
 
 
 class ScriptedSimulator:
-    """Keeps the simulators' protocol. Each physical action takes the next effect and the next world."""
+    """Simulator for which each physical action returns the next scripted effect and world."""
 
     name = "stand-in 1"
 

@@ -1,16 +1,16 @@
-"""No test is skipped but for want of what a machine need not have: any other skip is a failure."""
+"""Check of skips: a test may be skipped only if an optional dependency is missing; any other skip is a failure."""
 
 from collections.abc import Generator
 
 import pytest
 
 MAY_BE_MISSING = ("Chromium", "Playwright", "'datasets'", "ai2thor", "verifiers", "lerobot")
-"""What the reason of an accepted skip names."""
+"""Optional dependencies, one of which the reason of an accepted skip must name."""
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Turn a skip for any other reason into a failure that says so."""
+    """Turn a skip for any other reason into a failure."""
     report = yield
     if report.skipped and not hasattr(report, "wasxfail"):
         assert isinstance(report.longrepr, tuple)

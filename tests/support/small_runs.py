@@ -1,4 +1,4 @@
-"""Fixtures for what reads runs: a small pack of two episodes a family, and runs on it by `usual_agent`."""
+"""Fixtures for tests of readers of runs: a small pack of two episodes per family, and runs of `usual_agent`."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""This project's engine in this process in the place of AI2-THOR's client: what the back end needs of that, no more."""
+"""This project's engine in place of AI2-THOR's client, in the same process; only the parts that the backend needs."""
 
 import json
 from types import SimpleNamespace
@@ -65,10 +65,10 @@ class InProcess:
 
 
 class UnityLike(InProcess):
-    """The same with habits of Unity's that our engine does not have.
+    """The same client with behaviour of Unity that our engine does not have.
 
-    Pivots are at the bottom of objects; what an object is in or on is told with the floor, and with what that is on;
-    masks come with a frame alone; after a change things are not at rest at once.
+    Pivots are at the bottom of objects; an object's receptacles include the floor and its receptacle's own; masks come
+    only with a frame; after a change objects are not at rest immediately.
     """
 
     restless = 0
@@ -111,15 +111,15 @@ def _picture(data: bytes | None, kind: type) -> np.ndarray | None:
 
 
 def in_process(assets: AssetDatabase | None = None, backend: str = "mujoco") -> ThorSimulator:
-    """Return the back end over this project's engine, without AI2-THOR's client."""
+    """Return the THOR backend over this project's engine, without AI2-THOR's client."""
     return ThorSimulator("thor/in-process", lambda house: InProcess(house, backend), assets or AssetDatabase.default())
 
 
 class DiesOnce(InProcess):
-    """The same, but that the first of all ends in the middle of an episode."""
+    """The same client, except that the first instance ends in the middle of an episode."""
 
     started = 0
-    """How many there were."""
+    """Number of instances so far."""
 
     def __init__(self, house: dict[str, Any]) -> None:
         super().__init__(house, "fake")

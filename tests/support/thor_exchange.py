@@ -1,6 +1,6 @@
-"""An exchange of AI2-THOR's client with the engine: what is sent, and what is kept of each answer.
+"""Exchange of AI2-THOR's client with the engine: each request, and the parts of its answer that are compared.
 
-`python tests/support/thor_exchange.py` writes the golden file anew with the real client, where that is installed.
+`python tests/support/thor_exchange.py` writes the golden file again with the real client, if that is installed.
 """
 
 import hashlib
@@ -35,7 +35,7 @@ STEPS: tuple[tuple[str, dict[str, Any]], ...] = (
 
 
 def kept(sent: dict[str, Any], metadata: dict[str, Any]) -> dict[str, Any]:
-    """Return a line of the golden file: an action as it was sent, and its answer, objects and houses as their hash."""
+    """Return a line of the golden file: an action and its answer, with hashes in place of objects and houses."""
     house = sent.get("house")
     names = (
         "lastAction",
@@ -47,7 +47,7 @@ def kept(sent: dict[str, Any], metadata: dict[str, Any]) -> dict[str, Any]:
         "inventoryObjects",
     )
     response = {name: _rounded(metadata[name]) for name in names}
-    objects = [{**each, "visibleBounds2D": None} for each in metadata["objects"]]  # the client adds that field
+    objects = [{**each, "visibleBounds2D": None} for each in metadata["objects"]]  # the client adds this field
     return {
         "sent": sent if house is None else {**sent, "house": _hash(house)},
         "answer": {**response, "objects": len(objects), "sha256": _hash(_rounded(objects))},

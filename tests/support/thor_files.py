@@ -1,4 +1,4 @@
-"""Made-up files of AI2-THOR's and ProcTHOR's forms: what the real ones look like, with things and numbers of our own.
+"""Made-up files in the formats of AI2-THOR and ProcTHOR, with invented objects and numbers.
 
 asset-database.json       THOR's list of assets with their bounding boxes
 material-database.json    THOR's names of materials by kind
@@ -18,7 +18,7 @@ from vigil.housegen.thor_export import export_thor
 from vigil.protocol.house import House
 
 UNKNOWN_TO_THOR = {"Cabinet", "Drawer", "Shelf", "Stove", "Curtains", "Bathtub", "Mirror", "CeilingLamp", "Rug"}
-"""Of what stands in our houses, the categories that THOR's database has no asset for."""
+"""Categories in our houses for which THOR's database has no asset."""
 SCALES = (0.85, 1.0, 1.2)
 COUNTERS_FT = {
     "I_3x2": (3, 2),
@@ -30,7 +30,7 @@ COUNTERS_FT = {
     "L_6x6": (6, 6),
     "L_8x8": (8, 8),
 }
-"""Form of a counter, as its id tells it -> width and depth."""
+"""Form of a counter, as named in its id -> width and depth (feet)."""
 FOOT_M = 0.305
 MATERIALS = {
     "Wood": ["LightWoodFloor", "DarkWoodPlanks", "WoodGrain_Oak"],
@@ -55,7 +55,7 @@ def write_thor_files(folder: Path) -> Path:
 
 
 def write_asset_database(folder: Path) -> Path:
-    """Write AI2-THOR's asset database alone, and return its path."""
+    """Write only AI2-THOR's asset database, and return its path."""
     path = folder / "asset-database.json"
     path.write_text(json.dumps(_assets()))
     return path

@@ -19,7 +19,7 @@ HERE = Pose(position=Vec3(2.5, 0.0, 1.0), rotation=0.0, horizon=30.0)
 
 
 def tiny_house(name: str = "tiny", **renamed: str) -> House:
-    """A room of 5 x 5 m with a table, a mug on it, and a fridge; object ids may be given by category."""
+    """Return a room of 5 x 5 m with a table, a mug on it, and a fridge; object ids may be given by category."""
     ids = {"DiningTable": TABLE, "Mug": MUG, "Fridge": FRIDGE, **renamed}
     mug = _thing(ids["Mug"], "Mug_1", 2.5, 0.85, 3.0)
     table = _thing(ids["DiningTable"], "Dining_Table_16_1", 2.5, 0.4, 3.0) | {"children": [mug]}
@@ -48,7 +48,7 @@ def tiny_house(name: str = "tiny", **renamed: str) -> House:
 
 
 def tiny_episode(number: int, family: Family = "DA", house: House | None = None, **changes: Any) -> Episode:
-    """One episode in the tiny house."""
+    """Return one episode in the tiny house."""
     spec = FAMILIES[family]
     house = house or tiny_house()
     fields: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""Two rooms side by side, parted by a pair of walls or by none, as houses of an open plan have them."""
+"""Two adjacent rooms, with a pair of walls between them or, as in an open plan, without."""
 
 from typing import Any
 
@@ -27,20 +27,20 @@ def two_rooms(**between: Any) -> dict[str, Any]:
 
 
 def without_walls_between() -> House:
-    """The same house whose document leaves the walls between its rooms out."""
+    """Return the same house without the walls between its rooms."""
     data = two_rooms()
     return House("left_out", {**data, "walls": [wall for wall in data["walls"] if wall["id"] not in BETWEEN]})
 
 
 def door_between(**changes: Any) -> dict[str, Any]:
-    """A door in the middle of the pair of walls, from the living room's side."""
+    """Return a door in the middle of the pair of walls, seen from the living room."""
     hole = [point(1.5, 0, 0), point(2.5, 2.1, 0)]
     rooms = {"room0": "room|2", "room1": "room|3", "wall0": BETWEEN[0], "wall1": BETWEEN[1]}
     return {"id": "door|2|3", "assetId": "Doorway_1", "openable": True, "holePolygon": hole, **rooms, **changes}
 
 
 def point(x: float, y: float, z: float) -> dict[str, float]:
-    """A point of a document."""
+    """Return a point of a house document."""
     return {"x": x, "y": y, "z": z}
 
 

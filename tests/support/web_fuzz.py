@@ -1,7 +1,7 @@
-"""Hostile requests, byte by byte: what an ordinary client would never send, and what the pages must answer to calmly.
+"""Hostile requests, byte by byte, which an ordinary client never sends and the server must survive.
 
-`hostile_requests` yields the same requests for the same seed: every oddity of a header, a body and an address once on
-every route, then so many drawn at random in which several oddities meet.
+`hostile_requests` yields the same requests for the same seed: first every odd header, body and address, then `count`
+random requests that combine several of these.
 """
 
 import contextlib
@@ -35,13 +35,13 @@ from waiting import HANGS_AFTER_S
 
 PATIENCE_S = HANGS_AFTER_S
 SHORT_S = 0.05
-"""How long an answer to an unfinished request is waited for."""
+"""Time (s) to wait for an answer to an unfinished request."""
 TOKEN = "correct horse"
 
 
 @dataclass(frozen=True)
 class Route:
-    """A route with an address, its parameters in braces, and, for POST, a body that it takes."""
+    """A route: its address with parameters in braces and, for POST, a valid body."""
 
     method: str
     pattern: str
@@ -55,7 +55,7 @@ class Route:
 
 @dataclass(frozen=True)
 class RawRequest:
-    """One request as it goes over the wire."""
+    """The bytes of one request."""
 
     name: str
     data: bytes
@@ -65,7 +65,7 @@ class RawRequest:
 
 @dataclass
 class LoggedErrors:
-    """What a server logged as an error."""
+    """The errors that a server logged."""
 
     lines: list[str] = field(default_factory=list)
 
@@ -128,14 +128,14 @@ def odd_paths(route: Route) -> Iterator[str]:
 
 
 def odd_bodies(body: Any) -> Iterator[bytes]:
-    """Yield bodies that are no JSON, or JSON with one value after the other replaced, left out or added."""
+    """Yield bodies that are not JSON, and JSON bodies with one value replaced, left out or added."""
     yield from RAW_BODIES
     for changed in _changed(body):
         yield json.dumps(changed).encode()
 
 
 def _changed(value: Any, depth: int = 0) -> Iterator[Any]:
-    """Yield `value` with one thing replaced, left out or added, at any depth; not each by every odd value."""
+    """Yield variants of `value` with one part replaced, left out or added, at any depth."""
     yield from ODD_VALUES if depth < 2 else ODD_VALUES[depth % 3 :: 3]
     if isinstance(value, dict):
         yield {**value, "unknown": float("nan")}
@@ -212,7 +212,7 @@ def shot(
     body: bytes | None = None,
     name: str,
 ) -> RawRequest:
-    """Return a request to a route, whole but for what is given otherwise."""
+    """Return a valid request to a route, except for the given parts."""
     method = method or route.method
     data = json.dumps(route.body).encode() if body is None and route.method == "POST" else body or b""
     sent = dict(headers)
@@ -231,10 +231,10 @@ def _encoded(method: str, path: str, headers: dict[str, str], body: bytes) -> by
 
 
 def fire(port: int, shot: RawRequest) -> int | None:
-    """Send a request and return the status of the answer; None where there was none."""
+    """Send a request and return the status of the answer; None without an answer."""
     with socket.create_connection(("127.0.0.1", port), SHORT_S if shot.is_unfinished else PATIENCE_S) as connection:
         got = bytearray()
-        with contextlib.suppress(ConnectionError):  # the server has answered and closed before it read all
+        with contextlib.suppress(ConnectionError):  # answered and closed before the whole request was read
             connection.sendall(shot.data)
         try:
             while chunk := connection.recv(1 << 16):
@@ -249,7 +249,7 @@ def fire(port: int, shot: RawRequest) -> int | None:
 
 @contextmanager
 def errors_logged() -> Iterator[LoggedErrors]:
-    """Gather what servers and event loops log as errors within the block."""
+    """Collect the errors that servers and event loops log within the block."""
     told = LoggedErrors()
 
     class Ear(logging.Handler):

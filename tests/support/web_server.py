@@ -1,4 +1,4 @@
-"""A site served on loopback for a test, and plain requests to it: paths go out as they are given."""
+"""A site served on loopback for a test, and plain requests to it that send paths unchanged."""
 
 import http.client
 import threading
@@ -13,7 +13,7 @@ from waiting import HANGS_AFTER_S, wait_until
 
 @dataclass(frozen=True)
 class WebAnswer:
-    """What came back."""
+    """The answer to a request."""
 
     status: int
     headers: dict[str, str]

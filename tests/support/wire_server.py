@@ -1,6 +1,6 @@
-"""A real HTTP server on loopback that answers in four wire formats, whole or as a stream, byte for byte as it is told.
+"""A real HTTP server on loopback that answers in four wire formats, whole or streamed, with scripted content.
 
-`ModelMessage` is what a model says; `body_of` puts it into a format. A responder may return bytes (`RawAnswer`).
+`ModelMessage` is a model's message; `body_of` encodes it in a format. A responder may return bytes (`RawAnswer`).
 """
 
 import json
@@ -20,50 +20,50 @@ ENDPOINTS: dict[str, tuple[str, str, dict[str, Any]]] = {
     "anthropic": ("anthropic/m", "", {"max_retries": 0}),
     "google": ("google/m", "", {}),
 }
-"""Model, path of its base URL and model arguments, by format."""
+"""Format -> model, path of its base URL, and model arguments."""
 STREAM = {"chat": "stream", "responses": "stream", "anthropic": "streaming", "google": "streaming"}
-"""The model argument of Inspect that asks for a stream."""
+"""Format -> Inspect's model argument that requests a stream."""
 PIECE = 7
-"""Characters in a piece of a stream."""
+"""Number of characters in a chunk of a stream."""
 
 
 @dataclass(frozen=True)
 class ModelMessage:
-    """What a model says in one message."""
+    """One message of a model."""
 
     parts: tuple[str, ...] = ()
-    """Its text, in one or more parts."""
+    """The text, in one or more parts."""
     reasoning: str = ""
-    """What the server sends apart from the text."""
+    """The reasoning, which the server sends separately from the text."""
     refusal: str | None = None
     is_cut: bool = False
     is_list: bool = False
-    """Chat: send the content as a list of parts even if there is only one."""
+    """Chat only: whether to send the content as a list even if it has only one part."""
     is_null: bool = False
-    """Chat: send null for a text that is empty."""
+    """Chat only: whether to send null for an empty text."""
     has_usage: bool = True
     reasoning_field: str = "reasoning_content"
-    """Chat: where the reasoning is sent; `content` for a part of the content."""
+    """Chat only: the field with the reasoning; `content` for a part of the content."""
 
     @property
     def text(self) -> str:
-        """What is to be judged and kept."""
+        """The text that must be judged and recorded."""
         return "".join(self.parts) or self.refusal or ""
 
 
 @dataclass(frozen=True)
 class RawAnswer:
-    """An HTTP answer as it is."""
+    """An HTTP answer, sent unchanged."""
 
     data: bytes
     status: int = 200
     content_type: str = "application/json"
     left_out: int = 0
-    """Bytes at the end that are promised and never sent."""
+    """Number of bytes at the end that are announced but never sent."""
 
 
 def wire_of(path: str) -> str:
-    """Return the format that is asked for at a path."""
+    """Return the format of the API at a path."""
     path = path.partition("?")[0]
     if "generateContent" in path.replace("streamG", "g"):
         return "google"
@@ -72,7 +72,7 @@ def wire_of(path: str) -> str:
 
 
 def body_of(wire: str, said: ModelMessage, *, is_streamed: bool) -> RawAnswer:
-    """Return the HTTP answer that says `said`."""
+    """Return the HTTP answer with the message `said`."""
     if is_streamed:
         events = {"chat": chat_events, "responses": responses_events, "anthropic": anthropic_events}.get(wire)
         lines = events(said) if events else [(None, document) for document in google_chunks(said)]
@@ -85,7 +85,7 @@ def body_of(wire: str, said: ModelMessage, *, is_streamed: bool) -> RawAnswer:
 
 
 def dump(document: Any) -> str:
-    """Return JSON, escaped only where UTF-8 has no bytes for a character."""
+    """Return JSON, with escapes only for characters that UTF-8 cannot encode."""
     text = json.dumps(document, ensure_ascii=False)
     return "".join(f"\\u{ord(char):04x}" if "\ud800" <= char <= "\udfff" else char for char in text)
 
@@ -234,7 +234,7 @@ def google_chunks(said: ModelMessage) -> list[dict[str, Any]]:
 
 
 def pieces(text: str) -> list[str]:
-    """Return a text in at most 200 pieces."""
+    """Return a text split into at most 200 chunks."""
     size = max(PIECE, len(text) // 200 + 1)
     return [text[start : start + size] for start in range(0, len(text), size)]
 
@@ -247,11 +247,11 @@ WireResponder = Callable[[str, bytes], ModelMessage | RawAnswer]
 
 @dataclass(frozen=True)
 class Request:
-    """A request as it came."""
+    """A request that the server received."""
 
     path: str
     headers: dict[str, str]
-    """Names in lower case."""
+    """The headers, with names in lower case."""
     data: bytes
 
     @property
@@ -260,7 +260,7 @@ class Request:
 
 
 class WireServer:
-    """Answers by its brain; whether as a stream, the request says."""
+    """Server that answers with its brain, as a stream if the request asks for one."""
 
     def __init__(self, brain: WireResponder) -> None:
         server = self
@@ -295,14 +295,14 @@ class WireServer:
                 )
 
             def log_message(self, format: str, *args: Any) -> None:
-                """Say nothing."""
+                """Log nothing."""
 
         class Server(ThreadingHTTPServer):
             daemon_threads = True
             request_queue_size = 256
 
             def handle_error(self, request: Any, client_address: Any) -> None:
-                """A client that goes away is no news."""
+                """Ignore clients that disconnect."""
 
         self._http = Server(("127.0.0.1", 0), Handler)
         self.url = f"http://127.0.0.1:{self._http.server_address[1]}"
@@ -317,7 +317,7 @@ class WireServer:
 
 
 class ScriptedModel:
-    """A brain that says one thing after another to each episode, and keeps what it said.
+    """Brain that gives each episode one message after another, and stores its messages.
 
     Episodes are told apart by the number in brackets at the end of their instruction, as `tiny_pack` writes it. A
     request that is sent again is answered as before.
@@ -326,7 +326,7 @@ class ScriptedModel:
     _NUMBER = re.compile(rb"metres of it \((\d+)\)")
 
     def __init__(self, say: Callable[[int, int], ModelMessage]) -> None:
-        """`say` tells what is said to an episode at a step, both by number, the first step being 0."""
+        """Take a function `say(episode, step)` that returns the message; steps count from 0."""
         self._say = say
         self.said: dict[int, list[ModelMessage]] = {}
         self._asked: dict[int, bytes] = {}
