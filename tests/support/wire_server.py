@@ -319,7 +319,7 @@ class WireServer:
 class ScriptedModel:
     """Brain that gives each episode one message after another, and stores its messages.
 
-    Episodes are told apart by the number in brackets at the end of their instruction, as `tiny_pack` writes it. A
+    Episodes are distinguished by the number in brackets at the end of their instruction, from `tiny_pack`. A
     request that is sent again is answered as before.
     """
 

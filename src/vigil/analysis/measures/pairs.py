@@ -236,7 +236,7 @@ def _one_base_per_run(pairs: Sequence[Pair]) -> tuple[tuple[Pair, ...], tuple[st
 
 
 def _indicator(rows: pd.DataFrame, name: str) -> np.ndarray:
-    """Return a column that says for each row whether a fact or label is true, or the gap of the row."""
+    """Return a boolean column: whether each row has a yes/no fact, a label or, for `Delta`, W without B."""
     if name == "Delta":
         return np.asarray(rows["W"], dtype=bool) & ~np.asarray(rows["B"], dtype=bool)
     return np.asarray(rows[name] if name in rows else rows["label"] == name, dtype=bool)

@@ -109,7 +109,7 @@ def figure_bytes(figure: Figure, kind: str) -> bytes:
 
 
 def _clean(text: Any) -> None:
-    """Return a figure's text without characters that fonts or files cannot represent."""
+    """Remove from a figure's text the characters that fonts or files cannot represent."""
     said = text.get_text()
     clean = replace_invalid(said).replace("\t", " ").replace("\r", " ")
     if clean != said:
@@ -122,5 +122,5 @@ def ink_on(colour: str) -> str:
 
 
 def ink_of(colour: str) -> str:
-    """Return the colour of text that stands for `colour`: itself if it is legible on paper, else a darker one."""
+    """Return the colour of text that stands for `colour`: itself if it is legible on paper, else INK."""
     return INK if colour in _PALE else colour

@@ -80,7 +80,7 @@ def _sample(episode: Episode, record: EpisodeRecord, outcome: Outcome, spec: Run
 
 
 def _reference(outcome: Outcome, has_key: bool) -> list[str]:
-    """Return the report that matches a reached goal; None for a queried state unless the answer key is included."""
+    """Return the matching report of a reached goal; empty for a queried state unless the answer key is included."""
     if outcome.expected is None:
         return ["success"]
     return [outcome.expected] if has_key else []
@@ -120,7 +120,7 @@ def _answer(step: StepRecord) -> _Json:
 
 
 def _attribution(record: EpisodeRecord, last: int) -> list[_Json]:
-    """Return where the report is in the dialogue: in the last message, if there is one."""
+    """Return where the report is in the dialogue: in the last message; empty without a report."""
     action = record.steps[-1].action if record.steps else None
     if not isinstance(action, Report):
         return []
