@@ -67,8 +67,8 @@ class InProcess:
 class UnityLike(InProcess):
     """The same client with behaviour of Unity that our engine does not have.
 
-    Pivots are at the bottom of objects. An object's receptacles include the floor and the receptacle below its own. Masks
-    come only with a frame. After a change objects are not at rest immediately.
+    Pivots are at the bottom of objects. An object's receptacles include the floor and the receptacle below its own.
+    Masks come only with a frame. After a change objects are not at rest immediately.
     """
 
     restless = 0

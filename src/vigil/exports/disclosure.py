@@ -7,7 +7,7 @@ from vigil.base.settings import Setting
 from vigil.packs.private import REVEAL_HELP
 
 AnswerKey = Annotated[
-    bool, Setting("Tell the answer key too, for hf and every-eval-ever: targets, labels, when goals first held.")
+    bool, Setting("Include the answer key in hf and every-eval-ever: targets, labels, when goals first held.")
 ]
 
 

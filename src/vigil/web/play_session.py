@@ -45,17 +45,17 @@ _PLAYER = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,39}")
 class PlaySettings:
     """Settings of a play session."""
 
-    player: Annotated[str, Setting("Name of who plays; goes into the run's header.")]
+    player: Annotated[str, Setting("Name of the player; recorded in the run's header.")]
     pack: PackName = "starter"
     limit: Annotated[int | None, Setting("Only N episodes, drawn at random.", minimum=1, metavar="N")] = None
     families: Families = ()
-    practice: Annotated[bool, Setting("Show feedback and verdicts; a run of its own.")] = False
+    practice: Annotated[bool, Setting("Show feedback and verdicts; recorded as a separate run.")] = False
     """Whether to show feedback after each action and the verdict after each episode."""
     log_dir: LogDir = None
     quality: RenderQuality = "default"
     backend: Backend = "mujoco"
     assets: AssetFile = None
-    seed: Annotated[int | None, Setting("Of the random order.", unset="by the name")] = None
+    seed: Annotated[int | None, Setting("Seed of the random order.", unset="from the player's name")] = None
 
     def __post_init__(self) -> None:
         """Check the values against their declarations."""
@@ -98,7 +98,7 @@ class Journal:
         of, advice = f"Journal of a play session {str(path)!r}", "Choose another --log-dir."
         entries = [parse_line(line, _Entry, of, advice) for line in self._file.lines.complete]
         if entries and entries[0].order != self.order:
-            raise RecordError(f"{str(path)!r} was begun with another order. Give the same pack, limit and seed.")
+            raise RecordError(f"{str(path)!r} was started with another order. Give the same pack, limit and seed.")
         for entry in entries[1:]:
             if entry.reply is not None:
                 self.replies.append(entry.reply)

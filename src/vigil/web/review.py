@@ -68,7 +68,7 @@ class ReviewSet:
         proposed = file.read()
         drafts = [*proposed.drafts, *(draft for task in proposed.closures for draft in task.drafts)]
         if not drafts:
-            raise SettingError(f"Drafts file {str(path)!r} holds no draft yet. `vigil pack propose` adds some.")
+            raise SettingError(f"Drafts file {str(path)!r} does not have drafts yet. `vigil pack propose` adds some.")
         solutions = {draft.episode.id: draft.actions for draft in drafts}
         episodes = tuple(draft.episode for draft in drafts)
         return cls(path.name, episodes, solutions, file.houses, expected_reports_of_drafts(proposed))

@@ -12,14 +12,14 @@ Relationship = Literal["first_party", "third_party", "collaborative", "other"]
 class Publisher:
     """Who publishes the results, and how."""
 
-    organization: Annotated[str, Setting("Who evaluated, for every-eval-ever.")] = "unknown"
-    relationship: Annotated[Relationship, Setting("Of who evaluated to who made the model, for every-eval-ever.")] = (
-        "other"
-    )
+    organization: Annotated[str, Setting("Organization that ran the evaluation, for every-eval-ever.")] = "unknown"
+    relationship: Annotated[
+        Relationship, Setting("Relationship of the evaluator to the model's developer, for every-eval-ever.")
+    ] = "other"
     developer: Annotated[
-        str | None, Setting("Who made the model, for every-eval-ever.", unset="as the model's name says")
+        str | None, Setting("Developer of the model, for every-eval-ever.", unset="from the model's name")
     ] = None
-    force: Annotated[bool, Setting("Write an incomplete run too, for every-eval-ever; the file says so.")] = False
+    force: Annotated[bool, Setting("Also write an incomplete run, for every-eval-ever; the file says so.")] = False
 
     def __post_init__(self) -> None:
         """Check the values against their declarations."""

@@ -37,7 +37,7 @@ class VigilTasksetConfig(vf.TasksetConfig):
     pack: str = Field("starter", description="a pack's name, or its folder; or a stream, as `stream:7`")
     family: list[str] = Field([], description="a family or several, as `AI` or `AI,SI`; all without it")
     limit: int | None = Field(
-        None, ge=1, description="only so many episodes: evenly drawn from the families of a pack, a stream's first"
+        None, ge=1, description="number of episodes: drawn evenly from a pack's families, or the first of a stream"
     )
     difficulty: list[str] = Field([], description="of a stream: `easy`, `medium` or `hard`, or several")
     houses: tuple[int, int] | None = Field(

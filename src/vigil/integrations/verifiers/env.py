@@ -70,7 +70,7 @@ class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
                 "pack, or of a stream the same version of VIGIL."
             )
         if self._pool is None:
-            raise SettingError("The simulators do not run: play inside of `async with env.serving():`.")
+            raise SettingError("The simulators are not running: play inside `async with env.serving():`.")
         assignment = await source.assignment(str(data.id), data.house)
         record = await play_live(self._pool.live(assignment), condition, ask, RUN_ID)
         if record.error is not None:

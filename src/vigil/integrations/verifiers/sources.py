@@ -172,7 +172,7 @@ class StreamTasks:
     async def assignment(self, episode_id: str, house: int | None) -> Assignment:
         """Return the assignment of the episode; unless its house is cached, it is first made in the background."""
         if house is None:
-            raise SettingError(f"The row of episode {episode_id!r} names no house of stream {self._seed}.")
+            raise SettingError(f"The row of episode {episode_id!r} does not name a house of stream {self._seed}.")
         found = self._houses.get(house)
         if found is None:
             found = self._cache(house, self._house_pool().ask(house))
@@ -181,7 +181,7 @@ class StreamTasks:
             cached = self._houses.get(house)
             found = cached if isinstance(cached, _HouseTasks) else self._cache(house, _HouseTasks.of(made))
         if episode_id not in found.assignments:
-            raise SettingError(f"House {house} of {self.name} holds no episode {episode_id!r} that is asked for.")
+            raise SettingError(f"House {house} of {self.name} does not have the requested episode {episode_id!r}.")
         return found.assignments[episode_id]
 
     def close(self) -> None:
