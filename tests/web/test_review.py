@@ -145,5 +145,5 @@ def test_drafts_that_are_not_there_are_named(tmp_path: Path) -> None:
     file = DraftsFile(tmp_path / "empty.jsonl")
     with file.writing(Header(author="test", seed=0, simulator="fake", per_house=1, tried=1)):
         pass
-    with pytest.raises(SettingError, match="no draft yet"):
+    with pytest.raises(SettingError, match="does not have drafts yet"):
         ReviewSet.of_drafts(file.path)
