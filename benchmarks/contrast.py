@@ -24,7 +24,7 @@ FAINT = 10.0
 
 
 def main() -> None:
-    """Reads the command line and prints the table, the faintest first."""
+    """Read the command line and prints the table, the faintest first."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--variants", type=int, default=4)
     parser.add_argument("--seed", type=int, default=0)
@@ -44,7 +44,7 @@ def main() -> None:
 
 
 def contrast(subject: SceneSubject, seed: int) -> float:
-    """Returns the median difference of colour across the edge of a subject's portrait."""
+    """Return the median difference of colour across the edge of a subject's portrait."""
     rng = np.random.default_rng([seed, subject.variant])
     scene = staged_scene(subject, rng)
     agent = view_of(scene.things[SUBJECT], float(rng.uniform(-25.0, 25.0))).agent
@@ -59,7 +59,7 @@ def contrast(subject: SceneSubject, seed: int) -> float:
 
 
 def across_edge(colours: np.ndarray, mask: np.ndarray) -> float:
-    """Returns the median difference (h, w, 3) of colour across the edge of a mask (h, w); nan without an edge."""
+    """Return the median difference (h, w, 3) of colour across the edge of a mask (h, w); nan without an edge."""
     inside, outside = mean_where(colours, mask), mean_where(colours, ~mask)
     padded = np.pad(mask, 1, mode="edge")
     is_edge = mask & ~(padded[:-2, 1:-1] & padded[2:, 1:-1] & padded[1:-1, :-2] & padded[1:-1, 2:])
@@ -68,14 +68,14 @@ def across_edge(colours: np.ndarray, mask: np.ndarray) -> float:
 
 
 def mean_where(colours: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    """Returns the mean colour of the pixels of a mask in the window around each pixel; nan where there is none."""
+    """Return the mean colour of the pixels of a mask in the window around each pixel; nan where there is none."""
     totals, counts = boxes(colours * mask[..., None]), boxes(mask[..., None].astype(float))
     with np.errstate(invalid="ignore", divide="ignore"):
         return totals / counts
 
 
 def boxes(values: np.ndarray) -> np.ndarray:
-    """Returns the sum over the window around each pixel (h, w, k)."""
+    """Return the sum over the window around each pixel (h, w, k)."""
     half = WINDOW // 2
     padded = np.pad(values, ((half + 1, half), (half + 1, half), (0, 0)))
     sums = padded.cumsum(axis=0).cumsum(axis=1)
@@ -83,7 +83,7 @@ def boxes(values: np.ndarray) -> np.ndarray:
 
 
 def lab(frame: np.ndarray) -> np.ndarray:
-    """Returns the CIELAB colours (h, w, 3) of sRGB bytes, under the white of D65."""
+    """Return the CIELAB colours (h, w, 3) of sRGB bytes, under the white of D65."""
     share = frame / 255.0
     linear = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
     xyz = linear @ np.array([[0.4124, 0.2126, 0.0193], [0.3576, 0.7152, 0.1192], [0.1805, 0.0722, 0.9505]])

@@ -65,7 +65,7 @@ def main() -> None:
 
 
 def build_all(options: argparse.Namespace) -> None:
-    """Builds the houses once, so that the processes below share the pack and its assets as after long training."""
+    """Build the houses once, so that the processes below share the pack and its assets as after long training."""
     simulator = make_simulator(options.backend, assets=AssetDatabase.default(), quality=options.quality)
     pack = load_pack(options.pack)
     houses = {episode.house.sha256: episode for episode in chosen(options)}
@@ -74,12 +74,12 @@ def build_all(options: argparse.Namespace) -> None:
 
 
 def chosen(options: argparse.Namespace) -> list[Episode]:
-    """Returns the pack's episodes of the families asked for."""
+    """Return the pack's episodes of the families asked for."""
     return load_pack(options.pack).select(Selection(families=parse_families([options.families])))
 
 
 def relative_speed(options: argparse.Namespace, frames: bool) -> float:
-    """Returns the processor time of a bare Env over that of one environment, both having seen the houses before."""
+    """Return the processor time of a bare Env over that of one environment, both having seen the houses before."""
     pack = load_pack(options.pack)
     episodes = draw_evenly(chosen(options))[:EPISODES_ALONE]
     env = gymnasium.make(
@@ -103,7 +103,7 @@ def relative_speed(options: argparse.Namespace, frames: bool) -> float:
 
 
 def play_bare(env: Env, episode: Episode, frames: bool) -> None:
-    """Plays one episode to the end of its budget."""
+    """Play one episode to the end of its budget."""
     seen = env.reset(episode)
     while seen is not None:
         if frames:
@@ -112,13 +112,13 @@ def play_bare(env: Env, episode: Episode, frames: bool) -> None:
 
 
 def rates(runs: np.ndarray, at_once: int) -> tuple[float, float]:
-    """Returns steps a second, and a second of processor time, of rows of steps, seconds and processor time."""
+    """Return steps a second, and a second of processor time, of rows of steps, seconds and processor time."""
     steps, seconds, cpu = runs.sum(axis=0)
     return steps / seconds * at_once, steps / cpu
 
 
 def bare_run(job: tuple[argparse.Namespace, bool, int]) -> tuple[float, float, float]:
-    """Returns the steps of one bare Env, the seconds, and those of processor time."""
+    """Return the steps of one bare Env, the seconds, and those of processor time."""
     options, frames, seed = job
     pack, rng, episodes = load_pack(options.pack), np.random.default_rng(seed), chosen(options)
     with make_env(pack, backend=options.backend, quality=options.quality) as env:
@@ -137,14 +137,14 @@ def bare_run(job: tuple[argparse.Namespace, bool, int]) -> tuple[float, float, f
 
 
 def begin(env: Env, episodes: list[Episode], rng: np.random.Generator, frames: bool) -> None:
-    """Resets to an episode drawn at random, and looks at its first frame."""
+    """Reset to an episode drawn at random, and looks at its first frame."""
     seen = env.reset(episodes[int(rng.integers(len(episodes)))])
     if frames and seen is not None:
         _ = seen.rgb
 
 
 def vector_run(options: argparse.Namespace, frames: bool) -> tuple[float, float, float]:
-    """Returns the same of the vector; calls that begin an episode are no steps."""
+    """Return the same of the vector; calls that begin an episode are no steps."""
     started: dict[str, Any] = {"context": "fork"}
     if options.asynchronous:
         started = {"vectorization_mode": "async", "vector_kwargs": started}
@@ -173,7 +173,7 @@ def vector_run(options: argparse.Namespace, frames: bool) -> tuple[float, float,
 
 
 def processor_seconds() -> float:
-    """Returns what this process and those that it started have used."""
+    """Return what this process and those that it started have used."""
     own = psutil.Process()
     return sum(times.user + times.system for times in (each.cpu_times() for each in (own, *own.children())))
 

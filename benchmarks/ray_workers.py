@@ -55,7 +55,7 @@ def main() -> None:
 
 
 def measure(setup: str, options: argparse.Namespace) -> tuple[float, float]:
-    """Returns the episodes a second of one run, from the first that began to the last that ended, and of its CPU."""
+    """Return the episodes a second of one run, from the first that began to the last that ended, and of its CPU."""
     times: list[float] = []
     used: list[tuple[float, float]] = []
 
@@ -85,7 +85,7 @@ def measure(setup: str, options: argparse.Namespace) -> tuple[float, float]:
 
 
 def workers_cpu_seconds() -> float:
-    """Returns the processor time that simulators have used so far."""
+    """Return the processor time that simulators have used so far."""
     total = 0.0
     for process in psutil.Process().children(recursive=True):
         try:
@@ -97,7 +97,7 @@ def workers_cpu_seconds() -> float:
 
 
 def parallel_speedup() -> float:
-    """Returns how many times as much two processes that share nothing do in the same time as one."""
+    """Return how many times as much two processes that share nothing do in the same time as one."""
     with ProcessPoolExecutor(2) as pool:
         list(pool.map(spin, [1, 1]))
         alone = next(pool.map(spin, [TURNS]))

@@ -52,7 +52,7 @@ def main() -> None:
 
 
 def own_houses(folder: Path) -> list[Path]:
-    """Returns the files of two generated houses."""
+    """Return the files of two generated houses."""
     paths = [folder / f"{name}.json" for name in ("1-room", "4-room")]
     for path in paths:
         generate(7, SPECS[path.stem]).save(path)
@@ -60,7 +60,7 @@ def own_houses(folder: Path) -> list[Path]:
 
 
 def row(house: Path, assets: Path | None, quality: Quality, at_once: int) -> str:
-    """Returns one line of the table, the mean over the processes."""
+    """Return one line of the table, the mean over the processes."""
     with ProcessPoolExecutor(at_once, multiprocessing.get_context("spawn")) as pool:
         jobs = [pool.submit(measure, house, assets, quality) for _ in range(at_once)]
         first, again, stepping, each = np.mean([job.result() for job in jobs], axis=0)
@@ -69,7 +69,7 @@ def row(house: Path, assets: Path | None, quality: Quality, at_once: int) -> str
 
 
 def measure(path: Path, assets_path: Path | None, quality: Quality) -> tuple[float, float, float, float]:
-    """Returns the seconds to the first frame, to that of a house loaded before, steps a second, and MB a live scene."""
+    """Return the seconds to the first frame, to that of a house loaded before, steps a second, and MB a live scene."""
     house = House.load(path)
     assets = AssetDatabase.load(assets_path) if assets_path else AssetDatabase.default()
     first, simulator = open_house(house, assets, quality)
@@ -84,7 +84,7 @@ def measure(path: Path, assets_path: Path | None, quality: Quality) -> tuple[flo
 
 
 def faster(path: Path, assets_path: Path | None) -> float:
-    """Returns the rate of `fast` over that of the default, each at its best, drawn in turns in one process."""
+    """Return the rate of `fast` over that of the default, each at its best, drawn in turns in one process."""
     house = House.load(path)
     assets = AssetDatabase.load(assets_path) if assets_path else AssetDatabase.default()
     qualities: tuple[Quality, ...] = ("default", "fast")
@@ -97,7 +97,7 @@ def faster(path: Path, assets_path: Path | None) -> float:
 
 
 def seconds_of(simulator: EmbeddedSimulator) -> float:
-    """Returns what some steps with their frames take."""
+    """Return what some steps with their frames take."""
     start = time.perf_counter()
     for _ in range(STEPS):
         step(simulator)
@@ -105,14 +105,14 @@ def seconds_of(simulator: EmbeddedSimulator) -> float:
 
 
 def open_and_close(house: House, assets: AssetDatabase, quality: Quality) -> float:
-    """Returns the seconds from a house document to its first frame."""
+    """Return the seconds from a house document to its first frame."""
     seconds, simulator = open_house(house, assets, quality)
     simulator.close()
     return seconds
 
 
 def open_house(house: House, assets: AssetDatabase, quality: Quality) -> tuple[float, EmbeddedSimulator]:
-    """Returns the seconds from a house document to its first frame, and the simulator."""
+    """Return the seconds from a house document to its first frame, and the simulator."""
     start = time.perf_counter()
     simulator = EmbeddedSimulator(MujocoEngine(quality), assets)
     simulator.load(house)
@@ -122,7 +122,7 @@ def open_house(house: House, assets: AssetDatabase, quality: Quality) -> tuple[f
 
 
 def start_of(house: House, simulator: EmbeddedSimulator) -> Pose:
-    """Returns the house's own start, or else the first free place on a grid."""
+    """Return the house's own start, or else the first free place on a grid."""
     if house.start is not None and simulator.can_stand(house.start.position):
         return house.start
     corners = np.array([(point.x, point.z) for point in house.document.rooms[0].floor_polygon])
@@ -134,13 +134,13 @@ def start_of(house: House, simulator: EmbeddedSimulator) -> Pose:
 
 
 def step(simulator: EmbeddedSimulator) -> None:
-    """Turns a little and draws."""
+    """Turn a little and draws."""
     simulator.step(Navigate(mode="turn_right", magnitude=9.0))
     simulator.frame()
 
 
 def rate(act: Callable[[], None]) -> float:
-    """Returns how often an act runs in a second, once it is warm."""
+    """Return how often an act runs in a second, once it is warm."""
     for _ in range(STEPS):
         act()
     start = time.perf_counter()
@@ -150,7 +150,7 @@ def rate(act: Callable[[], None]) -> float:
 
 
 def memory_mb() -> float:
-    """Returns this process's resident memory."""
+    """Return this process's resident memory."""
     return psutil.Process().memory_info().rss / 2**20
 
 

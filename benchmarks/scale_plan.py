@@ -48,7 +48,7 @@ class CampaignLoad:
 
 
 def campaign(costs: Costs, cores: int, connections: int, share: float, seed: int = 0) -> CampaignLoad:
-    """Returns the load of a campaign of which `share` of the episodes is simulated, with as large a share of its cores.
+    """Return the load of a campaign of which `share` of the episodes is simulated, with as large a share of its cores.
 
     Of fewer than `share` x cores there is at least one; connections shrink alike, so that ratios stay.
     """
@@ -121,7 +121,7 @@ def main() -> None:
 
 
 def row(costs: Costs, cores: int, connections: int, share: float) -> str:
-    """Returns one row of the table."""
+    """Return one row of the table."""
     load = campaign(costs, cores, connections, share)
     busy = sum(load.busy_s.values())
     used = busy / (load.wall_s * max(1, round(cores * share)))

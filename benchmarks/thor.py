@@ -80,7 +80,7 @@ def main() -> None:
 
 
 def measure(house: House, steps: int) -> None:
-    """Prints all figures."""
+    """Print all figures."""
     embedded = make_simulator("mujoco", assets=AssetDatabase.default())
     embedded.load(house)
     start, named = Pose.model_validate(start_of(house)), embedded.object_ids()[:OBJECTS]
@@ -119,13 +119,13 @@ def measure(house: House, steps: int) -> None:
 
 
 def start_of(house: House) -> dict[str, Any]:
-    """Returns the pose of the house's own start."""
+    """Return the pose of the house's own start."""
     agent = house.data["metadata"]["agent"]
     return {"position": tuple(agent["position"][axis] for axis in "xyz"), "rotation": agent["rotation"]["y"]}
 
 
 def engine_in(house: House) -> Callable[[], object]:
-    """Returns what has the engine, in this process, carry out a step and write its answer as the pipe has it."""
+    """Return what has the engine, in this process, carry out a step and write its answer as the pipe has it."""
     editor = make_simulator("mujoco", assets=AssetDatabase.default())
     assert isinstance(editor, SceneEditor)
     engine = ThorEngine(World(editor, Settings(screen_width=WIDTH, screen_height=HEIGHT)))
@@ -137,19 +137,19 @@ def engine_in(house: House) -> Callable[[], object]:
 
 
 def connect(house: House, settings: dict[str, Any]) -> GuardedClient:
-    """Returns a connection to this project's engine."""
+    """Return a connection to this project's engine."""
     return GuardedClient(house.data, own_command(engine_options("mujoco", "default", None)), **settings)
 
 
 def step(simulator: Simulator, named: list[str]) -> object:
-    """Turns, asks for hidden state and draws, as an episode's step does."""
+    """Turn, asks for hidden state and draws, as an episode's step does."""
     simulator.step(TURN)
     simulator.world(named)
     return simulator.frame()
 
 
 def timed(do: Callable[[], Any]) -> tuple[Any, float]:
-    """Returns what was done and the seconds it took."""
+    """Return what was done and the seconds it took."""
     began = time.perf_counter()
     return do(), time.perf_counter() - began
 

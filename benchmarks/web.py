@@ -45,7 +45,7 @@ PLAYED = """async (key) => {
 
 @contextmanager
 def serving(*arguments: str) -> Iterator[str]:
-    """A `vigil` server of its own process; yields its address once it listens."""
+    """A `vigil` server of its own process; yield its address once it listens."""
     command = [sys.executable, "-c", "from vigil.cli import main; main()", *arguments, "--no-open", "--port", str(PORT)]
     server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     try:
@@ -67,7 +67,7 @@ def seconds(url: str) -> float:
 
 
 def opened(page: Page, url: str) -> float:
-    """Returns how long a page takes to load and to be laid out, seconds."""
+    """Return how long a page takes to load and to be laid out, seconds."""
     begun = time.perf_counter()
     page.goto(url, wait_until="load")
     page.evaluate("() => new Promise((done) => requestAnimationFrame(() => setTimeout(done)))")

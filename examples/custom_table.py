@@ -17,14 +17,14 @@ from vigil.analysis.tables.table import Column, Table, TableRow, counts, numbers
 
 
 def overtime(rows: pd.DataFrame) -> pd.DataFrame:
-    """Returns, of the episodes whose goal held at some moment, the steps that followed the first such step."""
+    """Return, of the episodes whose goal held at some moment, the steps that followed the first such step."""
     held = rows[rows["first_goal_step"].notna()]
     steps = held["steps"] - held["first_goal_step"]
     return held.assign(overtime=steps).pivot_table("overtime", "run", "family", aggfunc="mean")
 
 
 def overtime_table(found: Study) -> Table:
-    """Returns the mean over all families as a table of the report: a row a run."""
+    """Return the mean over all families as a table of the report: a row a run."""
     rows = []
     for entry in found.entries:
         steps = entry.run.rows["steps"] - entry.run.rows["first_goal_step"]

@@ -121,7 +121,7 @@ def vigil_command(*words: str | Path) -> None:
 
 
 def write_demos(out: Path, count: int) -> Path:
-    """Writes demonstrations, unless they are there; returns the file."""
+    """Write demonstrations, unless they are there; return the file."""
     if not (out / "train.parquet").exists():
         asked = ("--count", str(count), "--houses", DEMOS, "--format", "parquet", "--render-quality", "fast")
         vigil_command("demos", "--pack", STREAM, *FAMILY, *asked, "--out", out)
@@ -129,7 +129,7 @@ def write_demos(out: Path, count: int) -> Path:
 
 
 def write_pack(out: Path, houses: str, count: int) -> Path:
-    """Writes a part of the stream as a pack, unless it is there; returns its folder."""
+    """Write a part of the stream as a pack, unless it is there; return its folder."""
     if not (out / "manifest.json").exists():
         seed = STREAM.partition(":")[2]
         vigil_command(
@@ -139,7 +139,7 @@ def write_pack(out: Path, houses: str, count: int) -> Path:
 
 
 def read_demos(file: Path) -> list[Demo]:
-    """Returns the clicks of all demonstrations."""
+    """Return the clicks of all demonstrations."""
     found = []
     for row in pq.read_table(file).to_pylist():
         answer = json.loads(row["messages"][-1]["content"][0]["text"])
@@ -151,14 +151,14 @@ def read_demos(file: Path) -> list[Demo]:
 
 
 def instruction_of(row: dict) -> str:
-    """Returns the task, which stands in a line of its own in the system prompt."""
+    """Return the task, which stands in a line of its own in the system prompt."""
     found = re.search("^Task: (.*)$", row["messages"][0]["content"][0]["text"], re.MULTILINE)
     assert found is not None
     return found[1]
 
 
 def shrunk(frame: np.ndarray) -> torch.Tensor:
-    """Returns a frame (480, 640, 3) as a small one (3, 120, 160) from -0.5 to 0.5."""
+    """Return a frame (480, 640, 3) as a small one (3, 120, 160) from -0.5 to 0.5."""
     small = np.asarray(Image.fromarray(frame).resize((WIDTH, HEIGHT), Image.Resampling.BOX))
     return torch.from_numpy(small.copy()).permute(2, 0, 1).float() / 255 - 0.5
 
@@ -168,7 +168,7 @@ def place_of(x: int, y: int) -> int:
 
 
 def reply_of(place: int) -> str:
-    """Returns the reply that clicks on the middle of a place."""
+    """Return the reply that clicks on the middle of a place."""
     row, column = divmod(place, COLUMNS)
     x, y = (column + 0.5) * FRAME_WIDTH / COLUMNS, (row + 0.5) * FRAME_HEIGHT / ROWS
     return json.dumps({"skill_name": "interact_pixel", "arguments": {"intent": "ground", "x": int(x), "y": int(y)}})
@@ -226,7 +226,7 @@ class _Batches:
         self._clicked = functional.one_hot(torch.tensor([demo.place for demo in demos]), ROWS * COLUMNS).float()
 
     def loss(self, network: Network, chosen: torch.Tensor) -> torch.Tensor:
-        """Returns the cross entropy of the network's map and the solver's clicks."""
+        """Return the cross entropy of the network's map and the solver's clicks."""
         seen, (clicked,) = _mirrored(self._frames[chosen], self._clicked[chosen])
         return functional.cross_entropy(
             network(seen * _light(seen), self._asked[chosen]), clicked, label_smoothing=0.05
@@ -234,7 +234,7 @@ class _Batches:
 
 
 def clone(network: Network, words: Vocabulary, demos: Sequence[Demo], epochs: int) -> Iterator[int]:
-    """Trains the network to click where the solver did; yields the number of each epoch, from 1."""
+    """Train the network to click where the solver did; yield the number of each epoch, from 1."""
     shown = _Batches(demos, words)
     optimiser = torch.optim.AdamW(network.parameters(), lr=2e-3, weight_decay=1e-2)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, epochs)
@@ -249,7 +249,7 @@ def clone(network: Network, words: Vocabulary, demos: Sequence[Demo], epochs: in
 
 
 def _mirrored(frames: torch.Tensor, *maps: torch.Tensor) -> tuple[torch.Tensor, list[torch.Tensor]]:
-    """Returns half of the frames as in a mirror, with maps of their places: instructions never say left or right."""
+    """Return half of the frames as in a mirror, with maps of their places: instructions never say left or right."""
     turned = torch.rand(len(frames)) < 0.5
     flipped = [each.unflatten(1, (ROWS, COLUMNS)).flip(2).flatten(1) for each in maps]
     other = [torch.where(turned[:, None], new, old) for new, old in zip(flipped, maps, strict=True)]
@@ -257,7 +257,7 @@ def _mirrored(frames: torch.Tensor, *maps: torch.Tensor) -> tuple[torch.Tensor, 
 
 
 def _light(frames: torch.Tensor) -> torch.Tensor:
-    """Returns how much brighter or darker each frame is shown."""
+    """Return how much brighter or darker each frame is shown."""
     return 0.85 + 0.3 * torch.rand(len(frames), 1, 1, 1)
 
 
@@ -275,25 +275,25 @@ class EpisodePool:
         return len(self._asked)
 
     def play(self, places: torch.Tensor) -> torch.Tensor:
-        """Returns B of clicks, each followed by a report, for each row of places one after the other."""
+        """Return B of clicks, each followed by a report, for each row of places one after the other."""
         return torch.tensor(list(self._pool.map(play, self._asked, places.tolist(), chunksize=CHUNK)))
 
 
 @cache
 def environment(folder: str) -> gymnasium.Env:
-    """Returns the environment of a pack, one in each process."""
+    """Return the environment of a pack, one in each process."""
     return gymnasium.make("Vigil-v0", pack=folder, frames=False, render_mode="rgb_array", quality="fast").unwrapped
 
 
 def look(asked: tuple[str, str]) -> tuple[str, np.ndarray]:
-    """Returns the instruction and the first frame of an episode of a pack."""
+    """Return the instruction and the first frame of an episode of a pack."""
     env = environment(asked[0])
     observation, _ = env.reset(options={"episode_id": asked[1]})
     return observation["instruction"], np.asarray(env.render())
 
 
 def play(asked: tuple[str, str], places: Sequence[int]) -> list[float]:
-    """Plays an episode of a pack once for each place: clicks on it and reports; returns B of each."""
+    """Play an episode of a pack once for each place: clicks on it and reports; return B of each."""
     env, earned = environment(asked[0]), []
     for place in places:
         env.reset(options={"episode_id": asked[1]})
@@ -305,7 +305,7 @@ def play(asked: tuple[str, str], places: Sequence[int]) -> list[float]:
 def improve(
     network: Network, words: Vocabulary, demos: Sequence[Demo], scenes: EpisodePool, rounds: int
 ) -> Iterator[int]:
-    """Plays all scenes and learns from what they earned so far, in turns; yields the number of each round.
+    """Play all scenes and learns from what they earned so far, in turns; yield the number of each round.
 
     Demonstrations are learned on beside the scenes, so that what they taught is kept.
     """
@@ -332,7 +332,7 @@ def improve(
 
 
 def _log_earned(logits: torch.Tensor, won: torch.Tensor, missed: torch.Tensor) -> torch.Tensor:
-    """Returns the log probability of the places that earned B; where none did yet, of not trying again what did not."""
+    """Return the log probability of the places that earned B; where none did yet, of not trying again what did not."""
     logs = functional.log_softmax(logits, dim=1)
     earning = torch.logsumexp(logs.masked_fill(won == 0, -1e9), dim=1)
     avoiding = torch.log1p(-(logs.exp() * missed).sum(dim=1).clamp(max=0.999))
@@ -340,7 +340,7 @@ def _log_earned(logits: torch.Tensor, won: torch.Tensor, missed: torch.Tensor) -
 
 
 def map_of(network: Network, words: Vocabulary, scenes: EpisodePool) -> torch.Tensor:
-    """Returns the network's map of each scene, as logits."""
+    """Return the network's map of each scene, as logits."""
     network.eval()
     with torch.no_grad():
         asked = words.of(scenes.instructions)
@@ -355,11 +355,11 @@ class Curve:
         self.points: list[dict[str, str | float]] = []
 
     def add(self, stage: str, step: int, places: torch.Tensor) -> None:
-        """Plays all test episodes once, each by a click on its place, and prints the share that is won."""
+        """Play all test episodes once, each by a click on its place, and prints the share that is won."""
         self._put(stage, step, float(self._scenes.play(places[:, None]).sum()), len(self._scenes))
 
     def add_solver(self, out: Path) -> None:
-        """Adds what the solver reaches on the same episodes, by `vigil run`."""
+        """Add what the solver reaches on the same episodes, by `vigil run`."""
         vigil_command("run", "--pack", out / "tested", "--agent", "solver", "--log-dir", out / "solver")
         scored = subprocess.run(
             [sys.executable, "-c", "from vigil.cli import main; main()", "score", str(out / "solver"), "--json"],
@@ -379,7 +379,7 @@ class Curve:
         print(f"{minutes:5.1f} min  {stage:14} {step:3}  B {won / of:6.1%} [{low:.1%}, {high:.1%}] of {of}", flush=True)
 
     def write(self, out: Path) -> None:
-        """Writes the points as a table, and as a picture."""
+        """Write the points as a table, and as a picture."""
         with (out / "curve.csv").open("w", newline="") as file:
             table = csv.DictWriter(file, list(self.points[0]))
             table.writeheader()
@@ -388,7 +388,7 @@ class Curve:
 
 
 def draw(points: Sequence[dict[str, str | float]], file: Path) -> None:
-    """Draws B over minutes, with its intervals, between chance and the solver."""
+    """Draw B over minutes, with its intervals, between chance and the solver."""
     figure = Figure(figsize=(6.4, 3.6), layout="constrained")
     axes = figure.subplots()
     for stage, colour in (("cloned", "#0072b2"), ("improved on B", "#d55e00")):

@@ -42,7 +42,7 @@ class Walker:
 
 
 def serve(agent: Walker) -> None:
-    """Answers observations on standard input, one JSON object a line (docs/agents.md)."""
+    """Answer observations on standard input, one JSON object a line (docs/agents.md)."""
     for line in sys.stdin:
         message = json.loads(line)
         if message["type"] == "start":

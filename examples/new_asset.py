@@ -42,7 +42,7 @@ GLOBE = Category(
 
 
 def globe(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a globe in a half ring on a foot; `build` stretches it to fill the box that a house asks for."""
+    """Return a globe in a half ring on a foot; `build` stretches it to fill the box that a house asks for."""
     builder = Builder("DeskGlobe", size)
     name, sea = colour(rng, "blue", "teal", "green")
     foot = [(0.0, 0.0), (0.3, 0.0), (0.3, 0.03), (0.06, 0.07), (0.04, 0.16), (0.0, 0.16)]
@@ -58,7 +58,7 @@ register(GLOBE, globe)
 
 
 def house_with_a_globe() -> vigil.House:
-    """Returns the first generated house that has a globe: the generator goes by the catalogue."""
+    """Return the first generated house that has a globe: the generator goes by the catalogue."""
     houses = (vigil.generate_house(seed, "bedroom") for seed in range(40))
     return next(house for house in houses if "DeskGlobe|" in str(house.data["objects"]))
 

@@ -30,7 +30,7 @@ class NoisyCamera(EmbeddedSimulator):
         self.spread = spread
 
     def frame(self) -> np.ndarray:
-        """Returns the current egocentric frame, (480, 640, 3) uint8."""
+        """Return the current egocentric frame, (480, 640, 3) uint8."""
         clean = super().frame()
         noise = np.random.default_rng(int(clean.sum())).normal(0.0, self.spread, clean.shape)
         return np.clip(clean + noise, 0, 255).astype(np.uint8)

@@ -24,7 +24,7 @@ register_family("SA", FamilySpec("Search and Approach", "compositional", False, 
 
 
 def drafts(context: HouseContext):
-    """Yields episodes that start where the thing to be approached is out of view, whichever way one turns."""
+    """Yield episodes that start where the thing to be approached is out of view, whichever way one turns."""
     for thing in context.things(lambda thing: not thing.is_structure and 0.4 < max(thing.asset.size) < 1.9):
         for place in context.starts(context.away_from(thing, 2.5, 12.0), tried=20):
             if not context.is_visible_from(place, thing):
@@ -35,7 +35,7 @@ def drafts(context: HouseContext):
 
 
 def first_valid(simulator, house: vigil.House) -> Episode:
-    """Returns the first draft that no rule rejects."""
+    """Return the first draft that no rule rejects."""
     context = HouseContext(simulator, house, np.random.default_rng(0))
     found = [draft for draft, _ in zip(drafts(context), range(6), strict=False)]
     return next(draft for draft in found if Validator(simulator).validate(draft, house).is_valid)

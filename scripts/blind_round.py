@@ -25,7 +25,7 @@ STARTS, PAIRS = 100, 40
 
 
 def main(words: Sequence[str] | None = None) -> None:
-    """Reads the command line and does what it says."""
+    """Read the command line and does what it says."""
     options = _parser().parse_args(words)
     options.command(options)
 
@@ -60,7 +60,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _making(made: Callable[[argparse.Namespace], BlindRound]) -> Callable[[argparse.Namespace], None]:
-    """Returns the command that makes a round, writes it, and says what that took."""
+    """Return the command that makes a round, writes it, and says what that took."""
 
     def command(options: argparse.Namespace) -> None:
         sheets.refuse_existing(options.out)

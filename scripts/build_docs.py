@@ -37,7 +37,7 @@ _IN_STYLE = re.compile(r"""(?:url\(|@import)\s*["']?((?:https?:)?//[^"')\s]+)"""
 
 
 def write_pages(folder: Path = PAGES) -> None:
-    """Writes the site's pages in Markdown, and what belongs to them, into a new folder."""
+    """Write the site's pages in Markdown, and what belongs to them, into a new folder."""
     shutil.rmtree(folder, ignore_errors=True)
     shutil.copytree(DOCS, folder)
     wanted: dict[Path, Path] = {}
@@ -54,7 +54,7 @@ def write_pages(folder: Path = PAGES) -> None:
 
 
 def _mapped(text: str, source: Path, page: Path, folder: Path, wanted: dict[Path, Path]) -> str:
-    """Returns the text of a page for the site; what it needs from outside of docs/ is put into `wanted`."""
+    """Return the text of a page for the site; what it needs from outside of docs/ is put into `wanted`."""
     parts, end = [], 0
     for link in links(text):
         if link.is_outside or not link.path:
@@ -73,7 +73,7 @@ def _mapped(text: str, source: Path, page: Path, folder: Path, wanted: dict[Path
 
 
 def _opened_by_click(text: str) -> str:
-    """Returns the text of a page with each picture as a link to itself: pages show it smaller than it is."""
+    """Return the text of a page with each picture as a link to itself: pages show it smaller than it is."""
     parts, end = [], 0
     for picture in _PICTURE.finditer(without_code(text)):
         parts += [text[end : picture.start()], f"[{picture[0]}]({picture[1]})"]
@@ -98,7 +98,7 @@ def _copy(source: Path, page: Path, folder: Path, wanted: dict[Path, Path]) -> N
 
 
 def build(*, has_versions: bool) -> None:
-    """Has Zensical build the pages; a warning is an error. `has_versions`: with the menu of versions."""
+    """Have Zensical build the pages; a warning is an error. `has_versions`: with the menu of versions."""
     zensical = Path(sys.executable).with_name("zensical")
     config = ROOT / ".zensical.toml"
     menu = '[project.extra.version]\nprovider = "mike"\n' if has_versions else ""
@@ -110,7 +110,7 @@ def build(*, has_versions: bool) -> None:
 
 
 def rank_pages_first(site: Path = SITE) -> None:
-    """Names what is Python by its full name in the index of the search.
+    """Name what is Python by its full name in the index of the search.
 
     The search ranks a title that is the word itself first: `Report`, an attribute, stood before the page on reports.
     """
@@ -135,7 +135,7 @@ class _Page(HTMLParser):
         self.feed(text)
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        """Takes up one element."""
+        """Take up one element."""
         values = {name: value or "" for name, value in attrs}
         self.places |= {values.get("id", ""), values.get("name", "") if tag == "a" else ""}
         if tag == "a" and "href" in values:
@@ -145,7 +145,7 @@ class _Page(HTMLParser):
 
 
 def faults(site: Path = SITE) -> list[str]:
-    """Returns what is wrong with a built site: what it loads from elsewhere, and links that lead nowhere."""
+    """Return what is wrong with a built site: what it loads from elsewhere, and links that lead nowhere."""
     pages = {path: _Page(read(path)) for path in sorted(site.rglob("*.html"))}
     found = [] if pages else ["there is no page"]
     for path, page in pages.items():
@@ -169,7 +169,7 @@ def _resolves(url: str, path: Path, pages: dict[Path, _Page]) -> bool:
 
 
 def publish_version(folder: Path, version: str = __version__) -> None:
-    """Puts the built site beside those of other versions; the root of `folder` leads to the newest."""
+    """Put the built site beside those of other versions; the root of `folder` leads to the newest."""
     shutil.rmtree(folder / version, ignore_errors=True)
     shutil.copytree(SITE, folder / version)
     versions = sorted((path.parent.name for path in folder.glob("*/index.html")), key=_order, reverse=True)
@@ -190,7 +190,7 @@ def _order(version: str) -> tuple[int, ...]:
 
 
 def main() -> None:
-    """Builds the site, and exits with 1 when it has a fault."""
+    """Build the site, and exits with 1 when it has a fault."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--publish", type=Path, metavar="FOLDER", help="put the site into FOLDER/VERSION as well")
     arguments = parser.parse_args()

@@ -45,11 +45,11 @@ class FixedReplies:
         self._replies = [reply_of(action) for action in actions]
 
     def start(self, instruction: str) -> None:
-        """Begins with the first reply."""
+        """Begin with the first reply."""
         self._left = iter(self._replies)
 
     def act(self, observation: Observation) -> Reply:
-        """Returns the next reply."""
+        """Return the next reply."""
         return next(self._left)
 
 
@@ -63,7 +63,7 @@ class FrameRecorder:
         self.start = agent.start
 
     def act(self, observation: Observation) -> Reply:
-        """Returns the agent's reply, and keeps what it answers."""
+        """Return the agent's reply, and keeps what it answers."""
         self.frames.append(observation.rgb.copy())
         return self._agent.act(observation)
 
@@ -80,7 +80,7 @@ def _scripted(name: str) -> MakeAgent:
 
 
 def _solution(name: str, status: str, steps: slice = slice(-1)) -> MakeAgent:
-    """Returns a maker of an agent that gives steps of the recorded solution, then a report of its own."""
+    """Return a maker of an agent that gives steps of the recorded solution, then a report of its own."""
     report = Report.model_validate({"skill_name": "report", "status": status, "summary": ""})
     return lambda pack, episode, _: FixedReplies(name, [*pack.solutions[episode.id].actions[steps], report])
 
@@ -98,7 +98,7 @@ EXAMPLES: dict[str, tuple[str, str, MakeAgent]] = {
 
 
 def main() -> None:
-    """Plays and draws the examples that are named, or all."""
+    """Play and draws the examples that are named, or all."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     pack, simulator = Pack.load("vigil_smoke"), make_simulator("mujoco", assets=AssetDatabase.default())
     with Env(simulator, pack.house_of, Profile()) as env:
@@ -122,7 +122,7 @@ def _played(env: Env, episode: Episode, agent: FrameRecorder) -> AgentTrajectory
 
 
 def _write(path: Path, png: bytes, width: int) -> None:
-    """Writes a strip, `width` pixels of which are drawn on."""
+    """Write a strip, `width` pixels of which are drawn on."""
     picture = Image.open(io.BytesIO(png)).convert("RGB")
     drawn = picture.resize((width, round(picture.height * width / picture.width)), Image.Resampling.LANCZOS)
     strip = Image.new("RGB", (WIDTH_PX, drawn.height), drawn.getpixel((0, 0)))

@@ -77,7 +77,7 @@ EXTENDED: dict[str, tuple[str, tuple[str, ...]]] = {
 
 
 def reference_pages() -> Iterator[tuple[str, str]]:
-    """Yields the path of each page in the site, and its text in Markdown."""
+    """Yield the path of each page in the site, and its text in Markdown."""
     yield "decisions/index.md", decisions()
     yield "reference/command_line.md", command_line()
     yield "reference/vigil.md", public_names()
@@ -86,7 +86,7 @@ def reference_pages() -> Iterator[tuple[str, str]]:
 
 
 def public_names() -> str:
-    """Returns the page about `import vigil`: every name that it offers, from where it is defined."""
+    """Return the page about `import vigil`: every name that it offers, from where it is defined."""
     source = ast.parse(read(ROOT / "src/vigil/api.py"))
     places = {
         alias.asname or alias.name: f"{node.module}.{alias.name}"
@@ -112,7 +112,7 @@ def public_names() -> str:
 
 
 def decisions() -> str:
-    """Returns the list of decisions."""
+    """Return the list of decisions."""
     lines = [
         "# Decisions",
         "Why VIGIL is built as it is: a page for each decision, never changed in its sense later.",
@@ -125,7 +125,7 @@ def decisions() -> str:
 
 
 def command_line() -> str:
-    """Returns the page about every verb and its options, as `--help` has them."""
+    """Return the page about every verb and its options, as `--help` has them."""
     head = "# Command line\n\nWhat `vigil VERB --help` says, of every verb."
     return "\n\n".join([head, *_verbs(VERBS, "vigil")])
 
@@ -149,7 +149,7 @@ def _verb(verb: Verb, called: str) -> str:
 
 
 def _help(text: str) -> str:
-    """Returns the help of a verb with its examples as code."""
+    """Return the help of a verb with its examples as code."""
     lines = [line.removeprefix("Examples:").removeprefix("Example:").strip() for line in text.splitlines()]
     said = "\n".join(line for line in lines if not line.startswith("vigil ")).strip()
     examples = "\n".join(line for line in lines if line.startswith("vigil "))

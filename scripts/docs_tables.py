@@ -39,7 +39,7 @@ _TABLE = re.compile(r"(<!-- table: (\w+) -->\n).*?(<!-- end of table -->)", re.D
 
 
 def providers() -> str:
-    """Returns the providers of models."""
+    """Return the providers of models."""
     rows = []
     for name in LISTED:
         one = parse_model_name(f"{name}/m").provider
@@ -54,7 +54,7 @@ def providers() -> str:
 
 
 def coordinates() -> str:
-    """Returns how models point, by name."""
+    """Return how models point, by name."""
     rows = [
         (f"`{one.pattern.replace('|', chr(92) + '|')}`", f"`{one.coordinates}`", _linked(one.source))
         for one in COORDINATES_BY_MODEL
@@ -63,7 +63,7 @@ def coordinates() -> str:
 
 
 def finish_reasons() -> str:
-    """Returns what each finish reason means, and who sends it."""
+    """Return what each finish reason means, and who sends it."""
     rows = []
     for ending, meaning in MEANINGS.items():
         said = [(word, one.senders) for word, one in FINISH_REASONS.items() if one.ending == ending]
@@ -72,7 +72,7 @@ def finish_reasons() -> str:
 
 
 def finish_reason_sources() -> str:
-    """Returns where providers list their finish reasons."""
+    """Return where providers list their finish reasons."""
     return _markdown(("sender", "its list"), [(name, f"<{address}>") for name, address in REFERENCES.items()])
 
 
@@ -81,7 +81,7 @@ def _linked(source: str) -> str:
 
 
 def aliases() -> str:
-    """Returns the other words for each intent."""
+    """Return the other words for each intent."""
     rows = [
         (f"`{intent}`", ", ".join(f"`{word}`" for word, means in INTENT_ALIASES.items() if means == intent))
         for intent in INTENTS
@@ -90,42 +90,42 @@ def aliases() -> str:
 
 
 def columns() -> str:
-    """Returns what the columns of rows.csv and rows.parquet say."""
+    """Return what the columns of rows.csv and rows.parquet say."""
     return _markdown(("column", "says"), [(f"`{name}`", says) for name, says in COLUMNS.items()])
 
 
 def level_costs() -> str:
-    """Returns what each figure of an episode adds to its index of difficulty."""
+    """Return what each figure of an episode adds to its index of difficulty."""
     return _markdown(("figure", "adds"), [(f"`{name}`", cost.formula) for name, cost in COSTS.items()])
 
 
 def level_bounds() -> str:
-    """Returns up to which index each level reaches, by family."""
+    """Return up to which index each level reaches, by family."""
     rows = [(family, *(f"{bound:g}" for bound in bounds), "above") for family, bounds in BOUNDS.items()]
     return _markdown(("family", *LEVELS), rows)
 
 
 def limited_agents() -> str:
-    """Returns the agents of limited skill, and what each lacks."""
+    """Return the agents of limited skill, and what each lacks."""
     return _markdown(
         ("`--agent`", "lacks"), [(f"`{name}`", ablation.description) for name, ablation in ABLATIONS.items()]
     )
 
 
 def step_columns() -> str:
-    """Returns what the columns of a dataset's steps say."""
+    """Return what the columns of a dataset's steps say."""
     return _markdown(("column", "says"), [(f"`{name}`", says) for name, (_, says) in STEP_COLUMNS.items()])
 
 
 def thor_actions() -> str:
-    """Returns AI2-THOR's actions: which the engine has, and what they lack."""
+    """Return AI2-THOR's actions: which the engine has, and what they lack."""
     had = [(f"`{name}`", "◧" if action.lacks else "■", action.lacks) for name, action in ACTIONS.items()]
     missing = [(f"`{name}`", "□", reason) for name, reason in MISSING.items()]
     return _markdown(("action", "", "what THOR does besides, or why it is not here"), sorted(had + missing))
 
 
 def thor_differences() -> str:
-    """Returns in what the back end over AI2-THOR differs from the embedded simulator."""
+    """Return in what the back end over AI2-THOR differs from the embedded simulator."""
     rows = [
         (
             each.what,
@@ -139,7 +139,7 @@ def thor_differences() -> str:
 
 
 def gymnasium_options() -> str:
-    """Returns the options of the Gymnasium environment."""
+    """Return the options of the Gymnasium environment."""
     rows = [
         (f"`{name}`", f"`{field.default!r}`", field.description or "") for name, field in Options.model_fields.items()
     ]
@@ -147,7 +147,7 @@ def gymnasium_options() -> str:
 
 
 def inspect_arguments() -> str:
-    """Returns the arguments of Inspect's task."""
+    """Return the arguments of Inspect's task."""
     rows = [
         (f"`{name}`", f"`{one.default!r}`", f"{'`false`: ' if one.default is True else ''}{one.setting.help}")
         for name, one in TASK_SETTINGS.items()
@@ -156,7 +156,7 @@ def inspect_arguments() -> str:
 
 
 def glossary() -> str:
-    """Returns the terms, section by section, each with an anchor."""
+    """Return the terms, section by section, each with an anchor."""
     parts = []
     for heading, terms in SECTIONS.items():
         rows = [(f'<a id="{term.anchor}"></a>**{_cell(term.name)}**', _cell(term.text)) for term in terms]
@@ -184,7 +184,7 @@ TABLES: dict[str, Callable[[], str]] = {
 
 
 def with_tables(page: str) -> str:
-    """Returns a page's text with its tables as the source has them."""
+    """Return a page's text with its tables as the source has them."""
     return _TABLE.sub(lambda match: f"{match[1]}{TABLES[match[2]]()}\n{match[3]}", page)
 
 

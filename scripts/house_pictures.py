@@ -31,7 +31,7 @@ NEAR_M, FAR_M = 0.9, 5.0
 
 
 def main() -> None:
-    """Writes the pictures."""
+    """Write the pictures."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     simulator = make_simulator("mujoco", assets=AssetDatabase.default())
     for spec, seed in HOUSES:
@@ -47,7 +47,7 @@ def main() -> None:
 
 
 def _overview(house: House, scene: Scene) -> Image.Image:
-    """Returns the plan beside the view from above, nearly as wide as they are kept, so that words stay legible."""
+    """Return the plan beside the view from above, nearly as wide as they are kept, so that words stay legible."""
     view, trial = render_birdseye(scene), draw_plan(house, scene, TRIAL_PX_PER_M)
     width = trial.width + view.shape[1] * trial.height / view.shape[0]
     return side_by_side(draw_plan(house, scene, TRIAL_PX_PER_M * PLAN_WIDTH_PX / width), view)
@@ -59,7 +59,7 @@ def _save(picture: Image.Image, name: str, width: int) -> None:
 
 
 def _viewpoints(house: House, simulator: PrivilegedSimulator) -> list[Pose]:
-    """Returns the place and heading that show most in each of two rooms; in the one room, two that differ."""
+    """Return the place and heading that show most in each of two rooms; in the one room, two that differ."""
     doors = {door.id: ObjectSetup(openness=1.0) for door in house.document.doors if door.openable}
     assert house.start is not None
     simulator.reset(house.start, Setup(objects=doors))
@@ -92,7 +92,7 @@ def _viewpoints(house: House, simulator: PrivilegedSimulator) -> list[Pose]:
 
 
 def _seen(things: np.ndarray, x: float, z: float, yaw: float) -> float:
-    """Returns how much is before one, neither too near nor too far to make out."""
+    """Return how much is before one, neither too near nor too far to make out."""
     dx, dz = heading(yaw)
     ahead = (things[:, 0] - x) * dx + (things[:, 1] - z) * dz
     aside = np.abs((things[:, 0] - x) * dz - (things[:, 1] - z) * dx)

@@ -38,7 +38,7 @@ REAL_RGB, OWN_RGB = "#444444", "#d1672a"
 
 
 def main() -> None:
-    """Measures both, draws the figures and writes the page."""
+    """Measure both, draws the figures and writes the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--real", type=Path, required=True, help="Real one-room houses, one a line (.jsonl.gz).")
     parser.add_argument("--asset-database", type=Path, required=True, help="AI2-THOR's asset-database.json.")
@@ -63,7 +63,7 @@ def main() -> None:
 
 
 def _common_categories(houses: list[House], thor: AssetDatabase) -> set[str]:
-    """Returns the kinds of things that more than a few of the real houses have."""
+    """Return the kinds of things that more than a few of the real houses have."""
     counts: Counter[str] = Counter()
     for house in houses:
         counts.update({thor.look_up(node.asset_id, node.name_in_house).category for node, _ in house.objects()})
@@ -71,7 +71,7 @@ def _common_categories(houses: list[House], thor: AssetDatabase) -> set[str]:
 
 
 def _on_all_countertops(real: list[RoomStatistics], own: list[RoomStatistics]) -> DistributionComparison:
-    """Returns how much is on all countertops of a kitchen together."""
+    """Return how much is on all countertops of a kitchen together."""
     sides = [
         [
             sum(count for name, count in room.on_support if name == "CounterTop")
@@ -100,7 +100,7 @@ def _draw(compared: list[DistributionComparison], path: Path, columns: int) -> N
 
 
 def _draw_one(axis: Axes, comparison: DistributionComparison) -> None:
-    """Draws both cumulative distributions, with the medians."""
+    """Draw both cumulative distributions, with the medians."""
     for values, colour, name in ((comparison.real, REAL_RGB, "real"), (comparison.own, OWN_RGB, "generated")):
         ordered = np.sort(values)
         shares = np.arange(1, len(ordered) + 1) / len(ordered)
@@ -115,7 +115,7 @@ def _draw_one(axis: Axes, comparison: DistributionComparison) -> None:
 
 
 def _states(real: list[RoomStatistics], own: list[RoomStatistics]) -> list[tuple[str, float, float]]:
-    """Returns the shares of what is on and dirty, of the things that say so in both."""
+    """Return the shares of what is on and dirty, of the things that say so in both."""
     found: list[tuple[str, float, float]] = []
     for name, category, read in (
         ("floor lamps that are on", "FloorLamp", lambda room: room.is_on),
@@ -127,7 +127,7 @@ def _states(real: list[RoomStatistics], own: list[RoomStatistics]) -> list[tuple
 
 
 def _small_object_counts(houses: list[House], assets: AssetDatabase, common: set[str]) -> dict[str, dict[str, float]]:
-    """Returns, by kind of the one room, how many small things lie on and in what, and which share are repeats."""
+    """Return, by kind of the one room, how many small things lie on and in what, and which share are repeats."""
     held: dict[str, Counter[str]] = {}
     rooms: Counter[str] = Counter()
     for house in houses:
@@ -150,7 +150,7 @@ def _small_object_counts(houses: list[House], assets: AssetDatabase, common: set
 
 
 def _place_rows(real: dict[str, dict[str, float]], own: dict[str, dict[str, float]]) -> list[tuple[str, float, float]]:
-    """Returns the rows of the table of small things: the places that matter in either, most of the real ones first."""
+    """Return the rows of the table of small things: the places that matter in either, most of the real ones first."""
     rows: list[tuple[str, float, float]] = []
     for kind in sorted(real.keys() & own.keys()):
         names = {name for side in (real, own) for name, count in side[kind].items() if count >= LEAST_HELD} - {ALL}
@@ -161,7 +161,7 @@ def _place_rows(real: dict[str, dict[str, float]], own: dict[str, dict[str, floa
 
 
 def _tables(states: list[tuple[str, float, float]], places: list[tuple[str, float, float]]) -> list[str]:
-    """Returns the lines of the two smaller tables."""
+    """Return the lines of the two smaller tables."""
     lines = ["| states | real | generated |", "|---|---|---|"]
     lines += [f"| {name} | {real:.0%} | {own:.0%} |" for name, real, own in states]
     lines += ["", "| small things on and in, mean of a room | real | generated |", "|---|---|---|"]

@@ -57,7 +57,7 @@ class Link:
 
 
 def blocks(page: str) -> Iterator[Block]:
-    """Yields the code blocks of a page's text."""
+    """Yield the code blocks of a page's text."""
     for found in _FENCE.finditer(page):
         above = _COMMENTS_ABOVE.search(page, 0, found.start())
         comments = _COMMENT.findall(above[0]) if above else []
@@ -66,13 +66,13 @@ def blocks(page: str) -> Iterator[Block]:
 
 
 def links(page: str) -> Iterator[Link]:
-    """Yields the links and pictures of a page's text; those in code are none."""
+    """Yield the links and pictures of a page's text; those in code are none."""
     for found in _LINK.finditer(without_code(page)):
         yield Link(found[0], found.start())
 
 
 def anchors(page: str) -> set[str]:
-    """Returns the names of the places that a link to the page may end with, formed as GitHub does."""
+    """Return the names of the places that a link to the page may end with, formed as GitHub does."""
     found = set(_ANCHOR.findall(without_code(page)))
     without_blocks = _FENCE.sub("", page)
     for title in _HEADING.findall(without_blocks):
@@ -86,24 +86,24 @@ def anchors(page: str) -> set[str]:
 
 
 def anchor_of(title: str) -> str:
-    """Returns the name of a heading in links."""
+    """Return the name of a heading in links."""
     words = _LINKED_WORDS.sub(r"\1", title).lower().strip()
     return re.sub(r"[^\w\- ]", "", words.replace("`", "").replace("*", "")).replace(" ", "-")
 
 
 def title_of(page: str) -> str:
-    """Returns the first heading of a page's text."""
+    """Return the first heading of a page's text."""
     found = _HEADING.search(_FENCE.sub("", page))
     return found[1] if found else ""
 
 
 def without_code(page: str) -> str:
-    """Returns a page's text with spaces for its code and comments; every other character stays in its place."""
+    """Return a page's text with spaces for its code and comments; every other character stays in its place."""
     for pattern in (_FENCE, _SPAN, _COMMENT):
         page = pattern.sub(lambda found: re.sub(r"[^\n]", " ", found[0]), page)
     return page
 
 
 def read(path: Path) -> str:
-    """Returns the text of a page."""
+    """Return the text of a page."""
     return path.read_text(encoding="utf-8")

@@ -83,7 +83,7 @@ class Finder(cst.CSTVisitor):
         self.found: list[Mutant] = []
 
     def on_visit(self, node: cst.CSTNode) -> bool:
-        """Asks every operator for its mutants of `node`."""
+        """Ask every operator for its mutants of `node`."""
         if isinstance(node, (*OPAQUE, *SENTENCES)) or _is_sentence(node):
             return False
         position: Any = self.get_metadata(PositionProvider, node)
@@ -101,7 +101,7 @@ class MutantLoader(importlib.machinery.SourceFileLoader):
         self.source = source
 
     def get_code(self, fullname: str):
-        """Compiles the mutant, past any cache."""
+        """Compile the mutant, past any cache."""
         return compile(self.source, self.path, "exec")
 
 
@@ -112,14 +112,14 @@ class MutantFinder(importlib.abc.MetaPathFinder):
         self.name, self.path, self.source = name, path, source
 
     def find_spec(self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None):
-        """Returns the mutant's spec for its own name alone."""
+        """Return the mutant's spec for its own name alone."""
         if fullname != self.name:
             return None
         return importlib.util.spec_from_loader(fullname, MutantLoader(fullname, str(self.path), self.source))
 
 
 def _common(one: str, other: str) -> int:
-    """Returns how many characters both begin with."""
+    """Return how many characters both begin with."""
     pairs = zip(one, other, strict=False)
     return next((index for index, (a, b) in enumerate(pairs) if a != b), min(len(one), len(other)))
 
@@ -129,14 +129,14 @@ def _is_sentence(node: cst.CSTNode) -> bool:
 
 
 def _plain(nodes: Iterable[cst.CSTNode]) -> Iterator[cst.CSTNode]:
-    """Leaves out strings in other letter cases: `XX...XX` tells as much."""
+    """Leave out strings in other letter cases: `XX...XX` tells as much."""
     for index, node in enumerate(nodes):
         if index == 0 or not isinstance(node, cst.SimpleString):
             yield node
 
 
 def run_mutant(name: str, path: Path, source: str, tests: Sequence[str], seconds: int) -> tuple[str, float]:
-    """Runs the tests on other code; returns `killed`, `timeout` or `survived`, and the processor time that it took."""
+    """Run the tests on other code; return `killed`, `timeout` or `survived`, and the processor time that it took."""
     child = os.fork()
     if child == 0:
         resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
@@ -158,7 +158,7 @@ def run_mutant(name: str, path: Path, source: str, tests: Sequence[str], seconds
 
 
 def read_log(log: Path, source: str) -> dict[int, str]:
-    """Returns what became of each mutant of this very source."""
+    """Return what became of each mutant of this very source."""
     digest = hashlib.sha256(source.encode()).hexdigest()
     lines = log.read_text().splitlines() if log.exists() else []
     if not lines or json.loads(lines[0]) != digest:
@@ -169,7 +169,7 @@ def read_log(log: Path, source: str) -> dict[int, str]:
 
 
 def load_unchanged(name: str, tests: Sequence[str]) -> Path:
-    """Loads whatever a mutant cannot change: what its module imports, and all libraries; returns the module's file."""
+    """Load whatever a mutant cannot change: what its module imports, and all libraries; return the module's file."""
     path = importlib.import_module(name).__file__
     kept = set(sys.modules) - {name}
     with contextlib.redirect_stdout(io.StringIO()):
@@ -183,7 +183,7 @@ def load_unchanged(name: str, tests: Sequence[str]) -> Path:
 
 
 def main(module: str, every: int) -> int:
-    """Tries every n-th mutant of one module."""
+    """Try every n-th mutant of one module."""
     tests = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["mutants"][module]
     os.chdir(ROOT)
     os.environ["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"

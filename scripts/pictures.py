@@ -35,7 +35,7 @@ CHANGES = ("open_access", "close_access", "activate", "deactivate", "pick", "pla
 
 
 def main() -> None:
-    """Writes docs/gallery.md and docs/pictures."""
+    """Write docs/gallery.md and docs/pictures."""
     pack = Pack.load("starter")
     env = Env(make_simulator("mujoco", assets=AssetDatabase.default()), pack.house_of, Profile())
     FOLDER.mkdir(parents=True, exist_ok=True)
@@ -83,7 +83,7 @@ def main() -> None:
 
 
 def _other_sections() -> list[str]:
-    """Returns the part of the page whose pictures other commands draw."""
+    """Return the part of the page whose pictures other commands draw."""
     lines = [
         "## Things",
         "",
@@ -124,7 +124,7 @@ def _files(folder: str, pattern: str = "*.jpg") -> list[Path]:
 
 
 def _fullest_start(pack: Pack, env: Env, family: str) -> tuple[Episode, np.ndarray]:
-    """Returns the episode, among the family's first, whose start frame has most edges, with that frame."""
+    """Return the episode, among the family's first, whose start frame has most edges, with that frame."""
     found = []
     for episode in [episode for episode in pack.episodes if episode.family == family][:TRIED]:
         observation = env.reset(episode)
@@ -136,7 +136,7 @@ def _fullest_start(pack: Pack, env: Env, family: str) -> tuple[Episode, np.ndarr
 
 
 def _clearest(pack: Pack, env: Env, intent: str) -> tuple[Episode, np.ndarray, np.ndarray]:
-    """Returns the episode, among the first with that intent, in which the frame changes most, with its two frames."""
+    """Return the episode, among the first with that intent, in which the frame changes most, with its two frames."""
     found = []
     for episode in pack.episodes:
         actions = pack.solutions[episode.id].actions
@@ -153,7 +153,7 @@ def _clearest(pack: Pack, env: Env, intent: str) -> tuple[Episode, np.ndarray, n
 def _frames_around(
     env: Env, episode: Episode, actions: tuple[Action, ...], intent: str
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the frames before and after the first action of that intent."""
+    """Return the frames before and after the first action of that intent."""
     observation = env.reset(episode)
     for action in actions:
         assert observation is not None

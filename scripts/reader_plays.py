@@ -27,7 +27,7 @@ from vigil.scoring.saved_run import read_run
 
 
 def played(folders: Sequence[Path], pack: Pack) -> Iterator[tuple[str, Episode | None, EpisodeRecord]]:
-    """Yields (reader, episode, record) of what was played; no episode where it left the pack.
+    """Yield (reader, episode, record) of what was played; no episode where it left the pack.
 
     Raises SystemExit when the pack's episode is another one.
     """
@@ -44,7 +44,7 @@ def played(folders: Sequence[Path], pack: Pack) -> Iterator[tuple[str, Episode |
 
 
 def main() -> None:
-    """Settles the runs, and writes all."""
+    """Settle the runs, and writes all."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", nargs="+", type=Path, help="Folders of runs, one a reader.")
     parser.add_argument("--pack", required=True)

@@ -47,18 +47,18 @@ class Doubter:
         self._replies: Iterator[str] = iter(())
 
     def start(self, instruction: str) -> None:
-        """Starts with the first reply."""
+        """Start with the first reply."""
         del instruction
         self._replies = iter(self._all)
 
     def act(self, observation: Observation) -> Reply:
-        """Returns the next reply."""
+        """Return the next reply."""
         del observation
         return Reply(text=next(self._replies))
 
 
 def doubting_replies(pack: Pack) -> list[str]:
-    """Returns the replies of the episode's demonstration, with its false report in place of the true one."""
+    """Return the replies of the episode's demonstration, with its false report in place of the true one."""
     episode = next(each for each in pack.episodes if each.id == EPISODE)
     draft = Draft(kind="", episode=episode, actions=pack.solutions[EPISODE].actions, facts=FACTS)
     demonstrator = Demonstrator(Profile(), "fast")
@@ -73,7 +73,7 @@ def doubting_replies(pack: Pack) -> list[str]:
 
 
 def play_doubter(pack: Pack) -> None:
-    """Plays the episode of the moving picture, and writes it as a run."""
+    """Play the episode of the moving picture, and writes it as a run."""
     folder = RUNS / DOUBTER
     if (folder / EPISODES_FILE).exists():
         return
@@ -92,7 +92,7 @@ def play_doubter(pack: Pack) -> None:
 
 
 def take_viewer() -> None:
-    """Takes the episode's page, with its hidden state."""
+    """Take the episode's page, with its hidden state."""
     with sync_playwright() as playwright, serving("view", str(RUNS)) as base:
         chromium = shutil.which("chromium") or shutil.which("chromium-browser")
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
@@ -103,7 +103,7 @@ def take_viewer() -> None:
 
 
 def main() -> None:
-    """Makes them all."""
+    """Make them all."""
     OUT.mkdir(parents=True, exist_ok=True)
     for agent in AGENTS:
         command("run", "--pack", PACK, "--agent", agent, "--log-dir", RUNS / agent)

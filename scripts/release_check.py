@@ -41,7 +41,7 @@ COMMANDS = (
 
 
 def main() -> None:
-    """Reads the command line, builds, and checks."""
+    """Read the command line, builds, and checks."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("pythons", nargs="+", metavar="PYTHON")
     parser.add_argument("--resolution", choices=RESOLUTIONS, action="append", help="Both without it.")
@@ -69,7 +69,7 @@ class ScriptedSimulator(BaseHTTPRequestHandler):
     """Answers each request for a chat completion with the same report."""
 
     def do_POST(self) -> None:
-        """Answers."""
+        """Answer."""
         self.rfile.read(int(self.headers["Content-Length"]))
         message = {"role": "assistant", "content": json.dumps(REPLY)}
         choice = {"index": 0, "finish_reason": "stop", "message": message}
@@ -82,18 +82,18 @@ class ScriptedSimulator(BaseHTTPRequestHandler):
         self.wfile.write(body)
 
     def log_message(self, *_: object) -> None:
-        """Says nothing of requests."""
+        """Say nothing of requests."""
 
 
 def serve_stand_in() -> str:
-    """Serves a stand-in for a model until this process ends. Returns its address."""
+    """Serve a stand-in for a model until this process ends. Return its address."""
     server = HTTPServer(("127.0.0.1", 0), ScriptedSimulator)
     threading.Thread(target=server.serve_forever, daemon=True).start()
     return f"http://127.0.0.1:{server.server_port}/v1"
 
 
 def interpreter(name: str) -> str | None:
-    """Returns the path of an interpreter; None when it does not start, as a version manager's stand-in does not."""
+    """Return the path of an interpreter; None when it does not start, as a version manager's stand-in does not."""
     if shutil.which(name) is None:
         return None
     words = [name, "-c", "import sys; print(sys.executable)"]
@@ -102,7 +102,7 @@ def interpreter(name: str) -> str | None:
 
 
 def build() -> Path:
-    """Builds both distributions, the wheel from the other. Returns the wheel."""
+    """Build both distributions, the wheel from the other. Return the wheel."""
     shutil.rmtree(ROOT / "dist", ignore_errors=True)
     uv("build", "--quiet", "--out-dir", str(ROOT / "dist"), str(ROOT))
     (wheel,) = (ROOT / "dist").glob("*.whl")
@@ -111,7 +111,7 @@ def build() -> Path:
 
 
 def check(wheel: Path, python: str, resolution: str, folder: Path) -> None:
-    """Installs the wheel into a new environment in a folder and plays there."""
+    """Install the wheel into a new environment in a folder and plays there."""
     print(f"{python}, {resolution} versions")
     environment, place = folder / "venv", folder / "work"
     place.mkdir(parents=True)
@@ -130,7 +130,7 @@ def check(wheel: Path, python: str, resolution: str, folder: Path) -> None:
 
 
 def uv(*words: str) -> None:
-    """Calls uv: the one beside this interpreter, else the one on PATH."""
+    """Call uv: the one beside this interpreter, else the one on PATH."""
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
     program = shutil.which("uv", path=path)
     if program is None:

@@ -42,7 +42,7 @@ from vigil.sim import make_simulator
 
 
 def main() -> None:
-    """Revises the pack that is named on the command line."""
+    """Revise the pack that is named on the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("pack", type=Path, help="folder of the frozen pack")
     parser.add_argument("--out", type=Path, required=True, help="drafts file; the same command continues it")
@@ -86,7 +86,7 @@ def _pack(folder: Path) -> tuple[Pack, dict[str, DraftFacts]]:
 
 
 def revised(folder: Path, episodes: list[Episode]) -> tuple[House, list[DraftLine]]:
-    """Returns a house and what becomes of its episodes."""
+    """Return a house and what becomes of its episodes."""
     pack, facts = _pack(folder)
     house = pack.house_of(episodes[0])
     lines: list[DraftLine] = []
@@ -101,7 +101,7 @@ def revised(folder: Path, episodes: list[Episode]) -> tuple[House, list[DraftLin
 
 
 def _line(pack: Pack, house: House, old: Episode, facts: DraftFacts) -> Draft | Rejection:
-    """Returns an episode as a draft, or the rule that it breaks today."""
+    """Return an episode as a draft, or the rule that it breaks today."""
     episode, kind = _saying_inside(old, facts, house), old.provenance.template or old.difficulty or ""
     verdict = _validator().validate(episode, house, pack.solutions[old.id].actions)
     if not verdict.is_valid:
@@ -122,7 +122,7 @@ def _line(pack: Pack, house: House, old: Episode, facts: DraftFacts) -> Draft | 
 
 
 def _saying_inside(episode: Episode, facts: DraftFacts, house: House) -> Episode:
-    """Returns an episode whose goal means inside where its instruction does, under an id of its own if that is new."""
+    """Return an episode whose goal means inside where its instruction does, under an id of its own if that is new."""
     goal = episode.goal
     if not isinstance(goal, ObjectAtReceptacle) or goal.inside == asks_inside(episode.instruction):
         return episode

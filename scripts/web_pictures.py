@@ -38,14 +38,14 @@ PRICES = Prices(input=2.5, output=10)
 
 
 def command(*arguments: str | Path) -> None:
-    """Runs a verb of `vigil`."""
+    """Run a verb of `vigil`."""
     main = "from vigil.cli import main; main()"
     subprocess.run([sys.executable, "-c", main, *map(str, arguments)], check=True)
 
 
 @contextmanager
 def serving(*arguments: str) -> Iterator[str]:
-    """Runs a verb of `vigil`; yields its address once it listens."""
+    """Run a verb of `vigil`; yield its address once it listens."""
     command = [sys.executable, "-c", "from vigil.cli import main; main()", *arguments, "--no-open", "--port", str(PORT)]
     server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     try:
@@ -61,7 +61,7 @@ def serving(*arguments: str) -> Iterator[str]:
 
 @contextmanager
 def page_of(browser: Browser, size: tuple[int, int] = WIDE, scheme: str = "light") -> Iterator[Page]:
-    """Opens a page of a window's size."""
+    """Open a page of a window's size."""
     viewport = {"width": size[0], "height": size[1]}
     context = browser.new_context(viewport=viewport, color_scheme=scheme)  # type: ignore[arg-type]
     context.set_default_timeout(PATIENCE_MS)
@@ -70,7 +70,7 @@ def page_of(browser: Browser, size: tuple[int, int] = WIDE, scheme: str = "light
 
 
 def save_screenshot(page: Page, path: Path) -> None:
-    """Writes what the window shows."""
+    """Write what the window shows."""
     page.wait_for_load_state("networkidle")
     page.wait_for_timeout(300)
     Image.open(io.BytesIO(page.screenshot())).convert("RGB").save(path, quality=JPEG_QUALITY)
@@ -78,7 +78,7 @@ def save_screenshot(page: Page, path: Path) -> None:
 
 
 def take_view(browser: Browser) -> None:
-    """Takes runs, a run, an episode with its hidden state, and a house."""
+    """Take runs, a run, an episode with its hidden state, and a house."""
     path = f"runs/never_report/episodes/{EPISODE}/1#step=4&hidden"
     with serving("view", str(RUNS)) as base:
         with page_of(browser) as page:
@@ -102,7 +102,7 @@ def take_view(browser: Browser) -> None:
 
 
 def with_invented_usage(record: EpisodeRecord) -> EpisodeRecord:
-    """Returns a scripted agent's record with tokens that a model might have taken: made up, to show costs."""
+    """Return a scripted agent's record with tokens that a model might have taken: made up, to show costs."""
     steps = []
     for step in record.steps:
         usage = Usage(input_tokens=2200 + 400 * min(step.index - 1, 20), output_tokens=90)
@@ -112,7 +112,7 @@ def with_invented_usage(record: EpisodeRecord) -> EpisodeRecord:
 
 @contextmanager
 def unfinished_run(run: Path, rows: int) -> Iterator[Path]:
-    """Yields a copy of a run as it was while it was played: its first rows, and its file held by who writes it."""
+    """Yield a copy of a run as it was while it was played: its first rows, and its file held by who writes it."""
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / run.name
         copy.mkdir()
@@ -125,7 +125,7 @@ def unfinished_run(run: Path, rows: int) -> Iterator[Path]:
 
 
 def take_unfinished_run(browser: Browser) -> None:
-    """Takes a run that goes on, with its costs."""
+    """Take a run that goes on, with its costs."""
     with unfinished_run(RUNS / "random", 53) as run, serving("view", str(run)) as base:
         for name, size, scheme in (("following", WIDE, "light"), ("following_phone", PHONE, "dark")):
             with page_of(browser, size, scheme) as page:
@@ -134,7 +134,7 @@ def take_unfinished_run(browser: Browser) -> None:
 
 
 def take_packs(browser: Browser) -> None:
-    """Takes the strata of a pack, and its first frames."""
+    """Take the strata of a pack, and its first frames."""
     with serving("view", "--pack", "starter") as base, page_of(browser) as page:
         page.goto(f"{base}/packs/vigil_mini_v2_1")
         save_screenshot(page, OUT / "pack.jpg")
@@ -143,7 +143,7 @@ def take_packs(browser: Browser) -> None:
 
 
 def take_play(browser: Browser) -> None:
-    """Takes a person's play: the menu of intents."""
+    """Take a person's play: the menu of intents."""
     with tempfile.TemporaryDirectory() as folder:
         arguments = ("--player", "ada", "--limit", "3", "--family", "SM", "--log-dir", f"{folder}/run")
         with serving("play", *arguments) as base, page_of(browser) as page:
@@ -156,7 +156,7 @@ def take_play(browser: Browser) -> None:
 
 
 def take_review(browser: Browser) -> None:
-    """Takes the auditor's page."""
+    """Take the auditor's page."""
     with tempfile.TemporaryDirectory() as folder:
         arguments = ("--reviewer", "ada", "--file", f"{folder}/reviews.jsonl")
         with serving("review", *arguments) as base, page_of(browser) as page:
@@ -166,7 +166,7 @@ def take_review(browser: Browser) -> None:
 
 
 def main() -> None:
-    """Takes them all."""
+    """Take them all."""
     OUT.mkdir(parents=True, exist_ok=True)
     for agent in AGENTS:
         command("run", "--pack", "starter", "--agent", agent, "--save-frames", "--log-dir", RUNS / agent)

@@ -67,7 +67,7 @@ class Readers:
         self._env = Env(make_simulator("fake", assets=AssetDatabase.default()), played.house_of, Profile())
 
     def all(self) -> dict[str, Reader]:
-        """Returns the readers by name; the last one may change the folder."""
+        """Return the readers by name; the last one may change the folder."""
         return {
             "score": lambda run: score([run], as_json=False, pack=str(self._pack)),
             "report": lambda run: _discard(combined_rows(read_runs([run], str(self._pack)))),
@@ -78,7 +78,7 @@ class Readers:
         }
 
     def close(self) -> None:
-        """Ends the drawing process."""
+        """End the drawing process."""
         self._drawer.close()
 
     def _verify(self, run: Path) -> None:
@@ -126,12 +126,12 @@ class Readers:
 
 
 def _discard(rows: object) -> None:
-    """Takes what a reader has read."""
+    """Take what a reader has read."""
 
 
 @contextlib.contextmanager
 def time_limit(seconds: int) -> Iterator[None]:
-    """Ends the block by an exception after so long."""
+    """End the block by an exception after so long."""
 
     def ring(*_: object) -> None:
         raise ReaderTimeout(f"not done within {seconds} s")
@@ -146,7 +146,7 @@ def time_limit(seconds: int) -> Iterator[None]:
 
 
 def try_reader(name: str, reader: Reader, run: Path, shows_trace: bool) -> str:
-    """Lets a reader read a folder. Returns `works`, `refuses`, or what fell."""
+    """Let a reader read a folder. Return `works`, `refuses`, or what fell."""
     before = _state(run)
     try:
         with time_limit(SECONDS), contextlib.redirect_stdout(io.StringIO()):
@@ -171,7 +171,7 @@ def _state(run: Path) -> dict[str, tuple[int, int]]:
 def run_case(
     seed: int, case: int, finished: Path, readers: Readers, shows_trace: bool = False
 ) -> tuple[str, dict[str, str]]:
-    """Corrupts a copy of a run in the way of a case; returns what was done and how each reader took it."""
+    """Corrupt a copy of a run in the way of a case; return what was done and how each reader took it."""
     rng = random.Random(f"{seed} {case}")
     run = finished.with_name("corrupted")
     shutil.copytree(finished, run)
@@ -183,7 +183,7 @@ def run_case(
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs the sweep and returns its exit code."""
+    """Run the sweep and return its exit code."""
     parser = argparse.ArgumentParser(
         prog="python -m sweeps.corrupt", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

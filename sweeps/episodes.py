@@ -44,7 +44,7 @@ Faults = Iterator[tuple[str, str]]
 
 
 def main() -> int:
-    """Runs the sweep."""
+    """Run the sweep."""
     options = parser(__doc__ or "", 400).parse_args()
     work = partial(fuzz, options.seed, options.backend, options.case, PER_PIECE)
     return pieces.run(sweep("episodes", work, options), options)
@@ -61,7 +61,7 @@ class PlayedEpisode:
 
 
 def fuzz(seed: int, backend: str, case: int | None, count: int, piece: int) -> PieceResult:
-    """Returns what came of a piece: `count` episodes in one house, or one `case` of them."""
+    """Return what came of a piece: `count` episodes in one house, or one `case` of them."""
     result = PieceResult()
     house, sample_episode = draw_house(random.Random(f"{seed}/{piece}"))
     played: dict[int, PlayedEpisode] = {}
@@ -86,7 +86,7 @@ def fuzz(seed: int, backend: str, case: int | None, count: int, piece: int) -> P
 
 
 def _env(simulator: PrivilegedSimulator, house: House, profile: Profile) -> Env:
-    """Returns an Env over a simulator that has loaded the house already."""
+    """Return an Env over a simulator that has loaded the house already."""
     return Env(_LoadedSimulator(simulator), lambda _: house, profile, lambda: NOW)  # pyright: ignore[reportArgumentType]
 
 
@@ -100,7 +100,7 @@ class _LoadedSimulator:
         self.renderer, self.close = simulator.renderer, simulator.close
 
     def load(self, house: House) -> None:
-        """Leaves the scene as it is."""
+        """Leave the scene as it is."""
 
 
 @dataclass(slots=True)

@@ -73,7 +73,7 @@ class FlakyServer:
         return f"http://127.0.0.1:{self.port}/v1"
 
     def close(self) -> None:
-        """Listens no more."""
+        """Stop listening."""
         with self._lock:
             self._is_over = True
             self._shut()
@@ -114,7 +114,7 @@ class FlakyServer:
                 pass
 
     def _answer(self, connection: socket.socket, body: dict[str, Any]) -> bool:
-        """Answers one request, well or badly; returns whether the connection goes on."""
+        """Answer one request, well or badly; return whether the connection goes on."""
         asked = conversation(body["messages"])
         with self._lock:
             attempt = self._attempts[asked]
@@ -133,7 +133,7 @@ class FlakyServer:
         return MODES[mode](BadAnswer(connection, answer, REPLY_SECONDS, self._vanish))
 
     def _draw(self) -> str:
-        """Returns the next mode: all in an order of the seed's, then all again in another."""
+        """Return the next mode: all in an order of the seed's, then all again in another."""
         used = sum(self.mode_counts.values())
         turn, place = divmod(used, len(self.plan.modes))
         order = sorted(self.plan.modes, key=lambda name: _number(f"{self.plan.seed} {turn} {name}"))
@@ -141,7 +141,7 @@ class FlakyServer:
 
 
 def _read_request(stream: Any) -> dict[str, Any] | None:
-    """Returns the body of the next request; None when the client has closed."""
+    """Return the body of the next request; None when the client has closed."""
     if not stream.readline():
         return None
     length = 0
@@ -154,7 +154,7 @@ def _read_request(stream: Any) -> dict[str, Any] | None:
 
 
 def completion(messages: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Returns what the model answers: a function of the conversation alone, a report after some turns at most."""
+    """Return what the model answers: a function of the conversation alone, a report after some turns at most."""
     number = _number(conversation(messages))
     turn = (len(messages) - 2) // 2 + 1
     texts = (
@@ -177,17 +177,17 @@ def completion(messages: Sequence[dict[str, Any]]) -> dict[str, Any]:
 
 
 def skill_reply(name: str, **arguments: Any) -> str:
-    """Returns a valid reply."""
+    """Return a valid reply."""
     return json.dumps({"skill_name": name, "arguments": arguments})
 
 
 def conversation(messages: Sequence[dict[str, Any]]) -> str:
-    """Returns the hash of all that was said and shown."""
+    """Return the hash of all that was said and shown."""
     return hashlib.sha256(json.dumps(messages, sort_keys=True).encode()).hexdigest()
 
 
 def _turn_key(messages: Sequence[dict[str, Any]]) -> str:
-    """Returns which episode, by its prompt, and which turn is asked about."""
+    """Return which episode, by its prompt, and which turn is asked about."""
     content = messages[0]["content"]
     prompt = content if isinstance(content, str) else content[0]["text"]
     return f"{hashlib.sha256(prompt.encode()).hexdigest()[:12]} {(len(messages) - 2) // 2 + 1}"
@@ -218,7 +218,7 @@ class RoundResult:
 
 
 def play(pack: Path, folder: Path, server: FlakyServer) -> RunResult:
-    """Returns the run of a pack's episodes against a server, with short waits."""
+    """Return the run of a pack's episodes against a server, with short waits."""
     wanted = RunSettings(
         pack=pack, model="openai/loopback", base_url=server.url, log_dir=folder, backend="fake", workers=1,
         max_connections=8, first_wait_s=0.01, longest_wait_s=0.1, reply_seconds=REPLY_SECONDS, preflight=False,
@@ -227,7 +227,7 @@ def play(pack: Path, folder: Path, server: FlakyServer) -> RunResult:
 
 
 def compare(pack: Path, reference: RunResult, plan: FailurePlan, folder: Path) -> RoundResult:
-    """Plays against a flaky server and holds the records against those of the calm run."""
+    """Play against a flaky server and holds the records against those of the calm run."""
     with flaky(plan) as server:
         rough = play(pack, folder, server)
     faults = [fault for pair in zip(reference.records, rough.records, strict=True) for fault in _faults(*pair, server)]
@@ -252,7 +252,7 @@ def _faults(reference: EpisodeRecord, rough: EpisodeRecord, server: FlakyServer)
 
 
 def comparable_fields(record: EpisodeRecord) -> dict[str, Any]:
-    """Returns a record without what may differ: run, times, and tokens, which an odd answer may not count."""
+    """Return a record without what may differ: run, times, and tokens, which an odd answer may not count."""
     fields = record.model_dump(mode="json")
     for name in ("run_id", "run_sha256", "started", "ended", "attempt"):
         fields.pop(name)
@@ -263,7 +263,7 @@ def comparable_fields(record: EpisodeRecord) -> dict[str, Any]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs the sweep and returns its exit code."""
+    """Run the sweep and return its exit code."""
     parser = argparse.ArgumentParser(prog="python -m sweeps.flaky_server", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--share", type=float, default=0.3, help="of the answers that fail (default: 0.3)")
     parser.add_argument("--modes", default="all", help=f"all, or some of: {', '.join(MODES)}")

@@ -45,7 +45,7 @@ RELATIVE_M = 5e-9
 
 
 def main() -> int:
-    """Runs the sweep."""
+    """Run the sweep."""
     options = parser(__doc__ or "", 1000).parse_args()
     work = partial(fuzz, options.seed, options.backend, INTERACTIONS)
     return pieces.run(sweep("handling", work, options), options)
@@ -71,7 +71,7 @@ class InteractionLog:
 
 
 def fuzz(seed: int, backend: str, count: int, piece: int) -> PieceResult:
-    """Returns what came of a piece: `count` interactions in one house."""
+    """Return what came of a piece: `count` interactions in one house."""
     result = PieceResult()
     rng = random.Random(f"{seed}/{piece}")
     house, _ = draw_house(rng)
@@ -101,7 +101,7 @@ class RandomInteractions:
         self._faults: list[tuple[str, str]] = []
 
     def run(self, count: int) -> list[tuple[str, str]]:
-        """Does so many interactions. Returns what did not hold."""
+        """Do so many interactions. Return what did not hold."""
         for _ in range(count):
             thing = self._choose_thing()
             if self._stand_before(thing):
@@ -133,7 +133,7 @@ class RandomInteractions:
         return cast(Intent, self._rng.choice(options))
 
     def _stand_before(self, thing: Thing) -> bool:
-        """Stands the agent within reach of a thing, facing it. Returns whether a pixel of it can be clicked on."""
+        """Stand the agent within reach of a thing, facing it. Return whether a pixel of it can be clicked on."""
         for _ in range(POSES_TRIED):
             bearing, away_m = self._rng.uniform(0.0, 360.0), self._rng.uniform(0.3, 1.6)
             x, z = rotate_floor(0.0, away_m + min(thing.asset.size.x, thing.asset.size.z) / 2, bearing)
@@ -167,7 +167,7 @@ class RandomInteractions:
         return is_inside_closed(scene, thing) and all(each.openness == 0.0 for each in ancestors(scene, thing))
 
     def _click(self, thing: Thing, action: InteractPixel) -> Effect:
-        """Carries out an interaction and looks at all that must hold of it."""
+        """Carry out an interaction and looks at all that must hold of it."""
         agent = self._simulator.world(()).agent
         before, places = snapshot(self._simulator), self._relative_places()
         effect = self._simulator.step(action)
@@ -199,7 +199,7 @@ class RandomInteractions:
         return faults
 
     def _relative_places(self) -> dict[str, tuple[str, np.ndarray]]:
-        """Returns, of all that lies on or in something else, what carries it and where on that it is."""
+        """Return, of all that lies on or in something else, what carries it and where on that it is."""
         held = self._held()
         carriers = [thing for thing in self._things.values() if contents(self._simulator.scene(), thing.id)]
         found: dict[str, tuple[str, np.ndarray]] = {}
@@ -211,7 +211,7 @@ class RandomInteractions:
         return found
 
     def _shifted_contents(self, before: dict[str, tuple[str, np.ndarray]]) -> list[tuple[str, str]]:
-        """Returns which things are on the same thing as before, but elsewhere on it."""
+        """Return which things are on the same thing as before, but elsewhere on it."""
         faults: list[tuple[str, str]] = []
         for name, (carrier, place) in self._relative_places().items():
             old_carrier, old = before.get(name, (carrier, place))
@@ -220,7 +220,7 @@ class RandomInteractions:
         return faults
 
     def _place_again(self, receptacle: Thing, action: InteractPixel) -> None:
-        """Picks up what was placed and places it at the same point, twice: the two places must be equal."""
+        """Pick up what was placed and places it at the same point, twice: the two places must be equal."""
         scene = self._simulator.scene()
         placed = [t for t in children(scene, receptacle.id) if self.log.interactions and t.is_pickupable]
         last = self.log.moments[-1]
@@ -247,7 +247,7 @@ class RandomInteractions:
 
 
 def _begin_log(rng: random.Random, house: House, simulator: EmbeddedSimulator) -> InteractionLog:
-    """Returns a story that has begun: with a random setup, where that leaves the house's start free."""
+    """Return a story that has begun: with a random setup, where that leaves the house's start free."""
     assert house.start is not None
     setup = random_setup(rng, list(simulator.scene().things.values()))
     try:
@@ -259,7 +259,7 @@ def _begin_log(rng: random.Random, house: House, simulator: EmbeddedSimulator) -
 
 
 def _set_pose(simulator: EmbeddedSimulator, pose: Pose) -> None:
-    """Stands the agent somewhere, with what it holds."""
+    """Stand the agent somewhere, with what it holds."""
     state = simulator._require_loaded().state
     state.agent = pose
     state.move_held()
@@ -267,7 +267,7 @@ def _set_pose(simulator: EmbeddedSimulator, pose: Pose) -> None:
 
 
 def replay_faults(log: InteractionLog, simulator: EmbeddedSimulator) -> list[tuple[str, str]]:
-    """Returns in what the same interactions come out otherwise in a simulator loaded afresh."""
+    """Return in what the same interactions come out otherwise in a simulator loaded afresh."""
     simulator.reset(log.start, log.setup)
     for number, (interaction, moment) in enumerate(zip(log.interactions, log.moments, strict=True)):
         _set_pose(simulator, interaction.pose)

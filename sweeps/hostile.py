@@ -60,7 +60,7 @@ REPLIES = (
 
 
 def main() -> int:
-    """Runs the sweep."""
+    """Run the sweep."""
     parser = pieces.parser(__doc__ or "", 400)
     parser.add_argument("--keep", type=Path, help="with --piece and --case: leave the case's files in this folder")
     options = parser.parse_args()
@@ -69,7 +69,7 @@ def main() -> int:
 
 
 def fuzz(seed: int, case: int | None, keep: Path | None, count: int, piece: int) -> PieceResult:
-    """Returns what came of the cases of a piece, or of one of them."""
+    """Return what came of the cases of a piece, or of one of them."""
     result = PieceResult()
     base_pack(0)
     for number in range(count) if case is None else (case,):
@@ -156,7 +156,7 @@ def _use_recipe(path: Path) -> str:
 
 
 def _command(arguments: list[str]) -> str:
-    """Runs `vigil`. Returns its exit code; raises on one that tells of a traceback."""
+    """Run `vigil`. Return its exit code; raises on one that tells of a traceback."""
     sys.argv = ["vigil", *arguments]
     try:
         vigil_main()

@@ -35,7 +35,7 @@ GROWTH = 1.05
 
 
 def kill_until_done(target: KillTarget, rng: random.Random, command_share: float) -> dict[str, Any]:
-    """Kills and starts a target until it is whole; returns what is logged."""
+    """Kill and starts a target until it is whole; return what is logged."""
     began, kills, faults = time.monotonic(), 0, []
     longest_s = LONGEST_SHARE * target.typical_s
     token = f"trial-{os.getpid()}-{target.folder.name}-{time.monotonic_ns()}"
@@ -60,7 +60,7 @@ def kill_until_done(target: KillTarget, rng: random.Random, command_share: float
 
 
 def _run_then_kill(process: ProcessGroup, target: KillTarget, delay_s: float) -> int | None:
-    """Lets a start work for a while, then kills it; returns its exit code when it ended before, None when killed."""
+    """Let a start work for a while, then kills it; return its exit code when it ended before, None when killed."""
     target.drive(time.monotonic() + delay_s)
     code = process.wait(delay_s)
     if code is not None:
@@ -73,12 +73,12 @@ def _run_then_kill(process: ProcessGroup, target: KillTarget, delay_s: float) ->
 
 
 def read_log(path: Path) -> list[dict[str, Any]]:
-    """Returns the lives that are logged; a torn last line is left out."""
+    """Return the lives that are logged; a torn last line is left out."""
     return [json.loads(line.data) for line in read_lines(path)]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs the sweep and returns its exit code."""
+    """Run the sweep and return its exit code."""
     parser = argparse.ArgumentParser(
         prog="python -m sweeps.kills", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

@@ -35,14 +35,14 @@ OFF_MIRROR_M = 0.001
 
 
 def main() -> int:
-    """Runs the sweep."""
+    """Run the sweep."""
     options = pieces.parser(__doc__ or "", HOUSES).parse_args()
     work = partial(switched, options.seed)
     return pieces.run(Sweep("out_of_view", {"seed": options.seed}, work), options)
 
 
 def switched(seed: int, piece: int) -> PieceResult:
-    """Returns what came of a piece: some switches in one house, `SWITCHES` in `HOUSES` of them."""
+    """Return what came of a piece: some switches in one house, `SWITCHES` in `HOUSES` of them."""
     files = sorted(PACKAGED.glob("*/houses/*.json"))
     rng = random.Random(f"{seed}/{piece}")
     house = House.load(files[piece * len(files) // HOUSES % len(files)])
@@ -60,7 +60,7 @@ def switched(seed: int, piece: int) -> PieceResult:
 
 
 def _out_of_view(rng: random.Random, simulator: EmbeddedSimulator, places: np.ndarray, things: list[Thing]) -> Thing:
-    """Stands the agent where nothing of some thing is in view, on or off. Returns the thing."""
+    """Stand the agent where nothing of some thing is in view, on or off. Return the thing."""
     while True:
         x, z = places[rng.randrange(len(places))].tolist()
         simulator.stand(
@@ -72,13 +72,13 @@ def _out_of_view(rng: random.Random, simulator: EmbeddedSimulator, places: np.nd
 
 
 def _pixels(simulator: EmbeddedSimulator, thing: Thing, is_toggled: bool) -> int:
-    """Returns how many pixels of a thing are seen while it is on or off."""
+    """Return how many pixels of a thing are seen while it is on or off."""
     simulator.apply_changes(Setup(objects={thing.id: ObjectSetup(is_toggled=is_toggled)}))
     return simulator.world([thing.id]).objects[thing.id].visible_px
 
 
 def _compare(simulator: EmbeddedSimulator, thing: Thing, result: PieceResult, piece: int) -> None:
-    """Switches a thing and compares the frames."""
+    """Switch a thing and compares the frames."""
     where = f"{thing.id} from {simulator.world(()).agent}"
     before = simulator.frame().astype(int)
     simulator.apply_changes(Setup(objects={thing.id: ObjectSetup(is_toggled=not thing.is_toggled)}))

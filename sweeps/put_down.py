@@ -49,7 +49,7 @@ Pixel = tuple[int, int]
 
 
 def main() -> int:
-    """Runs the sweep."""
+    """Run the sweep."""
     options = simulators.parser(__doc__ or "", len(_episodes())).parse_args()
     work = partial(try_everywhere, options.seed, options.backend)
     return pieces.run(simulators.sweep("put_down", work, options), options)
@@ -60,7 +60,7 @@ def _episodes() -> list[Episode]:
 
 
 def try_everywhere(seed: int, backend: str, piece: int) -> PieceResult:
-    """Returns what came of the tries in one episode."""
+    """Return what came of the tries in one episode."""
     pack, episode = Pack.load(PACK), _episodes()[piece]
     simulator = simulators.loaded(backend, pack.house_of(episode))
     trial = _PutDownTrial(
@@ -90,7 +90,7 @@ class _PutDownTrial:
         self._env, self._simulator, self._episode, self._rng = env, simulator, episode, rng
 
     def play_until_put_down(self, actions: tuple[Action, ...]) -> None:
-        """Plays a solution up to its last `place`."""
+        """Play a solution up to its last `place`."""
         places = [n for n, action in enumerate(actions) if getattr(action, "intent", "") == "place"]
         self._env.reset(self._episode)
         for action in actions[: places[-1]]:
@@ -98,7 +98,7 @@ class _PutDownTrial:
             self._send({"skill_name": action.skill_name, "arguments": arguments})
 
     def close_receptacle(self) -> bool:
-        """Shuts the receptacle by a click; returns whether one did."""
+        """Shut the receptacle by a click; return whether one did."""
         pixels = self._simulator.pixels_of(self.receptacle)
         for x, y in pixels[:: max(1, len(pixels) // SHUT_CLICKS)]:
             if self._env.end is None:
@@ -108,7 +108,7 @@ class _PutDownTrial:
         return False
 
     def try_view(self, state: str, view: str) -> None:
-        """Tries clicks of all kinds from a view."""
+        """Try clicks of all kinds from a view."""
         with self._restoring():
             turn = VIEWS[view]
             if turn is not None:
@@ -163,7 +163,7 @@ class _PutDownTrial:
 
     @contextmanager
     def _restoring(self) -> Iterator[None]:
-        """Leaves the episode and the world as they were."""
+        """Leave the episode and the world as they were."""
         env = self._env
         before = (list(env._steps), env._end, env._invalid, env._observation)
         with self._simulator.rollback():

@@ -3,7 +3,7 @@
     python -m sweeps.replies --count 10000
 
 Each run plays episodes against a loopback server that says replies of all forms (`tests/support/reply_forms.py`); each
-record must hold the very text that was sent, judged as `vigil.protocol.replies.parse_text` judges it. Ends with 1 when one
+record must hold the very text that was sent, judged as `vigil.protocol.replies.parse_text` judges it. The exit code is 1 when
 does not.
 """
 
@@ -34,7 +34,7 @@ EPISODES_A_RUN = 60
 
 
 def main() -> int:
-    """Runs the sweep and prints its figures."""
+    """Run the sweep and prints its figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=10_000, help="replies to send, at least")
     parser.add_argument("--seed", type=int, default=0)

@@ -46,14 +46,14 @@ Parsed = ParsedReply | InvalidAction
 
 
 def main() -> int:
-    """Runs the sweep."""
+    """Run the sweep."""
     options = pieces.parser(__doc__ or "", 200).parse_args()
     work = partial(fuzz, options.seed, options.case, PER_PIECE)
     return pieces.run(Sweep("replies_fuzz", {"seed": options.seed}, work), options)
 
 
 def fuzz(seed: int, case: int | None, count: int, piece: int) -> PieceResult:
-    """Returns what came of the replies of a piece, or of one of them."""
+    """Return what came of the replies of a piece, or of one of them."""
     result = PieceResult()
     for number in range(count) if case is None else (case,):
         form = any_form(random.Random(f"{seed}/{piece}/{number}"))
@@ -65,7 +65,7 @@ def fuzz(seed: int, case: int | None, count: int, piece: int) -> PieceResult:
 
 
 def faults_of(form: ReplyForm, counts: Counter[str]) -> list[tuple[str, str]]:
-    """Returns what does not hold of a reply, as (kind, detail), and counts what it was."""
+    """Return what does not hold of a reply, as (kind, detail), and counts what it was."""
     try:
         return _faults(form, counts)
     except Exception as error:  # noqa: BLE001 - any exception at all is what is looked for
@@ -147,7 +147,7 @@ def _out_of_range(found: ParsedReply) -> list[tuple[str, str]]:
 
 
 def _timed(text: str | bytes, coordinates: Coordinates, policy: ReplyPolicy) -> tuple[Parsed, float]:
-    """Returns what is parsed and the processor time that it takes; the least of three when the first is long."""
+    """Return what is parsed and the processor time that it takes; the least of three when the first is long."""
     seconds: list[float] = []
     while True:
         began = time.process_time()

@@ -11,26 +11,26 @@ from vigil.sim.core.embedded import EmbeddedSimulator
 
 
 def parser(doc: str, count: int) -> argparse.ArgumentParser:
-    """Returns a parser with the options of all sweeps, and the backend."""
+    """Return a parser with the options of all sweeps, and the backend."""
     made = pieces.parser(doc, count)
     made.add_argument("--backend", choices=("mujoco", "fake"), default="mujoco", help="what casts the rays")
     return made
 
 
 def sweep(name: str, work: Work, options: argparse.Namespace) -> Sweep:
-    """Returns a sweep whose pieces depend on the seed and the backend."""
+    """Return a sweep whose pieces depend on the seed and the backend."""
     return Sweep(name, {"seed": options.seed, "backend": options.backend}, work)
 
 
 def embedded(backend: str) -> EmbeddedSimulator:
-    """Returns a simulator whose inside may be reached into."""
+    """Return a simulator whose inside may be reached into."""
     simulator = make_simulator(backend, assets=AssetDatabase.default())
     assert isinstance(simulator, EmbeddedSimulator), f"{backend!r} is no engine of the embedded simulator"
     return simulator
 
 
 def loaded(backend: str, house: House) -> EmbeddedSimulator:
-    """Returns a simulator of its own with a house."""
+    """Return a simulator of its own with a house."""
     simulator = embedded(backend)
     simulator.load(house)
     return simulator

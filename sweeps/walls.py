@@ -65,7 +65,7 @@ class WallSweep:
         self.result = HouseResult()
 
     def sweep(self) -> HouseResult:
-        """Tries everything and returns what came of it."""
+        """Try everything and return what came of it."""
         self.leaves()
         for _ in range(PLACEMENTS):
             self.place()
@@ -76,7 +76,7 @@ class WallSweep:
         return self.result
 
     def leaves(self) -> None:
-        """Opens and closes all that opens, from as the house has it."""
+        """Open and closes all that opens, from as the house has it."""
         for thing in list(self.state.scene.things.values()):
             if not thing.is_openable or not thing.asset.can_open:
                 continue
@@ -102,7 +102,7 @@ class WallSweep:
                 return
 
     def _beyond(self, thing: Thing, own_floor: BaseGeometry, vertices: np.ndarray) -> float:
-        """Returns how far (m) vertices reach out of a room through a wall; not through a doorway."""
+        """Return how far (m) vertices reach out of a room through a wall; not through a doorway."""
         out = np.asarray(shapely.distance(own_floor, shapely.points(vertices[:, 0], vertices[:, 2])))
         if not len(out) or out.max() <= 0.0:
             return 0.0
@@ -119,7 +119,7 @@ class WallSweep:
         return float(out.max())
 
     def place(self) -> None:
-        """Puts a thing of the house at a place of a surface that is near a wall."""
+        """Put a thing of the house at a place of a surface that is near a wall."""
         things = list(self.state.scene.things.values())
         small = [thing for thing in things if thing.is_pickupable]
         wide = [thing for thing in things if thing.is_receptacle and not thing.is_pickupable]
@@ -148,7 +148,7 @@ class WallSweep:
                 self._count("placements")
 
     def drop(self, place: np.ndarray) -> None:
-        """Drops a thing of the house from a place beside a wall."""
+        """Drop a thing of the house from a place beside a wall."""
         small = [thing for thing in self.state.scene.things.values() if thing.is_pickupable]
         if not small:
             return
@@ -165,7 +165,7 @@ class WallSweep:
                 self._count("drops")
 
     def _check_put_down(self, thing: Thing, hand: Vec3, what: str) -> None:
-        """Checks that the way from the hand to the thing's middle, and from there to all of it, passes no wall.
+        """Check that the way from the hand to the thing's middle, and from there to all of it, passes no wall.
 
         Of two ways, since a thing that went through an open doorway may lie beside it, out of the hand's sight.
         """
@@ -193,7 +193,7 @@ class WallSweep:
         return np.array(found).reshape(-1, 2)
 
     def rays(self) -> None:
-        """Casts rays from points in every room at the joints of walls, and a little beside them."""
+        """Cast rays from points in every room at the joints of walls, and a little beside them."""
         joints = np.array(list(self.shell.joints()))
         for floor in self.floors.values():
             left, low, right, high = floor.bounds
@@ -235,7 +235,7 @@ class WallSweep:
 
 
 def houses(packs: str, seeds: str) -> Iterator[tuple[str, Path | tuple[int, str]]]:
-    """Yields (name of the piece, file or (seed, spec)) of all houses that were asked for."""
+    """Yield (name of the piece, file or (seed, spec)) of all houses that were asked for."""
     for file in sorted(PACKAGED.glob("*/houses/*.json")) if packs else ():
         if packs == "all" or file.parts[-3] in packs.split(","):
             yield "/".join(file.parts[-3:]), file
@@ -246,7 +246,7 @@ def houses(packs: str, seeds: str) -> Iterator[tuple[str, Path | tuple[int, str]
 
 
 def main() -> int:
-    """Sweeps; returns 1 when anything fell."""
+    """Sweeps; return 1 when anything fell."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--packs", default="", help="'all', or names of packs, separated by commas")
     parser.add_argument("--seeds", default="", help="generated houses: FIRST:LAST, the last one not included")

@@ -75,7 +75,7 @@ class FrameFacts:
 
 
 def draw(jobs: Iterable[Job], folder: Path) -> list[FrameFacts]:
-    """Writes the frame of each job to `folder`. Returns what is true of them, faults included."""
+    """Write the frame of each job to `folder`. Return what is true of them, faults included."""
     folder.mkdir(parents=True, exist_ok=True)
     numbered = list(enumerate(jobs))
     facts: dict[int, FrameFacts] = {}
@@ -89,7 +89,7 @@ def draw(jobs: Iterable[Job], folder: Path) -> list[FrameFacts]:
 
 
 def frame_path(folder: Path, number: int) -> Path:
-    """Returns where the frame of a job is written to."""
+    """Return where the frame of a job is written to."""
     return folder / f"{number:04}.png"
 
 
@@ -101,7 +101,7 @@ class _Pen:
     house: str | None = None
 
     def drawn(self, job: Job, path: Path) -> FrameFacts:
-        """Writes a job's frame, and returns what is true of it, or why there is none."""
+        """Write a job's frame, and return what is true of it, or why there is none."""
         try:
             return _portrait(job, path) if isinstance(job, Portrait) else self._start(job, path)
         except (VigilError, ValueError, KeyError) as error:
@@ -129,7 +129,7 @@ def _portrait(job: Portrait, path: Path) -> FrameFacts:
 
 
 def main() -> None:
-    """Reads the jobs and writes their frames and facts."""
+    """Read the jobs and writes their frames and facts."""
     jobs, folder = Path(sys.argv[1]), Path(sys.argv[2])
     read = TypeAdapter(list[Job]).validate_json(jobs.read_bytes())
     facts = draw(read, folder)

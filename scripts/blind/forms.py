@@ -102,5 +102,5 @@ LAYOUTS: dict[RoundKind, RoundLayout] = {
 
 
 def instructions(kind: RoundKind) -> str:
-    """Returns what a reader of a round is told."""
+    """Return what a reader of a round is told."""
     return f"{_RULES}\n\n{LAYOUTS[kind].question}"

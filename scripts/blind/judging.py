@@ -19,7 +19,7 @@ STATE_SYNONYMS = {"shut": "closed", "opened": "open"}
 
 @cache
 def accepted() -> dict[str, frozenset[str]]:
-    """Returns the names that are right for each category."""
+    """Return the names that are right for each category."""
     listed: dict[str, list[str]] = json.loads(WORDS.read_text(encoding="utf-8"))
     return {
         name: frozenset({normalized(row.display_name), *map(normalized, listed.get(name, ()))})
@@ -28,7 +28,7 @@ def accepted() -> dict[str, frozenset[str]]:
 
 
 def normalized(words: str) -> str:
-    """Returns words without an article, capitals, hyphens and space around."""
+    """Return words without an article, capitals, hyphens and space around."""
     return re.sub(r"^(a|an|the) ", "", " ".join(words.casefold().replace("-", " ").split()))
 
 

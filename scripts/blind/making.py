@@ -33,7 +33,7 @@ class DrawnFrame:
 
 
 def object_round(kind: RoundKind, seed: int, count: int, before: Path | None = None) -> BlindRound:
-    """Returns a round `near`, `far` or `state`, drawn by the older tree at `before` where one is given."""
+    """Return a round `near`, `far` or `state`, drawn by the older tree at `before` where one is given."""
     jobs = sampling.portraits(kind, seed, count)
     shown, left_out = [], []
     for job, drawing in zip(jobs, _drawings(before, jobs), strict=True):
@@ -47,7 +47,7 @@ def object_round(kind: RoundKind, seed: int, count: int, before: Path | None = N
 
 
 def held_round(seed: int, count: int, packs: Sequence[str]) -> BlindRound:
-    """Returns a round of frames before and after a pick; what is held is what the simulator says.
+    """Return a round of frames before and after a pick; what is held is what the simulator says.
 
     Raises PackMismatch, and SystemExit when the packs have too few picks.
     """
@@ -73,7 +73,7 @@ def held_round(seed: int, count: int, packs: Sequence[str]) -> BlindRound:
 
 
 def _moment(simulator: PrivilegedSimulator, pick: PickMoment, is_held: bool) -> Image.Image | None:
-    """Returns what is seen before or after a pick; None when the hand is not as that would have it."""
+    """Return what is seen before or after a pick; None when the hand is not as that would have it."""
     simulator.load(pick.candidate.house)
     simulator.reset(pick.candidate.episode.start, pick.candidate.episode.setup)
     for action in pick.actions if is_held else pick.actions[:-1]:
@@ -84,7 +84,7 @@ def _moment(simulator: PrivilegedSimulator, pick: PickMoment, is_held: bool) -> 
 
 
 def start_round(seed: int, count: int, packs: Sequence[str], before: Path | None = None) -> BlindRound:
-    """Returns the start frames of episodes; with an older tree each drawn by both, all in random order."""
+    """Return the start frames of episodes; with an older tree each drawn by both, all in random order."""
     found = _starts("starts", seed, count, packs, before)
     shown = [
         RoundItem([frame], {**candidate.truth, "drawn": drawn})
@@ -96,7 +96,7 @@ def start_round(seed: int, count: int, packs: Sequence[str], before: Path | None
 
 
 def pair_round(seed: int, count: int, packs: Sequence[str], before: Path) -> BlindRound:
-    """Returns start frames of episodes as an older tree and this one draw them, sides by lot."""
+    """Return start frames of episodes as an older tree and this one draw them, sides by lot."""
     found = _starts("pairs", seed, count, packs, before)
     shown = []
     for is_older_left, (candidate, frames) in zip(sampling.sides(count, seed), found.frames, strict=True):
@@ -112,7 +112,7 @@ class _Found:
 
 
 def _starts(kind: RoundKind, seed: int, count: int, packs: Sequence[str], before: Path | None) -> _Found:
-    """Returns `count` starts in random order, each as every tree draws it.
+    """Return `count` starts in random order, each as every tree draws it.
 
     Those that the older tree cannot show, or only with stand-ins, are left out, and others drawn for them.
     """
@@ -138,7 +138,7 @@ def _starts(kind: RoundKind, seed: int, count: int, packs: Sequence[str], before
 
 
 def _fault(now: DrawnFrame, then: DrawnFrame | None) -> str | None:
-    """Returns why a start is not shown; None when it is."""
+    """Return why a start is not shown; None when it is."""
     if now.fact.fault or then is None:
         return now.fact.fault
     stand_ins = sorted({*then.fact.notes} - {*now.fact.notes})

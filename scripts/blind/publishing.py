@@ -42,7 +42,7 @@ class AnsweredRound:
 
 
 def publish(folders: Sequence[Path], out: Path, number: int | None = None) -> str:
-    """Writes the rows of rounds to `out`. Returns a report of them in Markdown: shares, and what was not right.
+    """Write the rows of rounds to `out`. Return a report of them in Markdown: shares, and what was not right.
 
     Raises SystemExit when an answer is missing or not understood, or a file of that number is there already.
     """
@@ -73,7 +73,7 @@ def _file_name(number: int, kind: RoundKind, row: JsonRow) -> str:
 
 
 def read(folder: Path) -> AnsweredRound:
-    """Returns a round's pictures with their answers. Raises SystemExit when one has none, or one is not understood."""
+    """Return a round's pictures with their answers. Raises SystemExit when one has none, or one is not understood."""
     key = json.loads(key_of(folder).read_text(encoding="utf-8"))
     answers = _answers(folder / ANSWERS, LAYOUTS[key["kind"]].answer)
     numbers = {picture["n"] for picture in key["pictures"]}
@@ -139,7 +139,7 @@ _ROWS: dict[type[RoundAnswer], Callable[[JsonRow, JsonRow, Any], JsonRow]] = {
 
 
 def report(number: int, rounds: Iterable[AnsweredRound]) -> str:
-    """Returns tables of the shares of rounds, and lists of what was not right, in Markdown."""
+    """Return tables of the shares of rounds, and lists of what was not right, in Markdown."""
     rows: dict[tuple[RoundKind, str], list[JsonRow]] = defaultdict(list)
     for one in rounds:
         for row in one.rows:
@@ -157,7 +157,7 @@ def report(number: int, rounds: Iterable[AnsweredRound]) -> str:
 
 
 def share(hits: int, n: int) -> str:
-    """Returns a share with its 95 % Wilson interval, e.g. `38 of 40 (95.0 % [83.5, 98.6])`."""
+    """Return a share with its 95 % Wilson interval, e.g. `38 of 40 (95.0 % [83.5, 98.6])`."""
     low, high = wilson(hits, n)
     return f"{hits} of {n} ({100 * hits / max(n, 1):.1f} % [{100 * low:.1f}, {100 * high:.1f}])"
 
@@ -169,7 +169,7 @@ def _things(number: int, kind: RoundKind, drawn: str, rows: Sequence[JsonRow]) -
 
 
 def _misses(kind: RoundKind, drawn: str, rows: Sequence[JsonRow]) -> str:
-    """Returns a list of what was named or told wrong; empty when nothing was."""
+    """Return a list of what was named or told wrong; empty when nothing was."""
     lines = []
     for row in rows:
         shown = f"- {kind}, {drawn}: {row['category']} {row['variant']}"

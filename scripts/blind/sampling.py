@@ -65,7 +65,7 @@ class PickMoment:
 
 
 def portraits(kind: RoundKind, seed: int, count: int) -> list[Portrait]:
-    """Returns the subjects of a round `near`, `far` or `state`. Raises ValueError when there are too few."""
+    """Return the subjects of a round `near`, `far` or `state`. Raises ValueError when there are too few."""
     distance_m = FAR_M if kind == "far" else None
 
     def suits(subject: SceneSubject) -> bool:
@@ -85,7 +85,7 @@ def _is_large_enough(subject: SceneSubject, seed: int) -> bool:
 
 
 def candidates(packs: Sequence[str]) -> list[EpisodeCandidate]:
-    """Returns the episodes of some packs, each id once, sorted by it; without names of the newest packaged ones.
+    """Return the episodes of some packs, each id once, sorted by it; without names of the newest packaged ones.
 
     Raises PackMismatch.
     """
@@ -100,13 +100,13 @@ def _newest_packaged() -> list[str]:
 
 
 def in_random_order(found: Sequence[EpisodeCandidate], kind: RoundKind, seed: int) -> Iterator[EpisodeCandidate]:
-    """Yields episodes in an order drawn by a seed, another one for each kind of round."""
+    """Yield episodes in an order drawn by a seed, another one for each kind of round."""
     for number in np.random.default_rng([seed, zlib.crc32(kind.encode())]).permutation(len(found)):
         yield found[number]
 
 
 def picks(found: Sequence[EpisodeCandidate], seed: int) -> list[PickMoment]:
-    """Returns the first pick of each solution that has one, in random order: every category once, then again."""
+    """Return the first pick of each solution that has one, in random order: every category once, then again."""
     turns: dict[str, int] = {}
     ordered: list[tuple[int, PickMoment]] = []
     for candidate in in_random_order(found, "held", seed):
@@ -126,13 +126,13 @@ def _is_pick(action: PhysicalAction) -> bool:
 
 
 def held_cases(count: int, seed: int) -> list[tuple[bool, Quality]]:
-    """Returns in random order whether something is held, and in which quality that is drawn: each equally often."""
+    """Return in random order whether something is held, and in which quality that is drawn: each equally often."""
     cases = list(product((True, False), QUALITIES))
     shared = [cases[number % len(cases)] for number in range(count)]
     return [shared[number] for number in np.random.default_rng([seed, 1]).permutation(count)]
 
 
 def sides(count: int, seed: int) -> list[bool]:
-    """Returns in random order, for half of the pairs each, whether the older picture is on the left."""
+    """Return in random order, for half of the pairs each, whether the older picture is on the left."""
     shared = [number % 2 == 0 for number in range(count)]
     return [shared[number] for number in np.random.default_rng([seed, 2]).permutation(count)]

@@ -49,7 +49,7 @@ class BlindRound:
 
 
 def key_of(folder: Path) -> Path:
-    """Returns where the key of a round is."""
+    """Return where the key of a round is."""
     return folder.with_name(f"{folder.name}.key.json")
 
 
@@ -60,7 +60,7 @@ def refuse_existing(folder: Path) -> None:
 
 
 def write(folder: Path, made: BlindRound) -> None:
-    """Writes a round to a new folder, and its key beside that."""
+    """Write a round to a new folder, and its key beside that."""
     folder.mkdir(parents=True, exist_ok=True)
     form = LAYOUTS[made.kind]
     cells = [each for number, shown in enumerate(made.shown, start=1) for each in _cells(number, shown)]
@@ -76,19 +76,19 @@ def write(folder: Path, made: BlindRound) -> None:
 
 
 def _cells(number: int, shown: RoundItem) -> list[tuple[str, Image.Image]]:
-    """Returns the pictures of a number, with what is written above each."""
+    """Return the pictures of a number, with what is written above each."""
     if len(shown.pictures) == 1:
         return [(str(number), shown.pictures[0])]
     return [(f"{number} {side}", picture) for side, picture in zip(SIDES, shown.pictures, strict=True)]
 
 
 def write_lines(path: Path, rows: Iterable[dict[str, Any]]) -> None:
-    """Writes one JSON object a line."""
+    """Write one JSON object a line."""
     path.write_text("".join(json.dumps(row, ensure_ascii=False) + "\n" for row in rows), encoding="utf-8")
 
 
 def sheet(form: RoundLayout, cells: Sequence[tuple[str, Image.Image]]) -> Image.Image:
-    """Returns labelled pictures side by side, as many rows as they need."""
+    """Return labelled pictures side by side, as many rows as they need."""
     (width, height), rows = form.cell_px, -(-len(cells) // form.columns)
     step_x, step_y = width + GAP_PX, height + LABEL_PX + GAP_PX
     image = Image.new("RGB", (form.columns * step_x - GAP_PX, rows * step_y - GAP_PX), "white")
@@ -101,7 +101,7 @@ def sheet(form: RoundLayout, cells: Sequence[tuple[str, Image.Image]]) -> Image.
 
 
 def crop_around(frame: Image.Image, box_px: PixelBox) -> Image.Image:
-    """Returns 400 x 300 pixels around a thing's box, with corners about it; of large things the whole frame, shrunk."""
+    """Return 400 x 300 pixels around a thing's box, with corners about it; of large things the whole frame, shrunk."""
     left, top, right, bottom = box_px
     width, height = CROP_CELL_PX
     room = 2 * (MARK_GAP_PX + 1)

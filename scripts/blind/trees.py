@@ -21,7 +21,7 @@ PORTRAIT = Path("vigil", "sim", "showcase", "object_renders.py")
 
 
 def draw_with(tree: Path | None, jobs: Sequence[Job], folder: Path) -> list[FrameFacts]:
-    """Writes the frame of each job to `folder`, drawn by the source tree at `tree`, or by this one.
+    """Write the frame of each job to `folder`, drawn by the source tree at `tree`, or by this one.
 
     Raises SystemExit when `tree` holds no source or cannot draw at all.
     """
@@ -40,7 +40,7 @@ def draw_with(tree: Path | None, jobs: Sequence[Job], folder: Path) -> list[Fram
 
 @contextmanager
 def _prepared_source(tree: Path) -> Iterator[Path]:
-    """Gives a copy of a tree's source for a while, which takes portraits as this tree does: from the same poses."""
+    """Give a copy of a tree's source for a while, which takes portraits as this tree does: from the same poses."""
     source = tree / "src"
     if not (source / PORTRAIT).is_file():
         raise SystemExit(
@@ -54,7 +54,7 @@ def _prepared_source(tree: Path) -> Iterator[Path]:
 
 
 def commit_of(tree: Path) -> str:
-    """Returns the commit of a source tree; its folder's name when it is none of git's."""
+    """Return the commit of a source tree; its folder's name when it is none of git's."""
     words = ["git", "-C", str(tree), "rev-parse", "HEAD"]
     done = subprocess.run(words, capture_output=True, text=True)
     return done.stdout.strip() if done.returncode == 0 else tree.resolve().name

@@ -32,7 +32,7 @@ class CallOutcome:
 
 
 def run_confined(call: Callable[[], str], wall_s: float = WALL_SECONDS) -> CallOutcome:
-    """Returns what came of a call in a process of its own, which is gone afterwards with all that it started."""
+    """Return what came of a call in a process of its own, which is gone afterwards with all that it started."""
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:
@@ -56,7 +56,7 @@ def run_confined(call: Callable[[], str], wall_s: float = WALL_SECONDS) -> CallO
 
 
 def _run_child(call: Callable[[], str], writer: int, wall_s: float) -> None:
-    """Does the call and never returns; ends itself, late, should nobody be left to end it."""
+    """Do the call and never returns; ends itself, late, should nobody be left to end it."""
     try:
         os.setsid()
         signal.alarm(2 * math.ceil(wall_s))
@@ -99,7 +99,7 @@ def _last_lines() -> str:
 
 
 def _read(reader: int, wall_s: float) -> bytes | None:
-    """Returns all that the child writes until it ends; None when that takes too long."""
+    """Return all that the child writes until it ends; None when that takes too long."""
     answer = b""
     while select.select([reader], [], [], wall_s)[0]:
         part = os.read(reader, 1 << 16)

@@ -120,7 +120,7 @@ def _value(rng: random.Random, lines: list[bytes]) -> str:
 
 
 def change_value(rng: random.Random, document: Any) -> str:
-    """Replaces, removes or adds one value somewhere in a JSON document."""
+    """Replace, removes or adds one value somewhere in a JSON document."""
     place, holder = [], document
     while True:
         keys = list(holder) if isinstance(holder, dict) else list(range(len(holder)))
@@ -218,7 +218,7 @@ HEADER_CORRUPTIONS: tuple[Corruption, ...] = (_header_value,) * 6
 
 
 def corrupt(rng: random.Random, folder: Path) -> str:
-    """Corrupts one file of a run's folder and returns what was done."""
+    """Corrupt one file of a run's folder and return what was done."""
     frames = sorted((folder / "frames").rglob("*.png"))
     choices = [
         (EPISODES_FILE, (*FILE_CORRUPTIONS, *ROW_CORRUPTIONS, *ROW_CORRUPTIONS)),

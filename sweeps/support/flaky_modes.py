@@ -32,7 +32,7 @@ class BadAnswer:
         return json.dumps(self.answer).encode()
 
     def send(self, data: bytes) -> None:
-        """Sends bytes; a client that has gone is no news."""
+        """Send bytes; a client that has gone is no news."""
         self.connection.sendall(data)
 
 
@@ -49,7 +49,7 @@ def response(
     length: int | None = None,
     headers: Mapping[str, str] | None = None,
 ) -> bytes:
-    """Returns a response with its headers; `length` is what they claim of the body."""
+    """Return a response with its headers; `length` is what they claim of the body."""
     head = [f"HTTP/1.1 {status} Told", f"Content-Type: {kind}"]
     head += [f"{name}: {value}" for name, value in (headers or {}).items()]
     head += [] if length == -1 else [f"Content-Length: {len(body) if length is None else length}"]
@@ -57,7 +57,7 @@ def response(
 
 
 def reset(connection: socket.socket) -> None:
-    """Makes the closing of a connection a reset."""
+    """Make the closing of a connection a reset."""
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
 
 
@@ -73,7 +73,7 @@ def _status(status: int, retry_after: str | None = None) -> Mode:
 
 
 def _raw(make: Callable[[BadAnswer], bytes], *, goes_on: bool = False) -> Mode:
-    """Returns the mode that sends what `make` says, and then closes unless it `goes_on`."""
+    """Return the mode that sends what `make` says, and then closes unless it `goes_on`."""
 
     def mode(call: BadAnswer) -> bool:
         call.send(make(call))
@@ -83,7 +83,7 @@ def _raw(make: Callable[[BadAnswer], bytes], *, goes_on: bool = False) -> Mode:
 
 
 def _changed(change: Callable[[dict[str, Any]], Any]) -> Mode:
-    """Returns the mode that sends a completion changed by `change`, correct as HTTP."""
+    """Return the mode that sends a completion changed by `change`, correct as HTTP."""
 
     def mode(call: BadAnswer) -> bool:
         answer = json.loads(call.body)
@@ -132,7 +132,7 @@ def _stall(part: float) -> Mode:
 
 
 def _set(*place: str | int, value: Any) -> Callable[[dict[str, Any]], None]:
-    """Returns the function that sets one value, however deep, in a completion."""
+    """Return the function that sets one value, however deep, in a completion."""
 
     def change(answer: Any) -> None:
         for name in place[:-1]:

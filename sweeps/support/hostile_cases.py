@@ -31,7 +31,7 @@ Files = dict[str, bytes]
 
 @lru_cache(maxsize=8)
 def base_pack(number: int) -> Files:
-    """Returns the files of a small good pack: a house of one room of the starter pack, and episodes in it."""
+    """Return the files of a small good pack: a house of one room of the starter pack, and episodes in it."""
     starter = Pack.load("starter")
     houses = sorted({episode.house.name for episode in starter.episodes})
     small = [name for name in houses if name.startswith(("bathroom", "bedroom_", "kitchen_"))] or houses
@@ -62,12 +62,12 @@ def _line(document: Any) -> bytes:
 
 
 def house_file(files: Files) -> str:
-    """Returns the path of the pack's house."""
+    """Return the path of the pack's house."""
     return next(name for name in files if name.startswith("houses/"))
 
 
 def rehashed(files: Files) -> Files:
-    """Returns the files with all hashes made to fit, as far as what is there can be read."""
+    """Return the files with all hashes made to fit, as far as what is there can be read."""
     files = dict(files)
     name = house_file(files)
     with contextlib.suppress(*UNREADABLE):  # a house that cannot be read keeps its hash
@@ -83,7 +83,7 @@ def rehashed(files: Files) -> Files:
 
 
 def write(folder: Path, files: Files) -> None:
-    """Writes the files of a pack."""
+    """Write the files of a pack."""
     for name, data in files.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -94,7 +94,7 @@ def write(folder: Path, files: Files) -> None:
 
 
 def hostile_pack(rng: random.Random, folder: Path) -> str:
-    """Writes a hostile pack into a folder. Returns in words what is hostile about it."""
+    """Write a hostile pack into a folder. Return in words what is hostile about it."""
     files = base_pack(rng.randrange(8))
     kind = rng.choices(("json", "text", "names", "house", "things"), (45, 15, 10, 20, 10))[0]
     name = rng.choice([MANIFEST, EPISODES, EPISODES, SOLUTIONS, house_file(files)])
@@ -154,7 +154,7 @@ def _with_names(rng: random.Random, data: bytes) -> bytes:
 
 
 def _odd_file(rng: random.Random, path: Path) -> str:
-    """Puts something that is no plain file of its size in a file's place. Returns what."""
+    """Put something that is no plain file of its size in a file's place. Return what."""
     kind = rng.choice(("absent", "folder", "fifo", "loop", "zero", "outside", "sparse"))
     path.unlink()
     if kind == "folder":
@@ -177,7 +177,7 @@ def _odd_file(rng: random.Random, path: Path) -> str:
 
 
 def hostile_house(rng: random.Random, house: dict[str, Any]) -> tuple[Any, str]:
-    """Returns a hostile house document, and in words what is hostile about it."""
+    """Return a hostile house document, and in words what is hostile about it."""
     if rng.random() < 0.5:
         return mutated(rng, house), "mutated"
     changed = copy.deepcopy(house)

@@ -16,7 +16,7 @@ ODD_VALUES: tuple[Any, ...] = (
 
 
 def mutated(rng: random.Random, document: Any) -> Any:
-    """Returns a copy with one to four of its values changed."""
+    """Return a copy with one to four of its values changed."""
     changed = copy.deepcopy(document)
     for _ in range(rng.choice([1, 1, 1, 2, 4])):
         path = rng.choice(_deep_paths(rng, changed))
@@ -28,12 +28,12 @@ def mutated(rng: random.Random, document: Any) -> Any:
 
 
 def nested(levels: int) -> bytes:
-    """Returns JSON text of lists in lists."""
+    """Return JSON text of lists in lists."""
     return b"[" * levels + b"]" * levels
 
 
 def _deep_paths(rng: random.Random, document: Any) -> list[KeyPath]:
-    """Returns some paths, one for each of several walks from the root to a leaf: so few long lists do not rule."""
+    """Return some paths, one for each of several walks from the root to a leaf: so few long lists do not rule."""
     found: list[KeyPath] = []
     for _ in range(8):
         path: KeyPath = ()
@@ -87,7 +87,7 @@ def _swap(rng: random.Random, document: Any, path: KeyPath) -> None:
 
 
 def _transplant(rng: random.Random, document: Any, path: KeyPath) -> None:
-    """Puts a copy of another part of the document there."""
+    """Put a copy of another part of the document there."""
     source = rng.choice(_deep_paths(rng, document))
     if source:
         _parent(document, path)[path[-1]] = copy.deepcopy(_parent(document, source)[source[-1]])

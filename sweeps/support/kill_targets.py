@@ -56,30 +56,30 @@ class KillTarget(ABC):
 
     @abstractmethod
     def command(self) -> Sequence[str]:
-        """Returns the arguments of the command line."""
+        """Return the arguments of the command line."""
 
     def run_in_fork(self) -> None:
-        """Does what the command line does, in a fork of this process."""
+        """Do what the command line does, in a fork of this process."""
         sys.argv = ["vigil", *self.command()]
         vigil_main()
 
     @abstractmethod
     def logs(self) -> list[Path]:
-        """Returns the append-only files."""
+        """Return the append-only files."""
 
     def is_finished(self) -> bool:
         """Whether no command is left to be started, now that one has ended well."""
         return True
 
     def final_bytes(self, data: bytes) -> int:
-        """Returns how much of a log no later start may change."""
+        """Return how much of a log no later start may change."""
         return data.rfind(b"\n") + 1
 
     def drive(self, deadline: float) -> None:  # noqa: B027 - most targets need nobody
-        """Does what a person or a client does meanwhile, until a time of the monotonic clock."""
+        """Do what a person or a client does meanwhile, until a time of the monotonic clock."""
 
     def check_final_lines(self) -> list[str]:
-        """Returns faults: whole lines that were there after an earlier kill and are gone or changed."""
+        """Return faults: whole lines that were there after an earlier kill and are gone or changed."""
         faults = []
         for path in self.logs():
             data = path.read_bytes() if path.exists() else b""
@@ -91,16 +91,16 @@ class KillTarget(ABC):
 
     @abstractmethod
     def check_finished(self) -> list[str]:
-        """Returns faults of the finished work."""
+        """Return faults of the finished work."""
 
     def clear(self) -> None:
-        """Removes the folder and what lies beside it."""
+        """Remove the folder and what lies beside it."""
         for path in self.folder.parent.glob(f"{self.folder.name}*"):
             shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
 def check_rows(folder: Path, undisturbed: Path) -> list[str]:
-    """Returns faults of a run's rows against those of an undisturbed run; torn side files must hold no whole row."""
+    """Return faults of a run's rows against those of an undisturbed run; torn side files must hold no whole row."""
     rows, wanted = (read_records(path / EPISODES_FILE) for path in (folder, undisturbed))
     faults = [f"{len(rows)} rows instead of {len(wanted)}"] if len(rows) != len(wanted) else []
     is_, was = ({row.key: comparable_fields(row) for row in each} for each in (rows, wanted))
@@ -121,15 +121,15 @@ class RunTarget(KillTarget):
         self._undisturbed = undisturbed
 
     def command(self) -> Sequence[str]:
-        """Returns the arguments of the command line."""
+        """Return the arguments of the command line."""
         return ["run", *self._options, "--log-dir", str(self.folder), "--backend", "fake", "--workers", "1"]
 
     def logs(self) -> list[Path]:
-        """Returns the append-only files."""
+        """Return the append-only files."""
         return [self.folder / EPISODES_FILE]
 
     def check_finished(self) -> list[str]:
-        """Returns faults of the finished work."""
+        """Return faults of the finished work."""
         return [*self.check_final_lines(), *check_rows(self.folder, self._undisturbed)]
 
 
@@ -148,7 +148,7 @@ class PlayTarget(KillTarget):
         self.faults: list[str] = []
 
     def command(self) -> Sequence[str]:
-        """Returns the arguments of the command line."""
+        """Return the arguments of the command line."""
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             self._port = free.getsockname()[1]
@@ -167,11 +167,11 @@ class PlayTarget(KillTarget):
         return work
 
     def logs(self) -> list[Path]:
-        """Returns the append-only files."""
+        """Return the append-only files."""
         return [self.folder / EPISODES_FILE, self.folder / JOURNAL]
 
     def drive(self, deadline: float) -> None:
-        """Plays on until the deadline, or until all is played."""
+        """Play on until the deadline, or until all is played."""
         while time.monotonic() < deadline and not self.is_over:
             try:
                 self._play(deadline)
@@ -212,12 +212,12 @@ class PlayTarget(KillTarget):
             connection.close()
 
     def check_final_lines(self) -> list[str]:
-        """Returns faults, those that the person has met included."""
+        """Return faults, those that the person has met included."""
         met, self.faults = self.faults, []
         return [*met, *super().check_final_lines()]
 
     def check_finished(self) -> list[str]:
-        """Returns faults of the finished work."""
+        """Return faults of the finished work."""
         return [*self.check_final_lines(), *(check_rows(self.folder, self._undisturbed) if self._undisturbed else [])]
 
 
@@ -232,7 +232,7 @@ class PackTarget(KillTarget):
         self._drafts = folder.with_name(drafts)
 
     def command(self) -> Sequence[str]:
-        """Returns the arguments of the command line that is next."""
+        """Return the arguments of the command line that is next."""
         choice = ["--rooms", "bathroom", "--family", "DA", "--family", "SV"]
         if self.variant == "make":
             return ["pack", "make", "--name", "kills", "--seed", "5", "--per-family", "2", "--count", "3", "--out",
@@ -250,11 +250,11 @@ class PackTarget(KillTarget):
         return self._drafts.exists() and self._drafts.read_bytes().count(b'"line":"done"') >= 6
 
     def logs(self) -> list[Path]:
-        """Returns the append-only files."""
+        """Return the append-only files."""
         return [self._drafts]
 
     def final_bytes(self, data: bytes) -> int:
-        """Returns the end of the last family that was finished in a house: what follows is proposed again."""
+        """Return the end of the last family that was finished in a house: what follows is proposed again."""
         end = data.rfind(b"\n") + 1
         lines = data[:end].splitlines(keepends=True)
         while len(lines) > 1 and b'"line":"done"' not in lines[-1]:
@@ -262,7 +262,7 @@ class PackTarget(KillTarget):
         return end
 
     def check_finished(self) -> list[str]:
-        """Returns faults of the finished work."""
+        """Return faults of the finished work."""
         faults = self.check_final_lines()
         if self._undisturbed is None:
             return faults
@@ -283,7 +283,7 @@ def _files(folder: Path) -> dict[str, bytes]:
 
 
 def _draft_lines(path: Path) -> list[dict[str, Any]]:
-    """Returns the lines of a drafts file without the seconds that they took."""
+    """Return the lines of a drafts file without the seconds that they took."""
     DraftsFile(path).read()
     lines = [json.loads(line) for line in path.read_bytes().splitlines()]
     return [{name: value for name, value in line.items() if name != "seconds"} for line in lines]
@@ -301,14 +301,14 @@ class TargetFactory(ABC):
         return self
 
     def __exit__(self, *_: object) -> None:  # noqa: B027 - most kinds hold nothing
-        """Frees what the kind holds."""
+        """Free what the kind holds."""
 
     @abstractmethod
     def make(self, case: int) -> KillTarget:
-        """Returns a target that nothing was done for."""
+        """Return a target that nothing was done for."""
 
     def undisturbed(self, target: KillTarget) -> Path:
-        """Lets a target be worked on without kills and returns its folder."""
+        """Let a target be worked on without kills and return its folder."""
         began = time.monotonic()
         while True:
             begun = start(target.run_in_fork, "undisturbed", target.folder)
@@ -324,7 +324,7 @@ class TargetFactory(ABC):
         return target.folder
 
     def target(self, case: int) -> KillTarget:
-        """Returns a new target."""
+        """Return a new target."""
         target = self.make(case)
         target.typical_s = self.seconds[target.variant]
         return target
@@ -347,11 +347,11 @@ class RunTargets(TargetFactory):
         }
 
     def __exit__(self, *_: object) -> None:
-        """Ends the model's server."""
+        """End the model's server."""
         self._server.close()
 
     def make(self, case: int) -> KillTarget:
-        """Returns a target that nothing was done for."""
+        """Return a target that nothing was done for."""
         variant = list(self._options)[case % len(self._options)]
         return RunTarget(self.place / f"run-{case}", variant, self._options[variant], self._undisturbed_folder(variant))
 
@@ -370,7 +370,7 @@ class PlayTargets(TargetFactory):
         self._undisturbed_folder = self.undisturbed(PlayTarget(place / "calm", self._pack, None))
 
     def make(self, case: int) -> KillTarget:
-        """Returns a target that nothing was done for."""
+        """Return a target that nothing was done for."""
         return PlayTarget(self.place / f"play-{case}", self._pack, self._undisturbed_folder)
 
 
@@ -378,7 +378,7 @@ class PackTargets(TargetFactory):
     """Packs of small bathrooms, made in one go or in two."""
 
     def make(self, case: int) -> KillTarget:
-        """Returns a target that nothing was done for."""
+        """Return a target that nothing was done for."""
         variant = ("propose", "make")[case % 2]
         return PackTarget(self.place / f"pack-{case}", variant, self._undisturbed_folder(variant))
 

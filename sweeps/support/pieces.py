@@ -63,7 +63,7 @@ class Sweep:
 
 
 def parser(doc: str, pieces: int) -> argparse.ArgumentParser:
-    """Returns a parser with the options that all sweeps share; `pieces` is how many there are by default."""
+    """Return a parser with the options that all sweeps share; `pieces` is how many there are by default."""
     made = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
     made.add_argument("--seed", type=int, default=0, help="another seed, other cases (default 0)")
     made.add_argument("--pieces", type=int, default=pieces, help=f"how many pieces to do (default {pieces})")
@@ -75,7 +75,7 @@ def parser(doc: str, pieces: int) -> argparse.ArgumentParser:
 
 
 def run(sweep: Sweep, options: argparse.Namespace) -> int:
-    """Does the pieces that the log does not have yet; prints a summary. Returns the exit code: 1 when anything fell."""
+    """Do the pieces that the log does not have yet; prints a summary. Return the exit code: 1 when anything fell."""
     if options.piece is not None:
         result = sweep.work(options.piece)
         return _summarize(sweep, {"options": vars(options)}, [_line(options.piece, 0.0, result)])
@@ -98,7 +98,7 @@ class PieceLog:
     """The log of a sweep; one process at a time writes it."""
 
     def __init__(self, path: Path, sweep: Sweep) -> None:
-        """Opens or begins the log. Exits when it is another sweep's, or being written."""
+        """Open or begins the log. Exits when it is another sweep's, or being written."""
         path.parent.mkdir(parents=True, exist_ok=True)
         self.done: dict[int, dict[str, Any]] = {}
         try:
@@ -115,7 +115,7 @@ class PieceLog:
         self.done = {line["piece"]: line for line in lines[1:]}
 
     def append(self, line: dict[str, Any]) -> None:
-        """Writes a line through to the disk."""
+        """Write a line through to the disk."""
         self._file.append(json.dumps(line, sort_keys=True).encode() + b"\n")
         if "piece" in line:
             self.done[line["piece"]] = line
@@ -174,7 +174,7 @@ def _timed(work: Work, piece: int) -> tuple[int, float, PieceResult]:
 
 
 def _processor_seconds() -> float:
-    """Returns what this process and those that it started and that have ended have used."""
+    """Return what this process and those that it started and that have ended have used."""
     used = os.times()
     return used.user + used.system + used.children_user + used.children_system
 
@@ -192,7 +192,7 @@ def _line(piece: int, seconds: float, result: PieceResult) -> dict[str, Any]:
 
 
 def _summarize(sweep: Sweep, place: dict[str, Any], lines: Sequence[dict[str, Any]]) -> int:
-    """Prints what fell, kind by kind, and the counts. Returns the exit code."""
+    """Print what fell, kind by kind, and the counts. Return the exit code."""
     counts: Counter[str] = Counter()
     for line in lines:
         counts.update(line["counts"])

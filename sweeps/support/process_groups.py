@@ -25,7 +25,7 @@ class ProcessGroup:
     code: int | None = None
 
     def wait(self, seconds: float) -> int | None:
-        """Returns the exit code, or None when it still runs after so long."""
+        """Return the exit code, or None when it still runs after so long."""
         deadline = time.monotonic() + seconds
         while self.code is None:
             found, status = os.waitpid(self.pid, os.WNOHANG)
@@ -38,19 +38,19 @@ class ProcessGroup:
         return self.code
 
     def signal(self, number: int) -> None:
-        """Sends a signal: SIGKILL to the whole group, another one to its leader."""
+        """Send a signal: SIGKILL to the whole group, another one to its leader."""
         if number == signal.SIGKILL:
             os.killpg(self.pid, number)
         else:
             os.kill(self.pid, number)
 
     def output_tail(self) -> str:
-        """Returns the end of what was printed."""
+        """Return the end of what was printed."""
         return self.output.read_text(errors="replace")[-600:].strip()
 
 
 def start(what: Callable[[], None] | Sequence[str], token: str, folder: Path) -> ProcessGroup:
-    """Starts a function in a fork, or a command line of `vigil`; its output goes to a file beside `folder`."""
+    """Start a function in a fork, or a command line of `vigil`; its output goes to a file beside `folder`."""
     output = folder.with_name(f"{folder.name}.output")
     if not callable(what):
         command = [sys.executable, "-c", "from vigil.cli import main; main()", *what]
@@ -84,7 +84,7 @@ def start(what: Callable[[], None] | Sequence[str], token: str, folder: Path) ->
 
 
 def leftovers(token: str) -> list[str]:
-    """Returns the processes of a life that do not end by themselves, and ends them."""
+    """Return the processes of a life that do not end by themselves, and ends them."""
     deadline = time.monotonic() + LEFT_S
     while (found := _processes_with(token)) and time.monotonic() < deadline:
         time.sleep(0.05)

@@ -34,7 +34,7 @@ class RandomAgent:
         self._focus: Thing | None = None
 
     def reply(self) -> str | bytes:
-        """Returns the next reply."""
+        """Return the next reply."""
         rng = self._rng
         if rng.random() < self._nonsense:
             return any_form(rng).text

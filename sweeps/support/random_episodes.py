@@ -25,7 +25,7 @@ EpisodeSampler = Callable[[random.Random, PrivilegedSimulator], Episode]
 
 
 def draw_house(rng: random.Random) -> tuple[House, EpisodeSampler]:
-    """Returns a house and a way to draw episodes in it: packaged ones, or made up ones in a generated house."""
+    """Return a house and a way to draw episodes in it: packaged ones, or made up ones in a generated house."""
     if rng.random() < 0.6:
         pack = _pack(rng.choice(PACKS))
         house = pack.house_of(rng.choice(pack.episodes))
@@ -36,7 +36,7 @@ def draw_house(rng: random.Random) -> tuple[House, EpisodeSampler]:
 
 
 def random_house(rng: random.Random) -> House:
-    """Returns a generated house; few seeds have none, and are passed over."""
+    """Return a generated house; few seeds have none, and are passed over."""
     while True:
         try:
             return generate(rng.randrange(10**6), spec_for(str(rng.choice(ROOMS))))
@@ -50,7 +50,7 @@ def _pack(name: str) -> Pack:
 
 
 def random_episode(rng: random.Random, simulator: PrivilegedSimulator, house: House) -> Episode:
-    """Returns a random episode in a loaded house: any family, goal, setup and start; few can be solved."""
+    """Return a random episode in a loaded house: any family, goal, setup and start; few can be solved."""
     start = free_start(rng, simulator, house)
     things = list(simulator.scene().things.values())
     family: Family = rng.choice(list(FAMILIES))
@@ -72,7 +72,7 @@ def random_episode(rng: random.Random, simulator: PrivilegedSimulator, house: Ho
 
 
 def free_start(rng: random.Random, simulator: PrivilegedSimulator, house: House) -> Pose:
-    """Returns a pose near some thing, facing it, at which the body fits; else one that the house proposes."""
+    """Return a pose near some thing, facing it, at which the body fits; else one that the house proposes."""
     things = list(simulator.scene().things.values())
     for _ in range(TRIES):
         thing, bearing, away_m = rng.choice(things), rng.uniform(0.0, 360.0), rng.uniform(0.3, 2.0)
@@ -86,7 +86,7 @@ def free_start(rng: random.Random, simulator: PrivilegedSimulator, house: House)
 
 
 def random_setup(rng: random.Random, things: list[Thing]) -> Setup:
-    """Returns some open, some switched and some absent things, and sometimes something in the hand."""
+    """Return some open, some switched and some absent things, and sometimes something in the hand."""
     objects: dict[str, ObjectSetup] = {}
     for thing in things:
         if thing.is_openable and rng.random() < 0.2:

@@ -39,12 +39,12 @@ class ReplyForm:
 
 
 def any_form(rng: random.Random) -> ReplyForm:
-    """Returns a reply of any kind."""
+    """Return a reply of any kind."""
     return rng.choices(_MAKERS, _WEIGHTS)[0](rng)
 
 
 def action_text(rng: random.Random) -> str:
-    """Returns an object that is an action by the protocol, in one of its many spellings."""
+    """Return an object that is an action by the protocol, in one of its many spellings."""
     skill = rng.choice(list(SKILLS))
     fields: dict[str, Any] = {"skill_name": _spelled(rng, skill), "arguments": _arguments(rng, skill)}
     if rng.random() < 0.4:
@@ -57,7 +57,7 @@ def action_text(rng: random.Random) -> str:
 
 
 def any_value(rng: random.Random, depth: int) -> Any:
-    """Returns a JSON value without NaN and lone surrogates."""
+    """Return a JSON value without NaN and lone surrogates."""
     kind = rng.randrange(8 if depth else 6)
     if kind == 6:
         return [any_value(rng, depth - 1) for _ in range(rng.randrange(4))]
@@ -68,19 +68,19 @@ def any_value(rng: random.Random, depth: int) -> Any:
 
 
 def word(rng: random.Random) -> str:
-    """Returns a few letters, seldom strange ones that UTF-8 can carry."""
+    """Return a few letters, seldom strange ones that UTF-8 can carry."""
     if rng.random() < 0.1:
         return rng.choice(["", "</think>", "<think>", "```", "é", "\U0001f916", "{", "}", '"', "\\", "\u2028"])
     return "".join(rng.choices(string.ascii_letters, k=rng.randrange(1, 9)))
 
 
 def sentence(rng: random.Random) -> str:
-    """Returns some words."""
+    """Return some words."""
     return " ".join(word(rng) for _ in range(rng.randrange(1, 12)))
 
 
 def dumped(rng: random.Random, value: Any) -> str:
-    """Returns a value as JSON, spaced and escaped in one of several ways."""
+    """Return a value as JSON, spaced and escaped in one of several ways."""
     indent = rng.choice([None, None, None, 0, 2, "\t"])
     separators = rng.choice([None, (",", ":"), (" ,\n", " : ")])
     return json.dumps(value, indent=indent, separators=separators, ensure_ascii=rng.random() < 0.5)
@@ -111,7 +111,7 @@ def _fitting(rng: random.Random, argument: Argument) -> Any:
 
 
 def _spelled(rng: random.Random, value: Any) -> Any:
-    """Returns a word of a vocabulary in another case or with blanks around it, sometimes."""
+    """Return a word of a vocabulary in another case or with blanks around it, sometimes."""
     if not isinstance(value, str) or rng.random() < 0.8:
         return value
     return rng.choice([value.upper(), value.title(), f" {value}\n"])

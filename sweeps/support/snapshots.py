@@ -20,19 +20,19 @@ Snapshot = dict[str, str]
 
 
 def snapshot(simulator: PrivilegedSimulator) -> Snapshot:
-    """Returns all that can change in a loaded house; equal snapshots are equal to the last bit."""
+    """Return all that can change in a loaded house; equal snapshots are equal to the last bit."""
     world = simulator.world(())
     taken = {thing.id: repr(_state(thing)) for thing in simulator.scene().things.values()}
     return {"agent": f"{world.agent!r}, holding {world.held}", **taken}
 
 
 def changed(before: Snapshot, after: Snapshot) -> set[str]:
-    """Returns what differs in two snapshots of one house."""
+    """Return what differs in two snapshots of one house."""
     return {name for name, state in after.items() if before.get(name) != state}
 
 
 def difference(before: Snapshot, after: Snapshot) -> str:
-    """Returns the first difference of two snapshots in words; empty when they are equal to the last bit."""
+    """Return the first difference of two snapshots in words; empty when they are equal to the last bit."""
     name = min(changed(before, after), default=None)
     return "" if name is None else f"{name}: {before.get(name)} became {after[name]}"
 
@@ -55,7 +55,7 @@ class SanityCheck:
         shapely.prepare(self._inside)
 
     def faults(self, floor_y: float, names: Iterable[str]) -> list[tuple[str, str]]:
-        """Returns what is wrong now, as (kind, detail), with the agent, the hand and the named things.
+        """Return what is wrong now, as (kind, detail), with the agent, the hand and the named things.
 
         `floor_y` is the height that the agent started at.
         """

@@ -34,12 +34,12 @@ class Solids:
         self._deepest: dict[Pair, float] = {}
 
     def remember(self, names: Iterable[str]) -> None:
-        """Notes how deep the named things are in others now; they may be so again."""
+        """Note how deep the named things are in others now; they may be so again."""
         for pair, depth in self._overlaps(names).items():
             self._deepest[pair] = max(depth, self._deepest.get(pair, 0.0))
 
     def overlap_faults(self, names: Iterable[str], is_leaf: bool) -> list[tuple[str, str]]:
-        """Returns which of the named things are deeper in others than ever before, by more than the tolerance."""
+        """Return which of the named things are deeper in others than ever before, by more than the tolerance."""
         faults: list[tuple[str, str]] = []
         for (name, other), depth in self._overlaps(names).items():
             before = max(self._deepest.get((name, other), 0.0), self._deepest.get((other, name), 0.0))
@@ -50,7 +50,7 @@ class Solids:
         return faults
 
     def room_faults(self, names: Iterable[str]) -> list[tuple[str, str]]:
-        """Returns which of the named things lie with their solids in more than the room that holds their middle."""
+        """Return which of the named things lie with their solids in more than the room that holds their middle."""
         faults: list[tuple[str, str]] = []
         for thing in self._present(names):
             middle = shapely.Point(thing.position.x, thing.position.z)
@@ -65,7 +65,7 @@ class Solids:
         return faults
 
     def float_faults(self, names: Iterable[str]) -> list[tuple[str, str]]:
-        """Returns which of the named things neither stand on the floor nor on the surface that carries them."""
+        """Return which of the named things neither stand on the floor nor on the surface that carries them."""
         faults: list[tuple[str, str]] = []
         for thing in self._present(names):
             bottom, parent = bounding_box(thing).bottom, self._scene.things.get(thing.parent or "")
@@ -93,7 +93,7 @@ class Solids:
         return thing is None or thing.is_structure or WALL in CATALOG[thing.category].rests_on
 
     def _overlaps(self, names: Iterable[str]) -> dict[Pair, float]:
-        """Returns how deep (m) each named thing is in each other one or wall; not in what it rests on or carries."""
+        """Return how deep (m) each named thing is in each other one or wall; not in what it rests on or carries."""
         wanted = [self._scene.things[name] for name in sorted(names) if name in self._scene.things]
         wanted = [thing for thing in wanted if thing.is_present and not thing.is_held]
         if not wanted:
@@ -116,5 +116,5 @@ class Solids:
 
 
 def _beyond(room: Polygon, prism: Prism) -> float:
-    """Returns how far (m) the farthest corner of a solid is out of a room."""
+    """Return how far (m) the farthest corner of a solid is out of a room."""
     return max(room.distance(shapely.Point(*corner)) for corner in prism.polygon)

@@ -15,19 +15,19 @@ FLOOR_M = 0.01
 
 
 def vertices_of(thing: Thing, openness: float | None = None, *, moving: bool = False) -> np.ndarray:
-    """Returns the (n, 3) vertices of the thing's parts, of the moving ones alone if asked, where they are."""
+    """Return the (n, 3) vertices of the thing's parts, of the moving ones alone if asked, where they are."""
     parts = [part for part in thing.asset.parts if part.joint is not None or not moving]
     found = [part_motion(thing, part.joint, openness)(part.mesh.vertices.astype(np.float64)) for part in parts]
     return np.concatenate(found) if found else np.empty((0, 3))
 
 
 def floors_of(scene: Scene) -> dict[str, shapely.Polygon]:
-    """Returns the floor of every room."""
+    """Return the floor of every room."""
     return {room.id: shapely.Polygon(room.polygon) for room in scene.rooms}
 
 
 def containing_floor(thing: Thing, floors: dict[str, shapely.Polygon]) -> BaseGeometry:
-    """Returns the floor on which most of a thing is; of a door or window, all floors that it borders on."""
+    """Return the floor on which most of a thing is; of a door or window, all floors that it borders on."""
     flat = vertices_of(thing, 0.0)[:, [0, 2]]
     shape = shapely.MultiPoint(flat).convex_hull
     if thing.is_structure:
@@ -42,14 +42,14 @@ class WallShell:
         self._panels = [panel for panel in scene.panels if np.hypot(*np.subtract(panel.end, panel.start)) > FLOOR_M]
 
     def crossings(self, starts: np.ndarray, ends: np.ndarray, *, windows_are_holes: bool) -> np.ndarray:
-        """Returns for n segments the share of the way at which each first meets a wall; inf where it meets none."""
+        """Return for n segments the share of the way at which each first meets a wall; inf where it meets none."""
         first = np.full(len(starts), np.inf)
         for panel in self._panels:
             first = np.minimum(first, _crossing(panel, starts, ends, windows_are_holes))
         return first
 
     def joints(self) -> Iterator[np.ndarray]:
-        """Yields points at which walls meet each other, the floor, the ceiling or the edge of a hole."""
+        """Yield points at which walls meet each other, the floor, the ceiling or the edge of a hole."""
         for panel in self._panels:
             start, along = np.array(panel.start), np.subtract(panel.end, panel.start)
             length = float(np.hypot(*along))

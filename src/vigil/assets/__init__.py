@@ -79,7 +79,7 @@ _LEVEL_TOLERANCE_M = 0.025
 
 
 def make(category: str, size: Vec3, variant: int, levels: tuple[float, ...] = ()) -> Asset:
-    """Returns the asset of a category that fills `size`; a category without a maker becomes a labelled box.
+    """Return the asset of a category that fills `size`; a category without a maker becomes a labelled box.
 
     `levels` are heights (m) above the bottom at which things rest in or on it: they change the shape only where the
     usual one has no surface at such a height. Same arguments, same bytes; asked again, the same object.
@@ -89,7 +89,7 @@ def make(category: str, size: Vec3, variant: int, levels: tuple[float, ...] = ()
 
 
 def register(category: Category, maker: Maker) -> None:
-    """Adds a category of one's own to the catalogue, with the maker of its shape, in this process alone.
+    """Add a category of one's own to the catalogue, with the maker of its shape, in this process alone.
 
     Houses name it by the asset id `vigil_NAME_NUMBER`. Houses that are generated from then on may hold it, where its
     rooms and what it rests on allow. Raises SettingError on a name that is taken, and on an unknown support.

@@ -139,17 +139,17 @@ class AssetDatabase:
 
     @classmethod
     def default(cls) -> "AssetDatabase":
-        """Returns the database without a file: own ids, and guesses from words and typical sizes."""
+        """Return the database without a file: own ids, and guesses from words and typical sizes."""
         return cls()
 
     @classmethod
     def from_file(cls, path: Path | None) -> "AssetDatabase":
-        """Returns the database in a file, or the one without a file. Raises SettingError."""
+        """Return the database in a file, or the one without a file. Raises SettingError."""
         return cls.load(path) if path else cls.default()
 
     @classmethod
     def load(cls, path: Path) -> "AssetDatabase":
-        """Returns the database in AI2-THOR's `asset-database.json` at `path`. Raises SettingError."""
+        """Return the database in AI2-THOR's `asset-database.json` at `path`. Raises SettingError."""
         raw = read_file(path, f"Asset database {str(path)!r}", SettingError)
         try:
             data = read_json(raw)
@@ -174,11 +174,11 @@ class AssetDatabase:
         return asset_id in self._known
 
     def of_category(self, category: str) -> list[tuple[str, Vec3]]:
-        """Returns the assets of a category that the database's file names: id and bounding box."""
+        """Return the assets of a category that the database's file names: id and bounding box."""
         return [(asset_id, size) for asset_id, (stated, size) in self._known.items() if stated == category]
 
     def look_up(self, asset_id: str, name: str) -> AssetEntry:
-        """Returns the category, size and variant of `asset_id`; `name` is what the house calls its object, or its id.
+        """Return the category, size and variant of `asset_id`; `name` is what the house calls its object, or its id.
 
         What is unknown gets the nearest known category, and a note says what was guessed.
         """
@@ -200,12 +200,12 @@ class AssetDatabase:
 
 
 def own_asset_id(category: str, number: int) -> str:
-    """Returns the project's own asset id `number` of a category."""
+    """Return the project's own asset id `number` of a category."""
     return f"vigil_{category}_{number}"
 
 
 def _category_of(asset_id: str, name: str) -> tuple[str | None, str | None]:
-    """Returns the category that a name and an asset id speak of, if any, and what had to be guessed for it.
+    """Return the category that a name and an asset id speak of, if any, and what had to be guessed for it.
 
     A name that begins with a category ("Chair|7|0") states it; else the name's words come before the asset id's.
     """
@@ -220,12 +220,12 @@ def _category_of(asset_id: str, name: str) -> tuple[str | None, str | None]:
 
 
 def _object_name(name: str) -> str:
-    """Returns a name without what follows of places: "lamp-0|desk-1 (living room)" is a lamp."""
+    """Return a name without what follows of places: "lamp-0|desk-1 (living room)" is a lamp."""
     return name.split("|")[0].partition(" (")[0]
 
 
 def nearest_category(asset_id: str, name: str) -> str:
-    """Returns the category whose name is spelt most like a word of the ids; "Box" when none is like it."""
+    """Return the category whose name is spelt most like a word of the ids; "Box" when none is like it."""
     own = _OWN_ID.fullmatch(asset_id)
     names = _names()
     for text in (own[1] if own else asset_id, _object_name(name)):
@@ -271,7 +271,7 @@ def _own_entry(asset_id: str, category: str) -> AssetEntry:
 
 
 def _own_drawer(asset_id: str) -> AssetEntry | None:
-    """Returns what is known of a drawer of one of the project's own pieces of furniture; None for anything else."""
+    """Return what is known of a drawer of one of the project's own pieces of furniture; None for anything else."""
     chest_id, name = split_drawer_id(asset_id) or ("", "")
     own = _OWN_ID.fullmatch(chest_id)
     if own is None or own[1] not in CATALOG:
@@ -297,7 +297,7 @@ def _cached_names(_count: int) -> dict[str, str]:
 
 
 def _category_in(text: str) -> str | None:
-    """Returns the category whose name takes up the most words of `text`; of equals the last, as in "Hand_Statue"."""
+    """Return the category whose name takes up the most words of `text`; of equals the last, as in "Hand_Statue"."""
     words, names = _words(text), _names()
     for length in range(min(_LONGEST_NAME_WORDS, len(words)), 0, -1):
         for start in range(len(words) - length, -1, -1):
@@ -314,7 +314,7 @@ def _words(text: str) -> list[str]:
 
 
 def _guessed_size(category: str, asset_id: str) -> Vec3:
-    """Returns the typical size, but for ids that state theirs: windows in inches, countertops in feet, double doors."""
+    """Return the typical size, but for ids that state theirs: windows in inches, countertops in feet, double doors."""
     width, height, depth = CATALOG[category].typical_size
     stated = re.search(r"_(\d+)x(\d+)$", asset_id)
     if stated and category == "Window":

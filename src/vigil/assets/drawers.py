@@ -19,18 +19,18 @@ _DRAWER_ID = re.compile(r"(.+)_(drawer\d+)")
 
 
 def drawer_asset_id(chest_asset_id: str, name: str) -> str:
-    """Returns the asset id of the drawer `name` of a piece of furniture."""
+    """Return the asset id of the drawer `name` of a piece of furniture."""
     return f"{chest_asset_id}_{name}"
 
 
 def split_drawer_id(asset_id: str) -> tuple[str, str] | None:
-    """Returns the asset id of the furniture and the drawer's name that an asset id speaks of; None for any other."""
+    """Return the asset id of the furniture and the drawer's name that an asset id speaks of; None for any other."""
     found = _DRAWER_ID.fullmatch(asset_id)
     return (found[1], found[2]) if found else None
 
 
 def drawer_names(asset: Asset) -> tuple[str, ...]:
-    """Returns the names of the drawers that an asset is taken apart into, from the lowest row up.
+    """Return the names of the drawers that an asset is taken apart into, from the lowest row up.
 
     Empty when anything else of it moves too, or when it is a single drawer itself.
     """
@@ -44,7 +44,7 @@ def drawer_names(asset: Asset) -> tuple[str, ...]:
 
 @lru_cache(maxsize=1024)
 def body_of(asset: Asset) -> Asset:
-    """Returns the asset without its drawers; its box, and so its place in a house, is still the whole's."""
+    """Return the asset without its drawers; its box, and so its place in a house, is still the whole's."""
     return replace(
         asset,
         parts=tuple(part for part in asset.parts if part.joint is None),
@@ -56,7 +56,7 @@ def body_of(asset: Asset) -> Asset:
 
 @lru_cache(maxsize=4096)
 def drawer_of(asset: Asset, name: str) -> tuple[Asset, Vec3]:
-    """Returns a drawer of an asset, shut, and where its middle is in the asset's frame (m).
+    """Return a drawer of an asset, shut, and where its middle is in the asset's frame (m).
 
     Alone it comes out as far as any other of the same piece: there is none above it to see past.
     """

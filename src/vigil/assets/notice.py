@@ -50,7 +50,7 @@ _SLACK_M = 0.001
 
 @lru_cache(maxsize=2048)
 def notice_parts(asset: Asset) -> tuple[Part, ...]:
-    """Returns the sheet's parts where they hang on an asset; none for what is no machine with a front."""
+    """Return the sheet's parts where they hang on an asset; none for what is no machine with a front."""
     if asset.category not in MACHINES or not CATALOG[asset.category].is_toggleable:
         return ()
     height, depth, joint = _place(asset)
@@ -63,7 +63,7 @@ def notice_parts(asset: Asset) -> tuple[Part, ...]:
 
 
 def notice_centre(asset: Asset) -> Vec3 | None:
-    """Returns the middle of the sheet in the asset's frame; None where it bears none."""
+    """Return the middle of the sheet in the asset's frame; None where it bears none."""
     if not notice_parts(asset):
         return None
     height, depth, _ = _place(asset)
@@ -72,7 +72,7 @@ def notice_centre(asset: Asset) -> Vec3 | None:
 
 @lru_cache(maxsize=2048)
 def _place(asset: Asset) -> tuple[float, float, str | None]:
-    """Returns the height of the sheet's middle, the depth of the front behind it, and the joint that carries it.
+    """Return the height of the sheet's middle, the depth of the front behind it, and the joint that carries it.
 
     The depth is -inf where there is nothing to hang it on. Of several heights the one with most of the front behind it
     is taken, then the flattest, then the highest.
@@ -102,7 +102,7 @@ def _place(asset: Asset) -> tuple[float, float, str | None]:
 
 
 def _front_triangles(part: Part) -> np.ndarray:
-    """Returns the corners (n, 3, 3) of a part's triangles that face the front, and may lie behind a sheet."""
+    """Return the corners (n, 3, 3) of a part's triangles that face the front, and may lie behind a sheet."""
     corners = part.mesh.vertices.astype(float)[part.mesh.faces]
     corners = corners[_reaches(corners[..., 0], 0.0, WIDTH_M)]
     sides = corners[:, 1:] - corners[:, :1]
@@ -111,13 +111,13 @@ def _front_triangles(part: Part) -> np.ndarray:
 
 
 def _reaches(places: np.ndarray, middle: float, length: float) -> np.ndarray:
-    """Returns which triangles (n,), with corners at places (n, 3) along an axis, reach into a length about a middle."""
+    """Return which triangles (n,), with corners at places (n, 3) along an axis, reach into a length about a middle."""
     half = length / 2 + _SLACK_M
     return (places.max(axis=1) >= middle - half) & (places.min(axis=1) <= middle + half)
 
 
 def _depths(corners: np.ndarray, height: float) -> np.ndarray:
-    """Returns how far to the front each triangle reaches at the points of a sheet, (points, n); -inf beside it."""
+    """Return how far to the front each triangle reaches at the points of a sheet, (points, n); -inf beside it."""
     across, up = np.linspace(-0.5, 0.5, _GRID) * WIDTH_M, height + np.linspace(-0.5, 0.5, _GRID) * HEIGHT_M
     x, y = (axis.ravel() for axis in np.meshgrid(across, up))
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
@@ -131,7 +131,7 @@ def _depths(corners: np.ndarray, height: float) -> np.ndarray:
 
 
 def _sheet(height: float, depth: float) -> Iterable[tuple[str, Mesh, str]]:
-    """Yields name, mesh and material of the sheet's parts; its front is at that depth."""
+    """Yield name, mesh and material of the sheet's parts; its front is at that depth."""
     yield "notice", box((WIDTH_M, HEIGHT_M, THICK_M), (0.0, height, depth - THICK_M / 2)), PAPER
     front = depth + _RAISED_M / 2
     across, up = WIDTH_M / 2 - _BORDER_M / 2, HEIGHT_M / 2 - _BORDER_M / 2
@@ -147,7 +147,7 @@ def _sheet(height: float, depth: float) -> Iterable[tuple[str, Mesh, str]]:
 
 
 def _strokes(line: str, number: int) -> Iterable[tuple[float, float, int, float, float]]:
-    """Yields the horizontal strokes of a line of text: middle x and y, dots, and a dot's width and height.
+    """Yield the horizontal strokes of a line of text: middle x and y, dots, and a dot's width and height.
 
     Who reads it looks along -z, and so has +x on the left.
     """
@@ -163,7 +163,7 @@ def _strokes(line: str, number: int) -> Iterable[tuple[float, float, int, float,
 
 
 def _runs(dots: str) -> Iterable[tuple[int, int]]:
-    """Yields where a run of dots starts, and how long it is."""
+    """Yield where a run of dots starts, and how long it is."""
     start = None
     for place, dot in enumerate(f"{dots}."):
         if dot == "#" and start is None:

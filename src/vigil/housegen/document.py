@@ -38,7 +38,7 @@ class HouseParts:
 
 
 def write_document(parts: HouseParts) -> dict[str, Any]:
-    """Returns the document."""
+    """Return the document."""
     return {
         "rooms": [_room(room, parts) for room in parts.plan.rooms],
         "walls": _walls(parts),
@@ -69,28 +69,28 @@ def write_document(parts: HouseParts) -> dict[str, Any]:
 
 
 def generators_of(houses: Iterable[House]) -> str:
-    """Returns the versions of this generator that the houses were made by, in order; empty when it made none."""
+    """Return the versions of this generator that the houses were made by, in order; empty when it made none."""
     makers = (house.document.metadata.get("generator") for house in houses)
     found = {str(maker.get("version")) for maker in makers if isinstance(maker, dict) and maker.get("name") == "vigil"}
     return ", ".join(sorted(found))
 
 
 def seed_of(house: House) -> int | None:
-    """Returns the seed that a house was generated from; None where it was not, or does not say."""
+    """Return the seed that a house was generated from; None where it was not, or does not say."""
     generator = house.document.metadata.get("generator")
     seed = generator.get("seed") if isinstance(generator, dict) else None
     return seed if isinstance(seed, int) else None
 
 
 def with_seed_removed(house: House, name: str) -> House:
-    """Returns a house under another name, in a document that no longer tells which seed it was generated from."""
+    """Return a house under another name, in a document that no longer tells which seed it was generated from."""
     generator = house.document.metadata.get("generator")
     told = {key: value for key, value in generator.items() if key != "seed"} if isinstance(generator, dict) else {}
     return House(name, {**house.data, "metadata": {**house.data["metadata"], "generator": told}})
 
 
 def generator_name(house: House) -> Literal["vigil", "procthor", "house"]:
-    """Returns which generator a house is from, as ids of episodes say it; "house" for any other.
+    """Return which generator a house is from, as ids of episodes say it; "house" for any other.
 
     ProcTHOR's documents name no generator, but always the specification of their rooms.
     """
@@ -165,7 +165,7 @@ def _opening(opening: PlannedOpening) -> dict[str, Any]:
 
 
 def _number(pieces: list[PlacedObject]) -> None:
-    """Gives every piece its object id: category, room, number within the room."""
+    """Give every piece its object id: category, room, number within the room."""
     counts: dict[int, int] = {}
     for top in pieces:
         for piece in top.with_contents():
@@ -175,7 +175,7 @@ def _number(pieces: list[PlacedObject]) -> None:
 
 
 def _drawer_of(piece: PlacedObject) -> str | None:
-    """Returns the name of the drawer that a piece lies in; None when it lies in none."""
+    """Return the name of the drawer that a piece lies in; None when it lies in none."""
     return None if piece.surface is None else piece.surface.joint
 
 

@@ -36,7 +36,7 @@ MAX_REPAIRS = 4
 
 
 def generate(seed: int, spec: HouseSpec) -> House:
-    """Returns the house of a seed: the same bytes in every process. Raises SettingError when none comes out."""
+    """Return the house of a seed: the same bytes in every process. Raises SettingError when none comes out."""
     name = f"{spec.name}_{seed}"
     faults: list[Fault] = []
     for attempt in range(MAX_ATTEMPTS):
@@ -53,7 +53,7 @@ def generate(seed: int, spec: HouseSpec) -> House:
 
 
 def _repaired(name: str, parts: document.HouseParts) -> tuple[House, list[Fault]]:
-    """Returns the house without the small things and extras that are in the way, and the faults that stay."""
+    """Return the house without the small things and extras that are in the way, and the faults that stay."""
     assets = AssetDatabase.default()
     house = House(name, document.write_document(parts))
     faults = check_house(house, assets)
@@ -69,14 +69,14 @@ def _repaired(name: str, parts: document.HouseParts) -> tuple[House, list[Fault]
 
 
 def _pieces_by_id(parts: document.HouseParts) -> dict[str, PlacedObject]:
-    """Returns the piece that each object of the document is, or is a drawer of."""
+    """Return the piece that each object of the document is, or is a drawer of."""
     pieces = {piece.id: piece for top in parts.pieces for piece in top.with_contents()}
     drawers = {drawer_id(key, name): piece for key, piece in pieces.items() for name in drawer_names(piece.model.asset)}
     return {**drawers, **pieces}
 
 
 def _culprit(fault: Fault, pieces: dict[str, PlacedObject]) -> PlacedObject | None:
-    """Returns the piece whose removal ends the fault at the least loss; None when nothing may go."""
+    """Return the piece whose removal ends the fault at the least loss; None when nothing may go."""
     concerned = [pieces[name] for name in (fault.subject, fault.other) if name in pieces]
     if fault.other is not None and fault.other not in pieces and fault.subject not in pieces:
         return None
@@ -95,7 +95,7 @@ def _remove(pieces: list[PlacedObject], unwanted: set[int]) -> None:
 
 
 def _house_parts(seed: int, spec: HouseSpec, attempt: int) -> document.HouseParts | None:
-    """Returns one attempt at the house; None when a room lacks what makes it that room."""
+    """Return one attempt at the house; None when a room lacks what makes it that room."""
     key = (spec.model_dump_json(), seed, attempt)
     plan = plan_rooms(spec, generator(*key, "plan"))
     openings = cut_openings(plan, generator(*key, "openings"))
@@ -131,7 +131,7 @@ def _furnish(
     spec: HouseSpec,
     key: tuple[str, int, int],
 ) -> list[PlacedObject] | None:
-    """Returns all that is in the rooms, whose `floors` it fills in; None when a room cannot be furnished."""
+    """Return all that is in the rooms, whose `floors` it fills in; None when a room cannot be furnished."""
     inventory = Inventory()
     standing: dict[int, list[PlacedObject]] = {}
     for room in plan.rooms:
@@ -163,7 +163,7 @@ def _furnish(
 def _free_start(
     plan: RoomLayout, floors: dict[int, Floor], pieces: list[PlacedObject], rng: np.random.Generator
 ) -> Pose | None:
-    """Returns a free place that the whole house can be reached from, looking where most things are."""
+    """Return a free place that the whole house can be reached from, looking where most things are."""
     floor = floors[pick(rng, plan.rooms).number]
     free = floor.free_grid([])
     for rect in floor.clear:
@@ -185,7 +185,7 @@ def _free_start(
 
 
 def _in_view(pieces: list[PlacedObject], x: float, z: float, yaw: float) -> int:
-    """Returns how many pieces of furniture are before one, neither too near nor too far to make out."""
+    """Return how many pieces of furniture are before one, neither too near nor too far to make out."""
     dx, dz = heading(yaw)
     seen = 0
     for piece in pieces:

@@ -59,11 +59,11 @@ class Survey:
     """The house that first had each likeness."""
 
     def rare_categories(self, least: int) -> list[str]:
-        """Returns the categories with fewer things than `least`, parts of furniture aside."""
+        """Return the categories with fewer things than `least`, parts of furniture aside."""
         return [name for name in CATALOG if name not in PART_CATEGORIES and self.category_counts[name] < least]
 
     def lines(self) -> list[str]:
-        """Returns the report, a line for each number of rooms."""
+        """Return the report, a line for each number of rooms."""
         report: list[str] = []
         for rooms in sorted(self.houses):
             seconds, objects = np.array(self.seconds[rooms]), np.array(self.objects[rooms])
@@ -75,7 +75,7 @@ class Survey:
         return report
 
     def add(self, report: HouseReport) -> list[str]:
-        """Counts one more house in; returns its problems, that it is like an earlier one among them."""
+        """Count one more house in; return its problems, that it is like an earlier one among them."""
         problems = list(report.problems)
         if report.name is not None:
             twin = self.fingerprints.setdefault(report.fingerprint, report.name)
@@ -96,7 +96,7 @@ def survey(
     on_house: Callable[[list[str]], None],
     workers: int = 1,
 ) -> Survey:
-    """Returns what the houses of all `seeds` and numbers of `rooms` are like, whatever the number of processes.
+    """Return what the houses of all `seeds` and numbers of `rooms` are like, whatever the number of processes.
 
     `load` raises HouseError for a house that does not load; with several `workers` it must be picklable. `on_house`
     gets the problems of each house, house by house, in order.
@@ -116,7 +116,7 @@ def _reports(wanted: list[tuple[int, int]], load: LoadHouse, workers: int) -> It
 
 
 def survey_seed(load: LoadHouse, wanted: tuple[int, int]) -> HouseReport:
-    """Generates, loads and checks the house of a (number of rooms, seed)."""
+    """Generate, loads and checks the house of a (number of rooms, seed)."""
     rooms, seed = wanted
     started = time.process_time()
     try:
@@ -140,5 +140,5 @@ def survey_seed(load: LoadHouse, wanted: tuple[int, int]) -> HouseReport:
 
 
 def _fingerprint(house: House) -> str:
-    """Returns a hash of all that one sees of a house; its seed and name are no part of it."""
+    """Return a hash of all that one sees of a house; its seed and name are no part of it."""
     return hashlib.sha256(canonical_json({**house.data, "metadata": None})).hexdigest()

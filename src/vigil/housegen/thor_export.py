@@ -50,7 +50,7 @@ class ThorExport:
 
 
 def export_thor(house: House, thor: AssetDatabase, materials: dict[str, list[str]]) -> ThorExport:
-    """Returns the house with `thor`'s assets.
+    """Return the house with `thor`'s assets.
 
     `materials` are THOR's names by kind; none: the names stay as they are. Raises SettingError when `thor` has none of
     the house's types, or nothing that fits a door between two rooms.
@@ -75,7 +75,7 @@ def export_thor(house: House, thor: AssetDatabase, materials: dict[str, list[str
 
 
 def _drop_colliding(export: ThorExport, exported: House, thor: AssetDatabase, changed: set[str]) -> None:
-    """Takes away carried things that run into others, the smaller of two, or hang over out of the room.
+    """Take away carried things that run into others, the smaller of two, or hang over out of the room.
 
     Faults among things that are as they were are the house's own, and stay.
     """
@@ -97,7 +97,7 @@ def _remove(nodes: list[dict[str, Any]], unwanted: set[str]) -> None:
 
 
 def load_materials(path: Path) -> dict[str, list[str]]:
-    """Returns THOR's material names by kind, from its `material-database.json`. Raises SettingError."""
+    """Return THOR's material names by kind, from its `material-database.json`. Raises SettingError."""
     wanted = "Expected AI2-THOR's form: {kind: [material name, ...], ...}."
     try:
         data = read_json(read_file(path, f"Material database {str(path)!r}", SettingError))
@@ -125,7 +125,7 @@ class _Exporter:
         self.ceiling = max((point.y for wall in house.document.walls for point in wall.polygon), default=math.inf)
 
     def replace(self, node: HouseObject, data: dict[str, Any], above: tuple[Box, Box] | None) -> bool:
-        """Gives a thing and its children THOR's assets; False, with all ids noted, where there is none of its type.
+        """Give a thing and its children THOR's assets; False, with all ids noted, where there is none of its type.
 
         `above` is the box of what carries it, before and after.
         """
@@ -156,7 +156,7 @@ class _Exporter:
             self._leave_out(child)
 
     def _nearest(self, category: str, size: Vec3, asset_id: str) -> tuple[str, Vec3] | None:
-        """Returns the asset itself if it is THOR's, else the nearest in size; countertops of the same shape, if any."""
+        """Return the asset itself if it is THOR's, else the nearest in size; countertops of the same shape, if any."""
         if asset_id in self.thor:
             return asset_id, size
         choices = self.thor.of_category(category)
@@ -166,7 +166,7 @@ class _Exporter:
         return min(choices, key=lambda choice: (_size_difference(size, choice[1]), choice[0]), default=None)
 
     def _resized_in_place(self, before: Box, size: Vec3) -> Box:
-        """Returns the box of another size in the place of a thing on the floor or a wall, inside the room."""
+        """Return the box of another size in the place of a thing on the floor or a wall, inside the room."""
         (dx, dz), (x, y, z) = heading(before.yaw), before.center
         back = shapely.Point(x - dx * before.size.z / 2, z - dz * before.size.z / 2)
         if any(floor.exterior.distance(back) < AT_WALL_M for floor in self.floors):
@@ -184,7 +184,7 @@ class _Exporter:
         return box
 
     def replace_opening(self, opening: Door | Window, data: dict[str, Any]) -> bool:
-        """Gives a door or window THOR's asset, and its hole its size; False, with the id noted, where none fits.
+        """Give a door or window THOR's asset, and its hole its size; False, with the id noted, where none fits.
 
         Raises SettingError when none fits a door between two rooms: they would be cut off from each other.
         """
@@ -221,19 +221,19 @@ def _point(x: float, y: float) -> dict[str, float]:
 
 
 def _counter_shape(asset_id: str) -> str:
-    """Returns "I", "L", "C" or "Island"."""
+    """Return "I", "L", "C" or "Island"."""
     found = _COUNTER_SHAPE.search(asset_id)
     return found[1] if found else "I"
 
 
 def _size_difference(size: Vec3, other: Vec3) -> float:
-    """Returns how different two sizes are: 0 where equal."""
+    """Return how different two sizes are: 0 where equal."""
     logs = [math.log(b / a) for a, b in zip(size, other, strict=True)]
     return sum(log * OVERSIZE if log > 0 else -log for log in logs)
 
 
 def _moved_with_support(before: Box, size: Vec3, below: Box, holder: Box) -> Box:
-    """Returns the box of another size on or in `holder`, which took the place of `below`."""
+    """Return the box of another size on or in `holder`, which took the place of `below`."""
     x, z = rotate_floor(before.center.x - below.center.x, before.center.z - below.center.z, -below.yaw)
     dx, dz = rotate_floor(x * holder.size.x / below.size.x, z * holder.size.z / below.size.z, holder.yaw)
     if before.bottom >= below.top - ON_TOP_M:
@@ -248,7 +248,7 @@ def _moved_with_support(before: Box, size: Vec3, below: Box, holder: Box) -> Box
 
 
 def _rename_materials(data: dict[str, Any], materials: dict[str, list[str]]) -> None:
-    """Gives floors, walls and the ceiling names that THOR has: their own where it has them, else one alike."""
+    """Give floors, walls and the ceiling names that THOR has: their own where it has them, else one alike."""
     names = sorted({name for kind in materials.values() for name in kind})
     for room in data["rooms"]:
         _rename(room["floorMaterial"], names, "wood floor")

@@ -16,7 +16,7 @@ Silhouette = Sequence[tuple[float, float]]
 
 
 def lengthwise(maker: Maker) -> Maker:
-    """Returns a maker for things whose length `maker` lays along z, whichever floor axis of the box is longer."""
+    """Return a maker for things whose length `maker` lays along z, whichever floor axis of the box is longer."""
 
     def make(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
         if size.x <= size.z:
@@ -27,7 +27,7 @@ def lengthwise(maker: Maker) -> Maker:
 
 
 def along_longest(maker: Maker) -> Maker:
-    """Returns a maker for slim things whose length `maker` lays along z: upright when the box stands upright."""
+    """Return a maker for slim things whose length `maker` lays along z: upright when the box stands upright."""
     lying = lengthwise(maker)
 
     def make(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -39,7 +39,7 @@ def along_longest(maker: Maker) -> Maker:
 
 
 def quarter_turned(asset: Asset, axis: shapes.Axis, degrees: int) -> Asset:
-    """Returns the asset turned by a quarter; one turned about x or z loses its surfaces."""
+    """Return the asset turned by a quarter; one turned about x or z loses its surfaces."""
     matrix = np.round(shapes.rotation(axis, degrees))
 
     def point(value: Sequence[float]) -> Vec3:
@@ -69,7 +69,7 @@ def quarter_turned(asset: Asset, axis: shapes.Axis, degrees: int) -> Asset:
 
 
 def lowered_into(asset: Asset, size: Vec3, forward: float = 0.0) -> Asset:
-    """Returns the asset at the bottom of a larger box, `forward` (m) of its middle: for boxes measured while open."""
+    """Return the asset at the bottom of a larger box, `forward` (m) of its middle: for boxes measured while open."""
     drop = (asset.size.y - size.y) / 2
 
     def lower(value: Vec3) -> Vec3:
@@ -93,13 +93,13 @@ def lowered_into(asset: Asset, size: Vec3, forward: float = 0.0) -> Asset:
 
 
 def lathed_oval(profile: Silhouette, width: float, depth: float, segments: int = 18) -> Mesh:
-    """Returns a lathed profile whose radii are fractions of half the width, stretched to an oval of `depth`."""
+    """Return a lathed profile whose radii are fractions of half the width, stretched to an oval of `depth`."""
     part = shapes.lathe([(radius * width / 2, y) for radius, y in profile], segments=segments)
     return part if abs(width - depth) < 1e-6 else shapes.scale(part, (1.0, 1.0, depth / width))
 
 
 def bend(part: Mesh, lift: Callable[[np.ndarray], np.ndarray]) -> Mesh:
-    """Returns the mesh with `lift(z)` added to y: for handles and blades that curve along z."""
+    """Return the mesh with `lift(z)` added to y: for handles and blades that curve along z."""
     vertices = part.vertices.astype(np.float64)
     step = 1e-3 * max(float(np.ptp(vertices[:, 2])), 1e-6)
     slope = (lift(vertices[:, 2] + step) - lift(vertices[:, 2] - step)) / (2 * step)
@@ -110,7 +110,7 @@ def bend(part: Mesh, lift: Callable[[np.ndarray], np.ndarray]) -> Mesh:
 
 
 def creased(part: Mesh) -> Mesh:
-    """Returns the mesh with faces that smooth normals would light from behind made flat: for sharp folds in skins."""
+    """Return the mesh with faces that smooth normals would light from behind made flat: for sharp folds in skins."""
     corners = part.vertices[part.faces].astype(np.float64)
     across = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(across, axis=1, keepdims=True)
@@ -131,13 +131,13 @@ def creased(part: Mesh) -> Mesh:
 
 
 def strip(width_at: Sequence[tuple[float, float]], thickness: float, y: float = 0.0) -> Mesh:
-    """Returns a flat board along z, symmetric about x = 0, from (z, half width) pairs with rising z."""
+    """Return a flat board along z, symmetric about x = 0, from (z, half width) pairs with rising z."""
     outline = [(half, z) for z, half in width_at] + [(-half, z) for z, half in reversed(width_at)]
     return shapes.extrude(outline, y - thickness / 2, y + thickness / 2)
 
 
 def drape(width: float, height: float, waves: float, depth: float, *, thickness: float = 0.004) -> Mesh:
-    """Returns hanging cloth in folds: spans width along x, 0..height and `depth` about z = 0."""
+    """Return hanging cloth in folds: spans width along x, 0..height and `depth` about z = 0."""
     count = max(6, round(6 * waves))
     x = np.linspace(-width / 2, width / 2, count + 1)
     swing = max(depth - thickness, 1e-4) / 2

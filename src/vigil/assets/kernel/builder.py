@@ -52,21 +52,21 @@ class Builder:
         self.glow: Glow | None = None
 
     def add(self, look: PartStyle | str, *meshes: Mesh) -> None:
-        """Adds meshes that look alike; a string is a material of the body."""
+        """Add meshes that look alike; a string is a material of the body."""
         key = PartStyle(look) if isinstance(look, str) else look
         self._meshes.setdefault(key, []).extend(meshes)
 
     def block(self, look: PartStyle | str, x: Range, y: Range, z: Range, bevel: float = 0.0) -> None:
-        """Adds a box that spans a range along each axis."""
+        """Add a box that spans a range along each axis."""
         self.add(look, span((x[0], y[0], z[0]), (x[1], y[1], z[1]), bevel))
 
     def hinge(self, name: str, axis: Point3, origin: Point3, degrees: float) -> str:
-        """Adds a joint that turns (see `Joint.axis` for the direction) and returns its name."""
+        """Add a joint that turns (see `Joint.axis` for the direction) and return its name."""
         self._joints.append(Joint(name, "hinge", _vec(axis), _vec(origin), degrees))
         return name
 
     def slide(self, name: str, axis: Point3, metres: float) -> str:
-        """Adds a joint that shifts along a unit axis and returns its name."""
+        """Add a joint that shifts along a unit axis and return its name."""
         self._joints.append(Joint(name, "slide", _vec(axis), Vec3(0.0, 0.0, 0.0), metres))
         return name
 
@@ -81,32 +81,32 @@ class Builder:
         needs_opening: bool = False,
         joint: str | None = None,
     ) -> None:
-        """Adds a place to put things: `size` is along x and z. What `needs_opening` is inside."""
+        """Add a place to put things: `size` is along x and z. What `needs_opening` is inside."""
         inside = is_inside or needs_opening
         self._surfaces.append(Surface(name, _vec(center), *size, clearance, inside, needs_opening, joint))
 
     def solid(self, low: Point3, high: Point3, joint: str | None = None) -> None:
-        """Adds the box between two corners as something in the way."""
+        """Add the box between two corners as something in the way."""
         (x0, y0, z0), (x1, y1, z1) = low, high
         self.prism([(x0, z0), (x1, z0), (x1, z1), (x0, z1)], y0, y1, joint)
 
     def prism(self, polygon: Iterable[Sequence[float]], bottom: float, top: float, joint: str | None = None) -> None:
-        """Adds an upright prism over a convex polygon of (x, z) as something in the way."""
+        """Add an upright prism over a convex polygon of (x, z) as something in the way."""
         corners = tuple((float(x), float(z)) for x, z in polygon)
         self._solids.append(Solid(corners, float(bottom), float(top), joint))
 
     def octagon(self, width: float, depth: float, low: float, high: float) -> None:
-        """Adds the solid of something round about the asset's middle."""
+        """Add the solid of something round about the asset's middle."""
         angles = np.arange(8) * np.pi / 4 + np.pi / 8
         self.prism(np.c_[width / 2 * np.cos(angles), depth / 2 * np.sin(angles)], low, high)
 
     def column(self, radius: float, bottom: float, top: float, center: tuple[float, float] = (0.0, 0.0)) -> None:
-        """Adds an upright round column (as an octagon) as something in the way."""
+        """Add an upright round column (as an octagon) as something in the way."""
         angles = np.arange(8) * np.pi / 4
         self.prism(np.c_[center[0] + radius * np.cos(angles), center[1] + radius * np.sin(angles)], bottom, top)
 
     def build(self, tags: Iterable[str] = (), *, takes_room: bool = True) -> Asset:
-        """Returns the asset, stretched to its size; a body without solids is a box, if the asset `takes_room`."""
+        """Return the asset, stretched to its size; a body without solids is a box, if the asset `takes_room`."""
         merged = {look: merge(parts) for look, parts in self._meshes.items()}
         low, high = bounds(whole for look, whole in merged.items() if look.shown != "on")
         fit = _BoxFit(low, high, np.asarray(self._size, np.float64))
@@ -180,7 +180,7 @@ class _BoxFit:
         )
 
     def solid(self, solid: Solid) -> Solid | None:
-        """Returns the solid with what stands out of the box cut off; None when nothing is left."""
+        """Return the solid with what stands out of the box cut off; None when nothing is left."""
         corners = (np.array(solid.polygon) - self.middle[[0, 2]]) * self.factor[[0, 2]]
         half_x, half_y, half_z = (float(length) / 2 for length in self.size)
         if (np.abs(corners) > [half_x, half_z]).any():

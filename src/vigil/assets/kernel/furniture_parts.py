@@ -51,25 +51,25 @@ HIDES = (("black", "#2b2829"), ("brown", "#6b452e"), ("tan", "#ad7f4f"), ("white
 
 
 def wood(rng: np.random.Generator) -> Finish:
-    """Returns a wood or painted wood."""
+    """Return a wood or painted wood."""
     return one_of(rng, WOODS)
 
 
 def paint(rng: np.random.Generator, *names: str) -> Finish:
-    """Returns a painted finish."""
+    """Return a painted finish."""
     name = one_of(rng, names or PAINTS)
     return Finish(f"paint/{COLOURS[name]}", name)
 
 
 def cloth(rng: np.random.Generator) -> Finish:
-    """Returns an upholstery: fabric, velvet or leather."""
+    """Return an upholstery: fabric, velvet or leather."""
     kind = one_of(rng, ("fabric", "fabric", "velvet", "leather"))
     word, code = one_of(rng, HIDES if kind == "leather" else CLOTHS)
     return Finish(f"{kind}/{code}", word)
 
 
 def boards(low: Corner, high: Corner, wall: float, missing: str) -> list[tuple[Corner, Corner]]:
-    """Returns the corners of five boards around a space that is open on one side ("+z", "+y", ...)."""
+    """Return the corners of five boards around a space that is open on one side ("+z", "+y", ...)."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     found: dict[str, tuple[Corner, Corner]] = {
         "-x": ((x0, y0, z0), (x0 + wall, y1, z1)),
@@ -87,21 +87,21 @@ def boards(low: Corner, high: Corner, wall: float, missing: str) -> list[tuple[C
 
 
 def hollow(low: Corner, high: Corner, wall: float, missing: str = "+z") -> Mesh:
-    """Returns five boards around a space that is open on one side."""
+    """Return five boards around a space that is open on one side."""
     return shapes.merge(shapes.span(*corners) for corners in boards(low, high, wall, missing))
 
 
 def add_case(
     builder: Builder, look: PartStyle | str, low: Corner, high: Corner, wall: float, *, missing: str = "+z"
 ) -> None:
-    """Adds five boards around a space, each of them solid, so that things can be inside."""
+    """Add five boards around a space, each of them solid, so that things can be inside."""
     builder.add(look, hollow(low, high, wall, missing))
     for corners in boards(low, high, wall, missing):
         builder.solid(*corners)
 
 
 def lining(low: Corner, high: Corner, missing: str = "+z") -> Mesh:
-    """Returns panels that face into a space, on all sides but one: the inner skin of an appliance.
+    """Return panels that face into a space, on all sides but one: the inner skin of an appliance.
 
     Each is made of four, so that some of its vertices, where light is cast, lie away from the corners.
     """
@@ -124,7 +124,7 @@ def lining(low: Corner, high: Corner, missing: str = "+z") -> Mesh:
 
 
 def shelf_heights(levels: Sequence[float], low: float, high: float, count: int, gap: float = 0.1) -> list[float]:
-    """Returns heights for shelves strictly between two heights: at the levels, or `count` even ones without any."""
+    """Return heights for shelves strictly between two heights: at the levels, or `count` even ones without any."""
     heights: list[float] = []
     for level in levels:
         if low + 0.03 < level < high - 0.05 and (not heights or level - heights[-1] >= min(gap, 0.06)):
@@ -149,7 +149,7 @@ def add_shelves(
     is_inside: bool = False,
     needs_opening: bool = False,
 ) -> None:
-    """Adds boards whose tops are at `heights` across the space low..high, and surfaces there and on its floor.
+    """Add boards whose tops are at `heights` across the space low..high, and surfaces there and on its floor.
 
     The space is a cupboard behind a leaf when it `needs_opening`, a bay of a case when it `is_inside`, else a rack.
     """
@@ -170,7 +170,7 @@ LegStyle = Literal["square", "tapered", "round", "splayed", "turned"]
 
 
 def leg(style: LegStyle, foot: tuple[float, float], height: float, thickness: float, lean: float = 0.0) -> Mesh:
-    """Returns one leg that stands at `foot` (x, z); a splayed one leans inward by `lean` metres at its top."""
+    """Return one leg that stands at `foot` (x, z); a splayed one leans inward by `lean` metres at its top."""
     x, z = foot
     if style == "square":
         return shapes.box((thickness, height, thickness), (x, height / 2, z), 0.08 * thickness)
@@ -198,7 +198,7 @@ def add_legs(
     style: LegStyle,
     middle: tuple[float, float] = (0.0, 0.0),
 ) -> None:
-    """Adds four legs with their solids, whose outer corners span `spread` (x, z) about `middle`."""
+    """Add four legs with their solids, whose outer corners span `spread` (x, z) about `middle`."""
     for sx in (-1, 1):
         for sz in (-1, 1):
             x = middle[0] + sx * (spread[0] - thickness) / 2
@@ -212,7 +212,7 @@ HandleKind = Literal["knob", "bar", "cup", "none"]
 
 
 def handle(kind: HandleKind, at: Corner, length: float, *, upright: bool = False) -> Mesh:
-    """Returns a handle that sticks out to the front (about 3 cm) from the point `at` on a face."""
+    """Return a handle that sticks out to the front (about 3 cm) from the point `at` on a face."""
     x, y, z = at
     if kind == "knob":
         return shapes.cylinder(0.009, 0.028, (x, y, z + 0.014), "z", 9, top=0.016)
@@ -243,7 +243,7 @@ class Fronts:
 
 
 def front_board(low: Corner, high: Corner, *, is_framed: bool) -> Mesh:
-    """Returns a front: a bevelled board, or a frame around a thinner panel."""
+    """Return a front: a bevelled board, or a frame around a thinner panel."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     rim = min(0.06, 0.22 * min(x1 - x0, y1 - y0))
     if not is_framed or min(x1 - x0, y1 - y0) < 0.12:
@@ -261,7 +261,7 @@ def front_board(low: Corner, high: Corner, *, is_framed: bool) -> Mesh:
 def add_drawer(
     builder: Builder, name: str, low: Corner, high: Corner, fronts: Fronts, travel: float, *, overlay: float = 0.0
 ) -> None:
-    """Adds a drawer that fills low..high (its front's face is at high z, the handle in front of it).
+    """Add a drawer that fills low..high (its front's face is at high z, the handle in front of it).
 
     The front reaches `overlay` (m) beyond the box behind it, to each side and up and down.
     """
@@ -299,7 +299,7 @@ def _drawer_handles(low: Corner, high: Corner, kind: HandleKind) -> list[Mesh]:
 def add_leaf(
     builder: Builder, name: str, low: Corner, high: Corner, fronts: Fronts, *, hinge: int, degrees: float = 95.0
 ) -> None:
-    """Adds a door leaf that fills low..high (z = its thickness), hinged at its -x (hinge=-1) or +x (1) edge."""
+    """Add a door leaf that fills low..high (z = its thickness), hinged at its -x (hinge=-1) or +x (1) edge."""
     (x0, y0, _), (x1, y1, z1) = low, high
     origin = (x0 if hinge < 0 else x1, 0.0, z1 - 0.5 * (z1 - low[2]))
     joint = builder.hinge(name, (0, 1, 0), origin, hinge * degrees)
@@ -317,5 +317,5 @@ HANDLE_M = 0.032
 
 
 def handle_room(kind: HandleKind) -> float:
-    """Returns the depth that handles of a kind take in front of the faces."""
+    """Return the depth that handles of a kind take in front of the faces."""
     return {"knob": 0.028, "bar": HANDLE_M, "cup": 0.026, "none": 0.0}[kind]

@@ -128,7 +128,7 @@ _COLOURS_OF = {
 
 @lru_cache(maxsize=4096)
 def material(name: str, tint: Rgb | None = None) -> Material:
-    """Returns the material of a name; a `tint` (r, g, b in 0..1) takes the place of the name's own colour."""
+    """Return the material of a name; a `tint` (r, g, b in 0..1) takes the place of the name's own colour."""
     kind_name, slash, variant = name.partition("/")
     if slash and kind_name in _KINDS:
         return _made(name, kind_name, tint or _own_colour(kind_name, variant), variant)
@@ -217,7 +217,7 @@ _LIGHTER = ("light", "pale", "clean")
 
 
 def _by_words(name: str, tint: Rgb | None) -> tuple[str, Rgb | None]:
-    """Returns the kind and colour that an AI2-THOR material name suggests."""
+    """Return the kind and colour that an AI2-THOR material name suggests."""
     plain = re.sub(r"[_\W]+", " ", name.lower()).strip()
     for start, (kind, colour) in _WHOLE_NAMES.items():
         if plain.startswith(start):

@@ -16,7 +16,7 @@ AXES = {"x": 0, "y": 1, "z": 2}
 
 
 def mesh(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, uvs: np.ndarray) -> Mesh:
-    """Returns a Mesh with the types it promises and normals of unit length."""
+    """Return a Mesh with the types it promises and normals of unit length."""
     lengths = np.sqrt(np.add.reduce(normals * normals, axis=1, keepdims=True))
     return Mesh(
         np.ascontiguousarray(vertices, np.float32),
@@ -27,7 +27,7 @@ def mesh(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, uvs: np.n
 
 
 def merge(meshes: Iterable[Mesh]) -> Mesh:
-    """Returns several meshes as one."""
+    """Return several meshes as one."""
     found = list(meshes)
     if len(found) == 1:
         return found[0]
@@ -41,31 +41,31 @@ def merge(meshes: Iterable[Mesh]) -> Mesh:
 
 
 def translate(part: Mesh, offset: Point3) -> Mesh:
-    """Returns the mesh moved by `offset`."""
+    """Return the mesh moved by `offset`."""
     return Mesh(part.vertices + np.asarray(offset, np.float32), part.faces, part.normals, part.uvs)
 
 
 def scale(part: Mesh, factors: Point3, about: Point3 = ORIGIN) -> Mesh:
-    """Returns the mesh scaled along each axis about a point; a negative factor mirrors it."""
+    """Return the mesh scaled along each axis about a point; a negative factor mirrors it."""
     factor, pivot = np.asarray(factors, np.float64), np.asarray(about, np.float64)
     faces = part.faces if np.prod(factor) > 0 else part.faces[:, ::-1]
     return mesh((part.vertices - pivot) * factor + pivot, faces, part.normals / factor, part.uvs)
 
 
 def rotate(part: Mesh, axis: Point3 | Axis, degrees: float, about: Point3 = ORIGIN) -> Mesh:
-    """Returns the mesh turned about an axis through `about`, by the formula that `Joint` uses."""
+    """Return the mesh turned about an axis through `about`, by the formula that `Joint` uses."""
     matrix, pivot = rotation(axis, degrees), np.asarray(about, np.float64)
     return mesh((part.vertices - pivot) @ matrix.T + pivot, part.faces, part.normals @ matrix.T, part.uvs)
 
 
 def rotation(axis: Point3 | Axis, degrees: float) -> np.ndarray:
-    """Returns the (3, 3) matrix of a turn about an axis of any length, or named x, y or z."""
+    """Return the (3, 3) matrix of a turn about an axis of any length, or named x, y or z."""
     along = np.eye(3)[AXES[axis]] if isinstance(axis, str) else np.asarray(axis, np.float64)
     return turn_about(along / np.linalg.norm(along), degrees)
 
 
 def turn_about(unit: Sequence[float] | np.ndarray, degrees: float) -> np.ndarray:
-    """Returns the (3, 3) matrix of Rodrigues' formula about a unit axis, as `Joint` defines it."""
+    """Return the (3, 3) matrix of Rodrigues' formula about a unit axis, as `Joint` defines it."""
     x, y, z = unit
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     sin, cos = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
@@ -73,7 +73,7 @@ def turn_about(unit: Sequence[float] | np.ndarray, degrees: float) -> np.ndarray
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Returns the cross product of vectors (..., 3): numpy's own numbers, sooner when the vectors are few."""
+    """Return the cross product of vectors (..., 3): numpy's own numbers, sooner when the vectors are few."""
     product = np.empty(np.broadcast_shapes(a.shape, b.shape))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         product[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
@@ -81,13 +81,13 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def norms(vectors: np.ndarray) -> np.ndarray:
-    """Returns the lengths of vectors along the last axis."""
+    """Return the lengths of vectors along the last axis."""
     return np.sqrt(np.add.reduce(vectors * vectors, axis=-1))
 
 
 @cache
 def grid_faces(rows: int, columns: int, flip: bool = False) -> np.ndarray:
-    """Returns two triangles per cell of a grid of vertices in row-major order; not to be written to."""
+    """Return two triangles per cell of a grid of vertices in row-major order; not to be written to."""
     index = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = index[:-1, :-1].ravel(), index[1:, :-1].ravel(), index[1:, 1:].ravel(), index[:-1, 1:].ravel()
     faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
@@ -95,7 +95,7 @@ def grid_faces(rows: int, columns: int, flip: bool = False) -> np.ndarray:
 
 
 def bounds(parts: Iterable[Mesh]) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the lowest and highest corner of some meshes together."""
+    """Return the lowest and highest corner of some meshes together."""
     found = list(parts)
     lows = np.min([part.vertices.min(0) for part in found], axis=0)
     highs = np.max([part.vertices.max(0) for part in found], axis=0)
@@ -103,6 +103,6 @@ def bounds(parts: Iterable[Mesh]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def volume(part: Mesh) -> float:
-    """Returns the signed volume (m3): positive for a closed mesh that winds outward."""
+    """Return the signed volume (m3): positive for a closed mesh that winds outward."""
     a, b, c = (part.vertices[part.faces[:, i]].astype(np.float64) for i in range(3))
     return float(np.einsum("ij,ij->", a, cross(b, c)) / 6)

@@ -39,18 +39,18 @@ T = TypeVar("T")
 
 
 def one_of(rng: np.random.Generator, options: Sequence[T]) -> T:
-    """Returns one of several options, all equally likely."""
+    """Return one of several options, all equally likely."""
     return options[int(rng.integers(len(options)))]
 
 
 def colour(rng: np.random.Generator, *names: str) -> tuple[str, str]:
-    """Returns one of the named colours (of all without names) as its word and "#rrggbb"."""
+    """Return one of the named colours (of all without names) as its word and "#rrggbb"."""
     name = one_of(rng, names or tuple(COLOURS))
     return name, COLOURS[name]
 
 
 def word_for(red: int, green: int, blue: int) -> str | None:
-    """Returns the word that people use for a colour (parts 0 .. 255); None where two would do."""
+    """Return the word that people use for a colour (parts 0 .. 255); None where two would do."""
     place = _lab(red, green, blue)
     far = {name: float(np.linalg.norm(place - _lab(*_parts(code)))) for name, code in COLOURS.items()}
     first, second = sorted(far, key=far.__getitem__)[:2]
@@ -58,7 +58,7 @@ def word_for(red: int, green: int, blue: int) -> str | None:
 
 
 def nearest_word(red: int, green: int, blue: int) -> str:
-    """Returns the word whose colour is nearest to one (parts 0 .. 255), however far."""
+    """Return the word whose colour is nearest to one (parts 0 .. 255), however far."""
     place = _lab(red, green, blue)
     return min(COLOURS, key=lambda name: float(np.linalg.norm(place - _lab(*_parts(COLOURS[name])))))
 
@@ -69,7 +69,7 @@ def _parts(code: str) -> tuple[int, int, int]:
 
 
 def _lab(red: int, green: int, blue: int) -> np.ndarray:
-    """Returns CIE L*a*b* of an sRGB colour (D65), its lightness weighted."""
+    """Return CIE L*a*b* of an sRGB colour (D65), its lightness weighted."""
     parts = np.array([red, green, blue]) / 255.0
     linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
     x, y, z = np.cbrt(np.maximum(_XYZ @ linear / _WHITE, 1e-6))

@@ -17,7 +17,7 @@ SOFT_PX = 0.8
 
 
 def draw(kind: str, variant: str, rng: np.random.Generator) -> np.ndarray:
-    """Returns the picture "kind/variant" as (h, w, 3) uint8."""
+    """Return the picture "kind/variant" as (h, w, 3) uint8."""
     choices = KINDS[kind]
     maker = choices.get(variant)
     if maker is None:
@@ -50,7 +50,7 @@ def _vary(rng: np.random.Generator, colour: Colour, by: int = 18) -> Colour:
 
 
 def _canvas(image: Image.Image, rng: np.random.Generator, grain: float = 3.0) -> np.ndarray:
-    """Returns what was painted with soft edges, which have no steps from near by, and with the grain of a canvas."""
+    """Return what was painted with soft edges, which have no steps from near by, and with the grain of a canvas."""
     pixels = np.asarray(image.filter(ImageFilter.GaussianBlur(SOFT_PX)), np.float64)
     return np.clip(pixels + rng.normal(0, grain, pixels.shape[:2])[..., None], 0, 255).astype(np.uint8)
 
@@ -244,7 +244,7 @@ _SEGMENTS = {
 
 
 def _digits(brush: ImageDraw.ImageDraw, text: str, at: tuple[int, int], size: int, colour: Colour) -> None:
-    """Writes digits and colons as seven segments; `size` is half a digit's height."""
+    """Write digits and colons as seven segments; `size` is half a digit's height."""
     x, y = at
     thick = max(2, size // 4)
     for sign in text:
@@ -320,7 +320,7 @@ def _label(rng: np.random.Generator) -> np.ndarray:
 
 
 def _lettering(text: str, ink: Colour, paper: Colour) -> Drawing:
-    """Returns the drawing of one word across a face four times as wide as high."""
+    """Return the drawing of one word across a face four times as wide as high."""
 
     def drawing(_rng: np.random.Generator) -> np.ndarray:
         image = Image.new("RGB", (256, 64), paper)

@@ -28,7 +28,7 @@ _SHORTEST_M = 1e-5
 
 
 def lathe(profile: Sequence[tuple[float, float]], center: Point3 = ORIGIN, segments: int = 18) -> Mesh:
-    """Returns a profile of (radius, y) turned about the vertical.
+    """Return a profile of (radius, y) turned about the vertical.
 
     The profile runs with its outside on the right: up along an outer wall, inwards over a lid, down an
     inner wall. Corners sharper than 35 degrees stay sharp.
@@ -52,7 +52,7 @@ def lathe(profile: Sequence[tuple[float, float]], center: Point3 = ORIGIN, segme
 
 
 def _outward(slopes: np.ndarray) -> np.ndarray:
-    """Returns the normals (2 n, 2) at both ends of n stretches of a profile, shared where they join smoothly."""
+    """Return the normals (2 n, 2) at both ends of n stretches of a profile, shared where they join smoothly."""
     is_smooth = (slopes[:-1] * slopes[1:]).sum(1) > SMOOTH
     shared = (slopes[:-1] + slopes[1:])[is_smooth]
     normals = np.repeat(slopes, 2, axis=0)
@@ -63,13 +63,13 @@ def _outward(slopes: np.ndarray) -> np.ndarray:
 
 @cache
 def _circle(segments: int) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the angles (segments + 1,) once round and their (sine, cosine)."""
+    """Return the angles (segments + 1,) once round and their (sine, cosine)."""
     angles = np.linspace(0, 2 * np.pi, segments + 1)
     return angles, np.stack([np.sin(angles), np.cos(angles)], 1)
 
 
 def _spun(profile: np.ndarray, circle: np.ndarray) -> np.ndarray:
-    """Returns (radius, y) pairs (n, 2) carried round a circle: (n, segments + 1, 3)."""
+    """Return (radius, y) pairs (n, 2) carried round a circle: (n, segments + 1, 3)."""
     spun = np.empty((len(profile), len(circle), 3))
     np.multiply(profile[:, :1, None], circle, out=spun[..., ::2])
     spun[..., 1] = profile[:, 1:]
@@ -78,7 +78,7 @@ def _spun(profile: np.ndarray, circle: np.ndarray) -> np.ndarray:
 
 @cache
 def _lathe_faces(has_radius: tuple[bool, ...], segments: int) -> np.ndarray:
-    """Returns the triangles of bands between two rings each; a ring without radius leaves one triangle of two."""
+    """Return the triangles of bands between two rings each; a ring without radius leaves one triangle of two."""
     faces = []
     for first in range(0, len(has_radius), 2):
         halves = np.split(grid_faces(2, segments + 1, flip=True) + first * (segments + 1), 2)
@@ -94,19 +94,19 @@ def cylinder(
     segments: int = 16,
     top: float | None = None,
 ) -> Mesh:
-    """Returns a capped cylinder about `axis`; with `top` its radius tapers to that at the upper end."""
+    """Return a capped cylinder about `axis`; with `top` its radius tapers to that at the upper end."""
     upper = radius if top is None else top
     profile = [(0.0, -height / 2), (radius, -height / 2), (upper, height / 2), (0.0, height / 2)]
     return translate(_stand(lathe(profile, segments=segments), axis), center)
 
 
 def _stand(part: Mesh, axis: Axis) -> Mesh:
-    """Returns a mesh made along y laid along `axis` instead."""
+    """Return a mesh made along y laid along `axis` instead."""
     return part if axis == "y" else rotate(part, "z", -90) if axis == "x" else rotate(part, "x", 90)
 
 
 def ellipsoid(size: Point3, center: Point3 = ORIGIN, segments: int = 16, rings: int = 8) -> Mesh:
-    """Returns an ellipsoid of full `size`."""
+    """Return an ellipsoid of full `size`."""
     return translate(scale(_ball(segments, rings), size), center)
 
 
@@ -117,7 +117,7 @@ def _ball(segments: int, rings: int) -> Mesh:
 
 
 def tube(path: Sequence[Point3] | np.ndarray, radius: float | Sequence[float], segments: int = 8) -> Mesh:
-    """Returns a round rod along a path of points (n, 3), capped; `radius` may vary from point to point."""
+    """Return a round rod along a path of points (n, 3), capped; `radius` may vary from point to point."""
     points = np.asarray(path, np.float64)
     radii = np.broadcast_to(np.asarray(radius, np.float64), (len(points),)).tolist()
     tangents = _gradient(points)
@@ -133,7 +133,7 @@ def tube(path: Sequence[Point3] | np.ndarray, radius: float | Sequence[float], s
 
 
 def loft(rings: np.ndarray, cap: bool = True) -> Mesh:
-    """Returns a skin over closed rings (k, n, 3), each repeating its first point, with flat caps.
+    """Return a skin over closed rings (k, n, 3), each repeating its first point, with flat caps.
 
     Rings run counter-clockwise about the way they follow each other; those that do not are turned round.
     """
@@ -160,7 +160,7 @@ def loft(rings: np.ndarray, cap: bool = True) -> Mesh:
 
 
 def _gradient(points: np.ndarray) -> np.ndarray:
-    """Returns numpy's gradient along the first axis, for unit steps."""
+    """Return numpy's gradient along the first axis, for unit steps."""
     gradient = np.empty_like(points)
     gradient[1:-1] = (points[2:] - points[:-2]) / 2.0
     gradient[0], gradient[-1] = points[1] - points[0], points[-1] - points[-2]
@@ -169,14 +169,14 @@ def _gradient(points: np.ndarray) -> np.ndarray:
 
 @cache
 def _beside(around: int) -> tuple[np.ndarray, np.ndarray]:
-    """Returns, for each point of a closed ring that repeats its first, the points before and after it."""
+    """Return, for each point of a closed ring that repeats its first, the points before and after it."""
     index = np.arange(around - 1)
     closed = [*index, 0]
     return np.roll(index, 1)[closed], np.roll(index, -1)[closed]
 
 
 def _cap(ring: np.ndarray, direction: np.ndarray) -> Mesh:
-    """Returns a fan over a convex ring (n, 3) that faces `direction`."""
+    """Return a fan over a convex ring (n, 3) that faces `direction`."""
     middle, count = ring.mean(0), len(ring)
     vertices = np.concatenate([[middle], ring])
     faces = fan(count)
@@ -190,6 +190,6 @@ def _cap(ring: np.ndarray, direction: np.ndarray) -> Mesh:
 
 @cache
 def fan(count: int) -> np.ndarray:
-    """Returns the triangles between vertex 0 and a ring of `count` more; not to be written to."""
+    """Return the triangles between vertex 0 and a ring of `count` more; not to be written to."""
     index = np.arange(count)
     return np.stack([np.zeros(count, int), index + 1, np.roll(index, -1) + 1], 1)

@@ -69,7 +69,7 @@ _CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1
 
 
 def _facing(face: list[int], out: np.ndarray, signs: list[np.ndarray], axes: list[int]) -> list[list[int]]:
-    """Returns the triangles of a face with three or four corners, turned so that they are seen from `out`."""
+    """Return the triangles of a face with three or four corners, turned so that they are seen from `out`."""
     points = np.array([signs[i] + 0.1 * signs[i][axes[i]] * np.eye(3)[axes[i]] for i in face])
     turn = cross(points[1] - points[0], points[2] - points[0]) @ out
     ordered = face if turn > 0 else face[::-1]
@@ -77,7 +77,7 @@ def _facing(face: list[int], out: np.ndarray, signs: list[np.ndarray], axes: lis
 
 
 def _box_topology() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Returns signs (24, 3), face axes (24,), plain faces (12, 3) and bevel faces (32, 3)."""
+    """Return signs (24, 3), face axes (24,), plain faces (12, 3) and bevel faces (32, 3)."""
     signs, axes, index = [], [], {}
     for axis in range(3):
         for corner in _CORNERS:
@@ -119,7 +119,7 @@ _BOX_IS_FACED = _BOX_AXES[:, None] == np.arange(3)
 
 
 def box(size: Point3, center: Point3 = ORIGIN, bevel: float = 0.0) -> Mesh:
-    """Returns a box: 12 triangles, or 44 with bevelled edges that shade as if rounded."""
+    """Return a box: 12 triangles, or 44 with bevelled edges that shade as if rounded."""
     half = np.maximum(np.abs(np.asarray(size, np.float64)) / 2, _THINNEST_M)
     cut = min(bevel, 0.45 * half.min() * 2)
     inset = np.where(_BOX_IS_FACED, half, half - cut)
@@ -129,7 +129,7 @@ def box(size: Point3, center: Point3 = ORIGIN, bevel: float = 0.0) -> Mesh:
 
 
 def boxes(sizes: Sequence[Point3], centers: Sequence[Point3]) -> Mesh:
-    """Returns many boxes without bevels as one mesh, sooner than each by itself."""
+    """Return many boxes without bevels as one mesh, sooner than each by itself."""
     half = np.maximum(np.abs(np.asarray(sizes, np.float64)) / 2, _THINNEST_M)
     vertices = _BOX_SIGNS * half[:, None] + np.asarray(centers, np.float64)[:, None]
     orders = np.column_stack([half[:, 1:] > half[:, :-1], half[:, 2] > half[:, 0]]).tolist()
@@ -141,7 +141,7 @@ def boxes(sizes: Sequence[Point3], centers: Sequence[Point3]) -> Mesh:
 
 @cache
 def _box_uvs(is_y_over_x: bool, is_z_over_y: bool, is_z_over_x: bool) -> np.ndarray:
-    """Returns where its uvs (24, 2) stand in a box's flattened vertices: u runs along the longer side of a face."""
+    """Return where its uvs (24, 2) stand in a box's flattened vertices: u runs along the longer side of a face."""
     u_v_of_sides = [
         (2, 1) if is_z_over_y else (1, 2),
         (2, 0) if is_z_over_x else (0, 2),
@@ -151,13 +151,13 @@ def _box_uvs(is_y_over_x: bool, is_z_over_y: bool, is_z_over_x: bool) -> np.ndar
 
 
 def span(low: Point3, high: Point3, bevel: float = 0.0) -> Mesh:
-    """Returns the box between two corners."""
+    """Return the box between two corners."""
     first, last = np.asarray(low, np.float64), np.asarray(high, np.float64)
     return box(last - first, (first + last) / 2, bevel)
 
 
 def rounded_box(size: Point3, center: Point3 = ORIGIN, radius: float = 0.02, puff: float = 0.0) -> Mesh:
-    """Returns a box with round edges (108 triangles; 192 when `puff`, metres, bulges its top and bottom)."""
+    """Return a box with round edges (108 triangles; 192 when `puff`, metres, bulges its top and bottom)."""
     half = np.maximum(np.abs(np.asarray(size, np.float64)) / 2, _THINNEST_M)
     round_by = min(max(radius, _THINNEST_M / 2), 0.98 * half.min())
     flat = half - round_by
@@ -187,13 +187,13 @@ def rounded_box(size: Point3, center: Point3 = ORIGIN, radius: float = 0.02, puf
 
 
 def cushion(size: Point3, center: Point3 = ORIGIN) -> Mesh:
-    """Returns a soft box: round edges and a swollen top and bottom, filling `size` exactly."""
+    """Return a soft box: round edges and a swollen top and bottom, filling `size` exactly."""
     width, height, depth = size
     return rounded_box(size, center, 0.45 * min(width, height, depth), 0.18 * height)
 
 
 def extrude(polygon: Sequence[tuple[float, float]] | np.ndarray, low: float, high: float, axis: Axis = "y") -> Mesh:
-    """Returns a prism over a simple polygon, concave ones too.
+    """Return a prism over a simple polygon, concave ones too.
 
     The polygon is (x, z) for axis y, (x, y) for axis z and (z, y) for axis x; it spans low..high along
     the axis. Side edges turning by less than 35 degrees shade smoothly.
@@ -228,13 +228,13 @@ def extrude(polygon: Sequence[tuple[float, float]] | np.ndarray, low: float, hig
 
 @cache
 def _sides(count: int) -> np.ndarray:
-    """Returns the triangles between four rings of `count` vertices: starts and ends of edges, below and above."""
+    """Return the triangles between four rings of `count` vertices: starts and ends of edges, below and above."""
     a, b, c, d = (np.arange(count) + i * count for i in range(4))
     return np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
 
 
 def _triangulated(outline: np.ndarray) -> np.ndarray:
-    """Returns the triangles (n, 3) of a simple polygon, counter-clockwise."""
+    """Return the triangles (n, 3) of a simple polygon, counter-clockwise."""
     faces = mapbox_earcut.triangulate_float64(outline, np.array([len(outline)], np.uint32)).reshape(-1, 3).astype(int)
     corners = outline[faces]
     first_edge, second_edge = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -243,7 +243,7 @@ def _triangulated(outline: np.ndarray) -> np.ndarray:
 
 
 def rounded_rectangle(width: float, depth: float, radius: float, steps: int = 4) -> np.ndarray:
-    """Returns the outline (n, 2) of a rectangle with round corners about the origin."""
+    """Return the outline (n, 2) of a rectangle with round corners about the origin."""
     radius = min(radius, width / 2 - 1e-4, depth / 2 - 1e-4)
     angles = np.linspace(0, np.pi / 2, steps + 1)
     corners = []
@@ -255,14 +255,14 @@ def rounded_rectangle(width: float, depth: float, radius: float, steps: int = 4)
 
 
 def slab(size: Point3, center: Point3 = ORIGIN, radius: float = 0.05) -> Mesh:
-    """Returns a flat board whose corners, seen from above, are round."""
+    """Return a flat board whose corners, seen from above, are round."""
     x, y, z = center
     part = extrude(rounded_rectangle(size[0], size[2], radius), y - size[1] / 2, y + size[1] / 2)
     return translate(part, (x, 0.0, z))
 
 
 def disc(radius: float, center: Point3 = ORIGIN, axis: Axis = "y", segments: int = 18, fit: bool = False) -> Mesh:
-    """Returns a flat circle that faces along +axis; `fit` lays one picture over it."""
+    """Return a flat circle that faces along +axis; `fit` lays one picture over it."""
     angles = np.linspace(0, 2 * np.pi, segments, endpoint=False)
     circle = np.stack([np.cos(angles), np.sin(angles)], 1)
     outline = np.concatenate([[[0.0, 0.0]], circle])
@@ -273,7 +273,7 @@ def disc(radius: float, center: Point3 = ORIGIN, axis: Axis = "y", segments: int
 
 
 def panel(width: float, height: float, center: Point3 = ORIGIN, facing: str = "+z", fit: bool = True) -> Mesh:
-    """Returns a flat rectangle facing "+x" ... "-z"; with `fit` one upright picture covers it.
+    """Return a flat rectangle facing "+x" ... "-z"; with `fit` one upright picture covers it.
 
     For "+y" and "-y" the picture's top points away from the front (to -z).
     """
@@ -285,7 +285,7 @@ def panel(width: float, height: float, center: Point3 = ORIGIN, facing: str = "+
 
 @cache
 def _sight(axis: str, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns what is right and up to somebody who looks at a face, and what points at him.
+    """Return what is right and up to somebody who looks at a face, and what points at him.
 
     The frame is left-handed: who looks along -z has +x on his left.
     """

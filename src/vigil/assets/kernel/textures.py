@@ -20,7 +20,7 @@ FLOOR_GRAIN = 0.6
 
 @lru_cache(maxsize=512)
 def texture(name: str) -> np.ndarray:
-    """Returns the texture of a name: "wood", "tiles", ..., or "picture/3", "screen/1"; read-only."""
+    """Return the texture of a name: "wood", "tiles", ..., or "picture/3", "screen/1"; read-only."""
     rng = np.random.default_rng(zlib.crc32(name.encode()))
     kind, _, variant = name.partition("/")
     image = pictures.draw(kind, variant, rng) if kind in pictures.KINDS else PATTERNS[kind](rng)
@@ -33,7 +33,7 @@ def texture(name: str) -> np.ndarray:
 
 
 def _as_bytes(image: np.ndarray) -> np.ndarray:
-    """Returns the bytes of a picture in 0..1."""
+    """Return the bytes of a picture in 0..1."""
     scaled = np.clip(image, 0, 1)
     scaled *= 255
     scaled += 0.5
@@ -41,7 +41,7 @@ def _as_bytes(image: np.ndarray) -> np.ndarray:
 
 
 def noise(rng: np.random.Generator, across: int, down: int, size: int = SIZE) -> np.ndarray:
-    """Returns smooth seamless noise in 0..1 with so many cells across and down, (size, size)."""
+    """Return smooth seamless noise in 0..1 with so many cells across and down, (size, size)."""
     lattice = rng.random((down, across))
     (top, bottom, v), (left, _, u) = _cells(size, down), _cells(size, across)
     tall = lattice[top] + (lattice[bottom] - lattice[top]) * v[:, None]
@@ -54,7 +54,7 @@ def noise(rng: np.random.Generator, across: int, down: int, size: int = SIZE) ->
 
 @lru_cache(maxsize=64)
 def _cells(size: int, cells: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns for each pixel the lattice points on either side of it, and how far it is from the first to the second.
+    """Return for each pixel the lattice points on either side of it, and how far it is from the first to the second.
 
     Gathered, not multiplied as matrices: many-threaded algebra is slower here and differs between processors.
     """
@@ -65,7 +65,7 @@ def _cells(size: int, cells: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _grain(rng: np.random.Generator, size: int = SIZE) -> np.ndarray:
-    """Returns wood grain along u in 0..1, 1 where it is darkest."""
+    """Return wood grain along u in 0..1, 1 where it is darkest."""
     bend = noise(rng, 2, 4, size) * 2.2 + noise(rng, 4, 12, size) * 0.5
     height = np.linspace(0, 1, size, endpoint=False)[:, None]
     rings = 0.5 + 0.5 * np.sin(2 * np.pi * (7 * height + bend))
@@ -75,7 +75,7 @@ def _grain(rng: np.random.Generator, size: int = SIZE) -> np.ndarray:
 
 
 def _tinted(dark: np.ndarray, strength: float = 1.0) -> np.ndarray:
-    """Returns a picture that goes from white to a warm brown where `dark` is 1: multiplies a wood's colour."""
+    """Return a picture that goes from white to a warm brown where `dark` is 1: multiplies a wood's colour."""
     return 1 - strength * dark[..., None] * np.array([0.38, 0.47, 0.55])
 
 
@@ -136,7 +136,7 @@ def _concrete(rng: np.random.Generator) -> np.ndarray:
 def _tile_grid(
     rng: np.random.Generator, across: int, down: int, joint: float, shift: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Returns each pixel's tile shade (0..1) and how far it is inside its tile (0 on the joint, 1 beyond)."""
+    """Return each pixel's tile shade (0..1) and how far it is inside its tile (0 on the joint, 1 beyond)."""
     place = np.arange(SIZE) / SIZE
     row = (place * down).astype(int)
     u = place[None, :] * across + shift * (row[:, None] % 2)

@@ -10,14 +10,14 @@ from vigil.protocol.house import House
 
 
 def with_merged_drawers(house: House) -> House:
-    """Returns the house with each piece of furniture as one object; the same house where it names no drawers."""
+    """Return the house with each piece of furniture as one object; the same house where it names no drawers."""
     if all(split_drawer_id(node.asset_id) is None for node, _ in house.objects()):
         return house
     return House(house.name, {**house.data, "objects": [_merge_drawers(node) for node in house.data["objects"]]})
 
 
 def _merge_drawers(node: dict[str, Any]) -> dict[str, Any]:
-    """Returns an object of a document without its drawers: it has their contents, and is as open as the widest."""
+    """Return an object of a document without its drawers: it has their contents, and is as open as the widest."""
     if not node.get("children"):
         return node
     drawers = [

@@ -39,18 +39,18 @@ class AssetModel:
 
 @lru_cache(maxsize=4096)
 def model_of(asset_id: str, category: str) -> AssetModel:
-    """Returns the asset of that id."""
+    """Return the asset of that id."""
     entry = AssetDatabase.default().look_up(asset_id, f"{category}|0|0")
     return AssetModel(asset_id, entry.category, entry.size, entry.variant)
 
 
 def draw_model(category: str, rng: np.random.Generator, variants: int = VARIANTS) -> AssetModel:
-    """Returns one of the category's own assets at random."""
+    """Return one of the category's own assets at random."""
     return model_of(own_asset_id(category, int(rng.integers(variants))), category)
 
 
 def most_similar(model: AssetModel, choices: list[AssetModel]) -> AssetModel:
-    """Returns the choice that shares most materials with `model`."""
+    """Return the choice that shares most materials with `model`."""
     materials = {part.material for part in model.asset.parts}
     return max(choices, key=lambda choice: len(materials & {part.material for part in choice.asset.parts}))
 
@@ -90,12 +90,12 @@ class PlacedObject:
         return self.position.y + self.model.size.y / 2
 
     def to_floor_point(self, x: float, z: float) -> tuple[float, float]:
-        """Returns the floor point of (x, z) in the asset's frame."""
+        """Return the floor point of (x, z) in the asset's frame."""
         dx, dz = rotate_floor(x, z, self.yaw)
         return self.position.x + dx, self.position.z + dz
 
     def footprint(self) -> Rect:
-        """Returns the upright rectangle about its box."""
+        """Return the upright rectangle about its box."""
         return turned_rect(
             (-self.model.size.x / 2, -self.model.size.z / 2, self.model.size.x / 2, self.model.size.z / 2),
             self.position.x,
@@ -104,11 +104,11 @@ class PlacedObject:
         )
 
     def block(self) -> Block:
-        """Returns the upright block about its box."""
+        """Return the upright block about its box."""
         return self.footprint(), self.bottom, self.top
 
     def swing(self) -> Block | None:
-        """Returns the block that its doors, drawers and lids pass through; None when nothing opens."""
+        """Return the block that its doors, drawers and lids pass through; None when nothing opens."""
         block = swing_of(self.model)
         if block is None:
             return None
@@ -117,12 +117,12 @@ class PlacedObject:
         return turned_rect(rect, x, z, self.yaw), y + bottom, y + top
 
     def with_contents(self) -> list["PlacedObject"]:
-        """Returns it and everything on and in it."""
+        """Return it and everything on and in it."""
         return [self, *(piece for child in self.children for piece in child.with_contents())]
 
 
 def turned_rect(rect: Rect, x: float, z: float, yaw: float) -> Rect:
-    """Returns the upright rectangle about `rect` turned by `yaw` about the origin and moved to (x, z)."""
+    """Return the upright rectangle about `rect` turned by `yaw` about the origin and moved to (x, z)."""
     corners = [rotate_floor(rect[i], rect[j], yaw) for i in (0, 2) for j in (1, 3)]
     xs, zs = [corner[0] for corner in corners], [corner[1] for corner in corners]
     return x + min(xs), z + min(zs), x + max(xs), z + max(zs)
@@ -130,7 +130,7 @@ def turned_rect(rect: Rect, x: float, z: float, yaw: float) -> Rect:
 
 @lru_cache(maxsize=4096)
 def swing_of(model: AssetModel) -> Block | None:
-    """Returns the block (in the asset's frame) that its moving parts pass through; None when nothing opens.
+    """Return the block (in the asset's frame) that its moving parts pass through; None when nothing opens.
 
     Flaps and lids that are drawn only, and stop nobody, count where there are no others.
     """
@@ -148,13 +148,13 @@ def swing_of(model: AssetModel) -> Block | None:
 
 
 def swept_rect(model: AssetModel) -> Rect | None:
-    """Returns the rectangle (in the asset's frame) that its moving parts pass over; None when nothing opens."""
+    """Return the rectangle (in the asset's frame) that its moving parts pass over; None when nothing opens."""
     block = swing_of(model)
     return None if block is None else block[0]
 
 
 @lru_cache(maxsize=4096)
 def leaf_reach(model: AssetModel) -> float:
-    """Returns how far (m) its doors and drawers come out in front when they open."""
+    """Return how far (m) its doors and drawers come out in front when they open."""
     rect = swept_rect(model)
     return 0.0 if rect is None else max(0.0, rect[3] - model.size.z / 2)

@@ -18,24 +18,24 @@ Item = TypeVar("Item")
 
 
 def generator(*key: object) -> np.random.Generator:
-    """Returns the random generator that belongs to a key of numbers and words."""
+    """Return the random generator that belongs to a key of numbers and words."""
     digest = hashlib.sha256(canonical_json([STREAM_VERSION, *(str(part) for part in key)])).digest()
     return np.random.default_rng(int.from_bytes(digest[:16], "big"))
 
 
 def pick(rng: np.random.Generator, items: Sequence[Item]) -> Item:
-    """Returns one item at random."""
+    """Return one item at random."""
     return items[int(rng.integers(len(items)))]
 
 
 def pick_weighted(rng: np.random.Generator, items: Sequence[Item], weights: Sequence[float]) -> Item:
-    """Returns one item at random, in proportion to its weight."""
+    """Return one item at random, in proportion to its weight."""
     edges = np.cumsum(np.asarray(weights, dtype=float))
     return items[min(int(np.searchsorted(edges, rng.random() * edges[-1], side="right")), len(items) - 1)]
 
 
 def shuffled(rng: np.random.Generator, items: Sequence[Item]) -> list[Item]:
-    """Returns the items in random order."""
+    """Return the items in random order."""
     return [items[int(index)] for index in rng.permutation(len(items))]
 
 

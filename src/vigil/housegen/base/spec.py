@@ -105,7 +105,7 @@ SPECS: dict[str, HouseSpec] = {name: HouseSpec(name=name, choices=choices) for n
 
 
 def spec_for(name: str) -> HouseSpec:
-    """Returns the spec of that name; "4" means "4-room". Raises SettingError."""
+    """Return the spec of that name; "4" means "4-room". Raises SettingError."""
     wanted = f"{name}-room" if name.isdigit() else name
     if wanted not in SPECS:
         raise SettingError(

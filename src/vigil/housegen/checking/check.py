@@ -49,7 +49,7 @@ class Fault:
 
 
 def check_house(house: House, assets: AssetDatabase) -> list[Fault]:
-    """Returns the house's faults, in a fixed order."""
+    """Return the house's faults, in a fixed order."""
     faults = [*_schema(house), *_keys(house), *_references(house), *_rooms(house), *_extent(house), *_holes(house)]
     if any(fault.rule in UNLOADABLE_RULES for fault in faults):
         return faults
@@ -116,7 +116,7 @@ def _rooms(house: House) -> list[Fault]:
 
 
 def _extent(house: House) -> list[Fault]:
-    """Returns a fault for each thing far away, each wall without length or height, and each state out of 0..1."""
+    """Return a fault for each thing far away, each wall without length or height, and each state out of 0..1."""
     document = house.document
     named = [(room.id, point) for room in document.rooms for point in room.floor_polygon]
     named += [(wall.id, point) for wall in document.walls for point in wall.polygon]
@@ -192,7 +192,7 @@ def _hovering(house: House, scene: Scene, assets: AssetDatabase) -> list[Fault]:
 
 
 def _height_above_support(thing: Thing, node: HouseObject) -> float | None:
-    """Returns how high (m) the document has a thing over what it was let down on; None when nothing is under it."""
+    """Return how high (m) the document has a thing over what it was let down on; None when nothing is under it."""
     let_down = node.position.y - thing.position.y
     if thing.parent is None:
         return bounding_box(thing).bottom + let_down
@@ -286,7 +286,7 @@ def _start(house: House, grid: WalkableGrid) -> list[Fault]:
 
 
 def _access(scene: Scene, grid: WalkableGrid, solid_overlaps: SolidOverlaps) -> list[Fault]:
-    """Returns a fault for each openable thing whose leaf is blocked or cuts through another thing, or furniture before
+    """Return a fault for each openable thing whose leaf is blocked or cuts through another thing, or furniture before
     which nobody can stand."""
     faults: list[Fault] = []
     partitions, path, leaf_collisions = Partitions(scene), OPENNESS_SAMPLES.tolist(), LeafCollisions(scene)

@@ -30,7 +30,7 @@ class LeafCollisions:
         self._carriers = {thing.id: ancestors(scene, thing) for thing in self._things}
 
     def first_pierced(self, thing: Thing) -> Thing | None:
-        """Returns the first other thing that the thing's moving parts cut through; None when they pass by all."""
+        """Return the first other thing that the thing's moving parts cut through; None when they pass by all."""
         swept = _swept_box(thing)
         for other in self._nearby_things(thing, swept):
             fixed = _triangles(other, {0.0, other.openness})
@@ -61,7 +61,7 @@ class LeafCollisions:
 
 @lru_cache(maxsize=4096)
 def drawn_triangles(asset: Asset) -> tuple[tuple[str | None, np.ndarray], ...]:
-    """Returns (joint, corners (n, 3, 3) of its triangles) of all that each joint, or the body, carries and is solid."""
+    """Return (joint, corners (n, 3, 3) of its triangles) of all that each joint, or the body, carries and is solid."""
     found: dict[str | None, list[np.ndarray]] = {}
     for part in asset.parts:
         if part.shown != "on" and len(part.mesh.faces):
@@ -70,7 +70,7 @@ def drawn_triangles(asset: Asset) -> tuple[tuple[str | None, np.ndarray], ...]:
 
 
 def _triangles(thing: Thing, states: set[float]) -> np.ndarray:
-    """Returns all triangles (n, 3, 3) of a thing, what moves at each openness of `states`."""
+    """Return all triangles (n, 3, 3) of a thing, what moves at each openness of `states`."""
     places = [
         _moved(thing, joint, mesh, openness)
         for joint, mesh in drawn_triangles(thing.asset)
@@ -84,14 +84,14 @@ def _moved(thing: Thing, joint: str | None, mesh: np.ndarray, openness: float) -
 
 
 def _leaf_positions(thing: Thing) -> Iterator[np.ndarray]:
-    """Yields the triangles (n, 3, 3) of all moving parts at each openness."""
+    """Yield the triangles (n, 3, 3) of all moving parts at each openness."""
     moving = [(joint, mesh) for joint, mesh in drawn_triangles(thing.asset) if joint is not None]
     for openness in OPENNESS_SAMPLES:
         yield np.concatenate([_moved(thing, joint, mesh, openness) for joint, mesh in moving])
 
 
 def _swept_box(thing: Thing) -> np.ndarray:
-    """Returns the lowest and highest corner (2, 3) of where the moving parts can be."""
+    """Return the lowest and highest corner (2, 3) of where the moving parts can be."""
     corners = [
         part_motion(thing, joint, openness)(box_corners(low, high))
         for joint, low, high in part_boxes(thing.asset)
@@ -102,7 +102,7 @@ def _swept_box(thing: Thing) -> np.ndarray:
 
 
 def _bounding_box(thing: Thing) -> np.ndarray:
-    """Returns the lowest and highest corner (2, 3) of all that is drawn of a thing, shut and as it stands."""
+    """Return the lowest and highest corner (2, 3) of all that is drawn of a thing, shut and as it stands."""
     corners = [
         part_motion(thing, joint, openness)(box_corners(low, high))
         for joint, low, high in part_boxes(thing.asset)
@@ -112,7 +112,7 @@ def _bounding_box(thing: Thing) -> np.ndarray:
 
 
 def _box_of(triangles: np.ndarray) -> np.ndarray:
-    """Returns the lowest and highest corner (2, 3) of triangles; a box that meets nothing when there are none."""
+    """Return the lowest and highest corner (2, 3) of triangles; a box that meets nothing when there are none."""
     corners = triangles.reshape(-1, 3)
     if not len(corners):
         return np.array([[np.inf] * 3, [-np.inf] * 3])
@@ -120,7 +120,7 @@ def _box_of(triangles: np.ndarray) -> np.ndarray:
 
 
 def _overlap(low: np.ndarray, high: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Returns which of n boxes (n, 3) share more room with `box` than things that touch."""
+    """Return which of n boxes (n, 3) share more room with `box` than things that touch."""
     return ((low < box[1] - SKIN_M) & (high > box[0] + SKIN_M)).all(axis=1)
 
 

@@ -32,7 +32,7 @@ class SolidOverlaps:
         self.tree = STRtree(self.shapes)
 
     def overlaps(self) -> Iterator[tuple[Thing, Thing, float]]:
-        """Yields each pair of things that share more than 5 mm of room, with how high (m) that is."""
+        """Yield each pair of things that share more than 5 mm of room, with how high (m) that is."""
         seen: set[tuple[str, str]] = set()
         first, second = self.tree.query(self.shapes, predicate="intersects")
         for a, b in zip(first.tolist(), second.tolist(), strict=True):
@@ -45,7 +45,7 @@ class SolidOverlaps:
             yield one, two, depth
 
     def first_obstacle(self, thing: Thing) -> Thing | None:
-        """Returns the first other thing that the thing's leaves hit between shut and open; None when they hit none."""
+        """Return the first other thing that the thing's leaves hit between shut and open; None when they hit none."""
         moving = [prism for openness in OPENNESS_SAMPLES for prism in moving_prisms_of(thing, openness)]
         others = self._nearby_solids(moving, thing)
         if not others:
@@ -57,7 +57,7 @@ class SolidOverlaps:
         return None
 
     def _nearby_solids(self, moving: list[Prism], thing: Thing) -> list[int]:
-        """Returns the solids near the leaves that may stop them; of what carries the thing, those that it is not in."""
+        """Return the solids near the leaves that may stop them; of what carries the thing, those that it is not in."""
         if not moving:
             return []
         near = self.tree.query(MultiPoint(np.concatenate([prism.polygon for prism in moving])).envelope)
@@ -99,7 +99,7 @@ def _may_overlap(one: Thing, two: Thing) -> bool:
 
 
 def _shrunk(prisms: list[Prism]) -> np.ndarray:
-    """Returns the prisms' footprints, smaller all round by half of what may overlap."""
+    """Return the prisms' footprints, smaller all round by half of what may overlap."""
     polygons = np.array([polygon_of(prism) for prism in prisms], dtype=object)
     inner = shapely.buffer(polygons, -OVERLAP_M / 2, join_style="mitre")
     for index in np.flatnonzero(shapely.is_empty(inner) | (shapely.get_type_id(inner) != POLYGON)):

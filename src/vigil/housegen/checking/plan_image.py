@@ -57,11 +57,11 @@ class PlanDrawing:
         self._label_boxes: list[tuple[float, float, float, float]] = []
 
     def at(self, x: float, z: float) -> tuple[int, int]:
-        """Returns the pixel of a floor point."""
+        """Return the pixel of a floor point."""
         return round((x - self.low[0]) * self.scale), round((self.high[1] - z) * self.scale)
 
     def draw_contents(self, plan: FloorPlan) -> None:
-        """Draws floors, furniture, walls and small things, without a word."""
+        """Draw floors, furniture, walls and small things, without a word."""
         for room in plan.rooms:
             self.polygon(room.corners, FLOOR_RGB.get(room.room_type, OTHER_FLOOR_RGB), None)
         for thing in plan.things:
@@ -75,11 +75,11 @@ class PlanDrawing:
             self.draw.ellipse((px - 2.5, py - 2.5, px + 2.5, py + 2.5), fill=SMALL_RGB)
 
     def polygon(self, corners: np.ndarray, fill: tuple[int, int, int], line: tuple[int, int, int] | None) -> None:
-        """Fills a polygon of floor points."""
+        """Fill a polygon of floor points."""
         self.draw.polygon([self.at(x, z) for x, z in corners.tolist()], fill=fill, outline=line)
 
     def label(self, x: float, z: float, text: str) -> None:
-        """Writes a text with its middle at or near a floor point, unless other texts leave no place for it."""
+        """Write a text with its middle at or near a floor point, unless other texts leave no place for it."""
         px, py = self.at(x, z)
         for shift in LABEL_SHIFTS:
             left, top, right, bottom = self.draw.textbbox((px, py + shift), text, font=self.font, anchor="mm")
@@ -96,14 +96,14 @@ class PlanDrawing:
                 return
 
     def room_label(self, x: float, z: float, text: str) -> None:
-        """Writes the name of a room with its middle at a floor point."""
+        """Write the name of a room with its middle at a floor point."""
         self.draw.text(self.at(x, z), text, fill=ROOM_TEXT_RGB, font=self.room_font, anchor="mm", align="center")
         box = self.draw.textbbox(self.at(x, z), text, font=self.room_font, anchor="mm")
         self._label_boxes.append(box)
 
 
 def draw_plan(house: House, scene: Scene, pixels_per_m: float = 100) -> Image.Image:
-    """Returns the plan of a house: rooms, doors with the way that they swing, furniture, small things, the start."""
+    """Return the plan of a house: rooms, doors with the way that they swing, furniture, small things, the start."""
     plan = floor_plan(house, scene.things.values())
     sheet = PlanDrawing(plan, pixels_per_m)
     sheet.draw_contents(plan)
@@ -116,7 +116,7 @@ def draw_plan(house: House, scene: Scene, pixels_per_m: float = 100) -> Image.Im
 
 
 def side_by_side(plan: Image.Image, view: np.ndarray) -> Image.Image:
-    """Returns the plan with a picture (height, width, 3) of the same house to its right, as high as the plan."""
+    """Return the plan with a picture (height, width, 3) of the same house to its right, as high as the plan."""
     picture = Image.fromarray(view)
     width = round(picture.width * plan.height / picture.height)
     scaled = picture.resize((width, plan.height), Image.Resampling.LANCZOS)

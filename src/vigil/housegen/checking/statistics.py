@@ -71,7 +71,7 @@ class DistributionComparison:
 
 
 def measure(house: House, assets: AssetDatabase, only: Collection[str] | None = None) -> list[RoomStatistics]:
-    """Returns a house's rooms in numbers, furniture as one thing with its drawers; `only` counts these categories."""
+    """Return a house's rooms in numbers, furniture as one thing with its drawers; `only` counts these categories."""
     house = with_merged_drawers(house)
     floors = {room.id: floor_of(room) for room in house.document.rooms}
     rooms = {
@@ -92,7 +92,7 @@ def measure(house: House, assets: AssetDatabase, only: Collection[str] | None = 
 def _count(
     node: HouseObject, assets: AssetDatabase, only: Collection[str] | None, room: RoomStatistics, shapes: list[Polygon]
 ) -> None:
-    """Counts a thing that stands on the floor or hangs, and all that is on it."""
+    """Count a thing that stands on the floor or hangs, and all that is on it."""
     category = _category(node, assets)
     if category is None:
         return
@@ -131,7 +131,7 @@ def _category(node: HouseObject, assets: AssetDatabase) -> str | None:
 def compare(
     real: Iterable[RoomStatistics], own: Iterable[RoomStatistics], supports: Iterable[str]
 ) -> list[DistributionComparison]:
-    """Returns the distributions of real and own rooms, by kind of room, then of things on each of `supports`."""
+    """Return the distributions of real and own rooms, by kind of room, then of things on each of `supports`."""
     real, own = list(real), list(own)
     found: list[DistributionComparison] = []
     for kind in sorted({room.kind for room in real} & {room.kind for room in own}):

@@ -79,7 +79,7 @@ class WalkableGrid:
 
 
 def build_walkable_grid(house: House, scene: Scene) -> WalkableGrid:
-    """Returns the walkable floor; doors that can be opened count as passable."""
+    """Return the walkable floor; doors that can be opened count as passable."""
     floors = [room_floor(room) for room in scene.rooms]
     space = shapely.union_all([*_room_spaces(scene), *_passages(house, scene)])
     x0, z0, x1, z1 = MultiPoint([corner for floor in floors for corner in floor.exterior.coords]).bounds
@@ -95,7 +95,7 @@ def build_walkable_grid(house: House, scene: Scene) -> WalkableGrid:
 
 
 def _room_spaces(scene: Scene) -> Iterator[shapely.Geometry]:
-    """Yields where the body's axis can be in each room, or in rooms that no wall parts, things and doors aside."""
+    """Yield where the body's axis can be in each room, or in rooms that no wall parts, things and doors aside."""
     for rooms in Portals(scene).connected_rooms():
         if len(rooms) == 1:
             yield room_floor(scene.rooms[rooms[0]]).buffer(-BODY_RADIUS_M)
@@ -111,7 +111,7 @@ def _blocks_body(panel: WallPanel) -> bool:
 
 
 def _obstacles(scene: Scene) -> list[Prism]:
-    """Returns what one walks around: things as they are, the leaves of doors that can open when they stand open."""
+    """Return what one walks around: things as they are, the leaves of doors that can open when they stand open."""
     found: list[Prism] = []
     for thing in scene.things.values():
         if not thing.is_structure or thing.category == "Window":
@@ -122,7 +122,7 @@ def _obstacles(scene: Scene) -> list[Prism]:
 
 
 def _passages(house: House, scene: Scene) -> list[Polygon]:
-    """Returns the strips through inner doors in which the body's axis can be."""
+    """Return the strips through inner doors in which the body's axis can be."""
     strips: list[Polygon] = []
     for door in house.document.doors:
         thing = scene.things[door.id]

@@ -52,7 +52,7 @@ class Floor:
         self.walkable = contains_xy(core, self.grid_x, self.grid_z)
 
     def window_frames(self) -> list[Block]:
-        """Returns the room that the windows' frames and sills take."""
+        """Return the room that the windows' frames and sills take."""
         return [
             (_strip(opening, self.room.number, FRAME_M), opening.bottom, opening.top)
             for opening in self.openings
@@ -65,18 +65,18 @@ class Floor:
         return self.room.polygon.area
 
     def fits(self, rects: np.ndarray, is_tall: bool = False) -> np.ndarray:
-        """Returns which of the rectangles (n, 4) lie in the room on floor that nothing needs."""
+        """Return which of the rectangles (n, 4) lie in the room on floor that nothing needs."""
         blocks = [*self.outside, *self.taken, *self.clear, *self.access, *self.sweeps]
         if is_tall:
             blocks = [*blocks, *self.windows]
         return ~_overlaps(rects, blocks)
 
     def is_open(self, rects: np.ndarray) -> np.ndarray:
-        """Returns which of the rectangles (n, 4) lie in the room with nothing standing in them."""
+        """Return which of the rectangles (n, 4) lie in the room with nothing standing in them."""
         return ~_overlaps(rects, [*self.outside, *self.taken])
 
     def is_clear(self, rects: np.ndarray) -> np.ndarray:
-        """Returns which of the rectangles (n, 4) also keep out of the way of doors."""
+        """Return which of the rectangles (n, 4) also keep out of the way of doors."""
         return ~_overlaps(rects, [*self.outside, *self.taken, *self.clear])
 
     def can_walk(self, more: list[Rect], access: list[Rect]) -> bool:
@@ -94,7 +94,7 @@ class Floor:
         return steps and all(self._comes_into(main, rect) for rect in [*self.access, *access])
 
     def free_grid(self, more: list[Rect]) -> np.ndarray:
-        """Returns the grid nodes on which the body can stand."""
+        """Return the grid nodes on which the body can stand."""
         free = self.walkable.copy()
         for x0, z0, x1, z1 in [*self.taken, *self.leaves, *more]:
             reach = BODY_RADIUS_M + 0.01
@@ -129,7 +129,7 @@ def _strip(opening: PlannedOpening, room: int, depth: float, margin: float = 0.0
 
 
 def rect_of(a: Corner, b: Corner) -> Rect:
-    """Returns the rectangle between two corners."""
+    """Return the rectangle between two corners."""
     return min(a[0], b[0]), min(a[1], b[1]), max(a[0], b[0]), max(a[1], b[1])
 
 
@@ -138,7 +138,7 @@ def _middle(rect: Rect) -> Corner:
 
 
 def _outside_rects(polygon: Polygon) -> list[Rect]:
-    """Returns rectangles that cover the surroundings of a rectilinear room."""
+    """Return rectangles that cover the surroundings of a rectilinear room."""
     xs = sorted({x for x, _ in polygon.exterior.coords})
     zs = sorted({z for _, z in polygon.exterior.coords})
     far = 100.0

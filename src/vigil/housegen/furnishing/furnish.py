@@ -172,7 +172,7 @@ class Furnisher:
         self.pieces: list[PlacedObject] = []
 
     def furnish(self) -> list[PlacedObject]:
-        """Returns the room's furniture, what stands on it as children."""
+        """Return the room's furniture, what stands on it as children."""
         kind = self.floor.room.kind
         {
             "Kitchen": self._kitchen,
@@ -242,7 +242,7 @@ class Furnisher:
             self._put(groups.desk_group(self.rng), _along_walls("living room desk"))
 
     def _keep_view_free(self, sofa: PlacedObject | None) -> None:
-        """Keeps furniture from between the sofa and the television that it faces."""
+        """Keep furniture from between the sofa and the television that it faces."""
         stand = next((piece for piece in self.pieces if piece.category == "TVStand"), None)
         if sofa is None or stand is None or abs((stand.yaw - sofa.yaw) % 360.0 - 180.0) > FACING_DEG:
             return
@@ -282,7 +282,7 @@ class Furnisher:
                 return
 
     def _lay_rug(self, table: PlacedObject) -> None:
-        """Lays a rug under a table where it stays in the room and out of the way of doors."""
+        """Lay a rug under a table where it stays in the room and out of the way of doors."""
         model = draw_model("Rug", self.rng)
         place = Vec3(table.position.x, model.size.y / 2, table.position.z)
         rug = PlacedObject(model, place, table.yaw, self.floor.room.number)
@@ -326,13 +326,13 @@ class Furnisher:
 
 
 def _along_walls(name: str) -> Callable[[Anchor], float]:
-    """Returns the score of places along walls that a group of LIKES gives."""
+    """Return the score of places along walls that a group of LIKES gives."""
     corner, centre = WALL_PREFERENCES[name]
     return lambda anchor: corner * anchor.corner + centre * anchor.centre
 
 
 def _opposite(piece: PlacedObject) -> Callable[[Anchor], float]:
-    """Returns a score of places that likes to face `piece` from across the room."""
+    """Return a score of places that likes to face `piece` from across the room."""
 
     def score(anchor: Anchor) -> float:
         sin, cos = np.sin(np.radians(piece.yaw)), np.cos(np.radians(piece.yaw))

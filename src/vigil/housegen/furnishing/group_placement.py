@@ -39,7 +39,7 @@ class GroupMember:
     on: int | None = None
 
     def rects(self) -> list[Rect]:
-        """Returns the rectangles that it takes: a countertop's runs, or the one about its box."""
+        """Return the rectangles that it takes: a countertop's runs, or the one about its box."""
         if self.model.category != "CounterTop":
             return [self.rect()]
         corners = [np.asarray(solid.polygon) for solid in self.model.asset.solids if solid.joint is None]
@@ -47,7 +47,7 @@ class GroupMember:
         return [turned_rect(box, self.x, self.z, self.yaw) for box in boxes]
 
     def rect(self) -> Rect:
-        """Returns its rectangle in the cluster's frame."""
+        """Return its rectangle in the cluster's frame."""
         half_x, half_z = self.model.size.x / 2, self.model.size.z / 2
         return turned_rect((-half_x, -half_z, half_x, half_z), self.x, self.z, self.yaw)
 
@@ -63,12 +63,12 @@ class FurnitureGroup:
     """Floor that nothing else stands on (a chair is pulled back there)."""
 
     def solid(self) -> list[Rect]:
-        """Returns the rectangles of what stands on the floor (a rug takes no room)."""
+        """Return the rectangles of what stands on the floor (a rug takes no room)."""
         standing = [member for member in self.members if member.on is None and member.model.category != "Rug"]
         return [rect for member in standing for rect in member.rects()]
 
     def sweeps(self) -> list[Rect]:
-        """Returns the floor to keep open, with what the doors and drawers of its furniture pass over."""
+        """Return the floor to keep open, with what the doors and drawers of its furniture pass over."""
         found: list[Rect] = list(self.open)
         for member in self.members:
             rect = swept_rect(member.model) if member.on is None else None
@@ -77,7 +77,7 @@ class FurnitureGroup:
         return found
 
     def extent(self) -> Rect:
-        """Returns the rectangle about it all."""
+        """Return the rectangle about it all."""
         rects = np.asarray([member.rect() for member in self.members])
         return (
             float(rects[:, 0].min()),
@@ -109,7 +109,7 @@ class Anchor:
 
 
 def single_group(model: AssetModel, access_m: float | None = None) -> FurnitureGroup:
-    """Returns a cluster of one thing with its back to the wall, and floor in front as it needs."""
+    """Return a cluster of one thing with its back to the wall, and floor in front as it needs."""
     depth = front_access(model) if access_m is None else access_m
     half = max(model.size.x / 2, HALF_ACCESS_M)
     rect = swept_rect(model)
@@ -120,13 +120,13 @@ def single_group(model: AssetModel, access_m: float | None = None) -> FurnitureG
 
 
 def front_access(model: AssetModel) -> float:
-    """Returns how much floor (m) to keep open in front: more when something swings or slides out."""
+    """Return how much floor (m) to keep open in front: more when something swings or slides out."""
     reach = leaf_reach(model)
     return max(LEAST_ACCESS, reach + STAND_M) if reach > 0 else ACCESS_M
 
 
 def wall_anchors(floor: Floor, group: FurnitureGroup, rng: np.random.Generator) -> list[Anchor]:
-    """Returns places along the room's walls, ends and middles included."""
+    """Return places along the room's walls, ends and middles included."""
     low, _, high, _ = group.extent()
     found: list[Anchor] = []
     for edge in floor.edges:
@@ -146,7 +146,7 @@ def wall_anchors(floor: Floor, group: FurnitureGroup, rng: np.random.Generator) 
 
 
 def free_anchors(floor: Floor, rng: np.random.Generator) -> list[Anchor]:
-    """Returns places all over the floor, with the four yaws."""
+    """Return places all over the floor, with the four yaws."""
     x0, z0, x1, z1 = floor.room.polygon.bounds
     middle = floor.room.polygon.representative_point()
     step = ACROSS_STEP_M
@@ -162,7 +162,7 @@ def free_anchors(floor: Floor, rng: np.random.Generator) -> list[Anchor]:
 
 
 def rects_at(rects: list[Rect], anchors: list[Anchor]) -> np.ndarray:
-    """Returns the rectangles at every anchor: (anchors, rects, 4)."""
+    """Return the rectangles at every anchor: (anchors, rects, 4)."""
     if not rects:
         return np.empty((len(anchors), 0, 4))
     turned = {yaw: np.asarray([turned_rect(rect, 0.0, 0.0, yaw) for rect in rects]) for yaw in {a.yaw for a in anchors}}
@@ -173,7 +173,7 @@ def rects_at(rects: list[Rect], anchors: list[Anchor]) -> np.ndarray:
 def place_group(
     floor: Floor, group: FurnitureGroup, anchors: list[Anchor], scores: np.ndarray
 ) -> list[PlacedObject] | None:
-    """Sets the cluster down at the best anchor that fits and leaves room to walk; None when there is none."""
+    """Set the cluster down at the best anchor that fits and leaves room to walk; None when there is none."""
     if not anchors:
         return None
     solids, access, sweeps = (rects_at(rects, anchors) for rects in (group.solid(), group.access, group.sweeps()))
@@ -200,7 +200,7 @@ def _rect(row: np.ndarray) -> Rect:
 
 
 def pieces_at(group: FurnitureGroup, anchor: Anchor, room: int) -> list[PlacedObject]:
-    """Returns the cluster's things in their places; those that stand on others become their children."""
+    """Return the cluster's things in their places; those that stand on others become their children."""
     pieces: list[PlacedObject] = []
     for member in group.members:
         dx, dz = rotate_floor(member.x, member.z, anchor.yaw)

@@ -64,7 +64,7 @@ BASIN_MARGIN_M = 0.06
 
 
 def bed_group(rng: np.random.Generator, tables: int) -> FurnitureGroup:
-    """Returns a bed with its head to the wall and up to two side tables of one kind."""
+    """Return a bed with its head to the wall and up to two side tables of one kind."""
     bed, table = draw_model("Bed", rng), draw_model("SideTable", rng)
     members = [GroupMember(bed, 0.0, bed.size.z / 2)]
     side = pick(rng, (-1, 1))
@@ -86,7 +86,7 @@ def bed_group(rng: np.random.Generator, tables: int) -> FurnitureGroup:
 
 
 def desk_group(rng: np.random.Generator) -> FurnitureGroup:
-    """Returns a desk against the wall with a chair before it."""
+    """Return a desk against the wall with a chair before it."""
     desk, chair = draw_model("Desk", rng), draw_model("Chair", rng)
     z = desk.size.z + SEAT_GAP_M + chair.size.z / 2
     back = desk.size.z + SEAT_GAP_M + chair.size.z
@@ -102,14 +102,14 @@ def desk_group(rng: np.random.Generator) -> FurnitureGroup:
 
 
 def _drawer_side(desk: AssetModel) -> int:
-    """Returns on which side (+1: +x) the desk's drawers are."""
+    """Return on which side (+1: +x) the desk's drawers are."""
     joints = {joint.name for joint in desk.asset.joints}
     xs = [x for solid in desk.asset.solids if solid.joint in joints for x, _ in solid.polygon]
     return 1 if not xs or float(np.mean(xs)) >= 0 else -1
 
 
 def sofa_group(rng: np.random.Generator, with_table: bool, with_chair: bool, with_rug: bool) -> FurnitureGroup:
-    """Returns a sofa with its back to the wall, maybe a coffee table before it, an armchair at its side and a rug."""
+    """Return a sofa with its back to the wall, maybe a coffee table before it, an armchair at its side and a rug."""
     sofa = draw_model("Sofa", rng)
     members = [GroupMember(sofa, 0.0, sofa.size.z / 2)]
     half = sofa.size.x / 2
@@ -132,7 +132,7 @@ def sofa_group(rng: np.random.Generator, with_table: bool, with_chair: bool, wit
 
 
 def media_group(rng: np.random.Generator) -> FurnitureGroup:
-    """Returns a TV stand against the wall with the television on it."""
+    """Return a TV stand against the wall with the television on it."""
     stand = draw_model("TVStand", rng)
     wide = [model_of(f"vigil_Television_{number}", "Television") for number in range(24)]
     widest, deepest = stand.size.x + SCREEN_OVERHANG_M, stand.size.z
@@ -147,7 +147,7 @@ def media_group(rng: np.random.Generator) -> FurnitureGroup:
 
 
 def dining_group(rng: np.random.Generator, chairs: int, at_wall: bool) -> FurnitureGroup:
-    """Returns a table with chairs of one kind around it; at a wall its back side stays empty."""
+    """Return a table with chairs of one kind around it; at a wall its back side stays empty."""
     table, chair = draw_model("DiningTable", rng), draw_model("Chair", rng)
     half_x, half_z = table.size.x / 2, table.size.z / 2
     out = SEAT_GAP_M + chair.size.z / 2
@@ -165,7 +165,7 @@ def dining_group(rng: np.random.Generator, chairs: int, at_wall: bool) -> Furnit
 
 
 def kitchen_run(rng: np.random.Generator, with_fridge: bool, feet: tuple[int, ...]) -> FurnitureGroup:
-    """Returns a run along a wall: alike counters of a width (ft) with the stove between, maybe the fridge at an end."""
+    """Return a run along a wall: alike counters of a width (ft) with the stove between, maybe the fridge at an end."""
     stove, look = draw_model("Stove", rng), int(rng.integers(COUNTER_VARIANTS))
     counters = [model_of(f"Countertop_{look}_I_{width}x2", "CounterTop") for width in feet]
     row: list[AssetModel] = [counters[0], stove, *counters[1:]]
@@ -178,14 +178,14 @@ def kitchen_run(rng: np.random.Generator, with_fridge: bool, feet: tuple[int, ..
 
 
 def corner_run(rng: np.random.Generator, with_fridge: bool, feet: int) -> FurnitureGroup:
-    """Returns an L-shaped counter (leg on the +x side) with the stove beside it, maybe the fridge beside that."""
+    """Return an L-shaped counter (leg on the +x side) with the stove beside it, maybe the fridge beside that."""
     counter = model_of(f"Countertop_{int(rng.integers(COUNTER_VARIANTS))}_L_{feet}x{feet}", "CounterTop")
     row = [draw_model("Stove", rng), counter]
     return _run(rng, [draw_model("Fridge", rng), *row] if with_fridge else row)
 
 
 def _run(rng: np.random.Generator, row: list[AssetModel]) -> FurnitureGroup:
-    """Returns things side by side along a wall, a sink in the first counter."""
+    """Return things side by side along a wall, a sink in the first counter."""
     left = -(sum(model.size.x for model in row) + RUN_GAP_M * (len(row) - 1)) / 2
     members: list[GroupMember] = []
     access: list[Rect] = []
@@ -204,7 +204,7 @@ def _run(rng: np.random.Generator, row: list[AssetModel]) -> FurnitureGroup:
 
 
 def bathtub_group(rng: np.random.Generator) -> FurnitureGroup:
-    """Returns a bathtub lengthwise along the wall."""
+    """Return a bathtub lengthwise along the wall."""
     tub = draw_model("Bathtub", rng)
     half = tub.size.x / 2
     members = [GroupMember(tub, 0.0, tub.size.z / 2)]
@@ -216,7 +216,7 @@ def bathtub_group(rng: np.random.Generator) -> FurnitureGroup:
 
 
 def island_group(rng: np.random.Generator, stools: int, similar_to: AssetModel) -> FurnitureGroup:
-    """Returns a free-standing counter much like another one, with stools on one side."""
+    """Return a free-standing counter much like another one, with stools on one side."""
     size = f"{pick(rng, (4, 5, 6))}x{pick(rng, (2, 3))}"
     looks = [model_of(f"Countertop_{look}_Island_{size}", "CounterTop") for look in range(COUNTER_VARIANTS)]
     counter = most_similar(similar_to, looks)
@@ -230,7 +230,7 @@ def island_group(rng: np.random.Generator, stools: int, similar_to: AssetModel) 
 
 
 def vanity_group(rng: np.random.Generator) -> FurnitureGroup:
-    """Returns a small counter with a basin on it."""
+    """Return a small counter with a basin on it."""
     counter = model_of(f"Countertop_{int(rng.integers(COUNTER_VARIANTS))}_I_{pick(rng, (3, 3, 4))}x2", "CounterTop")
     return FurnitureGroup(
         [GroupMember(counter, 0.0, counter.size.z / 2), *_basin(rng, (0, 1), 0.0, counter.size.z)],
@@ -239,7 +239,7 @@ def vanity_group(rng: np.random.Generator) -> FurnitureGroup:
 
 
 def _basin(rng: np.random.Generator, numbers: tuple[int, int], x: float, depth: float) -> list[GroupMember]:
-    """Returns a sink with a faucet on its rear rim, for a counter's middle and depth.
+    """Return a sink with a faucet on its rear rim, for a counter's middle and depth.
 
     `numbers` are those of the counter and of the sink among the members.
     """

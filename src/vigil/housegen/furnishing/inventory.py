@@ -56,7 +56,7 @@ ROOM_LIMITS = {"Pillow": 3, "Egg": 3} | dict.fromkeys((*_DISHES_AND_FOOD, *_ODDS
 
 
 def limit_of(category: str) -> int:
-    """Returns how many of a category one house may have."""
+    """Return how many of a category one house may have."""
     return LIMITS.get(category, LOOSE_LIMIT if CATALOG[category].is_pickupable else 1)
 
 
@@ -71,15 +71,15 @@ class Inventory:
         return self._counts[category] < limit_of(category)
 
     def count(self, category: str) -> int:
-        """Returns how many there are."""
+        """Return how many there are."""
         return self._counts[category]
 
     def copy(self) -> "Inventory":
-        """Returns another with the same counts."""
+        """Return another with the same counts."""
         other = Inventory()
         other._counts = self._counts.copy()
         return other
 
     def add(self, category: str) -> None:
-        """Counts one more."""
+        """Count one more."""
         self._counts[category] += 1

@@ -24,7 +24,7 @@ class Occupancy:
             self.add(piece)
 
     def add(self, piece: PlacedObject) -> None:
-        """Notes a piece that has been put into the room, with all on and in it."""
+        """Note a piece that has been put into the room, with all on and in it."""
         for found in piece.with_contents():
             self._pieces.append((found, found.block()))
             swing = found.swing()

@@ -180,7 +180,7 @@ class SmallObjectPlacer:
         self.room_counts = Counter(found.category for found in self._everything())
 
     def fill(self, clutter: float) -> None:
-        """Puts the room's staples in their places, then more here and there, as children of the furniture."""
+        """Put the room's staples in their places, then more here and there, as children of the furniture."""
         untidiness = float(np.clip(np.exp(UNTIDINESS_SPREAD * self.rng.standard_normal()), *UNTIDINESS_RANGE))
         least = MIN_SMALL_OBJECTS * min(1.0, clutter)
         clutter *= untidiness
@@ -215,7 +215,7 @@ class SmallObjectPlacer:
             self._put(category, piece, True)
 
     def _fill_top(self, piece: PlacedObject, clutter: float) -> None:
-        """Puts things on a piece until it has as many as are drawn for it, staples counted."""
+        """Put things on a piece until it has as many as are drawn for it, staples counted."""
         mean = ON_TOP.get(piece.category, 0.0) * clutter
         if piece.category == "CounterTop":
             mean *= piece.model.size.x / COUNTER_M
@@ -273,7 +273,7 @@ class SmallObjectPlacer:
 def _place(
     piece: PlacedObject, surface: Surface, model: AssetModel, rng: np.random.Generator, occupancy: Occupancy
 ) -> PlacedObject | None:
-    """Returns the model on a free spot of the surface; None when there is none."""
+    """Return the model on a free spot of the surface; None when there is none."""
     height = piece.position.y + surface.center.y
     if model.size.y > surface.clearance - 0.01 or height > HIGHEST_M:
         return None
@@ -323,7 +323,7 @@ def _hides_any(things: list[_SupportedObject]) -> bool:
 
 
 def _hidden_share(thing: _SupportedObject, others: list[_SupportedObject]) -> float:
-    """Returns the share of a thing's width that taller things hide, which stand before it."""
+    """Return the share of a thing's width that taller things hide, which stand before it."""
     left, _, right, front = thing.base
     hidden, reached = 0.0, left
     for other in sorted(others, key=lambda each: each.base[0]):
@@ -344,13 +344,13 @@ def _base_rect(model: AssetModel) -> Rect:
 
 
 def _height(model: AssetModel) -> float:
-    """Returns how high it is with its lid or screen up."""
+    """Return how high it is with its lid or screen up."""
     swing = swing_of(model)
     return model.size.y / 2 + max(model.size.y / 2, swing[2] if swing else 0.0)
 
 
 def _reach_rect(model: AssetModel) -> Rect:
-    """Returns the model's rectangle with the room that its lid or door needs before and behind it."""
+    """Return the model's rectangle with the room that its lid or door needs before and behind it."""
     half_x, half_z = model.size.x / 2, model.size.z / 2
     x0, z0, x1, z1 = swept_rect(model) or (0.0, 0.0, 0.0, 0.0)
     return min(-half_x, x0), min(-half_z, z0), max(half_x, x1), max(half_z, z1)
@@ -363,7 +363,7 @@ def _goes_to_back(model: AssetModel, piece: PlacedObject) -> bool:
 
 
 def _objects_on(piece: PlacedObject, surface: Surface) -> list[_SupportedObject]:
-    """Returns what stands on the surface, or beside it at its height."""
+    """Return what stands on the surface, or beside it at its height."""
     height = piece.position.y + surface.center.y
     top = (-surface.size_x / 2, -surface.size_z / 2, surface.size_x / 2, surface.size_z / 2)
     found: list[_SupportedObject] = []

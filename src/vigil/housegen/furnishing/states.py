@@ -51,7 +51,7 @@ DIRTY_CHANCE = {"Bed": 0.55} | dict.fromkeys(("Mirror", "Plate", "Bowl", "Mug", 
 
 
 def set_states(pieces: list[PlacedObject], rng: np.random.Generator) -> None:
-    """Gives every piece, children included, its state at the start."""
+    """Give every piece, children included, its state at the start."""
     for top in pieces:
         for piece in top.with_contents():
             _set_state(piece, rng)

@@ -116,7 +116,7 @@ class WallObjectPlacer:
         self._spans: list[list[Span]] = [self._taken_spans(edge) for edge in floor.edges]
 
     def hang(self) -> list[PlacedObject]:
-        """Returns what hangs in the room."""
+        """Return what hangs in the room."""
         kind = self.floor.room.kind
         self._hang_switch()
         if kind == "Bathroom":
@@ -152,7 +152,7 @@ class WallObjectPlacer:
         return spans
 
     def _covered_spans(self, edge: WallPiece, piece: PlacedObject) -> list[Span]:
-        """Returns what a piece and all on it take of a wall: its whole width up to the top of each."""
+        """Return what a piece and all on it take of a wall: its whole width up to the top of each."""
         along, depths = _extent(edge, piece)
         if not -IN_WALL_M <= min(depths) <= NEAR_WALL or max(along) < 0 or min(along) > edge.length:
             return []
@@ -180,7 +180,7 @@ class WallObjectPlacer:
     def _hang(
         self, model: AssetModel, index: int, along: float, middle: float, draped: AssetModel | None = None
     ) -> PlacedObject | None:
-        """Hangs a thing with its centre there, `draped` in front of it; returns None where it does not fit."""
+        """Hang a thing with its centre there, `draped` in front of it; return None where it does not fit."""
         size = model.size
         drop = size.y / 2 if draped is None else max(size.y / 2, draped.size.y - size.y / 2)
         span = Span(along - size.x / 2, along + size.x / 2, middle - drop, middle + size.y / 2)
@@ -235,13 +235,13 @@ class WallObjectPlacer:
         return None
 
     def _painting(self) -> AssetModel:
-        """Returns a painting, of something that no other of the room shows where that comes soon."""
+        """Return a painting, of something that no other of the room shows where that comes soon."""
         shown = {_subject(piece.model) for piece in self.hung if piece.category == "Painting"}
         models = (draw_model("Painting", self.rng) for _ in range(PAINTINGS_DRAWN))
         return next((model for model in models if _subject(model) not in shown), draw_model("Painting", self.rng))
 
     def _hang_switch(self) -> None:
-        """Hangs a light switch beside one of the room's doors, on the wall."""
+        """Hang a light switch beside one of the room's doors, on the wall."""
         doors = [opening for opening in self.floor.openings if opening.is_door]
         model = draw_model("LightSwitch", self.rng)
         for door in shuffled(self.rng, doors):
@@ -276,7 +276,7 @@ class WallObjectPlacer:
                 self._hang_towel(holder, towel, middle)
 
     def _hang_towel(self, holder: str, towel: str, middle: float) -> None:
-        """Hangs a towel rail, with a towel over it."""
+        """Hang a towel rail, with a towel over it."""
         rail_model, model = draw_model(holder, self.rng), draw_model(towel, self.rng)
         if not self.inventory.may_have(towel):
             return
@@ -291,7 +291,7 @@ class WallObjectPlacer:
     def _hang_behind(
         self, piece: PlacedObject, model: AssetModel, middle: float, aside: float = 0.0
     ) -> PlacedObject | None:
-        """Hangs a thing on the wall behind `piece`, so far (m) from its middle."""
+        """Hang a thing on the wall behind `piece`, so far (m) from its middle."""
         for index, edge in enumerate(self.floor.edges):
             along = edge.along((piece.position.x, piece.position.z))
             if abs(edge.yaw - piece.yaw) < SAME_YAW_DEG and self._is_behind(edge, piece):
@@ -303,7 +303,7 @@ class WallObjectPlacer:
         return 0 < edge.into(place) < BACK_REACH_M and 0 < edge.along(place) < edge.length
 
     def _hang_beside(self, piece: PlacedObject, model: AssetModel, middle: float) -> PlacedObject | None:
-        """Hangs a thing on the wall behind `piece`, beside it."""
+        """Hang a thing on the wall behind `piece`, beside it."""
         for index, edge in enumerate(self.floor.edges):
             if abs(edge.yaw - piece.yaw) < SAME_YAW_DEG and self._is_behind(edge, piece):
                 along = edge.along((piece.position.x, piece.position.z))
@@ -315,7 +315,7 @@ class WallObjectPlacer:
         return None
 
     def _hang_cabinets(self) -> None:
-        """Hangs one or two cabinets over counters."""
+        """Hang one or two cabinets over counters."""
         counters = [piece for piece in self.furniture if piece.category == "CounterTop"]
         if not counters:
             return
@@ -348,7 +348,7 @@ class WallObjectPlacer:
             self._hang_dressing(wall, (left + right) / 2, bottom + model.size.y / 2, model)
 
     def _hang_dressing(self, wall: WallPiece, along: float, middle: float, model: AssetModel) -> None:
-        """Hangs curtains or blinds before a window when nothing stands in their place."""
+        """Hang curtains or blinds before a window when nothing stands in their place."""
         x, z = wall.at(along, model.size.z / 2 + SILL_M)
         piece = PlacedObject(model, Vec3(x, middle, z), wall.yaw, self.floor.room.number, is_on_wall=True)
         shape = box(*piece.footprint())
@@ -390,13 +390,13 @@ class WallObjectPlacer:
 
 
 def _subject(painting: AssetModel) -> Drawing:
-    """Returns what draws the painting's picture: one for each subject."""
+    """Return what draws the painting's picture: one for each subject."""
     materials = [part.material.partition("/") for part in painting.asset.parts]
     return next(KINDS[kind][number] for kind, _, number in materials if kind == "picture")
 
 
 def _extent(edge: WallPiece, piece: PlacedObject) -> tuple[list[float], list[float]]:
-    """Returns where the corners of a piece's footprint are along a wall, and how far off it."""
+    """Return where the corners of a piece's footprint are along a wall, and how far off it."""
     x0, z0, x1, z1 = piece.footprint()
     corners = [(x0, z0), (x0, z1), (x1, z0), (x1, z1)]
     return [edge.along(corner) for corner in corners], [edge.into(corner) for corner in corners]

@@ -73,12 +73,12 @@ class RoomLayout:
     height_m: float
 
     def room(self, number: int) -> RoomPlan:
-        """Returns the room of that number."""
+        """Return the room of that number."""
         return next(room for room in self.rooms if room.number == number)
 
 
 def plan_rooms(spec: HouseSpec, rng: np.random.Generator) -> RoomLayout:
-    """Returns a plan for `spec`. Raises SettingError when none is found."""
+    """Return a plan for `spec`. Raises SettingError when none is found."""
     kinds = pick(rng, spec.choices)
     height = round(float(rng.uniform(*spec.ceiling_m)), 2)
     best: tuple[float, list[Polygon], list[tuple[int, int]]] | None = None
@@ -142,7 +142,7 @@ def _slice(
     into: dict[int, tuple[int, int, int, int]],
     rng: np.random.Generator,
 ) -> None:
-    """Halves `rect` among the rooms in `order`, by area, across its longer side."""
+    """Halve `rect` among the rooms in `order`, by area, across its longer side."""
     if len(order) == 1:
         into[order[0]] = rect
         return
@@ -179,7 +179,7 @@ def _is_wide_enough(kind: str, shape: BaseGeometry) -> bool:
 
 
 def _trade_block(kinds: tuple[str, ...], shapes: list[Polygon], rng: np.random.Generator) -> None:
-    """Moves a block at the end of a shared wall from one room to its neighbour, if both stay roomy."""
+    """Move a block at the end of a shared wall from one room to its neighbour, if both stay roomy."""
     pairs = [pair for pair, length in _shared_lengths(shapes).items() if length > DOOR_WALL]
     if not pairs or chance(rng, 0.4):
         return
@@ -207,7 +207,7 @@ def _corner_block(rect: tuple[int, int, int, int], rng: np.random.Generator) -> 
 
 
 def _cut_corner(kinds: tuple[str, ...], shapes: list[Polygon], index: int, rng: np.random.Generator) -> None:
-    """Takes a corner of the boundary away from a room."""
+    """Take a corner of the boundary away from a room."""
     x0, z0, x1, z1 = (round(value) for value in shapes[index].bounds)
     block = _corner_block((x0, z0, x1, z1), rng)
     left = shapes[index].difference(block)
@@ -227,7 +227,7 @@ def _has_simple_outline(shape: BaseGeometry) -> bool:
 
 
 def _simplified(shape: Polygon | BaseGeometry) -> Polygon:
-    """Returns the polygon without corners that lie on straight edges."""
+    """Return the polygon without corners that lie on straight edges."""
     assert isinstance(shape, Polygon)
     points = [(round(x), round(z)) for x, z in shape.exterior.coords[:-1]]
     kept = [
@@ -243,7 +243,7 @@ def _shared_length(a: BaseGeometry, b: BaseGeometry) -> float:
 
 
 def _shared_lengths(shapes: list[Polygon]) -> dict[tuple[int, int], float]:
-    """Returns the length of wall that each two shapes share."""
+    """Return the length of wall that each two shapes share."""
     pairs = list(combinations(range(len(shapes)), 2))
     if not pairs:
         return {}
@@ -254,7 +254,7 @@ def _shared_lengths(shapes: list[Polygon]) -> dict[tuple[int, int], float]:
 
 
 def longest_shared(a: BaseGeometry, b: BaseGeometry) -> float:
-    """Returns the length of the longest straight wall that two shapes share."""
+    """Return the length of the longest straight wall that two shapes share."""
     common = a.boundary.intersection(b.boundary)
     best = 0.0
     for line in getattr(common, "geoms", [common]):
@@ -268,7 +268,7 @@ def longest_shared(a: BaseGeometry, b: BaseGeometry) -> float:
 
 
 def _links(kinds: tuple[str, ...], shapes: list[Polygon], rng: np.random.Generator) -> list[tuple[int, int]] | None:
-    """Returns a spanning tree of doors, the least odd ones first, and sometimes one more; None when cut off."""
+    """Return a spanning tree of doors, the least odd ones first, and sometimes one more; None when cut off."""
     costs: dict[tuple[int, int], float] = {}
     for a, b in combinations(range(len(kinds)), 2):
         if longest_shared(shapes[a], shapes[b]) >= DOOR_WALL:

@@ -13,12 +13,12 @@ LAYERS = 4
 
 
 def layer_of(room: int) -> str:
-    """Returns THOR's render layer of a room."""
+    """Return THOR's render layer of a room."""
     return f"Procedural{room % LAYERS}"
 
 
 def lights_of(plan: RoomLayout, rng: np.random.Generator) -> list[dict[str, Any]]:
-    """Returns the document's lights."""
+    """Return the document's lights."""
     red, green, blue = pick(rng, WARMTH)
     sun = {
         "id": "DirectionalLight",

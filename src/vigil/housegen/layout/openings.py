@@ -63,13 +63,13 @@ class PlannedOpening:
         return (self.left + self.right) / 2
 
     def clear_depth(self) -> float:
-        """Returns how much floor (m) before it must stay free."""
+        """Return how much floor (m) before it must stay free."""
         if not self.is_door:
             return 0.0
         return DOOR_CLEAR if self.category == "Doorway" and self.openable else PASSAGE_CLEAR
 
     def leaves(self) -> list[Rect]:
-        """Returns the floor that its leaves stand on when it is open, in the room that they swing into."""
+        """Return the floor that its leaves stand on when it is open, in the room that they swing into."""
         if self.category != "Doorway" or not self.openable:
             return []
         size = Vec3(round(self.right - self.left, 4), round(self.top - self.bottom, 4), DOOR_DEPTH_M)
@@ -79,7 +79,7 @@ class PlannedOpening:
         return [leaf.bounds for leaf in moving_prisms_of(thing, 1.0)]
 
     def span_in(self, room: int) -> tuple[WallPiece, float, float] | None:
-        """Returns the room's wall piece with the hole's ends along it; None when it is not the room's."""
+        """Return the room's wall piece with the hole's ends along it; None when it is not the room's."""
         if self.wall.room == room:
             return self.wall, self.left, self.right
         if self.other is not None and self.other.room == room:
@@ -96,7 +96,7 @@ class _FreeWall:
         self._used: dict[frozenset[tuple[float, float]], list[tuple[float, float]]] = {}
 
     def choose(self, piece: WallPiece, width: float, rng: np.random.Generator) -> tuple[float, float] | None:
-        """Returns where (left, right) an opening of that width goes; None when there is no room."""
+        """Return where (left, right) an opening of that width goes; None when there is no room."""
         room = piece.length - 2 * CORNER_GAP - width
         if room < 0:
             return None
@@ -108,7 +108,7 @@ class _FreeWall:
         return None
 
     def use(self, piece: WallPiece, left: float, right: float) -> None:
-        """Marks a stretch of the piece, and of its other side, as used."""
+        """Mark a stretch of the piece, and of its other side, as used."""
         if piece.start > piece.end:
             left, right = piece.length - right, piece.length - left
         self._used.setdefault(frozenset((piece.start, piece.end)), []).append((left, right))
@@ -121,7 +121,7 @@ class _FreeWall:
 
 
 def cut_openings(plan: RoomLayout, rng: np.random.Generator) -> list[PlannedOpening] | None:
-    """Returns the plan's doors and windows; None when a link has no wall long enough."""
+    """Return the plan's doors and windows; None when a link has no wall long enough."""
     pieces = wall_pieces(plan)
     free = _FreeWall(door_variant=int(rng.integers(DOOR_VARIANTS)), window_variant=int(rng.integers(WINDOW_VARIANTS)))
     openings: list[PlannedOpening] = []

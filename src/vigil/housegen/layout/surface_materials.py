@@ -70,7 +70,7 @@ class RoomFinish:
 
 
 def finishes(kinds: dict[int, str], rng: np.random.Generator) -> dict[int, RoomFinish]:
-    """Returns each room's finish; living rooms, bedrooms and sometimes kitchens of a house share one floor."""
+    """Return each room's finish; living rooms, bedrooms and sometimes kitchens of a house share one floor."""
     common = pick(rng, _PLANKS)
     found: dict[int, RoomFinish] = {}
     for number, kind in kinds.items():
@@ -84,7 +84,7 @@ def finishes(kinds: dict[int, str], rng: np.random.Generator) -> dict[int, RoomF
 
 
 def material(name: str, tint: Rgb | None = None) -> dict[str, object]:
-    """Returns a document's material reference."""
+    """Return a document's material reference."""
     if tint is None:
         return {"name": name}
     return {"name": name, "color": {"r": tint[0], "g": tint[1], "b": tint[2]}}

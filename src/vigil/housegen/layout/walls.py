@@ -43,17 +43,17 @@ class WallPiece:
         return math.degrees(math.atan2(x, z)) % 360.0
 
     def at(self, along: float, into: float = 0.0) -> Corner:
-        """Returns the floor point `along` metres from the start and `into` metres inside the room."""
+        """Return the floor point `along` metres from the start and `into` metres inside the room."""
         (dx, dz), (nx, nz) = self.direction, self.inward
         return self.start[0] + along * dx + into * nx, self.start[1] + along * dz + into * nz
 
     def along(self, point: Corner) -> float:
-        """Returns how far along the piece a floor point lies."""
+        """Return how far along the piece a floor point lies."""
         dx, dz = self.direction
         return (point[0] - self.start[0]) * dx + (point[1] - self.start[1]) * dz
 
     def into(self, point: Corner) -> float:
-        """Returns how far inside the room a floor point lies."""
+        """Return how far inside the room a floor point lies."""
         nx, nz = self.inward
         return (point[0] - self.start[0]) * nx + (point[1] - self.start[1]) * nz
 
@@ -73,7 +73,7 @@ class WallPiece:
 
 
 def room_edges(room: RoomPlan) -> list[WallPiece]:
-    """Returns the room's whole straight walls, whatever is behind them."""
+    """Return the room's whole straight walls, whatever is behind them."""
     corners = room.corners
     return [
         WallPiece(room.number, None, start, end) for start, end in zip(corners, [*corners[1:], corners[0]], strict=True)
@@ -81,7 +81,7 @@ def room_edges(room: RoomPlan) -> list[WallPiece]:
 
 
 def wall_pieces(plan: RoomLayout) -> list[WallPiece]:
-    """Returns all wall pieces, room by room."""
+    """Return all wall pieces, room by room."""
     pieces: list[WallPiece] = []
     for room in plan.rooms:
         others = [other for other in plan.rooms if other.number != room.number]
@@ -115,7 +115,7 @@ def _rounded(corner: Corner) -> Corner:
 
 
 def facing_piece(piece: WallPiece, pieces: list[WallPiece]) -> WallPiece:
-    """Returns the same stretch seen from the room behind it."""
+    """Return the same stretch seen from the room behind it."""
     return next(
         other
         for other in pieces

@@ -45,7 +45,7 @@ class _Door:
 
 
 def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a refrigerator: freezer above, freezer below, or side by side.
+    """Return a refrigerator: freezer above, freezer below, or side by side.
 
     No front is left bare: notes under magnets, a badge and often a dispenser of water tell it from a wardrobe.
     """
@@ -85,7 +85,7 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
 
 
 def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Range) -> list[_Door]:
-    """Adds one door, or two beside or above each other; returns them, the largest first."""
+    """Add one door, or two beside or above each other; return them, the largest first."""
     (x0, x1), height, body = builder.across, builder.height, z[0]
     base, wall, gap = _FRIDGE_BASE, _FRIDGE_WALL, 0.006
     if style == "double":
@@ -106,13 +106,13 @@ def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Ran
 
 
 def _crisper(builder: Builder, low: Corner, high: Corner) -> None:
-    """Adds a clear vegetable drawer on a fridge's floor."""
+    """Add a clear vegetable drawer on a fridge's floor."""
     if high[1] - low[1] > 0.08:
         builder.add(_GLASS_SHELF, shapes.span((low[0] + 0.01, low[1], high[2] - 0.01), high))
 
 
 def _fridge_door(builder: Builder, shell: Finish, door: _Door, z: Range) -> None:
-    """Adds a thick door with a handle and, on its inside, racks."""
+    """Add a thick door with a handle and, on its inside, racks."""
     (x0, x1), (y0, y1), (z0, z1), hinge = door.x, door.y, z, door.hinge
     joint = builder.hinge(door.name, (0, 1, 0), (x1 if hinge > 0 else x0, 0, (z0 + z1) / 2), hinge * 92.0)
     skin = PartStyle(shell.material, joint, bears_open=True)
@@ -143,7 +143,7 @@ def _fridge_door(builder: Builder, shell: Finish, door: _Door, z: Range) -> None
 def _fridge_front(
     builder: Builder, rng: np.random.Generator, doors: Sequence[_Door], face: float, *, has_dispenser: bool
 ) -> None:
-    """Adds what hangs on a fridge's doors (largest first): a badge, notes under magnets, perhaps a dispenser."""
+    """Add what hangs on a fridge's doors (largest first): a badge, notes under magnets, perhaps a dispenser."""
     large, other = doors
     badge = PartStyle("chrome", other.name, bears_open=True)
     middle, top = sum(other.x) / 2, other.y[1] - 0.07
@@ -165,7 +165,7 @@ def _fridge_front(
 
 
 def _dispenser(builder: Builder, door: _Door, face: float) -> None:
-    """Adds a dark alcove with a lit display above, a spout and a tray."""
+    """Add a dark alcove with a lit display above, a spout and a tray."""
     x, wide = sum(door.x) / 2, min(0.24, 0.5 * (door.x[1] - door.x[0]))
     y1 = min(door.y[1] - 0.08, _DISPENSER_TOP_M)
     y0 = y1 - 1.5 * wide
@@ -182,7 +182,7 @@ def _dispenser(builder: Builder, door: _Door, face: float) -> None:
 
 
 def microwave(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a microwave oven: a windowed door, a panel with keys and a clock, a turntable that lights up."""
+    """Return a microwave oven: a windowed door, a panel with keys and a clock, a turntable that lights up."""
     builder = Builder("Microwave", size)
     shell = one_of(rng, (*SHELLS[:3], *SHELLS, _RETRO[0]))
     width, height, depth = size
@@ -216,7 +216,7 @@ def microwave(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> 
 
 
 def _microwave_panel(builder: Builder, x: tuple[float, float], z: tuple[float, float]) -> None:
-    """Adds the control panel with its clock and keys."""
+    """Add the control panel with its clock and keys."""
     height = builder.height
     dark, middle, wide = "plastic/#191b1e", (x[0] + x[1]) / 2, x[1] - x[0]
     builder.block(dark, x, (0.012, height), z, 0.003)
@@ -240,7 +240,7 @@ def _microwave_panel(builder: Builder, x: tuple[float, float], z: tuple[float, f
 
 
 def _microwave_door(builder: Builder, shell: Finish, low: Corner, high: Corner) -> None:
-    """Adds the door with its window, hinged at +x (the left, seen from the front)."""
+    """Add the door with its window, hinged at +x (the left, seen from the front)."""
     (x0, y0, z0), (x1, y1, z1) = low, high
     joint = builder.hinge("door", (0, 1, 0), (x1, 0, z0), 95.0)
     rim = 0.16 * (y1 - y0)

@@ -24,7 +24,7 @@ _SPREAD = 1.5
 
 
 def faucet(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a tap whose spout looks along +z: one lever on top, or two handles beside it in a wide box."""
+    """Return a tap whose spout looks along +z: one lever on top, or two handles beside it in a wide box."""
     builder = Builder("Faucet", size)
     width, height, depth = size
     metal = one_of(rng, TAPS)
@@ -52,7 +52,7 @@ def faucet(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
 
 
 def _lever(builder: Builder, metal: str, at: tuple[float, float, float], twin: bool) -> None:
-    """Adds a handle that is turned while on: a cross beside the spout, or a lever over it."""
+    """Add a handle that is turned while on: a cross beside the spout, or a lever over it."""
     x, y, z = at
     width, height, depth = builder.width, builder.height, builder.depth
     if twin:
@@ -71,7 +71,7 @@ def _lever(builder: Builder, metal: str, at: tuple[float, float, float], twin: b
 
 
 def shower_head(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a shower: a rail on the wall (-z) with a head at the top front, a mixer below, and a hose."""
+    """Return a shower: a rail on the wall (-z) with a head at the top front, a mixer below, and a hose."""
     builder = Builder("ShowerHead", size)
     width, height, depth = size
     name, metal = one_of(rng, _SHOWERS)
@@ -115,7 +115,7 @@ def shower_head(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
 
 
 def _jets(builder: Builder, radius: float, drop: float, head_z: float) -> None:
-    """Adds the water that runs out of a shower head, in two rings."""
+    """Add the water that runs out of a shower head, in two rings."""
     for ring, count in ((0.25, 4), (0.75, 9)):
         for k in range(count):
             angle = 2 * np.pi * k / count
@@ -126,7 +126,7 @@ def _jets(builder: Builder, radius: float, drop: float, head_z: float) -> None:
 
 
 def towel_holder(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a rail for towels, on two arms from the wall (-z)."""
+    """Return a rail for towels, on two arms from the wall (-z)."""
     builder = Builder("TowelHolder", size)
     width, height, depth = size
     metal = one_of(rng, TAPS)
@@ -142,7 +142,7 @@ def towel_holder(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
 
 
 def hand_towel_holder(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a ring for a hand towel, hanging from a plate on the wall (-z)."""
+    """Return a ring for a hand towel, hanging from a plate on the wall (-z)."""
     builder = Builder("HandTowelHolder", size)
     width, height, depth = size
     metal = one_of(rng, TAPS)
@@ -167,7 +167,7 @@ _TOILET_PAPERS = (
 
 
 def toilet_paper(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a roll of toilet paper; a very slim box is its empty core."""
+    """Return a roll of toilet paper; a very slim box is its empty core."""
     builder = Builder("ToiletPaper", size)
     width, height, depth = size
     if max(width, depth) < 0.6 * height:
@@ -182,7 +182,7 @@ def toilet_paper(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
 
 
 def _roll(builder: Builder, foot: tuple[float, float, float], size: tuple[float, float, float], paper: str) -> None:
-    """Adds an upright roll of paper with its cardboard core."""
+    """Add an upright roll of paper with its cardboard core."""
     width, height, depth = size
     tube = shapes.lathe([(0.36, 0.0), (1.0, 0.0), (1.0, 1.0), (0.36, 1.0)], segments=20)
     core = shapes.lathe([(0.36, 1.0), (0.36, 0.0)], segments=14)
@@ -191,7 +191,7 @@ def _roll(builder: Builder, foot: tuple[float, float, float], size: tuple[float,
 
 
 def toilet_paper_hanger(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a holder on the wall (-z): a plate and two arms with a bar, on which a roll of paper runs out."""
+    """Return a holder on the wall (-z): a plate and two arms with a bar, on which a roll of paper runs out."""
     builder = Builder("ToiletPaperHanger", size)
     width, height, depth = size
     metal = one_of(rng, TAPS)
@@ -214,7 +214,7 @@ def toilet_paper_hanger(size: Vec3, rng: np.random.Generator, _levels: Sequence[
 
 
 def soap_bar(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a bar of soap with a stamped oval."""
+    """Return a bar of soap with a stamped oval."""
     builder = Builder("SoapBar", size)
     width, height, length = size
     name, tint = colour(rng, "pink", "light green", "beige", "light blue", "yellow")
@@ -227,7 +227,7 @@ def soap_bar(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> 
 
 
 def plunger(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a plunger: a rubber cup and a long handle."""
+    """Return a plunger: a rubber cup and a long handle."""
     builder = Builder("Plunger", size)
     width, height, depth = size
     name, tint = one_of(rng, (("red", "#a23325"), ("black", "#2b2b2d"), ("brown", "#7a3f28"), ("blue", "#2f5ba0")))
@@ -242,7 +242,7 @@ def plunger(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> A
 
 
 def scrub_brush(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a toilet brush in its holder."""
+    """Return a toilet brush in its holder."""
     builder = Builder("ScrubBrush", size)
     width, height, depth = size
     name, tint = colour(rng, "white", "grey", "light blue", "black", "teal")
@@ -260,7 +260,7 @@ def scrub_brush(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
 
 
 def hanging_towel(category: str) -> Maker:
-    """Returns the maker of a towel: hung in soft folds in an upright box, else folded to a pile."""
+    """Return the maker of a towel: hung in soft folds in an upright box, else folded to a pile."""
 
     def make(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
         builder = Builder(category, size)

@@ -17,7 +17,7 @@ CASES = ("plastic/#1f2022", "plastic/#2d2f33", "plastic/#8b8d90", "plastic/#d9d9
 
 
 def television(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a television: a flat one, on a foot when the box is deep enough, or a tube set in a very deep box."""
+    """Return a television: a flat one, on a foot when the box is deep enough, or a tube set in a very deep box."""
     builder = Builder("Television", size)
     width, height, depth = size
     case = one_of(rng, CASES[:3])
@@ -67,7 +67,7 @@ def _frame_ring(half: float, bottom: float, top: float, z: float) -> list[tuple[
 
 
 def laptop(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a laptop whose lid with the screen opens by 110 degrees.
+    """Return a laptop whose lid with the screen opens by 110 degrees.
 
     A box too high for a closed one was measured open: the laptop then fills it while open, and lies at its bottom shut.
     """
@@ -79,7 +79,7 @@ def laptop(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
 
 
 def _measured_open(size: Vec3) -> tuple[float, float, float]:
-    """Returns how thick (m) a laptop is that fills a box while open, how far its lid leans back (deg), how deep (m).
+    """Return how thick (m) a laptop is that fills a box while open, how far its lid leans back (deg), how deep (m).
 
     Open, its height is 0.6 of its thickness and 0.99 of its depth; its depth 0.4 and 0.99 of them, and the lean.
     """
@@ -127,7 +127,7 @@ def _laptop(size: Vec3, rng: np.random.Generator, opens_deg: float) -> Asset:
 
 
 def desktop(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a desktop computer: monitor on a foot, keyboard and mouse before it, in a wide box a tower beside it."""
+    """Return a desktop computer: monitor on a foot, keyboard and mouse before it, in a wide box a tower beside it."""
     builder = Builder("Desktop", size)
     width, height, depth = size
     case = one_of(rng, ("plastic/#1f2022", "plastic/#b9bcc0", "plastic/#d9d9d6"))
@@ -166,7 +166,7 @@ def desktop(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> A
 
 
 def cell_phone(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a phone lying on its back; older ones have keys below a smaller screen."""
+    """Return a phone lying on its back; older ones have keys below a smaller screen."""
     builder = Builder("CellPhone", size)
     width, height, length = size
     name, tint = colour(rng, "black", "white", "blue", "red", "grey", "pink")
@@ -193,7 +193,7 @@ def cell_phone(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
 
 
 def remote_control(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a remote control: a slim case with rows of buttons."""
+    """Return a remote control: a slim case with rows of buttons."""
     builder = Builder("RemoteControl", size)
     width, height, length = size
     name, tint = colour(rng, "black", "dark grey", "white", "black")
@@ -219,7 +219,7 @@ def remote_control(size: Vec3, rng: np.random.Generator, _levels: Sequence[float
 
 
 def alarm_clock(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns an alarm clock: digital with lit figures, or in a squarish box maybe round with two bells."""
+    """Return an alarm clock: digital with lit figures, or in a squarish box maybe round with two bells."""
     builder = Builder("AlarmClock", size)
     width, height, depth = size
     name, tint = colour(rng, "black", "white", "red", "teal", "yellow", "brown", "light blue")
@@ -273,7 +273,7 @@ _RAY_DEG = 13.0
 
 
 def _ray(width: float, depth: float, level: float, degrees: float) -> shapes.Mesh:
-    """Returns one ray of a fan on a disc: a flat four-sided piece that faces up."""
+    """Return one ray of a fan on a disc: a flat four-sided piece that faces up."""
     first, last = np.radians([degrees, degrees + _RAY_DEG])
     ends = [(0.46, first), (0.94, first), (0.94, last), (0.46, last)]
     outline = [(share * width / 2 * np.cos(angle), share * depth / 2 * np.sin(angle)) for share, angle in ends]
@@ -281,7 +281,7 @@ def _ray(width: float, depth: float, level: float, degrees: float) -> shapes.Mes
 
 
 def compact_disc(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a CD: a silver disc on which the light breaks into colours, its hub printed."""
+    """Return a CD: a silver disc on which the light breaks into colours, its hub printed."""
     builder = Builder("CD", size)
     width, height, depth = size
     name, tint = colour(rng, "light blue", "purple", "orange", "green", "red")
@@ -300,7 +300,7 @@ def compact_disc(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
 
 
 def light_switch(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a light switch: a plate with one or two rockers, tilted the other way and lit while on."""
+    """Return a light switch: a plate with one or two rockers, tilted the other way and lit while on."""
     builder = Builder("LightSwitch", size)
     width, height, depth = size
     name, tint = one_of(rng, (("white", COLOURS["white"]), ("cream", COLOURS["cream"]), ("grey", "#a9abad")))

@@ -45,7 +45,7 @@ _KNOBS = (
 
 
 def counter_top(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns base cabinets under a worktop: straight, L-shaped (long side at -z, leg at +x) or U-shaped."""
+    """Return base cabinets under a worktop: straight, L-shaped (long side at -z, leg at +x) or U-shaped."""
     builder = Builder("CounterTop", size)
     top = one_of(rng, _TOPS)
     cabinet = (
@@ -59,7 +59,7 @@ def counter_top(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -
 
 
 def _runs(size: Vec3) -> list[tuple[tuple[Range, Range], str]]:
-    """Returns the rectangles ((x range), (z range)) of a counter with the side that each faces."""
+    """Return the rectangles ((x range), (z range)) of a counter with the side that each faces."""
     x, z = (-size.x / 2, size.x / 2), (-size.z / 2, size.z / 2)
     if min(size.x, size.z) < 1.9 * _RUN_M:
         return [((x, z), "+z")]
@@ -78,7 +78,7 @@ def _is_u_shaped(size: Vec3) -> bool:
 def _counter_run(
     builder: Builder, run: tuple[Range, Range], facing: str, looks: tuple[str, str, str], is_framed: bool
 ) -> None:
-    """Adds one straight run of cabinets with its worktop."""
+    """Add one straight run of cabinets with its worktop."""
     (x0, x1), (z0, z1) = run
     (top, cabinet, metal), height, thick = looks, builder.height, 0.04
     builder.block(top, (x0, x1), (height - thick, height), (z0, z1), 0.004 if x1 - x0 < 2 else 0.0)
@@ -114,7 +114,7 @@ def _counter_run(
 
 
 def _front_unit(width: float, top: float, kick: float, is_framed: bool) -> tuple[shapes.Mesh, shapes.Mesh]:
-    """Returns a drawer front over a door front, and their handles; their back is at z = 0."""
+    """Return a drawer front over a door front, and their handles; their back is at z = 0."""
     half, gap, split = width / 2, 0.004, top - 0.17
     fronts = [
         front_board((-half + gap, kick + gap, 0.0), (half - gap, split - gap, 0.018), is_framed=is_framed),
@@ -128,7 +128,7 @@ def _front_unit(width: float, top: float, kick: float, is_framed: bool) -> tuple
 
 
 def sink(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a basin set into a counter; a tall one stands on a pedestal or in a vanity cabinet."""
+    """Return a basin set into a counter; a tall one stands on a pedestal or in a vanity cabinet."""
     builder = Builder("Sink", size)
     is_steel = size.y < 0.4 and rng.random() < 0.5
     finish = Finish("metal/steel", "steel") if is_steel else one_of(rng, _BASINS)
@@ -155,7 +155,7 @@ def sink(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
 
 
 def _drain(builder: Builder, bowl: float, drain: Corner, overflow: Corner) -> None:
-    """Adds a drain in the floor of a basin `bowl` deep and an overflow in its rear wall, dark in rings of chrome."""
+    """Add a drain in the floor of a basin `bowl` deep and an overflow in its rear wall, dark in rings of chrome."""
     collar = shapes.lathe([(0.022, 0.0), (0.034, 0.0), (0.034, 0.004), (0.024, 0.006), (0.022, 0.0)])
     hole = shapes.disc(0.023, (0, 0.002, 0), segments=14)
     for place, degrees, size in ((drain, 0.0, 1.0), (overflow, 90.0, min(0.75, 5.0 * bowl))):
@@ -165,7 +165,7 @@ def _drain(builder: Builder, bowl: float, drain: Corner, overflow: Corner) -> No
 
 
 def _square_basin(builder: Builder, material: str, inner: tuple[Range, Range], y: Range) -> None:
-    """Adds a trough with a broad rim."""
+    """Add a trough with a broad rim."""
     (ix0, ix1), (iz0, iz1) = inner
     (x0, x1), (z0, z1), (floor, top) = builder.across, builder.through, y
     rim = min(0.03, 0.3 * (top - floor))
@@ -179,7 +179,7 @@ def _square_basin(builder: Builder, material: str, inner: tuple[Range, Range], y
 
 
 def _oval_basin(builder: Builder, material: str, inner: tuple[Range, Range], y: Range) -> None:
-    """Adds a block of glaze with an oval bowl in its top: a broad ledge tells it from a bowl to mix in."""
+    """Add a block of glaze with an oval bowl in its top: a broad ledge tells it from a bowl to mix in."""
     (ix0, ix1), (iz0, iz1) = inner
     floor, top = y
     outline = shapes.rounded_rectangle(builder.width, builder.depth, 0.2 * builder.depth, 5)
@@ -198,7 +198,7 @@ def _oval_basin(builder: Builder, material: str, inner: tuple[Range, Range], y: 
 
 
 def _sink_stand(builder: Builder, rng: np.random.Generator, floor: float) -> None:
-    """Adds what carries a washbasin: a pedestal or a small cabinet."""
+    """Add what carries a washbasin: a pedestal or a small cabinet."""
     width, depth = builder.width, builder.depth
     (x0, x1), (z0, z1) = builder.across, builder.through
     builder.solid((x0, floor, z0), (x1, builder.height, z1))
@@ -221,7 +221,7 @@ def _sink_stand(builder: Builder, rng: np.random.Generator, floor: float) -> Non
 
 
 def stove(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a cooker: four plates that glow, knobs in front, an oven behind a glass door that folds down."""
+    """Return a cooker: four plates that glow, knobs in front, an oven behind a glass door that folds down."""
     builder = Builder("Stove", size)
     shell = one_of(
         rng, (Finish("plastic/#f1f1ee", "white"), Finish("metal/steel", "steel"), Finish("plastic/#2a2c2f", "black"))
@@ -261,7 +261,7 @@ def stove(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asse
 
 
 def _plates(builder: Builder, face: float) -> None:
-    """Adds four hot plates on the hob, two large and two small."""
+    """Add four hot plates on the hob, two large and two small."""
     (x0, x1), z0, height = builder.across, builder.through[0], builder.height
     plates, rings = [], []
     for index, (part_x, part_z) in enumerate(((0.27, 0.27), (0.73, 0.27), (0.27, 0.74), (0.73, 0.74))):
@@ -274,7 +274,7 @@ def _plates(builder: Builder, face: float) -> None:
 
 
 def _oven_door(builder: Builder, shell: Finish, y: Range, z: Range) -> None:
-    """Adds the oven's door, hinged at its foot."""
+    """Add the oven's door, hinged at its foot."""
     (x0, x1), (y0, y1), (z0, z1) = builder.across, y, z
     joint = builder.hinge("oven", (1, 0, 0), (0, y0, z0), 88.0)
     frame = PartStyle(shell.material, joint, bears_open=True)
@@ -293,7 +293,7 @@ def _oven_door(builder: Builder, shell: Finish, y: Range, z: Range) -> None:
 
 
 def stove_burner(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns one hot plate: a coil in a dish, or a solid plate; it glows while on."""
+    """Return one hot plate: a coil in a dish, or a solid plate; it glows while on."""
     builder = Builder("StoveBurner", size)
     height, radius = size.y, 0.5
     dish = shapes.lathe(
@@ -321,7 +321,7 @@ def stove_burner(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
 
 
 def stove_knob(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a round knob with a ridge for the fingers: upright while off; while on it lies across a glowing dial."""
+    """Return a round knob with a ridge for the fingers: upright while off; while on it lies across a glowing dial."""
     builder = Builder("StoveKnob", size)
     width, height, depth = size
     grip, mark = one_of(rng, _KNOBS)

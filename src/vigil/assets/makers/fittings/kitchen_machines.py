@@ -19,7 +19,7 @@ _MACHINES = (
 
 
 def toaster(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a toaster whose length lies along z: two slots that glow, a lever and a dial on its end."""
+    """Return a toaster whose length lies along z: two slots that glow, a lever and a dial on its end."""
     builder = Builder("Toaster", size)
     shell = one_of(rng, (Finish("chrome", "chrome"), Finish("metal/steel", "steel"), Finish("plastic/#a8322d", "red"),
                          Finish("plastic/#25272a", "black"), Finish("plastic/#eeece4", "white")))  # fmt: skip
@@ -55,7 +55,7 @@ def toaster(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
 
 
 def coffee_machine(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a coffee machine: a tower with a tank, a head with spouts over a drip tray, keys that light up."""
+    """Return a coffee machine: a tower with a tank, a head with spouts over a drip tray, keys that light up."""
     builder = Builder("CoffeeMachine", size)
     shell = one_of(rng, _MACHINES)
     (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height

@@ -45,12 +45,12 @@ class _Machine:
         return self.builder.height - _PANEL_M, self.builder.height - 0.025
 
     def face(self, part: shapes.Mesh, z: float) -> shapes.Mesh:
-        """Returns a part made lying about the origin, stood up before the drum with its top towards the viewer."""
+        """Return a part made lying about the origin, stood up before the drum with its top towards the viewer."""
         return shapes.translate(shapes.rotate(part, "x", 90), (0.0, self.middle, z))
 
 
 def washing_machine(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a front loader with a soap drawer and a glass porthole."""
+    """Return a front loader with a soap drawer and a glass porthole."""
     machine = _machine("WashingMachine", size, rng)
     builder, front, (low, high), end = machine.builder, machine.front, machine.panel, size.x / 2
     angles = np.linspace(-np.pi / 2, np.pi / 2, 13)
@@ -66,7 +66,7 @@ def washing_machine(size: Vec3, rng: np.random.Generator, levels: Sequence[float
 
 
 def clothes_dryer(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a tumble dryer: a squarish flat door, a lint filter and a vent grille."""
+    """Return a tumble dryer: a squarish flat door, a lint filter and a vent grille."""
     machine = _machine("ClothesDryer", size, rng)
     builder, front, radius = machine.builder, machine.front, machine.radius
     outline = shapes.rounded_rectangle(2 * _MOUTH * radius, 2 * _MOUTH * radius, _MOUTH_CORNER * radius)
@@ -85,7 +85,7 @@ def clothes_dryer(size: Vec3, rng: np.random.Generator, levels: Sequence[float])
 
 
 def _machine(category: str, size: Vec3, rng: np.random.Generator) -> _Machine:
-    """Returns the case of a machine, open in front, with the places on and in it."""
+    """Return the case of a machine, open in front, with the places on and in it."""
     builder = Builder(category, size)
     shell = one_of(rng, (SHELLS[0], SHELLS[0], SHELLS[1], SHELLS[3], SHELLS[2]))
     (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
@@ -102,7 +102,7 @@ def _machine(category: str, size: Vec3, rng: np.random.Generator) -> _Machine:
 
 
 def _front(machine: _Machine, edge: np.ndarray) -> None:
-    """Adds the front plate, as two halves; `edge` (n, 2) is the half at +x of the hole about the drum's middle."""
+    """Add the front plate, as two halves; `edge` (n, 2) is the half at +x of the hole about the drum's middle."""
     builder, middle = machine.builder, machine.middle
     y0, y1 = _FOOT_M, machine.panel[0]
     z = (machine.front - _WALL_M, machine.front)
@@ -114,7 +114,7 @@ def _front(machine: _Machine, edge: np.ndarray) -> None:
 
 
 def _controls(machine: _Machine, dial: tuple[float, float], wide: float) -> None:
-    """Adds the panel with a dial (where along x, radius as a share of the panel's height) and a clock `wide`."""
+    """Add the panel with a dial (where along x, radius as a share of the panel's height) and a clock `wide`."""
     builder, z, (y0, y1) = machine.builder, machine.front, machine.panel
     (x, share), tall, mid = dial, y1 - y0, (y0 + y1) / 2
     builder.block("plastic/#d5d7d9", builder.across, (y0, y1), (z - 0.02, z), 0.002)
@@ -125,7 +125,7 @@ def _controls(machine: _Machine, dial: tuple[float, float], wide: float) -> None
 
 
 def _drum(machine: _Machine, light: str) -> None:
-    """Adds the drum, which is lit while on, and the place in it."""
+    """Add the drum, which is lit while on, and the place in it."""
     builder, radius, front = machine.builder, machine.radius, machine.front
     depth = front - _WALL_M - builder.through[0] - 0.06
     drum = shapes.lathe([(radius, 0.0), (radius * 0.98, -depth), (0.0, -depth)], segments=20)
@@ -135,7 +135,7 @@ def _drum(machine: _Machine, light: str) -> None:
 
 
 def _bulkhead(machine: _Machine) -> None:
-    """Adds what is between a dryer's squarish opening and its round drum, with the lint filter at its bottom."""
+    """Add what is between a dryer's squarish opening and its round drum, with the lint filter at its bottom."""
     builder, radius, middle, z = machine.builder, machine.radius, machine.middle, machine.front - 0.012
     corner = shapes.rounded_rectangle(2 * _MOUTH * radius, 2 * _MOUTH * radius, _MOUTH_CORNER * radius)
     plate = shapes.extrude(_framed(corner, _circle(0.99 * radius)), 0.0, 0.008)
@@ -148,7 +148,7 @@ def _bulkhead(machine: _Machine) -> None:
 
 
 def _grille(machine: _Machine) -> None:
-    """Adds the vent at a dryer's foot: a dark field with slats across it."""
+    """Add the vent at a dryer's foot: a dark field with slats across it."""
     builder, z = machine.builder, machine.front
     x = (builder.across[0] + 0.05, builder.across[1] - 0.05)
     low, high = _FOOT_M + 0.005, machine.middle - _LID * machine.radius - 0.012
@@ -159,7 +159,7 @@ def _grille(machine: _Machine) -> None:
 
 
 def _porthole(machine: _Machine) -> None:
-    """Adds a washing machine's door: a round ring of chrome with a bulging glass."""
+    """Add a washing machine's door: a round ring of chrome with a bulging glass."""
     radius, thick = _LID * machine.radius, _DOOR_M - 0.006
     joint = _door(machine)
     profile = [(0.72 * radius, 0.0), (radius, 0.0), (0.97 * radius, 0.7 * thick), (0.86 * radius, thick),
@@ -173,7 +173,7 @@ def _porthole(machine: _Machine) -> None:
 
 
 def _flat_door(machine: _Machine) -> None:
-    """Adds a dryer's door: a squarish frame about a flat squarish window."""
+    """Add a dryer's door: a squarish frame about a flat squarish window."""
     radius, thick = _LID * machine.radius, _DOOR_M - 0.012
     joint = _door(machine)
     frame, pane = _looks(joint, _GREY, "glass/#3c4146")
@@ -185,7 +185,7 @@ def _flat_door(machine: _Machine) -> None:
 
 
 def _door(machine: _Machine) -> str:
-    """Adds the joint at a door's edge at +x (the left, seen from the front) and what is in the way; returns it."""
+    """Add the joint at a door's edge at +x (the left, seen from the front) and what is in the way; return it."""
     builder, radius, (front, end) = machine.builder, _LID * machine.radius, (machine.front, machine.builder.through[1])
     joint = builder.hinge("door", (0, 1, 0), (radius, 0, front), 100.0)
     builder.solid((-radius, machine.middle - radius, front), (radius, machine.middle + radius, end), joint)
@@ -197,7 +197,7 @@ def _looks(joint: str, frame: str, pane: str) -> tuple[PartStyle, PartStyle]:
 
 
 def _grip(machine: _Machine, joint: str, length: float) -> None:
-    """Adds a door's handle; `length` is a share of half the door's side."""
+    """Add a door's handle; `length` is a share of half the door's side."""
     radius, z = _LID * machine.radius, machine.builder.through[1]
     grip = shapes.box((0.02, length * radius, 0.018), (-0.88 * radius, machine.middle, z - 0.009), 0.005)
     machine.builder.add(PartStyle("plastic/#4b4e52", joint, bears_open=True), grip)
@@ -209,7 +209,7 @@ def _circle(radius: float, segments: int = 20) -> np.ndarray:
 
 
 def _framed(outer: np.ndarray, hole: np.ndarray) -> np.ndarray:
-    """Returns the outline (n, 2) of a frame, slit where its outer and inner outlines (n, 2) come nearest +x."""
+    """Return the outline (n, 2) of a frame, slit where its outer and inner outlines (n, 2) come nearest +x."""
     outer, hole = (np.roll(each, -int(np.argmax(each[:, 0])), 0) for each in (outer, hole))
     return np.concatenate([outer, outer[:1], hole[:1], hole[:0:-1], hole[:1]])
 

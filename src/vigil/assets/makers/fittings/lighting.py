@@ -26,14 +26,14 @@ METALS = ("metal/brushed", "metal/black", "metal/brass", "metal/white", "chrome"
 
 
 def shade(rng: np.random.Generator) -> tuple[str, PartStyle]:
-    """Returns the colour word and look of a lamp shade that glows while on."""
+    """Return the colour word and look of a lamp shade that glows while on."""
     name, tint = colour(rng, "white", "cream", "beige", "red", "teal", "grey", "yellow", "light green")
     lit = {"red": "glow/#ff8a5c", "teal": "glow/#86e6cf", "light green": "glow/#d2f08a"}.get(name, LIT)
     return name, PartStyle(f"fabric/{tint}", on=lit, bears_toggle=True)
 
 
 def bulb(builder: Builder, at: shapes.Point3, radius: float, strength: float = 0.8) -> None:
-    """Adds a bulb that shines while on, and the light it gives."""
+    """Add a bulb that shines while on, and the light it gives."""
     look = PartStyle("ceramic/#dedacd", on="glow/#ffd88c", bears_toggle=True)
     builder.add(look, shapes.ellipsoid((2 * radius,) * 3, at, 8, 6))
     x, y, z = at
@@ -41,7 +41,7 @@ def bulb(builder: Builder, at: shapes.Point3, radius: float, strength: float = 0
 
 
 def drum(radii: tuple[float, float], bottom: float, top: float, depth_share: float, segments: int = 20) -> shapes.Mesh:
-    """Returns an open lamp shade with inside and outside; `radii` at the bottom and the top."""
+    """Return an open lamp shade with inside and outside; `radii` at the bottom and the top."""
     wide, narrow = radii
     wall = 0.04 * wide
     part = shapes.lathe(
@@ -52,7 +52,7 @@ def drum(radii: tuple[float, float], bottom: float, top: float, depth_share: flo
 
 
 def floor_lamp(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a floor lamp: a shade on a pole, on three legs, or an uplighter dish."""
+    """Return a floor lamp: a shade on a pole, on three legs, or an uplighter dish."""
     builder = Builder("FloorLamp", size)
     width, height, depth = size
     kind = one_of(rng, ("pole", "pole", "tripod", "dish", "arc" if width > 0.5 * height else "pole"))
@@ -93,7 +93,7 @@ def floor_lamp(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
 
 
 def _three_legs(builder: Builder, wood: str, low: float) -> None:
-    """Adds the legs of a tripod, which meet near `low`."""
+    """Add the legs of a tripod, which meet near `low`."""
     for k in range(3):
         angle = 2 * np.pi * k / 3 + np.pi / 6
         foot = (0.9 * (builder.width / 2) * np.cos(angle), 0.012, 0.9 * builder.depth / 2 * np.sin(angle))
@@ -121,7 +121,7 @@ def _arc_lamp(builder: Builder, rng: np.random.Generator) -> Asset:
 
 
 def desk_lamp(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a table lamp: a ceramic or turned foot with a shade, or a jointed arm with a metal cone."""
+    """Return a table lamp: a ceramic or turned foot with a shade, or a jointed arm with a metal cone."""
     builder = Builder("DeskLamp", size)
     width, height, depth = size
     if rng.random() < 0.45:
@@ -183,7 +183,7 @@ def _arm_lamp(builder: Builder, rng: np.random.Generator) -> Asset:
 
 
 def ceiling_lamp(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a ceiling lamp: a pendant shade, a glass ball, three arms with balls, or in a flat box a dome."""
+    """Return a ceiling lamp: a pendant shade, a glass ball, three arms with balls, or in a flat box a dome."""
     builder = Builder("CeilingLamp", size)
     width, height, depth = size
     ratio, radius = depth / width, width / 2
@@ -218,7 +218,7 @@ def ceiling_lamp(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
 
 
 def _three_arms(builder: Builder, metal: str, glass: PartStyle) -> None:
-    """Adds three arms with a glass ball on each."""
+    """Add three arms with a glass ball on each."""
     width, height, depth = builder.width, builder.height, builder.depth
     radius = width / 2
     ball = 0.3 * radius
@@ -232,7 +232,7 @@ def _three_arms(builder: Builder, metal: str, glass: PartStyle) -> None:
 
 
 def candle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a candle: a dripping pillar on a dish, one in a glass, or in a slim box one on a candlestick.
+    """Return a candle: a dripping pillar on a dish, one in a glass, or in a slim box one on a candlestick.
 
     It burns while on.
     """
@@ -275,7 +275,7 @@ def candle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
 
 
 def _burn(builder: Builder, end: float) -> None:
-    """Adds the flame at a wick's end, and its light."""
+    """Add the flame at a wick's end, and its light."""
     height = builder.height
     tall, wide = max(0.32 * height, 0.03), max(0.1 * height, 0.011)
     fire = shapes.lathe([(r * wide / 2, end - 0.02 * height + y * tall) for r, y in _FLAME], segments=10)

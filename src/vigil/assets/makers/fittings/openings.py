@@ -21,7 +21,7 @@ _GLASS = "glass/#d3e4ea"
 
 
 def doorway(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a door in its frame: one leaf, or two when it is wider than 1.5 m; leaves swing to +z."""
+    """Return a door in its frame: one leaf, or two when it is wider than 1.5 m; leaves swing to +z."""
     builder = Builder("Doorway", size)
     finish = _door_finish(rng)
     frame = finish if rng.random() < 0.5 else paint(rng, "white", "cream")
@@ -46,7 +46,7 @@ def _door_finish(rng: np.random.Generator) -> Finish:
 
 
 def _frame(builder: Builder, material: str, z: Range) -> None:
-    """Adds two jambs and the head between them."""
+    """Add two jambs and the head between them."""
     (x0, x1), height = builder.across, builder.height
     for a, b in ((x0, x0 + _JAMB_M), (x1 - _JAMB_M, x1)):
         builder.block(material, (a, b), (0, height), z, 0.006)
@@ -56,7 +56,7 @@ def _frame(builder: Builder, material: str, z: Range) -> None:
 
 
 def _leaf(builder: Builder, name: str, x: Range, hinge: int, looks: tuple[str, str, str]) -> None:
-    """Adds one leaf over the range `x`, hinged at its low (-1) or high (1) edge, with handles on both sides."""
+    """Add one leaf over the range `x`, hinged at its low (-1) or high (1) edge, with handles on both sides."""
     style, material, metal = looks
     y0, y1, z1 = _FLOOR_GAP_M, builder.height - _JAMB_M - _GAP_M, _LEAF_M / 2
     joint = builder.hinge(name, (0, 1, 0), (x[0] if hinge < 0 else x[1], 0, z1), hinge * 90.0)
@@ -76,7 +76,7 @@ def _leaf(builder: Builder, name: str, x: Range, hinge: int, looks: tuple[str, s
 
 
 def _seal(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
-    """Adds strips round a leaf that fill the gaps while it is shut: nothing of the next room shows through them.
+    """Add strips round a leaf that fill the gaps while it is shut: nothing of the next room shows through them.
 
     They have the leaf's colour: dark ones would read as a stripe on the edge of an open door.
     """
@@ -93,7 +93,7 @@ def _flush(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
 
 
 def _rails(builder: Builder, skin: PartStyle, x: Range, y: Range, openings: Sequence[tuple[Range, Range]]) -> None:
-    """Adds a full-thickness frame that leaves rectangular openings, all of one column's width, free."""
+    """Add a full-thickness frame that leaves rectangular openings, all of one column's width, free."""
     stile = openings[0][0][0] - x[0]
     z = (-_LEAF_M / 2, _LEAF_M / 2)
     builder.block(skin, (x[0], x[0] + stile), y, z, 0.003)
@@ -149,7 +149,7 @@ def _planked(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
 
 
 def doorframe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a frame without a leaf, to be walked through."""
+    """Return a frame without a leaf, to be walked through."""
     builder = Builder("Doorframe", size)
     finish = _door_finish(rng)
     _frame(builder, finish.material, builder.through)
@@ -157,7 +157,7 @@ def doorframe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> 
 
 
 def window(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a window: one pane, two sashes, a slider or small panes; a deep one is a bay."""
+    """Return a window: one pane, two sashes, a slider or small panes; a deep one is a bay."""
     builder = Builder("Window", size)
     finish = paint(rng, "white", "white", "white", "cream", "grey", "black", "brown")
     (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
@@ -181,7 +181,7 @@ def window(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
 
 
 def _panes(builder: Builder, material: str, area: tuple[Range, Range], grid: tuple[int, int], bar: float) -> None:
-    """Adds a glass pane over an area with glazing bars between columns and rows."""
+    """Add a glass pane over an area with glazing bars between columns and rows."""
     (x0, x1), (y0, y1) = area
     z = sum(builder.through) / 2 - 0.1 * builder.depth
     builder.block(PartStyle(_GLASS, is_glass=True), (x0, x1), (y0, y1), (z - 0.003, z + 0.003))
@@ -193,7 +193,7 @@ def _panes(builder: Builder, material: str, area: tuple[Range, Range], grid: tup
 
 
 def _bay(builder: Builder, material: str) -> None:
-    """Adds three windows that stand out to -z, away from the room, between a sill and a head board."""
+    """Add three windows that stand out to -z, away from the room, between a sill and a head board."""
     (x0, x1), (z1, z0), height = builder.across, builder.through, builder.height
     corner = 0.28 * builder.width
     floor = [(x0, z0), (x1, z0), (x1 - corner, z1), (x0 + corner, z1)]
@@ -220,7 +220,7 @@ SLAT_M, SLAT_TILT_DEG, SLAT_OVERLAP = 0.05, 72, 1.12
 
 
 def blinds(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns slatted blinds that cover a window while closed and gather under their rail when opened."""
+    """Return slatted blinds that cover a window while closed and gather under their rail when opened."""
     builder = Builder("Blinds", size)
     finish = paint(rng, "white", "cream", "beige", "grey", "light blue") if rng.random() < 0.6 else one_of(rng, WOODS)
     (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height

@@ -16,7 +16,7 @@ _LID_GAP_M = 0.004
 
 
 def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a toilet: cistern at the back, bowl, seat, and a lid that folds up."""
+    """Return a toilet: cistern at the back, bowl, seat, and a lid that folds up."""
     builder = Builder("Toilet", size)
     width, height, depth = size
     (x0, x1), (z0, z1) = builder.across, builder.through
@@ -56,7 +56,7 @@ def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
 
 
 def _cistern(builder: Builder, rim: float, tank: float) -> None:
-    """Adds the tank at a toilet's back, with its lid."""
+    """Add the tank at a toilet's back, with its lid."""
     width, height, z = builder.width, builder.height, builder.through[0] + tank / 2 + 0.01
     body = shapes.rounded_box((min(0.42, width), height - rim - 0.01, tank), (0, (height + rim) / 2 - 0.02, z), 0.025)
     builder.add(_GLAZE, body)
@@ -64,7 +64,7 @@ def _cistern(builder: Builder, rim: float, tank: float) -> None:
 
 
 def _oval(width: float, length: float, middle: float, count: int = 20) -> np.ndarray:
-    """Returns an egg-shaped outline (n, 2) of x, z, blunter at its back."""
+    """Return an egg-shaped outline (n, 2) of x, z, blunter at its back."""
     angles = np.linspace(0, 2 * np.pi, count, endpoint=False)
     x = width / 2 * np.cos(angles) * np.where(np.sin(angles) < 0, 1.0, 1 - 0.12 * np.sin(angles))
     return np.stack([x / np.abs(x).max() * width / 2, middle + length / 2 * np.sin(angles)], 1)
@@ -76,20 +76,20 @@ def _shrunk(outline: np.ndarray, share: float) -> np.ndarray:
 
 
 def _closed(outline: np.ndarray, height: float) -> np.ndarray:
-    """Returns the outline as a ring (n + 1, 3) at a height."""
+    """Return the outline as a ring (n + 1, 3) at a height."""
     ring = np.concatenate([outline, outline[:1]])
     return np.stack([ring[:, 0], np.full(len(ring), height), ring[:, 1]], 1)
 
 
 def _ring(outline: np.ndarray, inner: float, low: float, high: float) -> Mesh:
-    """Returns a flat ring between an outline and its shrunken self."""
+    """Return a flat ring between an outline and its shrunken self."""
     hole = _shrunk(outline, inner)
     loops = [_closed(hole, low), _closed(hole, high), _closed(outline, high), _closed(outline, low), _closed(hole, low)]
     return shapes.merge(shapes.loft(np.stack(loops[i : i + 2]), cap=False) for i in range(4))
 
 
 def _bowl(builder: Builder, wide: float, long: float, rim: float, middle: float) -> None:
-    """Adds the bowl: a foot that widens to an oval rim, hollow, with water at its bottom."""
+    """Add the bowl: a foot that widens to an oval rim, hollow, with water at its bottom."""
     outline = _oval(wide, long, middle)
 
     def at(height: float, share: float) -> np.ndarray:
@@ -109,7 +109,7 @@ def _bowl(builder: Builder, wide: float, long: float, rim: float, middle: float)
 
 
 def bathtub(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a bathtub: built in with a straight apron, or freestanding with sloping sides; its length along x."""
+    """Return a bathtub: built in with a straight apron, or freestanding with sloping sides; its length along x."""
     builder = Builder("Bathtub", size)
     width, height, depth = size
     is_free = rng.random() < 0.4
@@ -134,7 +134,7 @@ def bathtub(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
 
 
 def shower_door(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a glass door in a slim frame that swings to +z."""
+    """Return a glass door in a slim frame that swings to +z."""
     builder = Builder("ShowerDoor", size)
     (x0, x1), height = builder.across, builder.height
     metal = one_of(rng, ("chrome", "metal/black"))

@@ -17,7 +17,7 @@ _HIGHEST_M = 0.85
 
 
 def bed(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a bed: with a wooden, slatted or upholstered headboard, or with four posts when it is tall."""
+    """Return a bed: with a wooden, slatted or upholstered headboard, or with four posts when it is tall."""
     builder = Builder("Bed", size)
     finish = wood(rng)
     width, height, depth = size
@@ -52,7 +52,7 @@ def _lying_height(height: float, levels: Sequence[float]) -> float:
 
 
 def _headboard(builder: Builder, rng: np.random.Generator, finish: Finish, thick: float) -> None:
-    """Adds a board behind the pillows: plain, framed, slatted or padded."""
+    """Add a board behind the pillows: plain, framed, slatted or padded."""
     (x0, x1), z0, height = builder.across, builder.through[0], builder.height
     style = one_of(rng, ("board", "slats", "padded"))
     builder.solid((x0, 0, z0), (x1, height, z0 + thick))
@@ -82,7 +82,7 @@ def _headboard(builder: Builder, rng: np.random.Generator, finish: Finish, thick
 
 
 def _posts(builder: Builder, material: str) -> None:
-    """Adds four corner posts and the frame of a canopy."""
+    """Add four corner posts and the frame of a canopy."""
     (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
     for x in (x0 + 0.035, x1 - 0.035):
         for z in (z0 + 0.035, z1 - 0.035):
@@ -95,7 +95,7 @@ def _posts(builder: Builder, material: str) -> None:
 
 
 def _bedding(builder: Builder, rng: np.random.Generator, heights: tuple[float, float], z: tuple[float, float]) -> str:
-    """Adds mattress, sheet and blanket between two heights; returns the blanket's colour."""
+    """Add mattress, sheet and blanket between two heights; return the blanket's colour."""
     (low, top), (z0, z1) = heights, z
     wide = builder.width - 0.06
     builder.add(

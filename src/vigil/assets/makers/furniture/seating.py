@@ -14,13 +14,13 @@ from vigil.base.geometry import Vec3
 
 
 def seat_height(levels: Sequence[float], height: float, usual: float) -> float:
-    """Returns where to sit: at the lowest level that can be a seat, else at the usual height if that fits."""
+    """Return where to sit: at the lowest level that can be a seat, else at the usual height if that fits."""
     fitting = [level for level in levels if 0.3 * height < level < 0.75 * height]
     return fitting[0] if fitting else min(usual, 0.55 * height)
 
 
 def chair(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a wooden, padded, plastic or office chair; its back is at -z."""
+    """Return a wooden, padded, plastic or office chair; its back is at -z."""
     builder = Builder("Chair", size)
     seat = seat_height(levels, size.y, 0.46)
     if size.x > 0.56 and size.z > 0.56:
@@ -137,7 +137,7 @@ def _office_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Fi
 
 
 def stool(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a stool whose seat is its top, padded or with a hole to carry it by: four legs, or a post on a foot.
+    """Return a stool whose seat is its top, padded or with a hole to carry it by: four legs, or a post on a foot.
 
     Rests for the feet go all round, which a side table has not.
     """
@@ -180,7 +180,7 @@ def stool(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asse
 
 
 def _foot_ring(builder: Builder, radius: float, level: float) -> None:
-    """Adds a ring about the post of a stool, on four spokes."""
+    """Add a ring about the post of a stool, on four spokes."""
     angles = np.linspace(0, 2 * np.pi, 21)
     ring = np.c_[radius * np.cos(angles), np.full(21, level), radius * np.sin(angles)]
     builder.add("chrome", shapes.tube(ring, 0.011, 6))
@@ -189,7 +189,7 @@ def _foot_ring(builder: Builder, radius: float, level: float) -> None:
 
 
 def footstool(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a low padded stool, or a wooden step stool when it is higher than deep."""
+    """Return a low padded stool, or a wooden step stool when it is higher than deep."""
     builder = Builder("Footstool", size)
     finish, pad = wood(rng), cloth(rng)
     width, height, depth = size
@@ -216,7 +216,7 @@ def footstool(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> 
 
 
 def ottoman(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns an upholstered block on short feet, or a round pouf."""
+    """Return an upholstered block on short feet, or a round pouf."""
     builder = Builder("Ottoman", size)
     pad, finish = cloth(rng), wood(rng)
     width, height, depth = size

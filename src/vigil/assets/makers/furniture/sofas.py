@@ -33,7 +33,7 @@ class _Suite:
 
 
 def arm_chair(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns an upholstered armchair, or one of a wooden frame with cushions."""
+    """Return an upholstered armchair, or one of a wooden frame with cushions."""
     builder = Builder("ArmChair", size)
     suite = _suite(builder, rng, levels)
     if rng.random() < 0.25:
@@ -44,7 +44,7 @@ def arm_chair(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> 
 
 
 def sofa(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a sofa with two to four seats; a very deep one is an L whose chaise is at -x."""
+    """Return a sofa with two to four seats; a very deep one is an L whose chaise is at -x."""
     builder = Builder("Sofa", size)
     suite = _suite(builder, rng, levels)
     is_corner = size.z > 1.3 and size.x > 1.9
@@ -73,7 +73,7 @@ def _suite(builder: Builder, rng: np.random.Generator, levels: Sequence[float]) 
 
 
 def _upholstered(builder: Builder, rng: np.random.Generator, suite: _Suite, run: float, seats: int) -> None:
-    """Adds base, back, arms and cushions to the rear `run` metres of the box."""
+    """Add base, back, arms and cushions to the rear `run` metres of the box."""
     (x0, x1), (z0, _) = builder.across, builder.through
     z1, height, foot = z0 + run, builder.height, suite.foot
     soft = 0.05 if suite.is_rounded else 0.02
@@ -113,7 +113,7 @@ def _upholstered(builder: Builder, rng: np.random.Generator, suite: _Suite, run:
 
 
 def _chaise(builder: Builder, suite: _Suite, run: float) -> None:
-    """Adds the long seat that makes a sofa an L, in front of most places from -x on."""
+    """Add the long seat that makes a sofa an L, in front of most places from -x on."""
     (x0, x1), (z0, z1) = builder.across, builder.through
     wide = 0.8 * (x1 - x0)
     high, front = x0 + wide, z0 + run - 0.05
@@ -131,7 +131,7 @@ def _chaise(builder: Builder, suite: _Suite, run: float) -> None:
 
 
 def _framed(builder: Builder, rng: np.random.Generator, suite: _Suite) -> None:
-    """Adds a wooden frame with a seat and a back cushion."""
+    """Add a wooden frame with a seat and a back cushion."""
     finish = wood(rng)
     (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
     for side in (-1, 1):
@@ -162,13 +162,13 @@ def _framed(builder: Builder, rng: np.random.Generator, suite: _Suite) -> None:
 def _soft(
     x: tuple[float, float], y: tuple[float, float], z: tuple[float, float], radius: float, puff: float = 0.0
 ) -> shapes.Mesh:
-    """Returns a round-edged box that spans a range along each axis."""
+    """Return a round-edged box that spans a range along each axis."""
     size = (x[1] - x[0], y[1] - y[0], z[1] - z[0])
     return shapes.rounded_box(size, ((x[0] + x[1]) / 2, (y[0] + y[1]) / 2, (z[0] + z[1]) / 2), radius, puff)
 
 
 def dog_bed(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a dog's bed: a soft rim, round or rectangular, about a cushion."""
+    """Return a dog's bed: a soft rim, round or rectangular, about a cushion."""
     builder = Builder("DogBed", size)
     rim, inner = cloth(rng), cloth(rng)
     width, height, depth = size

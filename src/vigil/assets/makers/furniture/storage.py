@@ -39,7 +39,7 @@ def _fronts(rng: np.random.Generator, front: str) -> Fronts:
 
 
 def _plinth(builder: Builder, rng: np.random.Generator, material: str, front: float, lowest: float = 1.0) -> float:
-    """Adds legs or a base under a carcass whose front is at z = `front`; returns the height of its top.
+    """Add legs or a base under a carcass whose front is at z = `front`; return the height of its top.
 
     It stays below `lowest`, where the first thing inside rests.
     """
@@ -56,7 +56,7 @@ def _plinth(builder: Builder, rng: np.random.Generator, material: str, front: fl
 
 
 def dresser(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a chest of drawers; things at levels below its top lie in the drawers."""
+    """Return a chest of drawers; things at levels below its top lie in the drawers."""
     builder = Builder("Dresser", size)
     finish = wood(rng)
     fronts = _fronts(rng, wood(rng).material if rng.random() < 0.25 else finish.material)
@@ -85,7 +85,7 @@ def _drawers(
     high: tuple[float, float, float],
     grid: tuple[int, list[float]],
 ) -> None:
-    """Adds columns of drawers between heights; lower ones come out further, so that one sees into each."""
+    """Add columns of drawers between heights; lower ones come out further, so that one sees into each."""
     columns, heights = grid
     wide, rows = (high[0] - low[0]) / columns, len(heights) - 1
     for row, (bottom, top) in enumerate(pairwise(heights)):
@@ -98,7 +98,7 @@ def _drawers(
 
 
 def drawer(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a single drawer in its case: a front of another finish, larger than the case, with a broad handle."""
+    """Return a single drawer in its case: a front of another finish, larger than the case, with a broad handle."""
     builder = Builder("Drawer", size)
     finish = wood(rng)
     fronts = _fronts(rng, one_of(rng, [other.material for other in WOODS if other != finish]))
@@ -115,7 +115,7 @@ def drawer(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
 
 
 def cabinet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a cabinet with one or two hinged doors and shelves behind them."""
+    """Return a cabinet with one or two hinged doors and shelves behind them."""
     builder = Builder("Cabinet", size)
     finish = wood(rng)
     fronts = _fronts(rng, finish.material)
@@ -142,7 +142,7 @@ def cabinet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
 
 
 def tv_stand(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a low stand: open shelves in the middle, drawers or doors at its ends when it is wide."""
+    """Return a low stand: open shelves in the middle, drawers or doors at its ends when it is wide."""
     builder = Builder("TVStand", size)
     finish = wood(rng)
     fronts = _fronts(rng, finish.material)
@@ -173,7 +173,7 @@ def tv_stand(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> A
 
 
 def shelving_unit(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a bookcase, a cube shelf or an open metal rack, with shelves at the levels."""
+    """Return a bookcase, a cube shelf or an open metal rack, with shelves at the levels."""
     builder = Builder("ShelvingUnit", size)
     width, height, depth = size
     style = one_of(rng, ("case", "cubes", "rack", "ladder"))
@@ -197,7 +197,7 @@ def shelving_unit(size: Vec3, rng: np.random.Generator, levels: Sequence[float])
 
 
 def _rack(builder: Builder, rng: np.random.Generator, heights: list[float], style: str) -> Asset:
-    """Returns shelves between four posts, without walls."""
+    """Return shelves between four posts, without walls."""
     width, height, depth = builder.width, builder.height, builder.depth
     post = one_of(rng, ("metal/black", "metal/brushed", "metal/white")) if style == "rack" else wood(rng).material
     board = wood(rng)
@@ -224,7 +224,7 @@ def _rack(builder: Builder, rng: np.random.Generator, heights: list[float], styl
 
 
 def shelf(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a wall shelf: a board on brackets; a taller one is a box shelf with boards at the levels."""
+    """Return a wall shelf: a board on brackets; a taller one is a box shelf with boards at the levels."""
     builder = Builder("Shelf", size)
     finish = wood(rng)
     width, height, depth = size

@@ -26,7 +26,7 @@ from vigil.base.geometry import Vec3
 
 
 def dining_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a table on four legs or trestles, or a round one on a foot."""
+    """Return a table on four legs or trestles, or a round one on a foot."""
     builder = Builder("DiningTable", size)
     finish = wood(rng)
     width, height, depth = size
@@ -50,7 +50,7 @@ def dining_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
 
 
 def _below(levels: Sequence[float], height: float) -> list[float]:
-    """Returns the levels that are clearly below a table's top, no two closer than 6 cm."""
+    """Return the levels that are clearly below a table's top, no two closer than 6 cm."""
     found: list[float] = []
     for level in levels:
         if 0.025 < level < 0.9 * height and (not found or level > found[-1] + 0.06):
@@ -59,13 +59,13 @@ def _below(levels: Sequence[float], height: float) -> list[float]:
 
 
 def _low_shelves(builder: Builder, material: str, tops: Sequence[float], under: float) -> None:
-    """Adds shelves between a table's legs."""
+    """Add shelves between a table's legs."""
     for index, (top, above) in enumerate(pairwise([*tops, under])):
         _low_shelf(builder, material, top, above, f"shelf{index or ''}")
 
 
 def _top(builder: Builder, material: str, thick: float, radius: float = 0.0, *, y: float | None = None) -> None:
-    """Adds a table's top with its solid and surface; its upper face is the box's top, or at `y`."""
+    """Add a table's top with its solid and surface; its upper face is the box's top, or at `y`."""
     top = builder.height if y is None else y
     size, center = (builder.width, thick, builder.depth), (0.0, top - thick / 2, 0.0)
     builder.add(material, shapes.slab(size, center, radius) if radius else shapes.box(size, center, 0.006))
@@ -74,7 +74,7 @@ def _top(builder: Builder, material: str, thick: float, radius: float = 0.0, *, 
 
 
 def _apron(builder: Builder, material: str, under: float, spread: tuple[float, float], tall: float) -> None:
-    """Adds the four boards below a top, around `spread` (x, z)."""
+    """Add the four boards below a top, around `spread` (x, z)."""
     for side in (-1, 1):
         x, z = side * spread[0] / 2, side * spread[1] / 2
         builder.block(material, (-spread[0] / 2, spread[0] / 2), (under - tall, under), (z - 0.01, z + 0.01))
@@ -82,7 +82,7 @@ def _apron(builder: Builder, material: str, under: float, spread: tuple[float, f
 
 
 def _trestles(builder: Builder, material: str, under: float) -> None:
-    """Adds two end frames and the beam between them."""
+    """Add two end frames and the beam between them."""
     half_x, half_z = 0.38 * builder.width, 0.4 * builder.depth
     for side in (-1, 1):
         x = side * half_x
@@ -95,7 +95,7 @@ def _trestles(builder: Builder, material: str, under: float) -> None:
 
 
 def _pedestal(builder: Builder, finish: Finish, foot: Finish) -> None:
-    """Adds a round (or oval) top on one turned foot."""
+    """Add a round (or oval) top on one turned foot."""
     width, height, depth = builder.width, builder.height, builder.depth
     r, ratio = width / 2, (1.0, 1.0, depth / width)
     rim = [(0, height - 0.035), (r - 0.012, height - 0.035), (r, height - 0.02), (r - 0.004, height), (0, height)]
@@ -114,7 +114,7 @@ def _pedestal(builder: Builder, finish: Finish, foot: Finish) -> None:
 
 
 def coffee_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a low table: wood or glass on four legs, perhaps with a shelf, or a round one, or a block."""
+    """Return a low table: wood or glass on four legs, perhaps with a shelf, or a round one, or a block."""
     builder = Builder("CoffeeTable", size)
     finish = wood(rng)
     width, height, depth = size
@@ -149,7 +149,7 @@ def coffee_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
 
 
 def _low_shelf(builder: Builder, material: str, top: float, under: float, name: str) -> None:
-    """Adds a shelf between a table's legs."""
+    """Add a shelf between a table's legs."""
     half_x, half_z = builder.width / 2 - 0.05, builder.depth / 2 - 0.05
     builder.block(material, (-half_x, half_x), (top - 0.02, top), (-half_z, half_z), 0.003)
     builder.solid((-half_x, top - 0.02, -half_z), (half_x, top, half_z))
@@ -157,7 +157,7 @@ def _low_shelf(builder: Builder, material: str, top: float, under: float, name: 
 
 
 def side_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a bedside or end table: with drawers, with a shelf, or round."""
+    """Return a bedside or end table: with drawers, with a shelf, or round."""
     builder = Builder("SideTable", size)
     finish = wood(rng)
     width, height, depth = size
@@ -184,7 +184,7 @@ def side_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) ->
 
 
 def _nightstand(builder: Builder, rng: np.random.Generator, finish: Finish) -> None:
-    """Adds a small chest with one or two drawers on short legs."""
+    """Add a small chest with one or two drawers on short legs."""
     width, height, depth = builder.width, builder.height, builder.depth
     fronts = _fronts(rng, finish.material)
     front = depth / 2 - handle_room(fronts.knob)
@@ -209,7 +209,7 @@ def _fronts(rng: np.random.Generator, front: str) -> Fronts:
 
 
 def desk(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a writing desk: plain, with a drawer pedestal at -x, tall ones with a hutch of shelves."""
+    """Return a writing desk: plain, with a drawer pedestal at -x, tall ones with a hutch of shelves."""
     builder = Builder("Desk", size)
     finish = wood(rng)
     width, height, depth = size
@@ -249,7 +249,7 @@ def desk(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
 
 
 def _drawer_block(builder: Builder, fronts: Fronts, reach: float, face: tuple[float, float]) -> None:
-    """Adds a chest of three drawers below a desk's top, `reach` wide at -x; `face` is (top, front z)."""
+    """Add a chest of three drawers below a desk's top, `reach` wide at -x; `face` is (top, front z)."""
     x0, z0, (top, front) = builder.across[0] + 0.01, builder.through[0] + 0.02, face
     add_case(builder, fronts.front, (x0, 0.04, z0), (x0 + reach, top, front - 0.004), 0.016)
     builder.block(fronts.front, (x0 + 0.02, x0 + reach - 0.02), (0, 0.04), (z0 + 0.02, front - 0.05))
@@ -261,7 +261,7 @@ def _drawer_block(builder: Builder, fronts: Fronts, reach: float, face: tuple[fl
 
 
 def _hutch(builder: Builder, material: str, desk_top: float, levels: Sequence[float]) -> None:
-    """Adds shelves above the rear of a desk."""
+    """Add shelves above the rear of a desk."""
     (x0, x1), z0, height = builder.across, builder.through[0], builder.height
     z1 = z0 + min(0.28, 0.45 * builder.depth)
     add_case(builder, material, (x0, desk_top, z0), (x1, height, z1), 0.02)

@@ -28,7 +28,7 @@ _SLEEVES = tuple(f"fabric/{COLOURS[name]}" for name in ("red", "blue", "teal", "
 
 
 def box(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a cardboard box whose four flaps fold out."""
+    """Return a cardboard box whose four flaps fold out."""
     builder = Builder("Box", size)
     word, code = one_of(rng, _CARDS)
     card = f"cardboard/{code}"
@@ -59,7 +59,7 @@ def box(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
 
 
 def laundry_hamper(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a laundry basket of wicker, cloth or plastic with a lid hinged at its back; washing hangs out of it."""
+    """Return a laundry basket of wicker, cloth or plastic with a lid hinged at its back; washing hangs out of it."""
     builder = Builder("LaundryHamper", size)
     word, code = one_of(rng, CLOTHS)
     baskets = (Finish("wicker", "wicker"), Finish("wicker/#8a6a45", "brown wicker"), Finish("plastic/#e6e4de", "white"))
@@ -91,7 +91,7 @@ def laundry_hamper(size: Vec3, rng: np.random.Generator, levels: Sequence[float]
 
 
 def _slots(builder: Builder, lid: float) -> list[shapes.Mesh]:
-    """Returns rows of upright slots in a hamper's four sides."""
+    """Return rows of upright slots in a hamper's four sides."""
     found = []
     for (reach, away), names in (
         ((builder.width, builder.depth), ("+z", "-z")),
@@ -110,7 +110,7 @@ def _slots(builder: Builder, lid: float) -> list[shapes.Mesh]:
 
 
 def _washing(builder: Builder, rng: np.random.Generator, lid: float) -> None:
-    """Adds a sleeve and a sock that hang over a hamper's front."""
+    """Add a sleeve and a sock that hang over a hamper's front."""
     width, height, face = builder.width, builder.height, builder.through[1] + 0.006
     cloth = one_of(rng, _SLEEVES)
     sleeve = [(-0.03, 0.0), (0.2, 0.0), (0.25, -0.29), (0.04, -0.31)]
@@ -134,7 +134,7 @@ def _washing(builder: Builder, rng: np.random.Generator, lid: float) -> None:
 def _bin(
     outline: np.ndarray, y: tuple[float, float], foot: float, wall: float, *, has_floor: bool = True
 ) -> shapes.Mesh:
-    """Returns a tapering vessel, or its rim, over an outline (n, 2): `foot` is how much smaller it is at its bottom."""
+    """Return a tapering vessel, or its rim, over an outline (n, 2): `foot` is how much smaller it is at its bottom."""
     ring = np.concatenate([outline, outline[:1]])
     reach = np.abs(outline).max(0)
     inner = (reach - wall) / reach
@@ -157,7 +157,7 @@ def _bin(
 
 
 def _lining(outline: np.ndarray, height: float, foot: float) -> shapes.Mesh:
-    """Returns the inside of a bin, a little within its walls."""
+    """Return the inside of a bin, a little within its walls."""
     ring = np.concatenate([outline, outline[:1]])
     reach = np.abs(outline).max(0)
     inner = (reach - 0.0135) / reach
@@ -169,7 +169,7 @@ def _lining(outline: np.ndarray, height: float, foot: float) -> shapes.Mesh:
 
 
 def garbage_can(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns an open bin: round or rectangular, plastic, metal or wire, perhaps with a bag over its rim."""
+    """Return an open bin: round or rectangular, plastic, metal or wire, perhaps with a bag over its rim."""
     builder = Builder("GarbageCan", size)
     name = one_of(rng, ("black", "grey", "white", "green", "blue", "red"))
     kind = one_of(
@@ -201,7 +201,7 @@ def garbage_can(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -
 
 
 def safe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a steel safe: a thick door with a dial or keypad and a wheel handle."""
+    """Return a steel safe: a thick door with a dial or keypad and a wheel handle."""
     builder = Builder("Safe", size)
     word, code = one_of(rng, (("grey", "#63676c"), ("black", "#2d3033"), ("green", "#3f5448"), ("white", "#d9d9d5")))
     steel = f"metal/{code}"
@@ -244,7 +244,7 @@ def safe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
 
 
 def _boltwork(builder: Builder, joint: str, x: Range, back: float) -> None:
-    """Adds what one sees of an open safe's door: a bright plate on its inside, and bolts at its free edge."""
+    """Add what one sees of an open safe's door: a bright plate on its inside, and bolts at its free edge."""
     x0, x1 = x
     height, wall = builder.height, 0.045
     plate = PartStyle("metal/#b9bcc0", joint, bears_open=True)
@@ -257,7 +257,7 @@ def _boltwork(builder: Builder, joint: str, x: Range, back: float) -> None:
 
 
 def _keypad(builder: Builder, joint: str, at: Corner) -> None:
-    """Adds twelve keys on a pad."""
+    """Add twelve keys on a pad."""
     x, y, face = at
     pad = shapes.box((0.1, 0.13, 0.014), (x, y, face + 0.007), 0.003)
     builder.add(PartStyle("plastic/#1d1f22", joint, bears_open=True), pad)
@@ -270,7 +270,7 @@ def _keypad(builder: Builder, joint: str, at: Corner) -> None:
 
 
 def cart(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Returns a trolley: trays with raised edges between four posts on large castors, and push bars above them."""
+    """Return a trolley: trays with raised edges between four posts on large castors, and push bars above them."""
     builder = Builder("Cart", size)
     finish = wood(rng)
     post = one_of(rng, ("metal/dark", "metal/black", "metal/brass", "metal/#2f8386"))

@@ -28,7 +28,7 @@ CUTLERY = (
 
 
 def pot(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a pot: straight walls, a rolled rim, two ears or, in a long box, one long handle and an ear."""
+    """Return a pot: straight walls, a rolled rim, two ears or, in a long box, one long handle and an ear."""
     builder = Builder("Pot", size)
     width, height, length = size
     name, tint = colour(rng, "red", "blue", "dark grey", "green", "orange", "cream")
@@ -60,7 +60,7 @@ def pot(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
 
 
 def _ear(width: float, root: tuple[float, float], reach: float, thick: float) -> shapes.Mesh:
-    """Returns a lying loop that stands out by `reach` along z from `root` (z, y) of a vessel's wall."""
+    """Return a lying loop that stands out by `reach` along z from `root` (z, y) of a vessel's wall."""
     z, y = root
     angles = np.linspace(-np.pi / 2, np.pi / 2, 7)
     out = reach - np.sign(reach) * thick
@@ -69,7 +69,7 @@ def _ear(width: float, root: tuple[float, float], reach: float, thick: float) ->
 
 
 def pan(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a frying pan with one long handle."""
+    """Return a frying pan with one long handle."""
     builder = Builder("Pan", size)
     width, height, length = size
     kind = one_of(rng, ("black", "black", "steel", "coloured"))
@@ -97,7 +97,7 @@ def _vessel(
     middle: float,
     height: float | None = None,
 ) -> None:
-    """Adds a round open vessel: `looks` outside and inside, `plan` x and z, `shape` foot radius and floor as shares."""
+    """Add a round open vessel: `looks` outside and inside, `plan` x and z, `shape` foot radius and floor as shares."""
     height = height or builder.height
     (width, across), (foot, share) = plan, shape
     floor = share * height
@@ -110,7 +110,7 @@ def _vessel(
 
 
 def fork(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a fork whose tines are slimmer than the gaps between them, so that one sees through it from afar."""
+    """Return a fork whose tines are slimmer than the gaps between them, so that one sees through it from afar."""
     builder = Builder("Fork", size)
     half, height, length = size.x / 2, size.y, size.z
     name, metal, grip = one_of(rng, CUTLERY)
@@ -128,7 +128,7 @@ def fork(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
 
 
 def spoon(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a spoon."""
+    """Return a spoon."""
     builder = Builder("Spoon", size)
     half, height, length = size.x / 2, size.y, size.z
     name, metal, grip = one_of(rng, CUTLERY)
@@ -142,13 +142,13 @@ def spoon(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
 
 
 def _handle(half: float, length: float, thick: float, *, is_bare: bool) -> shapes.Mesh:
-    """Returns the rear part of cutlery's handle; what is not bare metal is thicker."""
+    """Return the rear part of cutlery's handle; what is not bare metal is thicker."""
     outline = [(-length / 2, 0.35), (-0.47 * length, 0.55), (-0.3 * length, 0.42), (-0.115 * length, 0.28)]
     return strip([(z, share * half) for z, share in outline], thick if is_bare else 2.2 * thick)
 
 
 def knife(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a kitchen knife: blade to the front, in the plane that the box is broader in."""
+    """Return a kitchen knife: blade to the front, in the plane that the box is broader in."""
     builder = Builder("Knife", size)
     broad, slim, length = max(size.x, size.y), min(size.x, size.y), size.z
     half = broad / 2
@@ -188,7 +188,7 @@ def knife(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
 
 
 def butter_knife(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a table knife with a round tip."""
+    """Return a table knife with a round tip."""
     builder = Builder("ButterKnife", size)
     broad, slim, length = max(size.x, size.y), min(size.x, size.y), size.z
     half = broad / 2
@@ -214,7 +214,7 @@ _LADLES = (
 
 
 def ladle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a soup ladle: a deep round dish on a long neck, and a grip with a hooked end."""
+    """Return a soup ladle: a deep round dish on a long neck, and a grip with a hooked end."""
     builder = Builder("Ladle", size)
     width, height, length = size
     across = min(width, 0.4 * length)
@@ -237,7 +237,7 @@ def ladle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
 
 
 def spatula(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a slotted turner or a flat spatula."""
+    """Return a slotted turner or a flat spatula."""
     builder = Builder("Spatula", size)
     width, height, length = size
     half = width / 2
@@ -264,14 +264,14 @@ def spatula(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> A
 
 
 def _dish(along: tuple[float, float], half: float, sink: float) -> shapes.Mesh:
-    """Returns a shallow oval dish: `along` is its middle and half length on z."""
+    """Return a shallow oval dish: `along` is its middle and half length on z."""
     middle, reach = along
     dish = shapes.lathe([(0.0, -1.0), (0.6, -0.72), (1.0, 0.0), (0.94, 0.04), (0.55, -0.6), (0.0, -0.85)], segments=14)
     return shapes.translate(shapes.scale(dish, (half, sink, reach)), (0, 0, middle))
 
 
 def _curve(length: float, height: float):
-    """Returns the lift of cutlery: low in the neck, rising to both ends."""
+    """Return the lift of cutlery: low in the neck, rising to both ends."""
     return lambda z: 0.75 * height * (1 - np.cos(2.4 * (z / length + 0.1))) / (1 - np.cos(2.4 * 0.6))
 
 

@@ -13,7 +13,7 @@ from vigil.base.geometry import Vec3
 
 
 def hollow(builder: Builder, width: float, depth: float, floor: float, x: float = 0.0, z: float = 0.0) -> None:
-    """Adds what a round open vessel at (x, z) takes up: its bottom up to `floor`, and four walls around."""
+    """Add what a round open vessel at (x, z) takes up: its bottom up to `floor`, and four walls around."""
     height = builder.height
     left, right, back, front = x - width / 2, x + width / 2, z - depth / 2, z + depth / 2
     wall = 0.08 * min(width, depth)
@@ -25,7 +25,7 @@ def hollow(builder: Builder, width: float, depth: float, floor: float, x: float 
 
 
 def bowl(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a bowl: ceramic in two colours, banded, wooden, copper, or of tinted glass with a solid rim and foot."""
+    """Return a bowl: ceramic in two colours, banded, wooden, copper, or of tinted glass with a solid rim and foot."""
     builder = Builder("Bowl", size)
     width, height, depth = size
     kind = one_of(rng, ("ceramic", "ceramic", "banded", "wooden", "metal", "glass"))
@@ -63,7 +63,7 @@ def bowl(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
 
 
 def plate(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a plate with a sunk middle and a rim: coloured with a white edge, or white with lines or a broad rim.
+    """Return a plate with a sunk middle and a rim: coloured with a white edge, or white with lines or a broad rim.
 
     The edge always has another colour than the middle, so that a plate is seen on a counter of its own colour.
     """
@@ -94,7 +94,7 @@ def plate(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
 
 
 def mug(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a mug with its handle along the longer floor axis."""
+    """Return a mug with its handle along the longer floor axis."""
     builder = Builder("Mug", size)
     length, height, width = size.z, size.y, size.x
     across = min(width, 0.76 * length)
@@ -125,7 +125,7 @@ def mug(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
 
 
 def cup(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a cup without a handle: tumbler of glass, plastic, ceramic or steel, or a paper cup."""
+    """Return a cup without a handle: tumbler of glass, plastic, ceramic or steel, or a paper cup."""
     builder = Builder("Cup", size)
     width, height, depth = size
     kind = one_of(rng, ("glass", "plastic", "ceramic", "paper", "metal"))

@@ -19,7 +19,7 @@ PAINTED_PICTURES = 24
 
 
 def painting(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a framed picture on the wall (-z), with or without a mat, or a canvas without frame."""
+    """Return a framed picture on the wall (-z), with or without a mat, or a canvas without frame."""
     builder = Builder("Painting", size)
     width, height, depth = size
     border = 0.0 if rng.random() < 0.2 else float(rng.uniform(0.05, 0.1)) * min(width, height)
@@ -48,7 +48,7 @@ def _frame(builder: Builder, look: str, border: float) -> None:
 
 
 def mirror(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a mirror on the wall (-z): framed, oval, or a bare glass."""
+    """Return a mirror on the wall (-z): framed, oval, or a bare glass."""
     builder = Builder("Mirror", size)
     width, height, depth = size
     kind = one_of(rng, ("framed", "framed", "oval", "bare"))
@@ -78,7 +78,7 @@ def mirror(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
 
 
 def house_plant(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a plant in a pot: broad leaves, sword leaves, a small tree, a palm or, when small, a cactus."""
+    """Return a plant in a pot: broad leaves, sword leaves, a small tree, a palm or, when small, a cactus."""
     builder = Builder("HousePlant", size)
     width, height, depth = size
     slim = height > 1.3 * width
@@ -104,7 +104,7 @@ def house_plant(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
 
 
 def leaf(length: float, width: float, droop: float) -> shapes.Mesh:
-    """Returns a leaf that starts at the origin, goes out along +z and up, and droops; seen from both sides."""
+    """Return a leaf that starts at the origin, goes out along +z and up, and droops; seen from both sides."""
     along = np.array([0.0, 0.3, 0.62, 1.0])
     half = width / 2 * np.array([0.25, 1.0, 0.85, 0.06])
     y = length * (0.75 * along - droop * along**2)
@@ -126,7 +126,7 @@ Spread = tuple[float, float, float]
 
 
 def _broad(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[float, float], spread: Spread) -> None:
-    """Adds a crown of broad leaves on stems."""
+    """Add a crown of broad leaves on stems."""
     base, across = pot
     reach, tall, deep = spread
     for k in range(15):
@@ -153,7 +153,7 @@ def _broad(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[fl
 
 
 def _swords(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[float, float], spread: Spread) -> None:
-    """Adds upright sword-shaped leaves."""
+    """Add upright sword-shaped leaves."""
     base, across = pot
     reach, tall, deep = spread
     for k in range(13):
@@ -177,7 +177,7 @@ def _swords(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[f
 
 
 def _tree(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[float, float], spread: Spread) -> None:
-    """Adds a thin trunk with a round crown of leaves."""
+    """Add a thin trunk with a round crown of leaves."""
     base, _ = pot
     reach, tall, deep = spread
     wiggle = rng.uniform(-0.06, 0.06, 2) * reach
@@ -200,7 +200,7 @@ def _tree(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[flo
 
 
 def _palm(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[float, float], spread: Spread) -> None:
-    """Adds a trunk with long fronds that arch over."""
+    """Add a trunk with long fronds that arch over."""
     base, _ = pot
     reach, tall, deep = spread
     top = base + 0.5 * tall
@@ -230,7 +230,7 @@ def _palm(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[flo
 
 
 def _bush(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[float, float], spread: Spread) -> None:
-    """Adds a dense round bush with blossoms."""
+    """Add a dense round bush with blossoms."""
     base, _ = pot
     reach, tall, deep = spread
     _, bloom = colour(rng, "red", "pink", "yellow", "white", "purple")
@@ -258,7 +258,7 @@ def _bush(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[flo
 
 
 def _cactus(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[float, float], spread: Spread) -> None:
-    """Adds a ribbed column with two arms and a blossom."""
+    """Add a ribbed column with two arms and a blossom."""
     base, across = pot
     reach, tall, _deep = spread
     radius = 0.3 * across
@@ -286,7 +286,7 @@ def _cactus(builder: Builder, rng: np.random.Generator, green: str, pot: tuple[f
 
 
 def room_decor(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a tall vase on the floor with branches or dry grass."""
+    """Return a tall vase on the floor with branches or dry grass."""
     builder = Builder("RoomDecor", size)
     width, height, depth = size
     name, tint = colour(rng, "white", "black", "brown", "teal", "beige", "red")

@@ -13,7 +13,7 @@ from vigil.base.geometry import Vec3
 
 
 def apple(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a red, green or yellow apple with a stem and mostly a leaf."""
+    """Return a red, green or yellow apple with a stem and mostly a leaf."""
     builder = Builder("Apple", size)
     width, height, depth = size
     name, tint = one_of(rng, (("red", "#b3202a"), ("red", "#8f1d24"), ("green", "#86b23c"), ("yellow", "#dcb63c")))
@@ -40,7 +40,7 @@ def apple(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
 
 
 def tomato(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a tomato: ribbed, with a green star of sepals."""
+    """Return a tomato: ribbed, with a green star of sepals."""
     builder = Builder("Tomato", size)
     width, height, depth = size
     tint = one_of(rng, ("#cf2b1f", "#d9441f", "#b9201c"))
@@ -56,7 +56,7 @@ def tomato(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
 
 
 def egg(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns an egg, its broad end down or, in a long box, to the back."""
+    """Return an egg, its broad end down or, in a long box, to the back."""
     builder = Builder("Egg", size)
     name, tint = one_of(rng, (("white", "#f2ede1"), ("brown", "#c08a5e"), ("cream", "#e6cfae")))
     angles = np.linspace(-np.pi / 2, np.pi / 2, 11)
@@ -67,7 +67,7 @@ def egg(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
 
 
 def potato(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a potato: a lumpy ellipsoid with dark eyes."""
+    """Return a potato: a lumpy ellipsoid with dark eyes."""
     builder = Builder("Potato", size)
     tint = one_of(rng, ("#b08a52", "#9c7443", "#c2a066", "#8f4f43"))
     lump = shapes.ellipsoid(size, (0, size.y / 2, 0), segments=16, rings=9)
@@ -86,7 +86,7 @@ def potato(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
 
 
 def bread(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a loaf along z: tin loaf, round-topped loaf with cuts, or baguette-like."""
+    """Return a loaf along z: tin loaf, round-topped loaf with cuts, or baguette-like."""
     builder = Builder("Bread", size)
     width, height, length = size
     kind = one_of(rng, ("tin", "oval", "tin"))
@@ -113,7 +113,7 @@ def bread(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
 
 
 def lettuce(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a head of lettuce: a pale heart in layers of frilled leaves."""
+    """Return a head of lettuce: a pale heart in layers of frilled leaves."""
     builder = Builder("Lettuce", size)
     tints = one_of(
         rng, (("#5c9a3c", "#86bd55", "#b9d98a"), ("#4a8a3a", "#74ad4c", "#a8cf7a"), ("#6a8f45", "#94b862", "#c6dc9a"))
@@ -132,7 +132,7 @@ def lettuce(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> A
 
 
 def _leaf_bowl(rng: np.random.Generator) -> shapes.Mesh:
-    """Returns a leaf that stands on its stem, hollow to the inside (-z), 1 high, about 1 wide."""
+    """Return a leaf that stands on its stem, hollow to the inside (-z), 1 high, about 1 wide."""
     wide = np.array([0.12, 0.62, 1.0, 0.95, 0.55])
     rings = []
     for level, half in enumerate(wide / 2):
@@ -147,7 +147,7 @@ def _leaf_bowl(rng: np.random.Generator) -> shapes.Mesh:
 
 
 def _swell(part: shapes.Mesh, factor: Callable[[np.ndarray], np.ndarray]) -> shapes.Mesh:
-    """Returns the mesh with its distance from the vertical axis multiplied by a function of the angle."""
+    """Return the mesh with its distance from the vertical axis multiplied by a function of the angle."""
     vertices = part.vertices.astype(np.float64)
     share = factor(np.arctan2(vertices[:, 0], vertices[:, 2]))
     vertices[:, 0] *= share

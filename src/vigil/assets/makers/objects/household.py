@@ -15,7 +15,7 @@ DARK = "plastic/#1f2022"
 
 
 def paper_towel_roll(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a paper towel roll with a printed border, mostly on a stand with a knob."""
+    """Return a paper towel roll with a printed border, mostly on a stand with a knob."""
     builder = Builder("PaperTowelRoll", size)
     width, height, depth = size
     stands = rng.random() < 0.65
@@ -56,7 +56,7 @@ _GLEAMS = (
 
 
 def aluminum_foil(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a roll of aluminum foil in an open carton that says so, a sheet hanging over its edge."""
+    """Return a roll of aluminum foil in an open carton that says so, a sheet hanging over its edge."""
     builder = Builder("AluminumFoil", size)
     width, height, length = size
     name, tint = colour(rng, "blue", "red", "orange", "teal")
@@ -88,7 +88,7 @@ def aluminum_foil(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]
 
 
 def dish_sponge(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a sponge with a waist for the fingers and a scouring layer on top."""
+    """Return a sponge with a waist for the fingers and a scouring layer on top."""
     builder = Builder("DishSponge", size)
     width, height, length = size
     name, tint = colour(rng, "yellow", "yellow", "blue", "pink", "orange")
@@ -102,7 +102,7 @@ def dish_sponge(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
 
 
 def garbage_bag(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a full garbage bag, knotted at the top."""
+    """Return a full garbage bag, knotted at the top."""
     builder = Builder("GarbageBag", size)
     name, tint = colour(rng, "black", "black", "white", "blue", "grey")
     angles = np.linspace(0, 2 * np.pi, 23)
@@ -133,7 +133,7 @@ def garbage_bag(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
 
 
 def boots(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a pair of boots, toes to +z."""
+    """Return a pair of boots, toes to +z."""
     builder = Builder("Boots", size)
     width, height, depth = size
     name, tint = one_of(
@@ -173,7 +173,7 @@ def _oval_ring(x: float, y: float, ends: tuple[float, float], half: float) -> np
 
 
 def baseball_bat(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a baseball bat, its thick end to +z."""
+    """Return a baseball bat, its thick end to +z."""
     builder = Builder("BaseballBat", size)
     width, height, length = size
     name, look = one_of(
@@ -209,7 +209,7 @@ def baseball_bat(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
 
 
 def basketball(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a basketball with its black seams."""
+    """Return a basketball with its black seams."""
     builder = Builder("BasketBall", size)
     tint = one_of(rng, ("#d2691e", "#c4632c", "#b8541f"))
     angles = np.linspace(0, 2 * np.pi, 19)
@@ -225,7 +225,7 @@ def basketball(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
 
 
 def tennis_racket(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a tennis racket lying flat, its head to +z."""
+    """Return a tennis racket lying flat, its head to +z."""
     builder = Builder("TennisRacket", size)
     width, height, length = size
     name, tint = colour(rng, "red", "blue", "green", "black", "yellow", "white", "orange")
@@ -255,7 +255,7 @@ def tennis_racket(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]
 
 
 def dumbbell(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a dumbbell along z: six-sided rubber heads or round plates, a steel bar."""
+    """Return a dumbbell along z: six-sided rubber heads or round plates, a steel bar."""
     builder = Builder("Dumbbell", size)
     width, height, length = size
     name, tint = colour(rng, "black", "black", "blue", "pink", "green", "grey")
@@ -274,7 +274,7 @@ def dumbbell(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> 
 
 
 def vacuum_cleaner(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns an upright vacuum cleaner, its head to +z."""
+    """Return an upright vacuum cleaner, its head to +z."""
     builder = Builder("VacuumCleaner", size)
     width, height, depth = size
     name, tint = colour(rng, "red", "blue", "purple", "yellow", "green", "teal")

@@ -18,7 +18,7 @@ _LID_DEG = 80.0
 
 
 def kettle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a kettle with its spout at +x, its handle at -x or above, and a hinged lid."""
+    """Return a kettle with its spout at +x, its handle at -x or above, and a hinged lid."""
     builder = Builder("Kettle", size)
     is_electric = bool(rng.random() < 0.5)
     name, tint = colour(rng, "red", "white", "black", "teal", "cream", "light blue")
@@ -29,7 +29,7 @@ def kettle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
 
 
 def _electric(builder: Builder, body: str, grip: str) -> None:
-    """Adds a jug that narrows upwards on its stand, with a beak at its rim, a gauge for water and a handle behind."""
+    """Add a jug that narrows upwards on its stand, with a beak at its rim, a gauge for water and a handle behind."""
     width, height, depth = builder.width, builder.height, builder.depth
     across, middle, top = min(depth, 0.76 * width), 0.03 * width, 0.88 * height
     neck, base = _NECK_ELECTRIC, 0.07 * height
@@ -53,7 +53,7 @@ def _electric(builder: Builder, body: str, grip: str) -> None:
 
 
 def _beak(x: tuple[float, float], tip: float, top: float, wide: float) -> shapes.Mesh:
-    """Returns the short spout that springs from a jug's rim (`x` is its middle and width) and ends at `tip`."""
+    """Return the short spout that springs from a jug's rim (`x` is its middle and width) and ends at `tip`."""
     middle, across = x
     root, wall = middle + 0.3 * across, middle + 0.45 * across
     low = [(x, 0.62 * top, share * wide) for x, share in ((root, -0.1), (wall, -0.04), (wall, 0.04), (root, 0.1))]
@@ -62,7 +62,7 @@ def _beak(x: tuple[float, float], tip: float, top: float, wide: float) -> shapes
 
 
 def _stove_top(builder: Builder, body: str, grip: str) -> None:
-    """Adds a round kettle with a bow over it and a short stout spout under a dark whistle."""
+    """Add a round kettle with a bow over it and a short stout spout under a dark whistle."""
     width, height, depth = builder.width, builder.height, builder.depth
     across, middle, top = min(depth, 0.78 * width), -0.07 * width, 0.6 * height
     neck = _NECK_STOVE
@@ -84,7 +84,7 @@ def _stove_top(builder: Builder, body: str, grip: str) -> None:
 def _lid(
     builder: Builder, looks: tuple[str, str], x: tuple[float, float], at: tuple[float, float], knob: float
 ) -> None:
-    """Adds a lid in a steel ring, with a knob of that height in the second look, hinged at the back.
+    """Add a lid in a steel ring, with a knob of that height in the second look, hinged at the back.
 
     `x` is the kettle's middle and width, `at` the opening's radius as a share and its height.
     """
@@ -113,7 +113,7 @@ def _turned(
     x: tuple[float, float],
     segments: int = 18,
 ) -> None:
-    """Adds a profile of (share of half the width, height) turned about a kettle's middle; `x` is that and its width."""
+    """Add a profile of (share of half the width, height) turned about a kettle's middle; `x` is that and its width."""
     middle, across = x
     builder.add(look, shapes.translate(lathed_oval(profile, across, builder.depth, segments), (middle, 0, 0)))
 

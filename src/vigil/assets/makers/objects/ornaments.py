@@ -26,7 +26,7 @@ Triple = tuple[float, float, float]
 
 
 def statue(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a statue: in a low box a dog or a reclining curve, in a high one a bust, a figure, a cat or a bird."""
+    """Return a statue: in a low box a dog or a reclining curve, in a high one a bust, a figure, a cat or a bird."""
     builder = Builder("Statue", size)
     name, stone = one_of(rng, STONES)
     form = one_of(rng, _forms(size.y / max(size.x, size.z)))
@@ -35,7 +35,7 @@ def statue(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
 
 
 def _forms(slimness: float) -> tuple[Callable[[Builder, str], None], ...]:
-    """Returns what looks right in a box of that height over width."""
+    """Return what looks right in a box of that height over width."""
     if slimness < 0.9:
         return _dog, _horse, _knot
     if slimness < 1.5:
@@ -56,7 +56,7 @@ def _plinth(builder: Builder, look: str, width: float = 0.8, depth: float = 0.8)
 
 
 def _dog(builder: Builder, stone: str) -> None:
-    """Adds a standing dog that looks along +x."""
+    """Add a standing dog that looks along +x."""
     _ball(builder, stone, (-0.05, 0.5, 0), (0.72, 0.3, 0.3), 12)
     _ball(builder, stone, (0.22, 0.55, 0), (0.34, 0.36, 0.32))
     _limb(builder, stone, [(0.28, 0.6, 0), (0.4, 0.82, 0)], [0.13, 0.1])
@@ -76,7 +76,7 @@ def _dog(builder: Builder, stone: str) -> None:
 
 
 def _horse(builder: Builder, stone: str) -> None:
-    """Adds a horse that looks along +x, on a plinth."""
+    """Add a horse that looks along +x, on a plinth."""
     _plinth(builder, "wood/walnut", 1.2, 0.4)
     _ball(builder, stone, (-0.05, 0.62, 0), (0.78, 0.32, 0.3), 12)
     _limb(builder, stone, [(0.26, 0.68, 0), (0.42, 0.98, 0)], [0.15, 0.09])
@@ -95,7 +95,7 @@ def _horse(builder: Builder, stone: str) -> None:
 
 
 def _knot(builder: Builder, stone: str) -> None:
-    """Adds a lying figure of eight: an abstract piece."""
+    """Add a lying figure of eight: an abstract piece."""
     angles = np.linspace(0, 2 * np.pi, 33)
     path = np.c_[np.sin(angles), 0.4 + 0.25 * np.cos(2 * angles) * np.sign(1), 0.45 * np.sin(2 * angles)]
     builder.add(stone, shapes.tube(path, 0.15, 8))
@@ -103,7 +103,7 @@ def _knot(builder: Builder, stone: str) -> None:
 
 
 def _bust(builder: Builder, stone: str) -> None:
-    """Adds a head with shoulders on a foot, looking along +z."""
+    """Add a head with shoulders on a foot, looking along +z."""
     foot = [(0.0, 0.0), (0.3, 0.0), (0.3, 0.05), (0.16, 0.1), (0.14, 0.2), (0.0, 0.2)]
     builder.add(stone, shapes.lathe(foot, segments=14))
     rings = [
@@ -130,7 +130,7 @@ def _oval(at: Triple, half_x: float, half_z: float) -> np.ndarray:
 
 
 def _figure(builder: Builder, stone: str) -> None:
-    """Adds a standing figure that waves."""
+    """Add a standing figure that waves."""
     _plinth(builder, stone, 0.5, 0.4)
     for side in (-1, 1):
         _limb(
@@ -148,7 +148,7 @@ def _figure(builder: Builder, stone: str) -> None:
 
 
 def _cat(builder: Builder, stone: str) -> None:
-    """Adds a sitting cat that looks along +z."""
+    """Add a sitting cat that looks along +z."""
     _limb(
         builder, stone, [(0, 0.02, -0.04), (0, 0.22, -0.06), (0, 0.5, 0.02), (0, 0.66, 0.06)], [0.25, 0.26, 0.17, 0.11]
     )
@@ -166,7 +166,7 @@ def _cat(builder: Builder, stone: str) -> None:
 
 
 def _hand(builder: Builder, stone: str) -> None:
-    """Adds an open hand that stands on its wrist."""
+    """Add an open hand that stands on its wrist."""
     builder.add(
         stone, shapes.lathe([(0.0, 0.0), (0.24, 0.0), (0.24, 0.05), (0.15, 0.09), (0.13, 0.3), (0.0, 0.3)], segments=12)
     )
@@ -178,7 +178,7 @@ def _hand(builder: Builder, stone: str) -> None:
 
 
 def table_top_decor(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a table ornament: a sailing boat, balls on a tray, or an open ring."""
+    """Return a table ornament: a sailing boat, balls on a tray, or an open ring."""
     builder = Builder("TableTopDecor", size)
     forms = (_balls,) if size.y < 0.55 * size.x else (_boat, _ring)
     form = one_of(rng, forms)

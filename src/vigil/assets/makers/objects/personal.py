@@ -17,7 +17,7 @@ COVERS = 24
 
 
 def book(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a book that lies on its back, its spine at -x; its cover opens by 165 degrees."""
+    """Return a book that lies on its back, its spine at -x; its cover opens by 165 degrees."""
     builder = Builder("Book", size)
     width, height, length = size
     cover = f"cover/{rng.integers(COVERS)}"
@@ -43,14 +43,14 @@ def book(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
 
 
 def _ground(cover: str) -> tuple[str | None, str]:
-    """Returns the colour at a cover's corner: its word, where one fits clearly, and "#rrggbb"."""
+    """Return the colour at a cover's corner: its word, where one fits clearly, and "#rrggbb"."""
     picture = material(cover).texture
     red, green, blue = (128, 128, 128) if picture is None else (int(part) for part in picture[2, 2])
     return word_for(red, green, blue), f"#{red:02x}{green:02x}{blue:02x}"
 
 
 def newspaper(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a newspaper: folded and lying flat, or rolled up in a box with a thick section."""
+    """Return a newspaper: folded and lying flat, or rolled up in a box with a thick section."""
     builder = Builder("Newspaper", size)
     width, height, length = size
     paper = f"paper/{one_of(rng, ('#dcd7c9', '#e6e3da', '#ead3bd'))}"
@@ -81,7 +81,7 @@ def newspaper(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) ->
 
 
 def pen(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a pen with a tip to +z, a cap or a button, and a clip."""
+    """Return a pen with a tip to +z, a cap or a button, and a clip."""
     builder = Builder("Pen", size)
     width, height, length = size
     name, tint = colour(rng, "blue", "black", "red", "green", "purple")
@@ -103,7 +103,7 @@ def pen(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
 
 
 def pencil(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a six-sided pencil with a sharpened tip to +z and an eraser."""
+    """Return a six-sided pencil with a sharpened tip to +z and an eraser."""
     builder = Builder("Pencil", size)
     width, height, length = size
     name, tint = colour(rng, "yellow", "yellow", "green", "red", "blue", "orange")
@@ -121,7 +121,7 @@ def pencil(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
 
 
 def credit_card(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a bank card, face up, with its chip, number and a coloured corner."""
+    """Return a bank card, face up, with its chip, number and a coloured corner."""
     builder = Builder("CreditCard", size)
     width, height, depth = size
     name, tint = colour(rng, "blue", "red", "green", "black", "teal", "yellow", "grey", "purple")
@@ -142,7 +142,7 @@ def credit_card(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
 
 
 def key_chain(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns keys on a ring, with a coloured fob."""
+    """Return keys on a ring, with a coloured fob."""
     builder = Builder("KeyChain", size)
     length, height, width = size.z, size.y, size.x
     name, tint = colour(rng, "red", "blue", "black", "green", "yellow", "orange")
@@ -165,7 +165,7 @@ def key_chain(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) ->
 
 
 def _key(length: float, width: float, thick: float) -> shapes.Mesh:
-    """Returns a key along z from 0 to `length`: bow, blade and teeth."""
+    """Return a key along z from 0 to `length`: bow, blade and teeth."""
     bow = width / 2
     outline = [
         (-bow, 0.1 * length),
@@ -189,7 +189,7 @@ def _key(length: float, width: float, thick: float) -> shapes.Mesh:
 
 
 def watch(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a wrist watch, closed and lying on its strap, the dial on top."""
+    """Return a wrist watch, closed and lying on its strap, the dial on top."""
     builder = Builder("Watch", size)
     width, height, depth = size
     name, tint = one_of(rng, (("black", "#1f2022"), ("brown", "#6b4628"), ("silver", ""), ("red", "#8d2a2e")))
@@ -223,7 +223,7 @@ def watch(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
 
 
 def _outward(part: shapes.Mesh, *, inside: bool) -> shapes.Mesh:
-    """Returns a band about the axis z that faces away from it, or towards it with `inside`."""
+    """Return a band about the axis z that faces away from it, or towards it with `inside`."""
     middle = part.vertices.mean(0)
     away = np.einsum("ij,ij->", (part.vertices - middle)[:, :2], part.normals[:, :2])
     flat = float(np.abs(part.normals[:, 2]).mean()) > 0.7
@@ -237,7 +237,7 @@ def _outward(part: shapes.Mesh, *, inside: bool) -> shapes.Mesh:
 
 
 def tissue_box(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a box of tissues with one standing out of the slot."""
+    """Return a box of tissues with one standing out of the slot."""
     builder = Builder("TissueBox", size)
     width, height, depth = size
     name, tint = colour(rng, "light blue", "pink", "green", "teal", "purple", "orange", "white")

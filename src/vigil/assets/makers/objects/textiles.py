@@ -16,7 +16,7 @@ WEAVES = ("fabric", "fabric", "stripes", "plaid", "dots", "knit", "velvet")
 
 
 def pillow(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a pillow, plump in the middle with pinched corners, lying flat (or standing in an upright box)."""
+    """Return a pillow, plump in the middle with pinched corners, lying flat (or standing in an upright box)."""
     builder = Builder("Pillow", size)
     name, tint = colour(
         rng, "white", "red", "blue", "teal", "yellow", "grey", "green", "pink", "navy", "cream", "orange"
@@ -32,7 +32,7 @@ def pillow(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
 
 
 def _plump(size: np.ndarray) -> shapes.Mesh:
-    """Returns a cushion about the origin, thinnest along y, its seam pulled in between the corners."""
+    """Return a cushion about the origin, thinnest along y, its seam pulled in between the corners."""
     width, height, depth = size
     steps = 8
     ticks = np.linspace(-1, 1, steps + 1)
@@ -58,7 +58,7 @@ def _plump(size: np.ndarray) -> shapes.Mesh:
 
 
 def cloth(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a cleaning cloth that lies crumpled."""
+    """Return a cleaning cloth that lies crumpled."""
     builder = Builder("Cloth", size)
     width, height, depth = size
     name, tint = colour(rng, "blue", "yellow", "green", "pink", "white", "orange", "red")
@@ -80,7 +80,7 @@ def cloth(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
 
 
 def rug(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a rug: bordered, striped or round, often fringed."""
+    """Return a rug: bordered, striped or round, often fringed."""
     builder = Builder("Rug", size)
     width, height, depth = size
     name, tint = colour(rng, "red", "blue", "grey", "beige", "teal", "green", "navy", "cream")
@@ -115,7 +115,7 @@ def rug(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
 
 
 def curtains(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a pair of drawn curtains on a rod; they open to both sides, three panels each."""
+    """Return a pair of drawn curtains on a rod; they open to both sides, three panels each."""
     builder = Builder("Curtains", size)
     name, tint = colour(rng, "cream", "grey", "blue", "red", "teal", "beige", "green", "navy", "white")
     weave = one_of(rng, ("fabric", "fabric", "stripes", "dots", "velvet"))
@@ -126,7 +126,7 @@ def curtains(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> 
 
 
 def shower_curtain(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a drawn shower curtain on a rod; its panels open to one side."""
+    """Return a drawn shower curtain on a rod; its panels open to one side."""
     builder = Builder("ShowerCurtain", size)
     name, tint = colour(rng, "white", "light blue", "teal", "pink", "yellow", "light green")
     weave = one_of(rng, ("dots", "stripes", "fabric", "plaid"))
@@ -136,7 +136,7 @@ def shower_curtain(size: Vec3, rng: np.random.Generator, _levels: Sequence[float
 
 
 def _rod(builder: Builder, metal: str) -> float:
-    """Adds the rod at the top and returns the height at which the cloth ends."""
+    """Add the rod at the top and return the height at which the cloth ends."""
     width, height, depth = builder.width, builder.height, builder.depth
     thick = min(0.22 * depth, 0.016)
     y = height - 1.6 * thick
@@ -148,7 +148,7 @@ def _rod(builder: Builder, metal: str) -> float:
 
 
 def _panels(builder: Builder, cloth_look: str, top: float, *, left: int, right: int) -> None:
-    """Adds panels across the width; each slides outward onto the outermost of its side, one behind the other."""
+    """Add panels across the width; each slides outward onto the outermost of its side, one behind the other."""
     width, depth = builder.width, builder.depth
     across = width * 0.96 / (left + right)
     layers = max(left, right)
@@ -168,7 +168,7 @@ def _panels(builder: Builder, cloth_look: str, top: float, *, left: int, right: 
 
 
 def teddy_bear(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a sitting teddy bear that looks along +z."""
+    """Return a sitting teddy bear that looks along +z."""
     builder = Builder("TeddyBear", size)
     name, tint = one_of(
         rng,

@@ -13,7 +13,7 @@ from vigil.base.geometry import Vec3
 
 
 def bottle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a bottle of plastic or glass with a cap and a label."""
+    """Return a bottle of plastic or glass with a cap and a label."""
     builder = Builder("Bottle", size)
     name, tint = colour(rng, "blue", "green", "light blue", "orange", "red", "teal")
     body = one_of(rng, (f"plastic/{tint}", f"glass/{tint}", "glass/#cfe3e6"))
@@ -28,7 +28,7 @@ def bottle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
 
 
 def wine_bottle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a wine bottle: dark glass, a foil over the cork, a label."""
+    """Return a wine bottle: dark glass, a foil over the cork, a label."""
     builder = Builder("WineBottle", size)
     name, tint = one_of(rng, (("green", "#24402a"), ("dark", "#1d1a1c"), ("amber", "#5b3a1a"), ("clear", "#b9c7a5")))
     round_ = rng.random() < 0.6
@@ -45,7 +45,7 @@ def wine_bottle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
 
 
 def soap_bottle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a soap bottle with a pump or, in a flat box, a squeeze bottle with a cap."""
+    """Return a soap bottle with a pump or, in a flat box, a squeeze bottle with a cap."""
     builder = Builder("SoapBottle", size)
     width, height, depth = size
     name, tint = colour(rng, "white", "pink", "light blue", "green", "orange", "purple", "teal", "yellow", "cream")
@@ -75,7 +75,7 @@ def soap_bottle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
 
 
 def spray_bottle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a spray bottle; its nozzle looks along +z. A slim neck under a broad head tells it from all sides."""
+    """Return a spray bottle; its nozzle looks along +z. A slim neck under a broad head tells it from all sides."""
     builder = Builder("SprayBottle", size)
     width, height, depth = size
     name, tint = colour(rng, "blue", "green", "white", "orange", "pink", "teal", "yellow")
@@ -92,7 +92,7 @@ def spray_bottle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
 
 
 def _spray_head(builder: Builder, tint: str, across: float, middle: float) -> None:
-    """Adds a head that hangs over the neck at its back and front, the trigger below it and the nozzle."""
+    """Add a head that hangs over the neck at its back and front, the trigger below it and the nozzle."""
     width, height, depth = builder.width, builder.height, builder.depth
     look, half = f"plastic/{tint}", 0.3 * width
     back, front = -depth / 2, depth / 2 - 0.08 * depth
@@ -121,7 +121,7 @@ def _spray_head(builder: Builder, tint: str, across: float, middle: float) -> No
 
 
 def shaker(category: str, dark: bool) -> Maker:
-    """Returns the maker of salt or pepper (`dark`) shakers: a pot with a metal cap, or a mill, of wood for pepper."""
+    """Return the maker of salt or pepper (`dark`) shakers: a pot with a metal cap, or a mill, of wood for pepper."""
 
     def make(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
         builder = Builder(category, size)
@@ -163,7 +163,7 @@ def _pepper_mill(builder: Builder) -> Asset:
 
 
 def _letter(dark: bool, width: float, height: float) -> shapes.Mesh:
-    """Returns a block letter P (`dark`) or S that faces +z; the viewer has +x on his left."""
+    """Return a block letter P (`dark`) or S that faces +z; the viewer has +x on his left."""
     strokes = {
         True: [(-0.4, 0.0, 0.2, 1.0), (0.05, 0.4, 0.9, 0.2), (0.05, 0.02, 0.9, 0.2), (0.4, 0.21, 0.2, 0.55)],
         False: [
@@ -188,7 +188,7 @@ VASE_FORMS = {
 
 
 def vase(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a vase in one of several forms, maybe banded."""
+    """Return a vase in one of several forms, maybe banded."""
     builder = Builder("Vase", size)
     forms = ("bowl", "barrel") if size.y < 0.8 * size.x else ("classic", "bottle", "flute", "barrel", "cone")
     form = one_of(rng, forms)
@@ -209,7 +209,7 @@ def vase(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
 
 
 def watering_can(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Returns a watering can: its rose to +z, its handle over the top and the back."""
+    """Return a watering can: its rose to +z, its handle over the top and the back."""
     builder = Builder("WateringCan", size)
     width, height, length = size
     name, tint = colour(rng, "green", "red", "grey", "teal", "yellow", "blue")
@@ -239,7 +239,7 @@ def watering_can(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
 
 
 def _turned(builder: Builder, look: PartStyle | str, profile: list[tuple[float, float]], segments: int = 18) -> None:
-    """Adds a turned part: radii as shares of half the width, heights as shares of the height."""
+    """Add a turned part: radii as shares of half the width, heights as shares of the height."""
     points = [(radius, y * builder.height) for radius, y in profile]
     builder.add(look, lathed_oval(points, builder.width, builder.depth, segments))
 
