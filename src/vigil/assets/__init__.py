@@ -1,7 +1,7 @@
-"""Assets: things of a house as shapes, at any size, made on demand.
+"""Assets: shapes of household things at any size, made on demand.
 
-`make` looks the maker of a category up in `MAKERS`; a module of makers exports its own `MAKERS` table
-and stands in `_MODULES`. `register` adds a category of one's own.
+`make` looks the maker of a category up in `MAKERS`. Each module of makers exports a `MAKERS` table and is listed in
+`_MODULES`. `register` adds a category from outside the package.
 """
 
 import zlib
@@ -75,24 +75,25 @@ _SMALLEST_M = 0.002
 
 
 _LEVEL_TOLERANCE_M = 0.025
-"""A surface so near to a level serves it."""
+"""Largest distance (m) between a level and a surface that serves it."""
 
 
 def make(category: str, size: Vec3, variant: int, levels: tuple[float, ...] = ()) -> Asset:
-    """Return the asset of a category that fills `size`; a category without a maker becomes a labelled box.
+    """Return the asset of a category, made to fill `size`; a category without a maker becomes a labelled box.
 
-    `levels` are heights (m) above the bottom at which things rest in or on it: they change the shape only where the
-    usual one has no surface at such a height. Same arguments, same bytes; asked again, the same object.
+    `levels` are heights (m) above the bottom at which things rest on or in the asset. They change the shape only where
+    the usual shape has no surface at such a height. Equal arguments give equal bytes and, while cached, the same
+    object.
     """
     standard = _make_cached(category, size, variant, ())
     return standard if _has_levels(standard, levels) else _make_cached(category, size, variant, tuple(sorted(levels)))
 
 
 def register(category: Category, maker: Maker) -> None:
-    """Add a category of one's own to the catalogue, with the maker of its shape, in this process alone.
+    """Add a category to the catalogue, with the maker of its shape, in this process only.
 
-    Houses name it by the asset id `vigil_NAME_NUMBER`. Houses that are generated from then on may hold it, where its
-    rooms and what it rests on allow. Raises SettingError on a name that is taken, and on an unknown support.
+    Houses name it by the asset id `vigil_NAME_NUMBER`. Houses generated afterwards may hold it, where its rooms and
+    supports allow. Raises SettingError when the name is taken or a support is unknown.
     """
     if CATALOG.get(category.name, category) != category or MAKERS.get(category.name, maker) is not maker:
         raise SettingError(f"Asset category {category.name!r} exists already. Choose another name.")

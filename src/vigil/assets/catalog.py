@@ -1,8 +1,8 @@
 """The catalogue: every category of thing, its usual size, what can be done with it and where it belongs.
 
-Names and affordances follow AI2-THOR's object types; the sizes are typical of real household things. An object in a
-scene can be opened when its category says so *and* its asset has joints (`vigil.assets.kernel.asset.Asset.can_open`),
-so a desk without drawers cannot. What a thing looks like is no matter of this module.
+Names and affordances follow AI2-THOR's object types; sizes are typical of real household things. An object in a scene
+can be opened when its category says so *and* its asset has joints (`vigil.assets.kernel.asset.Asset.can_open`), so a
+desk without drawers cannot. The looks of things are defined by their makers, not here.
 """
 
 from dataclasses import dataclass
@@ -30,28 +30,28 @@ class Category:
 
     name: str
     display_name: str
-    """What a person calls it, e.g. "coffee machine"."""
+    """Name that people use, e.g. "coffee machine"."""
     typical_size: Vec3
     """Width x, height y, depth z (m) of the bounding box, closed and off."""
     size_spread: float
-    """How far sizes vary about the typical one, as a fraction."""
+    """Fraction by which sizes vary about the typical one."""
     rooms: tuple[str, ...]
-    """Room types in which it is normally found."""
+    """Room types in which the thing is normally found."""
     rests_on: tuple[str, ...]
-    """Categories on or in which it is normally found, or "Floor", "Wall", "Ceiling"; likeliest first."""
+    """Categories on or in which the thing is normally found, or "Floor", "Wall", "Ceiling"; the likeliest first."""
     is_pickupable: bool = False
     is_moveable: bool = False
-    """It could be pushed, but not carried."""
+    """Whether the thing can be pushed but not carried."""
     is_openable: bool = False
     is_toggleable: bool = False
     is_receptacle: bool = False
     runs_only_when_closed: bool = False
-    """Interlock: starts only while closed, opens only while off."""
+    """Whether the thing starts only while closed and opens only while off."""
     accepts: tuple[str, ...] | None = None
-    """Categories that may be put on or in it; None means any pickupable thing that fits."""
+    """Categories that may be put on or in the thing; None means any pickupable thing that fits."""
 
     def can_hold(self, other: "Category") -> bool:
-        """Whether `other` may be put on or in it, leaving room aside."""
+        """Return whether `other` may be put on or in this category, whether or not there is room for it."""
         if not self.is_receptacle or not other.is_pickupable:
             return False
         return (

@@ -1,9 +1,9 @@
 """Sizes: from an asset id to its category, bounding box and variant.
 
-Three sources, in this order: the project's own ids (`vigil_<Category>_<n>`, whose size follows from the catalogue and
-n; with `_drawer<k>` behind it, a drawer of that), an asset database file (AI2-THOR's `asset-database.json`, not part of
-this project), and, without one, a guess from the words of the ids with the catalogue's typical size. Hashes in ids are
-no words.
+There are three sources, in this order. The project's own ids, `vigil_<Category>_<n>`: the size follows from the
+catalogue and n; `_drawer<k>` behind such an id names one of its drawers. An asset database file (AI2-THOR's
+`asset-database.json`, not part of this project). Without one, the words of the id, with the catalogue's typical size;
+hashes in ids are not words.
 """
 
 import hashlib
@@ -105,11 +105,11 @@ _NON_WORDS = re.compile(
     r"|(?<=\d)[A-Za-z]+(?=\d)",
     re.IGNORECASE,
 )
-"""What of an id is no word: hashes, and letters between digits."""
+"""Parts of an id that are not words: hashes, and letters between digits."""
 _MIN_SIMILARITY, _MIN_LETTERS = 0.72, 4
-"""How alike (0..1) a word must be to a name to be taken for it, and how long at least."""
+"""Least similarity (0..1) and least length of a word that is taken for a misspelt category name."""
 FALLBACK_CATEGORY = "Box"
-"""What a thing is shown as of which nothing is known."""
+"""Category shown for an asset of which nothing is known."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,11 +119,11 @@ class AssetEntry:
     category: str
     size: Vec3
     variant: int
-    """Which of the category's looks: a stable hash of the asset id."""
+    """Number of the category's look: a stable hash of the asset id."""
     note: str | None = None
-    """What had to be guessed, for people; None when the category was named and the size known."""
+    """What had to be guessed, in words for people; None when the category was named and the size known."""
     is_measured: bool = True
-    """Whether the size is the asset's own, and not what is usual for its kind."""
+    """Whether the size is the asset's own rather than typical of its category."""
 
 
 class AssetDatabase:
@@ -132,19 +132,22 @@ class AssetDatabase:
     def __init__(
         self, known: dict[str, tuple[str, Vec3]] | None = None, path: Path | None = None, sha256: str | None = None
     ) -> None:
-        """`known` maps an asset id to its category and bounding box; `path` and `sha256` are the file's, if any."""
+        """Create a database in which `known` maps asset ids to category and bounding box.
+
+        `path` and `sha256` are those of the file, if there is one.
+        """
         self._known = dict(known or {})
         self.path = path
         self.sha256 = sha256
 
     @classmethod
     def default(cls) -> "AssetDatabase":
-        """Return the database without a file: own ids, and guesses from words and typical sizes."""
+        """Return the database without a file: the project's own ids, and guesses from words and typical sizes."""
         return cls()
 
     @classmethod
     def from_file(cls, path: Path | None) -> "AssetDatabase":
-        """Return the database in a file, or the one without a file. Raises SettingError."""
+        """Return the database in the file at `path`, or the one without a file for None. Raises SettingError."""
         return cls.load(path) if path else cls.default()
 
     @classmethod
@@ -178,9 +181,9 @@ class AssetDatabase:
         return [(asset_id, size) for asset_id, (stated, size) in self._known.items() if stated == category]
 
     def look_up(self, asset_id: str, name: str) -> AssetEntry:
-        """Return the category, size and variant of `asset_id`; `name` is what the house calls its object, or its id.
+        """Return the category, size and variant of `asset_id`; `name` is the house's name for its object, or its id.
 
-        What is unknown gets the nearest known category, and a note says what was guessed.
+        An unknown asset gets the most similar category that is known, and a note says what was guessed.
         """
         own = _OWN_ID.fullmatch(asset_id)
         if own and own[1] in CATALOG:
@@ -205,9 +208,9 @@ def own_asset_id(category: str, number: int) -> str:
 
 
 def _category_of(asset_id: str, name: str) -> tuple[str | None, str | None]:
-    """Return the category that a name and an asset id speak of, if any, and what had to be guessed for it.
+    """Return the category named by a name or an asset id, or None, with what had to be guessed.
 
-    A name that begins with a category ("Chair|7|0") states it; else the name's words come before the asset id's.
+    A name that begins with a category ("Chair|7|0") states it. Otherwise the name's words come before the asset id's.
     """
     own = _object_name(name)
     if own in CATALOG:
@@ -220,12 +223,12 @@ def _category_of(asset_id: str, name: str) -> tuple[str | None, str | None]:
 
 
 def _object_name(name: str) -> str:
-    """Return a name without what follows of places: "lamp-0|desk-1 (living room)" is a lamp."""
+    """Return a name without the places that follow: "lamp-0|desk-1 (living room)" is a lamp."""
     return name.split("|")[0].partition(" (")[0]
 
 
 def nearest_category(asset_id: str, name: str) -> str:
-    """Return the category whose name is spelt most like a word of the ids; "Box" when none is like it."""
+    """Return the category whose name is spelt most like a word of the ids; "Box" when none is similar."""
     own = _OWN_ID.fullmatch(asset_id)
     names = _names()
     for text in (own[1] if own else asset_id, _object_name(name)):
@@ -271,7 +274,7 @@ def _own_entry(asset_id: str, category: str) -> AssetEntry:
 
 
 def _own_drawer(asset_id: str) -> AssetEntry | None:
-    """Return what is known of a drawer of one of the project's own pieces of furniture; None for anything else."""
+    """Return the spec of a drawer of one of the project's own pieces of furniture; None for anything else."""
     chest_id, name = split_drawer_id(asset_id) or ("", "")
     own = _OWN_ID.fullmatch(chest_id)
     if own is None or own[1] not in CATALOG:
@@ -297,7 +300,7 @@ def _cached_names(_count: int) -> dict[str, str]:
 
 
 def _category_in(text: str) -> str | None:
-    """Return the category whose name takes up the most words of `text`; of equals the last, as in "Hand_Statue"."""
+    """Return the category whose name takes up the most words of `text`; of equal ones the last, as in "Hand_Statue"."""
     words, names = _words(text), _names()
     for length in range(min(_LONGEST_NAME_WORDS, len(words)), 0, -1):
         for start in range(len(words) - length, -1, -1):
@@ -314,7 +317,8 @@ def _words(text: str) -> list[str]:
 
 
 def _guessed_size(category: str, asset_id: str) -> Vec3:
-    """Return the typical size, but for ids that state theirs: windows in inches, countertops in feet, double doors."""
+    """Return the typical size, except for ids that state a size: windows in inches, countertops in feet, double
+    doors."""
     width, height, depth = CATALOG[category].typical_size
     stated = re.search(r"_(\d+)x(\d+)$", asset_id)
     if stated and category == "Window":

@@ -1,7 +1,7 @@
-"""Furniture with drawers taken apart: a body that does not open, and every drawer as an asset of its own.
+"""Furniture with drawers taken apart: a body that does not open, and one asset for each drawer.
 
-What the makers build is one asset whose drawers would all move with one openness. Taken apart it looks the same and
-takes the same room while its drawers are shut.
+Makers build one asset whose drawers would all move with one openness. Taken apart, it looks the same and takes up the
+same room while its drawers are shut.
 """
 
 import re
@@ -14,7 +14,7 @@ from vigil.assets.kernel.asset import Asset, Joint, Part, Solid, Surface
 from vigil.base.geometry import Vec3
 
 DRAWER = "Drawer"
-"""The category of a drawer."""
+"""Category of a drawer."""
 _DRAWER_ID = re.compile(r"(.+)_(drawer\d+)")
 
 
@@ -24,7 +24,7 @@ def drawer_asset_id(chest_asset_id: str, name: str) -> str:
 
 
 def split_drawer_id(asset_id: str) -> tuple[str, str] | None:
-    """Return the asset id of the furniture and the drawer's name that an asset id speaks of; None for any other."""
+    """Return the furniture's asset id and the drawer's name in a drawer's asset id; None for any other id."""
     found = _DRAWER_ID.fullmatch(asset_id)
     return (found[1], found[2]) if found else None
 
@@ -32,7 +32,7 @@ def split_drawer_id(asset_id: str) -> tuple[str, str] | None:
 def drawer_names(asset: Asset) -> tuple[str, ...]:
     """Return the names of the drawers that an asset is taken apart into, from the lowest row up.
 
-    Empty when anything else of it moves too, or when it is a single drawer itself.
+    The tuple is empty when other parts of the asset move too, or when the asset is a single drawer.
     """
     if asset.category == DRAWER:
         return ()
@@ -44,7 +44,7 @@ def drawer_names(asset: Asset) -> tuple[str, ...]:
 
 @lru_cache(maxsize=1024)
 def body_of(asset: Asset) -> Asset:
-    """Return the asset without its drawers; its box, and so its place in a house, is still the whole's."""
+    """Return the asset without its drawers; its bounding box, and so its place in a house, is still the whole's."""
     return replace(
         asset,
         parts=tuple(part for part in asset.parts if part.joint is None),
@@ -56,9 +56,9 @@ def body_of(asset: Asset) -> Asset:
 
 @lru_cache(maxsize=4096)
 def drawer_of(asset: Asset, name: str) -> tuple[Asset, Vec3]:
-    """Return a drawer of an asset, shut, and where its middle is in the asset's frame (m).
+    """Return one drawer of an asset, shut, and its middle in the asset's frame (m).
 
-    Alone it comes out as far as any other of the same piece: there is none above it to see past.
+    A drawer comes out as far as any other of the same piece: alone, it does not have to show what is below another.
     """
     parts = [part for part in asset.parts if part.joint == name]
     points = np.concatenate([part.mesh.vertices for part in parts]).astype(np.float64)

@@ -1,6 +1,6 @@
 """The notice on a machine that is out of order: a sheet of paper on its front, drawn only while the machine is broken.
 
-It is no part of an asset as a maker makes it, so shapes and their fingerprints know nothing of it; the engines add it.
+The engines add it to the asset that a maker built, so that it does not change shapes or their fingerprints.
 """
 
 from collections.abc import Iterable
@@ -14,7 +14,7 @@ from vigil.assets.kernel.shapes import box, boxes
 from vigil.base.geometry import Vec3
 
 WIDTH_M, HEIGHT_M, THICK_M = 0.297, 0.21, 0.002
-"""Of a sheet of A4 paper across."""
+"""Width of a sheet of A4 paper (m)."""
 LINES = ("OUT OF", "ORDER")
 MACHINES = frozenset(
     {
@@ -22,7 +22,7 @@ MACHINES = frozenset(
         *("WashingMachine", "ClothesDryer", "Desktop"),
     }
 )
-"""Categories that can be broken: they are switched on, and have a front for a sheet."""
+"""Categories that can be broken: they are switched on and have a front on which a sheet can hang."""
 PAPER, INK = "paper/#f7f5ee", "paper/#b01218"
 _GLYPHS = {
     "D": ("####.", "#...#", "#...#", "#...#", "#...#", "#...#", "####."),
@@ -35,22 +35,23 @@ _GLYPHS = {
     " ": (".....",) * 7,
 }
 _COLUMNS, _ROWS = 6, 7
-"""Of a letter with the gap after it, and its height."""
+"""Width of a letter with the gap after it, and height of a letter, in dots."""
 _BORDER_M, _RAISED_M, _LINE_SHARE, _TEXT_SHARE = 0.008, 0.0006, 0.36, 0.88
-"""Of the frame around the sheet; of ink above paper; of the sheet's height for a line, and of its width for a text."""
+"""Sizes: the frame around the sheet, the distance of ink above paper, a line's share of the sheet's height, and a
+text's share of its width."""
 _LINES_AT = (0.21, -0.21)
-"""Middle of each line above that of the sheet, as a share of its height."""
+"""Middle of each line above the sheet's middle, as a share of its height."""
 _HEIGHTS = 9
 """Heights at which a place for the sheet is looked for."""
 _GRID = 9
-"""Points of the sheet, along each side, at which the front behind it is measured."""
+"""Number of points along each side of the sheet at which the front behind it is measured."""
 _SLACK_M = 0.001
-"""By how much a triangle that is not measured is beside the sheet: far more than an error of rounding."""
+"""Least distance from the sheet at which a triangle is left out of the measurement: far more than a rounding error."""
 
 
 @lru_cache(maxsize=2048)
 def notice_parts(asset: Asset) -> tuple[Part, ...]:
-    """Return the sheet's parts where they hang on an asset; none for what is no machine with a front."""
+    """Return the sheet's parts where they hang on an asset; empty when the asset is not a machine with a front."""
     if asset.category not in MACHINES or not CATALOG[asset.category].is_toggleable:
         return ()
     height, depth, joint = _place(asset)
@@ -63,7 +64,7 @@ def notice_parts(asset: Asset) -> tuple[Part, ...]:
 
 
 def notice_centre(asset: Asset) -> Vec3 | None:
-    """Return the middle of the sheet in the asset's frame; None where it bears none."""
+    """Return the middle of the sheet in the asset's frame; None when the asset does not have a sheet."""
     if not notice_parts(asset):
         return None
     height, depth, _ = _place(asset)
@@ -74,8 +75,8 @@ def notice_centre(asset: Asset) -> Vec3 | None:
 def _place(asset: Asset) -> tuple[float, float, str | None]:
     """Return the height of the sheet's middle, the depth of the front behind it, and the joint that carries it.
 
-    The depth is -inf where there is nothing to hang it on. Of several heights the one with most of the front behind it
-    is taken, then the flattest, then the highest.
+    The depth is -inf where nothing can carry the sheet. Of several heights the one with most of the front behind it is
+    taken, then the flattest, then the highest.
     """
     half = asset.size.y / 2
     low, high = min(-half + HEIGHT_M / 2, half - HEIGHT_M / 2), max(-half + HEIGHT_M / 2, half - HEIGHT_M / 2)
@@ -102,7 +103,7 @@ def _place(asset: Asset) -> tuple[float, float, str | None]:
 
 
 def _front_triangles(part: Part) -> np.ndarray:
-    """Return the corners (n, 3, 3) of a part's triangles that face the front, and may lie behind a sheet."""
+    """Return the corners (n, 3, 3) of a part's triangles that face the front and may lie behind a sheet."""
     corners = part.mesh.vertices.astype(float)[part.mesh.faces]
     corners = corners[_reaches(corners[..., 0], 0.0, WIDTH_M)]
     sides = corners[:, 1:] - corners[:, :1]
@@ -111,13 +112,17 @@ def _front_triangles(part: Part) -> np.ndarray:
 
 
 def _reaches(places: np.ndarray, middle: float, length: float) -> np.ndarray:
-    """Return which triangles (n,), with corners at places (n, 3) along an axis, reach into a length about a middle."""
+    """Return a mask (n,) of the triangles that reach into an interval about a middle along one axis.
+
+    Their corners are at `places` (n, 3) along that axis.
+    """
     half = length / 2 + _SLACK_M
     return (places.max(axis=1) >= middle - half) & (places.min(axis=1) <= middle + half)
 
 
 def _depths(corners: np.ndarray, height: float) -> np.ndarray:
-    """Return how far to the front each triangle reaches at the points of a sheet, (points, n); -inf beside it."""
+    """Return how far to the front each triangle reaches at the points of a sheet, (points, n); -inf at points off
+    it."""
     across, up = np.linspace(-0.5, 0.5, _GRID) * WIDTH_M, height + np.linspace(-0.5, 0.5, _GRID) * HEIGHT_M
     x, y = (axis.ravel() for axis in np.meshgrid(across, up))
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
@@ -131,7 +136,7 @@ def _depths(corners: np.ndarray, height: float) -> np.ndarray:
 
 
 def _sheet(height: float, depth: float) -> Iterable[tuple[str, Mesh, str]]:
-    """Yield name, mesh and material of the sheet's parts; its front is at that depth."""
+    """Yield name, mesh and material of the sheet's parts; its front is at the given depth."""
     yield "notice", box((WIDTH_M, HEIGHT_M, THICK_M), (0.0, height, depth - THICK_M / 2)), PAPER
     front = depth + _RAISED_M / 2
     across, up = WIDTH_M / 2 - _BORDER_M / 2, HEIGHT_M / 2 - _BORDER_M / 2
@@ -149,7 +154,7 @@ def _sheet(height: float, depth: float) -> Iterable[tuple[str, Mesh, str]]:
 def _strokes(line: str, number: int) -> Iterable[tuple[float, float, int, float, float]]:
     """Yield the horizontal strokes of a line of text: middle x and y, dots, and a dot's width and height.
 
-    Who reads it looks along -z, and so has +x on the left.
+    A reader looks along -z, and so has +x on the left.
     """
     width = WIDTH_M * _TEXT_SHARE / (_COLUMNS * max(map(len, LINES)) - 1)
     tall = HEIGHT_M * _LINE_SHARE / _ROWS
@@ -163,7 +168,7 @@ def _strokes(line: str, number: int) -> Iterable[tuple[float, float, int, float,
 
 
 def _runs(dots: str) -> Iterable[tuple[int, int]]:
-    """Yield where a run of dots starts, and how long it is."""
+    """Yield the start and the length of each run of dots."""
     start = None
     for place, dot in enumerate(f"{dots}."):
         if dot == "#" and start is None:

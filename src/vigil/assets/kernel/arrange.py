@@ -12,11 +12,11 @@ from vigil.base.geometry import Vec3
 
 Maker = Callable[[Vec3, np.random.Generator, Sequence[float]], Asset]
 Silhouette = Sequence[tuple[float, float]]
-"""Half of a turned part's outline: radius and height."""
+"""Half of the outline of a turned part: radius and height."""
 
 
 def lengthwise(maker: Maker) -> Maker:
-    """Return a maker for things whose length `maker` lays along z, whichever floor axis of the box is longer."""
+    """Return a maker for things whose length `maker` lays along z; the length follows the box's longer floor axis."""
 
     def make(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
         if size.x <= size.z:
@@ -27,7 +27,8 @@ def lengthwise(maker: Maker) -> Maker:
 
 
 def along_longest(maker: Maker) -> Maker:
-    """Return a maker for slim things whose length `maker` lays along z: upright when the box stands upright."""
+    """Return a maker for slim things whose length `maker` lays along z; they stand when the box is higher than it is
+    long."""
     lying = lengthwise(maker)
 
     def make(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -39,7 +40,7 @@ def along_longest(maker: Maker) -> Maker:
 
 
 def quarter_turned(asset: Asset, axis: shapes.Axis, degrees: int) -> Asset:
-    """Return the asset turned by a quarter; one turned about x or z loses its surfaces."""
+    """Return the asset turned by a quarter; an asset turned about x or z loses its surfaces."""
     matrix = np.round(shapes.rotation(axis, degrees))
 
     def point(value: Sequence[float]) -> Vec3:
@@ -110,7 +111,7 @@ def bend(part: Mesh, lift: Callable[[np.ndarray], np.ndarray]) -> Mesh:
 
 
 def creased(part: Mesh) -> Mesh:
-    """Return the mesh with faces that smooth normals would light from behind made flat: for sharp folds in skins."""
+    """Return the mesh with flat faces where smooth normals would be lit from behind: for sharp folds in skins."""
     corners = part.vertices[part.faces].astype(np.float64)
     across = cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(across, axis=1, keepdims=True)
@@ -131,13 +132,13 @@ def creased(part: Mesh) -> Mesh:
 
 
 def strip(width_at: Sequence[tuple[float, float]], thickness: float, y: float = 0.0) -> Mesh:
-    """Return a flat board along z, symmetric about x = 0, from (z, half width) pairs with rising z."""
+    """Return a flat board along z, symmetric about x = 0; `outline` is (z, half width) pairs with rising z."""
     outline = [(half, z) for z, half in width_at] + [(-half, z) for z, half in reversed(width_at)]
     return shapes.extrude(outline, y - thickness / 2, y + thickness / 2)
 
 
 def drape(width: float, height: float, waves: float, depth: float, *, thickness: float = 0.004) -> Mesh:
-    """Return hanging cloth in folds: spans width along x, 0..height and `depth` about z = 0."""
+    """Return hanging cloth in folds that spans `width` along x, 0..height and `depth` about z = 0."""
     count = max(6, round(6 * waves))
     x = np.linspace(-width / 2, width / 2, count + 1)
     swing = max(depth - thickness, 1e-4) / 2

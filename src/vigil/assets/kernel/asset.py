@@ -15,7 +15,7 @@ from vigil.base.geometry import Vec3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mesh:
-    """Triangles. Faces wind so that cross(v1 - v0, v2 - v0) points outward in these coordinates."""
+    """A triangle mesh. Faces wind so that cross(v1 - v0, v2 - v0) points outward in these coordinates."""
 
     vertices: np.ndarray  # (n, 3) float32, metres
     faces: np.ndarray  # (m, 3) int32
@@ -30,12 +30,12 @@ class Joint:
     name: str
     kind: Literal["hinge", "slide"]
     axis: Vec3
-    """Unit axis in the asset frame. A hinge turns by the formula of Rodrigues taken in these
-    coordinates, v cos a + (axis x v) sin a + axis (axis . v)(1 - cos a), about `origin`; so about +y
-    a positive angle carries +z towards +x (clockwise from above, like yaw)."""
+    """Unit axis in the asset frame. A hinge turns by Rodrigues' formula in these coordinates, v cos a + (axis x v) sin
+    a + axis (axis . v)(1 - cos a), about `origin`; so about +y a positive angle carries +z towards +x (clockwise from
+    above, like yaw)."""
     origin: Vec3
     travel: float
-    """Degrees (hinge) or metres (slide) at openness 1; its sign is the direction."""
+    """Degrees (hinge) or metres (slide) at openness 1; the sign is the direction."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,19 +45,19 @@ class Part:
     name: str
     mesh: Mesh
     material: str
-    """A key that `vigil.assets.kernel.materials.material` resolves."""
+    """Key that `vigil.assets.kernel.materials.material` resolves."""
     material_on: str | None = None
-    """The material while the asset is toggled on; None when it looks the same."""
+    """Material while the asset is toggled on; None when it looks the same."""
     joint: str | None = None
-    """The joint that carries it; None for the body."""
+    """Joint that carries the part; None for the body."""
     bears_open: bool = False
-    """Its pixels tell open from closed (leaf, lid, drawer front)."""
+    """Whether its pixels tell open from closed (leaf, lid, drawer front)."""
     bears_toggle: bool = False
-    """Its pixels tell on from off (screen, shade, flame, indicator, water)."""
+    """Whether its pixels tell on from off (screen, shade, flame, indicator, water)."""
     is_glass: bool = False
-    """One sees through it; a click on it still hits the asset."""
+    """Whether one sees through the part; a click on it still hits the asset."""
     shown: Literal["always", "on", "off", "broken"] = "always"
-    """Drawn only while toggled on (a flame, running water), only while off, or only while broken (a notice)."""
+    """State in which alone the part is drawn: toggled on (a flame, running water), off, or broken (a notice)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,26 +66,27 @@ class Surface:
 
     name: str
     center: Vec3
-    """Its middle, at the height of the support, in the asset frame."""
+    """Middle of the rectangle, at the height of the support, in the asset frame."""
     size_x: float
     size_z: float
     clearance: float = 10.0
-    """Free height above it (m)."""
+    """Free height above the surface (m)."""
     is_inside: bool = False
-    """It lies in a hollow of the asset (a shelf of a fridge, a drawer, the floor of a basin), not on its top, its
-    rim or an open rack."""
+    """Whether the surface lies in a hollow of the asset (a shelf of a fridge, a drawer, the floor of a basin) rather
+    than on its top, its rim or an open rack."""
     needs_opening: bool = False
-    """Reached only while the asset is open (a fridge's shelf, a drawer); such a surface is inside."""
+    """Whether the surface can be reached only while the asset is open (a fridge's shelf, a drawer); it is then
+    inside."""
     joint: str | None = None
-    """The joint that carries it (a drawer's bottom)."""
+    """Joint that carries the surface (a drawer's bottom)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Solid:
-    """An upright prism that takes up room: what one cannot walk or put things through."""
+    """An upright prism that takes up room: nobody can walk through it, and nothing can be put there."""
 
     polygon: tuple[tuple[float, float], ...]
-    """Corners (x, z), convex, in the asset frame."""
+    """Corners (x, z) of the convex footprint, in the asset frame."""
     bottom: float
     top: float
     joint: str | None = None
@@ -102,23 +103,23 @@ class Glow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Asset:
-    """One thing's shape, at the size that a house asked for."""
+    """The shape of one thing, at the size that a house asked for."""
 
     category: str
     size: Vec3
-    """Bounding box, closed."""
+    """Bounding box while closed."""
     parts: tuple[Part, ...]
     solids: tuple[Solid, ...]
-    """What stands in the way; moving ones name their joint."""
+    """Prisms that stand in the way; moving ones name their joint."""
     joints: tuple[Joint, ...] = ()
     surfaces: tuple[Surface, ...] = ()
     body: tuple[Vec3, Vec3] | None = None
-    """Lowest and highest corner of the body without moving leaves; None when it is the whole box."""
+    """Lowest and highest corner of the body without moving leaves; None when the body fills the whole box."""
     glow: Glow | None = None
     tags: frozenset[str] = field(default_factory=frozenset)
-    """Words a person would use for this variant (colour first), e.g. {"red", "striped"}."""
+    """Words that a person would use for this variant (colour first), e.g. {"red", "striped"}."""
 
     @property
     def can_open(self) -> bool:
-        """Whether it has a moving part."""
+        """Whether the asset has a moving part."""
         return bool(self.joints)

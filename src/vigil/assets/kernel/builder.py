@@ -1,8 +1,8 @@
-"""Builder: composes an Asset out of meshes, joints, surfaces and solids.
+"""Builder: composes an Asset of meshes, joints, surfaces and solids.
 
-Makers work in the frame of `vigil.assets.kernel.asset`, but with y = 0 at the bottom of the box (so x runs over
--width/2..width/2, y over 0..height, z over -depth/2..depth/2); `build` moves the origin to the middle and
-stretches the whole thing so that it fills the box that was asked for exactly.
+Makers work in the frame of `vigil.assets.kernel.asset`, but with y = 0 at the bottom of the box (x runs over
+-width/2..width/2, y over 0..height, z over -depth/2..depth/2). `build` moves the origin to the middle and stretches the
+whole so that it fills exactly the box that was asked for.
 """
 
 from collections.abc import Iterable, Sequence
@@ -19,17 +19,17 @@ from vigil.base.geometry import Vec3
 
 Range = tuple[float, float]
 UNBOUNDED_M = 10.0
-"""Clearance of a surface with nothing above it."""
+"""Clearance (m) of a surface that has nothing above it."""
 
 
 @dataclass(frozen=True, slots=True)
 class PartStyle:
-    """What the meshes of one part share; meshes with equal looks become one part."""
+    """Properties that the meshes of one part share; meshes with equal looks become one part."""
 
     material: str
     joint: str | None = None
     on: str | None = None
-    """The material while toggled on."""
+    """Material while toggled on."""
     bears_open: bool = False
     bears_toggle: bool = False
     is_glass: bool = False
@@ -37,7 +37,7 @@ class PartStyle:
 
 
 class Builder:
-    """Collects what an asset is made of."""
+    """Collects the parts of one asset."""
 
     def __init__(self, category: str, size: Vec3) -> None:
         self.category = category
@@ -52,7 +52,7 @@ class Builder:
         self.glow: Glow | None = None
 
     def add(self, look: PartStyle | str, *meshes: Mesh) -> None:
-        """Add meshes that look alike; a string is a material of the body."""
+        """Add meshes that look alike; a string as look names a material of the body."""
         key = PartStyle(look) if isinstance(look, str) else look
         self._meshes.setdefault(key, []).extend(meshes)
 
@@ -61,12 +61,12 @@ class Builder:
         self.add(look, span((x[0], y[0], z[0]), (x[1], y[1], z[1]), bevel))
 
     def hinge(self, name: str, axis: Point3, origin: Point3, degrees: float) -> str:
-        """Add a joint that turns (see `Joint.axis` for the direction) and return its name."""
+        """Add a hinge (see `Joint.axis` for the direction) and return its name."""
         self._joints.append(Joint(name, "hinge", _vec(axis), _vec(origin), degrees))
         return name
 
     def slide(self, name: str, axis: Point3, metres: float) -> str:
-        """Add a joint that shifts along a unit axis and return its name."""
+        """Add a slide along a unit axis and return its name."""
         self._joints.append(Joint(name, "slide", _vec(axis), Vec3(0.0, 0.0, 0.0), metres))
         return name
 
@@ -81,32 +81,32 @@ class Builder:
         needs_opening: bool = False,
         joint: str | None = None,
     ) -> None:
-        """Add a place to put things: `size` is along x and z. What `needs_opening` is inside."""
+        """Add a surface to put things on; `size` is along x and z. A surface that `needs_opening` is inside."""
         inside = is_inside or needs_opening
         self._surfaces.append(Surface(name, _vec(center), *size, clearance, inside, needs_opening, joint))
 
     def solid(self, low: Point3, high: Point3, joint: str | None = None) -> None:
-        """Add the box between two corners as something in the way."""
+        """Add the box between two corners as an obstacle."""
         (x0, y0, z0), (x1, y1, z1) = low, high
         self.prism([(x0, z0), (x1, z0), (x1, z1), (x0, z1)], y0, y1, joint)
 
     def prism(self, polygon: Iterable[Sequence[float]], bottom: float, top: float, joint: str | None = None) -> None:
-        """Add an upright prism over a convex polygon of (x, z) as something in the way."""
+        """Add an upright prism over a convex polygon of (x, z) as an obstacle."""
         corners = tuple((float(x), float(z)) for x, z in polygon)
         self._solids.append(Solid(corners, float(bottom), float(top), joint))
 
     def octagon(self, width: float, depth: float, low: float, high: float) -> None:
-        """Add the solid of something round about the asset's middle."""
+        """Add the obstacle of a round thing about the asset's middle."""
         angles = np.arange(8) * np.pi / 4 + np.pi / 8
         self.prism(np.c_[width / 2 * np.cos(angles), depth / 2 * np.sin(angles)], low, high)
 
     def column(self, radius: float, bottom: float, top: float, center: tuple[float, float] = (0.0, 0.0)) -> None:
-        """Add an upright round column (as an octagon) as something in the way."""
+        """Add an upright round column (as an octagon) as an obstacle."""
         angles = np.arange(8) * np.pi / 4
         self.prism(np.c_[center[0] + radius * np.cos(angles), center[1] + radius * np.sin(angles)], bottom, top)
 
     def build(self, tags: Iterable[str] = (), *, takes_room: bool = True) -> Asset:
-        """Return the asset, stretched to its size; a body without solids is a box, if the asset `takes_room`."""
+        """Return the asset stretched to its size; if it `takes_room` and has no solids, its box is its solid."""
         merged = {look: merge(parts) for look, parts in self._meshes.items()}
         low, high = bounds(whole for look, whole in merged.items() if look.shown != "on")
         fit = _BoxFit(low, high, np.asarray(self._size, np.float64))
@@ -148,7 +148,7 @@ def _part(name: str, look: PartStyle, whole: Mesh) -> Part:
 
 
 class _BoxFit:
-    """The stretch and shift that take a box to the one of a given size about the origin."""
+    """The stretch and shift that map a box to the one of a given size about the origin."""
 
     def __init__(self, low: np.ndarray, high: np.ndarray, size: np.ndarray) -> None:
         extent = high - low
@@ -180,7 +180,7 @@ class _BoxFit:
         )
 
     def solid(self, solid: Solid) -> Solid | None:
-        """Return the solid with what stands out of the box cut off; None when nothing is left."""
+        """Return the solid clipped to the box; None when nothing is left."""
         corners = (np.array(solid.polygon) - self.middle[[0, 2]]) * self.factor[[0, 2]]
         half_x, half_y, half_z = (float(length) / 2 for length in self.size)
         if (np.abs(corners) > [half_x, half_z]).any():

@@ -1,4 +1,4 @@
-"""What the makers of furniture and appliances share: finishes, boards, legs, handles, drawers, leaves, shelves.
+"""Parts shared by the makers of furniture and appliances: finishes, boards, legs, handles, drawers, leaves, shelves.
 
 Coordinates are the builder's: y = 0 at the bottom, +z is the front.
 """
@@ -51,7 +51,7 @@ HIDES = (("black", "#2b2829"), ("brown", "#6b452e"), ("tan", "#ad7f4f"), ("white
 
 
 def wood(rng: np.random.Generator) -> Finish:
-    """Return a wood or painted wood."""
+    """Return a finish of wood or painted wood."""
     return one_of(rng, WOODS)
 
 
@@ -101,9 +101,9 @@ def add_case(
 
 
 def lining(low: Corner, high: Corner, missing: str = "+z") -> Mesh:
-    """Return panels that face into a space, on all sides but one: the inner skin of an appliance.
+    """Return panels that face into a space on all sides but one: the inner skin of an appliance.
 
-    Each is made of four, so that some of its vertices, where light is cast, lie away from the corners.
+    Each side is made of four panels, so that some vertices, at which light is computed, lie away from the corners.
     """
     size, middle = np.subtract(high, low), np.add(high, low) / 2
     panels = []
@@ -124,7 +124,8 @@ def lining(low: Corner, high: Corner, missing: str = "+z") -> Mesh:
 
 
 def shelf_heights(levels: Sequence[float], low: float, high: float, count: int, gap: float = 0.1) -> list[float]:
-    """Return heights for shelves strictly between two heights: at the levels, or `count` even ones without any."""
+    """Return heights of shelves strictly between two heights: at the levels, or `count` evenly spaced ones if there are
+    none."""
     heights: list[float] = []
     for level in levels:
         if low + 0.03 < level < high - 0.05 and (not heights or level - heights[-1] >= min(gap, 0.06)):
@@ -149,9 +150,9 @@ def add_shelves(
     is_inside: bool = False,
     needs_opening: bool = False,
 ) -> None:
-    """Add boards whose tops are at `heights` across the space low..high, and surfaces there and on its floor.
+    """Add boards whose tops are at `heights` across the space low..high, with surfaces there and on its floor.
 
-    The space is a cupboard behind a leaf when it `needs_opening`, a bay of a case when it `is_inside`, else a rack.
+    The space is a cupboard behind a leaf if it `needs_opening`, a bay of a case if it `is_inside`, otherwise a rack.
     """
     (x0, y0, z0), (x1, y1, z1) = low, high
     for height in heights:
@@ -232,7 +233,7 @@ def handle(kind: HandleKind, at: Corner, length: float, *, upright: bool = False
 
 @dataclass(frozen=True, slots=True)
 class Fronts:
-    """How drawers and leaves look."""
+    """The looks of drawers and leaves."""
 
     front: str
     inner: str
@@ -263,7 +264,7 @@ def add_drawer(
 ) -> None:
     """Add a drawer that fills low..high (its front's face is at high z, the handle in front of it).
 
-    The front reaches `overlay` (m) beyond the box behind it, to each side and up and down.
+    The front reaches `overlay` (m) beyond the box behind it, on each side and up and down.
     """
     joint = builder.slide(name, (0, 0, 1), travel)
     board = (low[0], low[1], high[2] - BOARD_M)
@@ -313,9 +314,9 @@ def add_leaf(
 
 
 HANDLE_M = 0.032
-"""How far a handle stands out."""
+"""How far a handle stands out (m)."""
 
 
 def handle_room(kind: HandleKind) -> float:
-    """Return the depth that handles of a kind take in front of the faces."""
+    """Return how far (m) handles of a kind stand out of the faces."""
     return {"knob": 0.028, "bar": HANDLE_M, "cup": 0.026, "none": 0.0}[kind]

@@ -1,12 +1,12 @@
-"""Materials: any name to a colour, a texture and a shine.
+"""Materials: from any name to a colour, a texture and a shine.
 
-Two kinds of names resolve. Our own keys are "kind/variant": "wood/oak", "wood/#6b4a2e", "metal/brushed",
-"fabric/#aa3322", "plastic/red", "glass", "glow/#ffeecc", "screen/3", "picture/7", "print/news" (see `_KINDS`).
-Anything else is read as one of AI2-THOR's material names, by its words: "WoodFloorsCrossRED" is a red parquet,
-"bathroomTilesBlue" small blue tiles; a name that says nothing is a plain colour. Every string resolves.
+Two kinds of names resolve. The project's keys are "kind/variant": "wood/oak", "wood/#6b4a2e", "metal/brushed",
+"fabric/#aa3322", "plastic/red", "glass", "glow/#ffeecc", "screen/3", "picture/7", "print/news" (see `_KINDS`). Any
+other name is read by its words as one of AI2-THOR's material names: "WoodFloorsCrossRED" is a red parquet,
+"bathroomTilesBlue" small blue tiles; a name without a known word is a plain colour. Every string resolves.
 
-Textures are neutral: rgba times texture is what one sees. Uv (0, 0) is a texture's bottom left, row 0 of its
-array the top; a mesh's uvs in metres are divided by `metres` to get repeats. Pictures fill uv 0..1.
+Textures are neutral: the colour seen is rgba times texture. Uv (0, 0) is a texture's bottom left, row 0 of its array
+the top; a mesh's uvs in metres are divided by `metres` to get repeats. Pictures fill uv 0..1.
 """
 
 import re
@@ -21,23 +21,24 @@ from vigil.assets.kernel.colours import Rgb
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Material:
-    """How a surface looks."""
+    """The look of a surface."""
 
     name: str
     rgba: tuple[float, float, float, float]
     texture_name: str | None
     metres: float
-    """Length of one repeat of the texture."""
+    """Length of one repeat of the texture (m)."""
     specular: float
     shininess: float
     emission: float
     is_metal: bool
-    """It shows its surroundings in its own colour."""
+    """Whether the surface reflects its surroundings, tinted by its own colour."""
     is_mirror: bool
 
     @property
     def texture(self) -> np.ndarray | None:
-        """(h, w, 3) uint8, read-only, drawn when first asked for; the same object for materials that share it."""
+        """Return the texture (h, w, 3), uint8 and read-only, drawn at first use; materials that share it share the
+        object."""
         return None if self.texture_name is None else textures.texture(self.texture_name)
 
 
@@ -53,7 +54,7 @@ class _Kind:
     emission: float = 0.0
     alpha: float = 1.0
     colour: str = "d8d6d2"
-    """Where the name gives none."""
+    """Default colour where the name does not give one."""
 
 
 _KINDS: dict[str, _Kind] = {
@@ -123,12 +124,12 @@ _METALS: dict[str, str] = {
 _COLOURS_OF = {
     "wood": _SPECIES, "planks": _SPECIES, "parquet": _SPECIES, "metal": _METALS, "brick": {"red": "9c4c3a"},
 }  # fmt: skip
-"""Where a word means another colour on one kind of surface than elsewhere."""
+"""Colours that a word means on one kind of surface only."""
 
 
 @lru_cache(maxsize=4096)
 def material(name: str, tint: Rgb | None = None) -> Material:
-    """Return the material of a name; a `tint` (r, g, b in 0..1) takes the place of the name's own colour."""
+    """Return the material of a name; a `tint` (r, g, b in 0..1) replaces the name's own colour."""
     kind_name, slash, variant = name.partition("/")
     if slash and kind_name in _KINDS:
         return _made(name, kind_name, tint or _own_colour(kind_name, variant), variant)
@@ -204,7 +205,7 @@ _KIND_WORDS: tuple[tuple[str, str], ...] = (
     ("plate", "ceramic"), ("bowl", "ceramic"), ("pot", "metal"), ("pan", "metal"), ("statue", "stone"),
     ("fertility", "stone"), ("soap", "wax"), ("basketball", "leather"),
 )  # fmt: skip
-"""Substring of a name in lower case -> kind; the first that occurs decides."""
+"""Substring of a name in lower case -> kind; the first one that occurs decides."""
 
 _COLOUR_WORDS: tuple[tuple[str, str], ...] = (
     ("lightblue", "8fb4d6"), ("darkgreen", "3c5a3c"), ("offwhite", "ece8dc"), ("robinegg", "9cc3c0"),
@@ -245,5 +246,5 @@ def _colour_in(plain: str, kind: str) -> Rgb | None:
 
 
 def _is_accident(word: str, joined: str) -> bool:
-    """Whether a colour word only occurs inside another word ("red" in "shredded", "tan" in "standing")."""
+    """Whether a colour word occurs only inside another word ("red" in "shredded", "tan" in "standing")."""
     return any(word in trap and trap in joined for trap in ("textured", "shredded", "brushed", "standing", "washed"))

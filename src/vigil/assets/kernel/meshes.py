@@ -16,7 +16,7 @@ AXES = {"x": 0, "y": 1, "z": 2}
 
 
 def mesh(vertices: np.ndarray, faces: np.ndarray, normals: np.ndarray, uvs: np.ndarray) -> Mesh:
-    """Return a Mesh with the types it promises and normals of unit length."""
+    """Return a Mesh with the declared array types and normals of unit length."""
     lengths = np.sqrt(np.add.reduce(normals * normals, axis=1, keepdims=True))
     return Mesh(
         np.ascontiguousarray(vertices, np.float32),
@@ -73,7 +73,7 @@ def turn_about(unit: Sequence[float] | np.ndarray, degrees: float) -> np.ndarray
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the cross product of vectors (..., 3): numpy's own numbers, sooner when the vectors are few."""
+    """Return the cross product of vectors (..., 3), equal to numpy's and faster for few vectors."""
     product = np.empty(np.broadcast_shapes(a.shape, b.shape))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         product[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
@@ -87,7 +87,8 @@ def norms(vectors: np.ndarray) -> np.ndarray:
 
 @cache
 def grid_faces(rows: int, columns: int, flip: bool = False) -> np.ndarray:
-    """Return two triangles per cell of a grid of vertices in row-major order; not to be written to."""
+    """Return two triangles for each cell of a grid of vertices in row-major order; the array is shared: do not write to
+    it."""
     index = np.arange(rows * columns).reshape(rows, columns)
     a, b, c, d = index[:-1, :-1].ravel(), index[1:, :-1].ravel(), index[1:, 1:].ravel(), index[:-1, 1:].ravel()
     faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])

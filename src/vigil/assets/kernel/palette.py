@@ -1,4 +1,4 @@
-"""Colours by the words people use for them, and drawing lots among them."""
+"""Colours by the words that people use for them, and random choices of them."""
 
 from collections.abc import Sequence
 from typing import TypeVar
@@ -27,14 +27,14 @@ COLOURS = {
 }
 
 CLEARLY_NEARER = 0.75
-"""The nearest word is used when its distance is at most this share of the next one's."""
+"""Largest ratio of the nearest word's distance to the next word's at which the nearest word is used."""
 LIGHTNESS_WEIGHT = 0.5
-"""People name hues first: a dark green is still green."""
+"""Weight of lightness: people name hues first, so that a dark green is still green."""
 _XYZ = np.array([[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]])
 _WHITE = np.array([0.9505, 1.0, 1.089])
 
 HOT = "glow/#ff5a1f"
-"""The material of what heats, while it is on."""
+"""Material of a heating element while it is on."""
 T = TypeVar("T")
 
 
@@ -44,13 +44,13 @@ def one_of(rng: np.random.Generator, options: Sequence[T]) -> T:
 
 
 def colour(rng: np.random.Generator, *names: str) -> tuple[str, str]:
-    """Return one of the named colours (of all without names) as its word and "#rrggbb"."""
+    """Return one of the named colours (any colour if none is named) as its word and "#rrggbb"."""
     name = one_of(rng, names or tuple(COLOURS))
     return name, COLOURS[name]
 
 
 def word_for(red: int, green: int, blue: int) -> str | None:
-    """Return the word that people use for a colour (parts 0 .. 255); None where two would do."""
+    """Return the word that people use for a colour (parts 0 .. 255); None where two words would do."""
     place = _lab(red, green, blue)
     far = {name: float(np.linalg.norm(place - _lab(*_parts(code)))) for name, code in COLOURS.items()}
     first, second = sorted(far, key=far.__getitem__)[:2]
@@ -58,7 +58,7 @@ def word_for(red: int, green: int, blue: int) -> str | None:
 
 
 def nearest_word(red: int, green: int, blue: int) -> str:
-    """Return the word whose colour is nearest to one (parts 0 .. 255), however far."""
+    """Return the word whose colour is nearest to a colour (parts 0 .. 255), at any distance."""
     place = _lab(red, green, blue)
     return min(COLOURS, key=lambda name: float(np.linalg.norm(place - _lab(*_parts(COLOURS[name])))))
 
@@ -69,7 +69,7 @@ def _parts(code: str) -> tuple[int, int, int]:
 
 
 def _lab(red: int, green: int, blue: int) -> np.ndarray:
-    """Return CIE L*a*b* of an sRGB colour (D65), its lightness weighted."""
+    """Return CIE L*a*b* of an sRGB colour (D65), with its lightness weighted."""
     parts = np.array([red, green, blue]) / 255.0
     linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
     x, y, z = np.cbrt(np.maximum(_XYZ @ linear / _WHITE, 1e-6))

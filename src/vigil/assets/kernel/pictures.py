@@ -1,6 +1,6 @@
 """Pictures that fill a face once: paintings, screens, book covers, printed paper, the sky.
 
-Drawn with numpy and PIL from a fixed random stream; not meant to tile. Row 0 is the top.
+They are drawn with numpy and PIL from a fixed random stream and do not tile. Row 0 is the top.
 """
 
 from collections.abc import Callable
@@ -50,7 +50,8 @@ def _vary(rng: np.random.Generator, colour: Colour, by: int = 18) -> Colour:
 
 
 def _canvas(image: Image.Image, rng: np.random.Generator, grain: float = 3.0) -> np.ndarray:
-    """Return what was painted with soft edges, which have no steps from near by, and with the grain of a canvas."""
+    """Return a painted picture with smoothed edges, so that no steps show from near by, and with the grain of a
+    canvas."""
     pixels = np.asarray(image.filter(ImageFilter.GaussianBlur(SOFT_PX)), np.float64)
     return np.clip(pixels + rng.normal(0, grain, pixels.shape[:2])[..., None], 0, 255).astype(np.uint8)
 
@@ -244,7 +245,7 @@ _SEGMENTS = {
 
 
 def _digits(brush: ImageDraw.ImageDraw, text: str, at: tuple[int, int], size: int, colour: Colour) -> None:
-    """Write digits and colons as seven segments; `size` is half a digit's height."""
+    """Draw digits and colons as seven segments; `size` is half a digit's height."""
     x, y = at
     thick = max(2, size // 4)
     for sign in text:
@@ -320,7 +321,7 @@ def _label(rng: np.random.Generator) -> np.ndarray:
 
 
 def _lettering(text: str, ink: Colour, paper: Colour) -> Drawing:
-    """Return the drawing of one word across a face four times as wide as high."""
+    """Return a function that draws one word across a face four times as wide as high."""
 
     def drawing(_rng: np.random.Generator) -> np.ndarray:
         image = Image.new("RGB", (256, 64), paper)
@@ -399,4 +400,4 @@ KINDS: dict[str, dict[str, Drawing]] = {
     },
     "sky": {"0": _sky},
 }
-"""Kind -> variant -> drawing; numbers wrap around, so that every number is a picture."""
+"""Kind -> variant -> drawing; numbers wrap around, so that every number gives a picture."""

@@ -1,4 +1,4 @@
-"""Round meshes: turned about an axis, or drawn along a path (see `vigil.assets.kernel.shapes` for the conventions)."""
+"""Round meshes: turned about an axis or swept along a path (see `vigil.assets.kernel.shapes` for the conventions)."""
 
 from collections.abc import Sequence
 from functools import cache
@@ -22,7 +22,7 @@ from vigil.assets.kernel.meshes import (
 )
 
 SMOOTH = float(np.cos(np.radians(35)))
-"""Edges whose sides turn by less than this angle (as a cosine) shade smoothly."""
+"""Cosine of the largest angle at which an edge shades smoothly."""
 _NO_RADIUS_M = 1e-9
 _SHORTEST_M = 1e-5
 
@@ -30,8 +30,8 @@ _SHORTEST_M = 1e-5
 def lathe(profile: Sequence[tuple[float, float]], center: Point3 = ORIGIN, segments: int = 18) -> Mesh:
     """Return a profile of (radius, y) turned about the vertical.
 
-    The profile runs with its outside on the right: up along an outer wall, inwards over a lid, down an
-    inner wall. Corners sharper than 35 degrees stay sharp.
+    The profile runs with its outside on the right: up along an outer wall, inwards over a lid, down an inner wall.
+    Corners sharper than 35 degrees stay sharp.
     """
     points = np.asarray(profile, np.float64)
     is_new = np.abs(points[1:] - points[:-1]).max(1) > 1e-9
@@ -52,7 +52,7 @@ def lathe(profile: Sequence[tuple[float, float]], center: Point3 = ORIGIN, segme
 
 
 def _outward(slopes: np.ndarray) -> np.ndarray:
-    """Return the normals (2 n, 2) at both ends of n stretches of a profile, shared where they join smoothly."""
+    """Return the normals (2 n, 2) at both ends of n segments of a profile, shared where they join smoothly."""
     is_smooth = (slopes[:-1] * slopes[1:]).sum(1) > SMOOTH
     shared = (slopes[:-1] + slopes[1:])[is_smooth]
     normals = np.repeat(slopes, 2, axis=0)
@@ -63,13 +63,13 @@ def _outward(slopes: np.ndarray) -> np.ndarray:
 
 @cache
 def _circle(segments: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the angles (segments + 1,) once round and their (sine, cosine)."""
+    """Return the angles (segments + 1,) of a full circle and their (sine, cosine)."""
     angles = np.linspace(0, 2 * np.pi, segments + 1)
     return angles, np.stack([np.sin(angles), np.cos(angles)], 1)
 
 
 def _spun(profile: np.ndarray, circle: np.ndarray) -> np.ndarray:
-    """Return (radius, y) pairs (n, 2) carried round a circle: (n, segments + 1, 3)."""
+    """Return (radius, y) pairs (n, 2) swept round a circle: (n, segments + 1, 3)."""
     spun = np.empty((len(profile), len(circle), 3))
     np.multiply(profile[:, :1, None], circle, out=spun[..., ::2])
     spun[..., 1] = profile[:, 1:]
@@ -78,7 +78,8 @@ def _spun(profile: np.ndarray, circle: np.ndarray) -> np.ndarray:
 
 @cache
 def _lathe_faces(has_radius: tuple[bool, ...], segments: int) -> np.ndarray:
-    """Return the triangles of bands between two rings each; a ring without radius leaves one triangle of two."""
+    """Return the triangles of bands between pairs of rings; at a ring of radius 0 each cell has one triangle, not
+    two."""
     faces = []
     for first in range(0, len(has_radius), 2):
         halves = np.split(grid_faces(2, segments + 1, flip=True) + first * (segments + 1), 2)
@@ -94,14 +95,14 @@ def cylinder(
     segments: int = 16,
     top: float | None = None,
 ) -> Mesh:
-    """Return a capped cylinder about `axis`; with `top` its radius tapers to that at the upper end."""
+    """Return a capped cylinder about `axis`; `top`, if given, is the radius at its upper end."""
     upper = radius if top is None else top
     profile = [(0.0, -height / 2), (radius, -height / 2), (upper, height / 2), (0.0, height / 2)]
     return translate(_stand(lathe(profile, segments=segments), axis), center)
 
 
 def _stand(part: Mesh, axis: Axis) -> Mesh:
-    """Return a mesh made along y laid along `axis` instead."""
+    """Return a mesh made along y, turned to lie along `axis`."""
     return part if axis == "y" else rotate(part, "z", -90) if axis == "x" else rotate(part, "x", 90)
 
 
@@ -135,7 +136,7 @@ def tube(path: Sequence[Point3] | np.ndarray, radius: float | Sequence[float], s
 def loft(rings: np.ndarray, cap: bool = True) -> Mesh:
     """Return a skin over closed rings (k, n, 3), each repeating its first point, with flat caps.
 
-    Rings run counter-clockwise about the way they follow each other; those that do not are turned round.
+    Rings run counter-clockwise about the direction in which they follow each other; other rings are reversed.
     """
     points = np.asarray(rings, np.float64)
     count, around, _ = points.shape
@@ -160,7 +161,7 @@ def loft(rings: np.ndarray, cap: bool = True) -> Mesh:
 
 
 def _gradient(points: np.ndarray) -> np.ndarray:
-    """Return numpy's gradient along the first axis, for unit steps."""
+    """Return numpy's gradient along the first axis for unit steps."""
     gradient = np.empty_like(points)
     gradient[1:-1] = (points[2:] - points[:-2]) / 2.0
     gradient[0], gradient[-1] = points[1] - points[0], points[-1] - points[-2]
@@ -190,6 +191,6 @@ def _cap(ring: np.ndarray, direction: np.ndarray) -> Mesh:
 
 @cache
 def fan(count: int) -> np.ndarray:
-    """Return the triangles between vertex 0 and a ring of `count` more; not to be written to."""
+    """Return the triangles between vertex 0 and a ring of `count` more; the array is shared: do not write to it."""
     index = np.arange(count)
     return np.stack([np.zeros(count, int), index + 1, np.roll(index, -1) + 1], 1)

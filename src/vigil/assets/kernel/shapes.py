@@ -1,9 +1,9 @@
 """Mesh primitives for the makers of assets, in the frame of `vigil.assets.kernel.asset`.
 
-Every function returns triangles that wind outward, unit normals and uvs. Uvs are metres along the
-surface (u along the longer side of a box's face, so that wood grain runs along a board), except where
-`panel` and `disc` are told to fit a picture: then they run from (0, 0), bottom left as seen from
-outside, to (1, 1). Triangle counts are kept low; `bevel` and smooth normals make edges catch light.
+Every function returns triangles that wind outward, unit normals and uvs. Uvs are metres along the surface (u along the
+longer side of a box's face, so that wood grain runs along a board). `panel` and `disc` can fit a picture instead: uvs
+then run from (0, 0), bottom left as seen from outside, to (1, 1). Triangle counts are kept low; `bevel` and smooth
+normals make edges catch light.
 """
 
 from collections.abc import Sequence
@@ -69,7 +69,7 @@ _CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1
 
 
 def _facing(face: list[int], out: np.ndarray, signs: list[np.ndarray], axes: list[int]) -> list[list[int]]:
-    """Return the triangles of a face with three or four corners, turned so that they are seen from `out`."""
+    """Return the triangles of a face with three or four corners, wound so that they are seen from `out`."""
     points = np.array([signs[i] + 0.1 * signs[i][axes[i]] * np.eye(3)[axes[i]] for i in face])
     turn = cross(points[1] - points[0], points[2] - points[0]) @ out
     ordered = face if turn > 0 else face[::-1]
@@ -129,7 +129,7 @@ def box(size: Point3, center: Point3 = ORIGIN, bevel: float = 0.0) -> Mesh:
 
 
 def boxes(sizes: Sequence[Point3], centers: Sequence[Point3]) -> Mesh:
-    """Return many boxes without bevels as one mesh, sooner than each by itself."""
+    """Return many boxes without bevels as one mesh; this is faster than building each by itself."""
     half = np.maximum(np.abs(np.asarray(sizes, np.float64)) / 2, _THINNEST_M)
     vertices = _BOX_SIGNS * half[:, None] + np.asarray(centers, np.float64)[:, None]
     orders = np.column_stack([half[:, 1:] > half[:, :-1], half[:, 2] > half[:, 0]]).tolist()
@@ -141,7 +141,7 @@ def boxes(sizes: Sequence[Point3], centers: Sequence[Point3]) -> Mesh:
 
 @cache
 def _box_uvs(is_y_over_x: bool, is_z_over_y: bool, is_z_over_x: bool) -> np.ndarray:
-    """Return where its uvs (24, 2) stand in a box's flattened vertices: u runs along the longer side of a face."""
+    """Return the indices of the uvs (24, 2) in a box's flattened vertices: u runs along the longer side of a face."""
     u_v_of_sides = [
         (2, 1) if is_z_over_y else (1, 2),
         (2, 0) if is_z_over_x else (0, 2),
@@ -193,10 +193,10 @@ def cushion(size: Point3, center: Point3 = ORIGIN) -> Mesh:
 
 
 def extrude(polygon: Sequence[tuple[float, float]] | np.ndarray, low: float, high: float, axis: Axis = "y") -> Mesh:
-    """Return a prism over a simple polygon, concave ones too.
+    """Return a prism over a simple polygon, which may be concave.
 
-    The polygon is (x, z) for axis y, (x, y) for axis z and (z, y) for axis x; it spans low..high along
-    the axis. Side edges turning by less than 35 degrees shade smoothly.
+    The polygon is (x, z) for axis y, (x, y) for axis z and (z, y) for axis x; it spans low..high along the axis. Side
+    edges that turn by less than 35 degrees shade smoothly.
     """
     outline = np.asarray(polygon, np.float64)
     count = len(outline)
@@ -255,14 +255,14 @@ def rounded_rectangle(width: float, depth: float, radius: float, steps: int = 4)
 
 
 def slab(size: Point3, center: Point3 = ORIGIN, radius: float = 0.05) -> Mesh:
-    """Return a flat board whose corners, seen from above, are round."""
+    """Return a flat board with round corners as seen from above."""
     x, y, z = center
     part = extrude(rounded_rectangle(size[0], size[2], radius), y - size[1] / 2, y + size[1] / 2)
     return translate(part, (x, 0.0, z))
 
 
 def disc(radius: float, center: Point3 = ORIGIN, axis: Axis = "y", segments: int = 18, fit: bool = False) -> Mesh:
-    """Return a flat circle that faces along +axis; `fit` lays one picture over it."""
+    """Return a flat circle that faces along +axis; with `fit` one picture covers it."""
     angles = np.linspace(0, 2 * np.pi, segments, endpoint=False)
     circle = np.stack([np.cos(angles), np.sin(angles)], 1)
     outline = np.concatenate([[[0.0, 0.0]], circle])
@@ -285,9 +285,9 @@ def panel(width: float, height: float, center: Point3 = ORIGIN, facing: str = "+
 
 @cache
 def _sight(axis: str, side: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return what is right and up to somebody who looks at a face, and what points at him.
+    """Return the directions right, up and towards the viewer for somebody who looks at a face.
 
-    The frame is left-handed: who looks along -z has +x on his left.
+    The frame is left-handed: a viewer who looks along -z has +x on the left.
     """
     outward = side * np.eye(3)[AXES[axis]]
     up = np.array([0, 0, -1.0]) if axis == "y" else np.array([0, 1.0, 0])
