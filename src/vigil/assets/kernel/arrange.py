@@ -132,7 +132,7 @@ def creased(part: Mesh) -> Mesh:
 
 
 def strip(width_at: Sequence[tuple[float, float]], thickness: float, y: float = 0.0) -> Mesh:
-    """Return a flat board along z, symmetric about x = 0; `outline` is (z, half width) pairs with rising z."""
+    """Return a flat board along z, symmetric about x = 0; `width_at` is (z, half width) pairs with rising z."""
     outline = [(half, z) for z, half in width_at] + [(-half, z) for z, half in reversed(width_at)]
     return shapes.extrude(outline, y - thickness / 2, y + thickness / 2)
 

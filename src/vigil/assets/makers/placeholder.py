@@ -1,4 +1,4 @@
-"""What stands for a category that has no maker of its own: a rounded box with a label."""
+"""Placeholder for a category that does not have a maker: a rounded box with a label."""
 
 import colorsys
 

@@ -1,4 +1,4 @@
-"""The stock: assets that a house can be furnished with, and things put somewhere (`PlacedObject`)."""
+"""The stock: assets that a house can be furnished with, and things placed in a house (`PlacedObject`)."""
 
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -12,19 +12,19 @@ from vigil.base.geometry import Vec3, rotate_floor
 from vigil.scene.geometry import joint_motion, solid_corners
 
 OPENNESS_SAMPLES = tuple(step / 20 for step in range(1, 21))
-"""Openness at which moving parts are looked at."""
+"""Degrees of openness at which moving parts are examined."""
 VARIANTS = 24
-"""Own asset ids that the generator draws from, per category."""
+"""Number of the project's asset ids, per category, from which the generator draws."""
 
 Rect = tuple[float, float, float, float]
 """x0, z0, x1, z1 on the floor (m)."""
 Block = tuple[Rect, float, float]
-"""A rectangle with the heights of its bottom and top: room that something takes or passes through."""
+"""A rectangle with the heights of its bottom and top: room that a thing takes up or passes through."""
 
 
 @dataclass(frozen=True, eq=False)
 class AssetModel:
-    """An asset with its id; its shape is made when it is first looked at."""
+    """An asset with its id; its shape is made at first use."""
 
     asset_id: str
     category: str
@@ -33,7 +33,7 @@ class AssetModel:
 
     @cached_property
     def asset(self) -> Asset:
-        """Its shape."""
+        """Shape of the asset."""
         return make(self.category, self.size, self.variant)
 
 
@@ -45,7 +45,7 @@ def model_of(asset_id: str, category: str) -> AssetModel:
 
 
 def draw_model(category: str, rng: np.random.Generator, variants: int = VARIANTS) -> AssetModel:
-    """Return one of the category's own assets at random."""
+    """Return one of the project's assets of the category at random."""
     return model_of(own_asset_id(category, int(rng.integers(variants))), category)
 
 
@@ -57,36 +57,36 @@ def most_similar(model: AssetModel, choices: list[AssetModel]) -> AssetModel:
 
 @dataclass(slots=True, eq=False)
 class PlacedObject:
-    """A thing of the house in its place; children rest on or in it."""
+    """A thing of the house in its place; its children rest on or in it."""
 
     model: AssetModel
     position: Vec3
-    """Centre of its bounding box."""
+    """Centre of the bounding box."""
     yaw: float
     room: int
     children: list["PlacedObject"] = field(default_factory=list)
     surface: Surface | None = None
-    """The parent's surface that it rests on."""
+    """Surface of the parent on which the thing rests."""
     openness: float | None = None
     is_on: bool | None = None
     is_dirty: bool | None = None
     is_on_wall: bool = False
     id: str = ""
-    """The document's object id; given when the house is written."""
+    """Object id in the document; assigned when the house is written."""
 
     @property
     def category(self) -> str:
-        """The catalogue's category."""
+        """Category in the catalogue."""
         return self.model.category
 
     @property
     def bottom(self) -> float:
-        """Height of its lowest face."""
+        """Height of the lowest face."""
         return self.position.y - self.model.size.y / 2
 
     @property
     def top(self) -> float:
-        """Height of its highest face."""
+        """Height of the highest face."""
         return self.position.y + self.model.size.y / 2
 
     def to_floor_point(self, x: float, z: float) -> tuple[float, float]:
@@ -95,7 +95,7 @@ class PlacedObject:
         return self.position.x + dx, self.position.z + dz
 
     def footprint(self) -> Rect:
-        """Return the upright rectangle about its box."""
+        """Return the upright rectangle about the thing's box."""
         return turned_rect(
             (-self.model.size.x / 2, -self.model.size.z / 2, self.model.size.x / 2, self.model.size.z / 2),
             self.position.x,
@@ -104,11 +104,11 @@ class PlacedObject:
         )
 
     def block(self) -> Block:
-        """Return the upright block about its box."""
+        """Return the upright block about the thing's box."""
         return self.footprint(), self.bottom, self.top
 
     def swing(self) -> Block | None:
-        """Return the block that its doors, drawers and lids pass through; None when nothing opens."""
+        """Return the block that the thing's doors, drawers and lids pass through; None when nothing opens."""
         block = swing_of(self.model)
         if block is None:
             return None
@@ -117,7 +117,7 @@ class PlacedObject:
         return turned_rect(rect, x, z, self.yaw), y + bottom, y + top
 
     def with_contents(self) -> list["PlacedObject"]:
-        """Return it and everything on and in it."""
+        """Return the thing and everything on and in it."""
         return [self, *(piece for child in self.children for piece in child.with_contents())]
 
 
@@ -130,9 +130,9 @@ def turned_rect(rect: Rect, x: float, z: float, yaw: float) -> Rect:
 
 @lru_cache(maxsize=4096)
 def swing_of(model: AssetModel) -> Block | None:
-    """Return the block (in the asset's frame) that its moving parts pass through; None when nothing opens.
+    """Return the block (in the asset's frame) that the asset's moving parts pass through; None when nothing opens.
 
-    Flaps and lids that are drawn only, and stop nobody, count where there are no others.
+    Flaps and lids without solids count only where there are no other moving parts.
     """
     joints = {joint.name: joint for joint in model.asset.joints}
     moving = [(joints[solid.joint], solid_corners(solid)) for solid in model.asset.solids if solid.joint in joints]
@@ -148,13 +148,13 @@ def swing_of(model: AssetModel) -> Block | None:
 
 
 def swept_rect(model: AssetModel) -> Rect | None:
-    """Return the rectangle (in the asset's frame) that its moving parts pass over; None when nothing opens."""
+    """Return the rectangle (in the asset's frame) that the asset's moving parts pass over; None when nothing opens."""
     block = swing_of(model)
     return None if block is None else block[0]
 
 
 @lru_cache(maxsize=4096)
 def leaf_reach(model: AssetModel) -> float:
-    """Return how far (m) its doors and drawers come out in front when they open."""
+    """Return how far (m) the asset's doors and drawers come out in front when they open."""
     rect = swept_rect(model)
     return 0.0 if rect is None else max(0.0, rect[3] - model.size.z / 2)

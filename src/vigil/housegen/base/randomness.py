@@ -1,4 +1,4 @@
-"""Random generators of the stages: each is a function of seed, spec, version and stage alone."""
+"""Random generators of the stages: each depends only on seed, spec, version and stage."""
 
 import hashlib
 from collections.abc import Sequence
@@ -9,16 +9,16 @@ import numpy as np
 from vigil.protocol.house import canonical_json
 
 GENERATOR_VERSION = "5"
-"""Changes whenever the same seed and spec would give another house."""
+"""Version of the generator; it changes whenever the same seed and spec would give another house."""
 STREAM_VERSION = "4"
-"""The version since which the same seed and spec draw the same numbers; of the versions from it on, houses differ in
-what is made of them."""
+"""First version that draws the same numbers for the same seed and spec. Houses of this and later versions differ only
+in how the drawn things are made."""
 
 Item = TypeVar("Item")
 
 
 def generator(*key: object) -> np.random.Generator:
-    """Return the random generator that belongs to a key of numbers and words."""
+    """Return the random generator for a key of numbers and words."""
     digest = hashlib.sha256(canonical_json([STREAM_VERSION, *(str(part) for part in key)])).digest()
     return np.random.default_rng(int.from_bytes(digest[:16], "big"))
 
@@ -40,5 +40,5 @@ def shuffled(rng: np.random.Generator, items: Sequence[Item]) -> list[Item]:
 
 
 def chance(rng: np.random.Generator, probability: float) -> bool:
-    """Whether something of that probability happens."""
+    """Return True with the given probability."""
     return bool(rng.random() < probability)

@@ -1,4 +1,4 @@
-"""What kind of house is wanted: rooms, areas, ceiling. Named specs are a literal table."""
+"""House specs: which rooms, areas and ceiling a house is to have. Named specs are a literal table."""
 
 from collections import Counter
 from typing import Any, Literal
@@ -17,25 +17,25 @@ AREA_M2: dict[str, tuple[float, float, float]] = {
     "Bedroom": (11.0, 17.0, 30.0),
     "Bathroom": (6.0, 8.5, 14.0),
 }
-"""Smallest, median and largest area of a room by its kind."""
+"""Smallest, median and largest area (m2) of a room, by its kind."""
 
 SINGLE_ROOM_SCALE: dict[str, float] = {"Kitchen": 1.75, "LivingRoom": 1.3, "Bedroom": 1.5, "Bathroom": 1.25}
-"""How much larger a room is that is the whole house (as in ProcTHOR)."""
+"""Factor by which a room that is the whole house is larger (as in ProcTHOR)."""
 
 
 class HouseSpec(BaseModel):
-    """A wanted house. One of `choices` (kinds of rooms) is drawn by the seed."""
+    """A wanted house. The seed draws one of `choices` (kinds of rooms)."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     name: str
     choices: tuple[tuple[RoomKind, ...], ...] = Field(min_length=1)
     area_m2: float | None = Field(default=None, gt=0.0)
-    """Total floor area; None draws each room's area by its kind."""
+    """Total floor area; with None, each room's area is drawn by its kind."""
     ceiling_m: tuple[float, float] = (2.5, 3.0)
     """Lowest and highest ceiling."""
     clutter: float = Field(default=1.0, ge=0.0, le=2.0)
-    """Scales how many small things lie about."""
+    """Factor on the number of small things that lie about."""
 
     @field_validator("choices", mode="before")
     @classmethod

@@ -1,4 +1,4 @@
-"""Checks a house, generated or real, by named rules; says what is wrong and never fails on it."""
+"""Checks a house, generated or real, by named rules; it reports faults as values and never raises on them."""
 
 import math
 from collections import Counter
@@ -23,20 +23,20 @@ from vigil.scene.things import Scene, Thing
 
 HOVER_M = 0.02
 WALL_M = 0.1
-"""Things whose box comes this near a wall count as hanging on it."""
+"""Distance (m) to a wall up to which a thing's box counts as hanging on it."""
 OUTSIDE_M = 0.02
 REACH_M = 1.5
 ALLOWED_ROOMS = {"Bed": ("Bedroom",), "Toilet": ("Bathroom",), "Bathtub": ("Bathroom",), "Stove": ("Kitchen",)}
 """Furniture that only belongs in certain rooms."""
 UNLOADABLE_RULES = frozenset({"room-shape", "extent", "wall-shape"})
-"""Faults of a house that has no shape to look at further, or to load."""
+"""Rules whose violation leaves the house without a shape that can be examined further or loaded."""
 FARTHEST_M = 200.0
 REQUIRED_FURNITURE = {"Kitchen": "Fridge", "Bedroom": "Bed", "Bathroom": "Toilet"}
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """A rule that a house breaks."""
+    """A violation of one rule by a house."""
 
     rule: str
     subject: str
@@ -116,7 +116,7 @@ def _rooms(house: House) -> list[Fault]:
 
 
 def _extent(house: House) -> list[Fault]:
-    """Return a fault for each thing far away, each wall without length or height, and each state out of 0..1."""
+    """Return a fault for each thing far away, each wall without length or height, and each state outside 0..1."""
     document = house.document
     named = [(room.id, point) for room in document.rooms for point in room.floor_polygon]
     named += [(wall.id, point) for wall in document.walls for point in wall.polygon]
@@ -192,7 +192,7 @@ def _hovering(house: House, scene: Scene, assets: AssetDatabase) -> list[Fault]:
 
 
 def _height_above_support(thing: Thing, node: HouseObject) -> float | None:
-    """Return how high (m) the document has a thing over what it was let down on; None when nothing is under it."""
+    """Return how high (m) above its support the document places a thing; None when nothing is under it."""
     let_down = node.position.y - thing.position.y
     if thing.parent is None:
         return bounding_box(thing).bottom + let_down
@@ -200,7 +200,7 @@ def _height_above_support(thing: Thing, node: HouseObject) -> float | None:
 
 
 def _is_mounted(thing: Thing, scene: Scene, lines: list[shapely.LinearRing], ceiling: float) -> bool:
-    """Whether it is a thing for walls that is at a wall (or hangs from one that is), or a lamp at the ceiling."""
+    """Return whether it is a wall thing at a wall (or hangs from one that is), or a lamp at the ceiling."""
     places, box = CATALOG[thing.category].rests_on, bounding_box(thing)
     if CEILING in places and abs(box.top - ceiling) < WALL_M:
         return True
@@ -286,8 +286,8 @@ def _start(house: House, grid: WalkableGrid) -> list[Fault]:
 
 
 def _access(scene: Scene, grid: WalkableGrid, solid_overlaps: SolidOverlaps) -> list[Fault]:
-    """Return a fault for each openable thing whose leaf is blocked or cuts through another thing, or furniture before
-    which nobody can stand."""
+    """Return a fault for each openable thing whose leaf is blocked or cuts through another thing, and for furniture in
+    front of which there is no place to stand."""
     faults: list[Fault] = []
     partitions, path, leaf_collisions = Partitions(scene), OPENNESS_SAMPLES.tolist(), LeafCollisions(scene)
     for thing in scene.things.values():

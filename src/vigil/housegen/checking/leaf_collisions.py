@@ -1,5 +1,7 @@
-"""What a leaf cuts through on its way: the triangles that are drawn of it against those of all else, handles and trims
-included. Walls are no things: `vigil.scene.partitions` keeps leaves from them.
+"""Collisions of leaves on their way: drawn triangles of the leaf, with handles and trims, against those of other
+things.
+
+Walls are not checked here: `vigil.scene.partitions` keeps leaves out of them.
 """
 
 from collections.abc import Iterator
@@ -13,15 +15,15 @@ from vigil.scene.supports import ancestors, joint_is_hinge, surface_named
 from vigil.scene.things import Scene, Thing
 
 OPENNESS_SAMPLES = tuple(step / 24 for step in range(25))
-"""Openness at which leaves are looked at."""
+"""Degrees of openness at which leaves are examined."""
 SKIN_M = 0.002
-"""What reaches less deep into another only touches it."""
+"""Depth (m) up to which two things only touch."""
 PARALLEL = 1e-12
-"""Edges whose product with a triangle's plane (m^3) is less lie in it."""
+"""Product (m^3) of an edge with a triangle's plane below which the edge lies in the plane."""
 
 
 class LeafCollisions:
-    """Finds what the drawn leaves, lids and drawers of a house's things pass through."""
+    """Finds the things that the drawn leaves, lids and drawers of a house's things pass through."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
@@ -30,7 +32,8 @@ class LeafCollisions:
         self._carriers = {thing.id: ancestors(scene, thing) for thing in self._things}
 
     def first_pierced(self, thing: Thing) -> Thing | None:
-        """Return the first other thing that the thing's moving parts cut through; None when they pass by all."""
+        """Return the first other thing that the thing's moving parts cut through; None when they cut through
+        nothing."""
         swept = _swept_box(thing)
         for other in self._nearby_things(thing, swept):
             fixed = _triangles(other, {0.0, other.openness})
@@ -46,7 +49,8 @@ class LeafCollisions:
                 yield other
 
     def _moves_with(self, thing: Thing, other: Thing) -> bool:
-        """Whether another lies inside the thing, moves along with its drawer, or is what the thing is a drawer of."""
+        """Return whether another thing lies inside this one, moves with its drawer, or is the furniture it is a drawer
+        of."""
         if thing.is_drawer and other.id == thing.parent:
             return True
         carriers = self._carriers[other.id]
@@ -61,7 +65,7 @@ class LeafCollisions:
 
 @lru_cache(maxsize=4096)
 def drawn_triangles(asset: Asset) -> tuple[tuple[str | None, np.ndarray], ...]:
-    """Return (joint, corners (n, 3, 3) of its triangles) of all that each joint, or the body, carries and is solid."""
+    """Return (joint, corners (n, 3, 3) of triangles) of the solid parts that each joint, or the body, carries."""
     found: dict[str | None, list[np.ndarray]] = {}
     for part in asset.parts:
         if part.shown != "on" and len(part.mesh.faces):
@@ -70,7 +74,7 @@ def drawn_triangles(asset: Asset) -> tuple[tuple[str | None, np.ndarray], ...]:
 
 
 def _triangles(thing: Thing, states: set[float]) -> np.ndarray:
-    """Return all triangles (n, 3, 3) of a thing, what moves at each openness of `states`."""
+    """Return all triangles (n, 3, 3) of a thing, with moving parts at each openness of `states`."""
     places = [
         _moved(thing, joint, mesh, openness)
         for joint, mesh in drawn_triangles(thing.asset)
@@ -91,7 +95,7 @@ def _leaf_positions(thing: Thing) -> Iterator[np.ndarray]:
 
 
 def _swept_box(thing: Thing) -> np.ndarray:
-    """Return the lowest and highest corner (2, 3) of where the moving parts can be."""
+    """Return the lowest and highest corner (2, 3) of the space that the moving parts can reach."""
     corners = [
         part_motion(thing, joint, openness)(box_corners(low, high))
         for joint, low, high in part_boxes(thing.asset)
@@ -102,7 +106,7 @@ def _swept_box(thing: Thing) -> np.ndarray:
 
 
 def _bounding_box(thing: Thing) -> np.ndarray:
-    """Return the lowest and highest corner (2, 3) of all that is drawn of a thing, shut and as it stands."""
+    """Return the lowest and highest corner (2, 3) of everything drawn of a thing, shut and in its present state."""
     corners = [
         part_motion(thing, joint, openness)(box_corners(low, high))
         for joint, low, high in part_boxes(thing.asset)
@@ -112,7 +116,8 @@ def _bounding_box(thing: Thing) -> np.ndarray:
 
 
 def _box_of(triangles: np.ndarray) -> np.ndarray:
-    """Return the lowest and highest corner (2, 3) of triangles; a box that meets nothing when there are none."""
+    """Return the lowest and highest corner (2, 3) of triangles; without triangles, a box that does not meet any
+    other."""
     corners = triangles.reshape(-1, 3)
     if not len(corners):
         return np.array([[np.inf] * 3, [-np.inf] * 3])
@@ -120,12 +125,12 @@ def _box_of(triangles: np.ndarray) -> np.ndarray:
 
 
 def _overlap(low: np.ndarray, high: np.ndarray, box: np.ndarray) -> np.ndarray:
-    """Return which of n boxes (n, 3) share more room with `box` than things that touch."""
+    """Return which of n boxes (n, 3) overlap `box` by more than touching things do."""
     return ((low < box[1] - SKIN_M) & (high > box[0] + SKIN_M)).all(axis=1)
 
 
 def _intersect(one: np.ndarray, two: np.ndarray) -> bool:
-    """Whether two sets of triangles (n, 3, 3) go through each other."""
+    """Return whether two sets of triangles (n, 3, 3) pass through each other."""
     near_one = one[_overlap(one.min(axis=1), one.max(axis=1), _box_of(two))]
     if not len(near_one):
         return False
@@ -134,7 +139,8 @@ def _intersect(one: np.ndarray, two: np.ndarray) -> bool:
 
 
 def _has_piercing_edge(edged: np.ndarray, faces: np.ndarray) -> bool:
-    """Whether an edge of one set of triangles goes through a triangle of the other, more than skin deep."""
+    """Return whether an edge of one set of triangles passes through a triangle of the other by more than the skin
+    depth."""
     starts = edged.reshape(-1, 3)
     along = np.roll(edged, -1, axis=1).reshape(-1, 3) - starts
     origin, first, second = faces[:, 0], faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]

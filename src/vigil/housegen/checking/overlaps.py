@@ -1,4 +1,4 @@
-"""Which solids of a house share room: those of its things as they stand, and those of leaves on their way."""
+"""Overlaps of solids in a house: of things in their present state, and of leaves on their way."""
 
 from collections.abc import Iterator
 
@@ -13,12 +13,12 @@ from vigil.scene.things import Scene, Thing
 
 OVERLAP_M = 0.005
 OPENNESS_SAMPLES = tuple(step / 16 for step in range(17))
-"""Openness at which leaves and drawers are looked at."""
+"""Degrees of openness at which leaves and drawers are examined."""
 POLYGON = shapely.GeometryType.POLYGON.value
 
 
 class SolidOverlaps:
-    """Finds solids that share room; of upright things alone, as the prisms of others are larger than they are."""
+    """Finds overlapping solids of upright things only: the prisms of tilted things are larger than the things."""
 
     def __init__(self, scene: Scene) -> None:
         self.prisms: list[Prism] = []
@@ -32,7 +32,7 @@ class SolidOverlaps:
         self.tree = STRtree(self.shapes)
 
     def overlaps(self) -> Iterator[tuple[Thing, Thing, float]]:
-        """Yield each pair of things that share more than 5 mm of room, with how high (m) that is."""
+        """Yield each pair of things that overlap by more than 5 mm, with the height (m) of the overlap."""
         seen: set[tuple[str, str]] = set()
         first, second = self.tree.query(self.shapes, predicate="intersects")
         for a, b in zip(first.tolist(), second.tolist(), strict=True):
@@ -45,7 +45,8 @@ class SolidOverlaps:
             yield one, two, depth
 
     def first_obstacle(self, thing: Thing) -> Thing | None:
-        """Return the first other thing that the thing's leaves hit between shut and open; None when they hit none."""
+        """Return the first other thing that the thing's leaves hit between shut and open; None when they hit
+        nothing."""
         moving = [prism for openness in OPENNESS_SAMPLES for prism in moving_prisms_of(thing, openness)]
         others = self._nearby_solids(moving, thing)
         if not others:
@@ -57,7 +58,8 @@ class SolidOverlaps:
         return None
 
     def _nearby_solids(self, moving: list[Prism], thing: Thing) -> list[int]:
-        """Return the solids near the leaves that may stop them; of what carries the thing, those that it is not in."""
+        """Return the solids near the leaves that may stop them; of the thing's carriers, only solids that it is not
+        inside."""
         if not moving:
             return []
         near = self.tree.query(MultiPoint(np.concatenate([prism.polygon for prism in moving])).envelope)
@@ -79,7 +81,8 @@ class SolidOverlaps:
         return one in self._carriers[two.id] or two in self._carriers[one.id]
 
     def _is_exempt_from_leaf(self, thing: Thing, other: Thing) -> bool:
-        """Whether another cannot stop the thing's leaves: it lies inside the thing, or goes along with its drawer."""
+        """Return whether another thing cannot stop the thing's leaves: it lies inside the thing, or moves with its
+        drawer."""
         carriers = self._carriers[other.id]
         if thing not in carriers:
             return _may_overlap(thing, other)
@@ -91,7 +94,7 @@ class SolidOverlaps:
 
 
 def _may_overlap(one: Thing, two: Thing) -> bool:
-    """Whether two things may share room: a thing with itself, legs and a rug, a spout over its basin."""
+    """Return whether two things may overlap: a thing with itself, legs and a rug, a spout over its basin."""
     if one is two or (one.is_structure and two.is_structure):
         return True
     pair = {one.category, two.category}
@@ -99,7 +102,7 @@ def _may_overlap(one: Thing, two: Thing) -> bool:
 
 
 def _shrunk(prisms: list[Prism]) -> np.ndarray:
-    """Return the prisms' footprints, smaller all round by half of what may overlap."""
+    """Return the footprints of prisms, shrunk all round by half of the allowed overlap."""
     polygons = np.array([polygon_of(prism) for prism in prisms], dtype=object)
     inner = shapely.buffer(polygons, -OVERLAP_M / 2, join_style="mitre")
     for index in np.flatnonzero(shapely.is_empty(inner) | (shapely.get_type_id(inner) != POLYGON)):

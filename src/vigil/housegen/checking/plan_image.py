@@ -1,4 +1,4 @@
-"""A labelled floor plan of any house, seen from above, for documents and for looking a house over."""
+"""A labelled floor plan of any house, seen from above, for documents and inspection."""
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -12,14 +12,14 @@ MARGIN_M = 0.6
 LABEL_PX = 14
 ROOM_LABEL_PX = 18
 EDGE_PX = 2
-"""Of the white edge around a label, which parts it from dots and lines below it."""
+"""Width (px) of the white edge around a label, which separates it from dots and lines below it."""
 LABEL_SHIFTS = (0, 16, -16, 32, -32)
-"""Where else (px down) a label goes when another is in its place."""
+"""Offsets (px down) at which a label is tried when another is in its place."""
 GUTTER_PX = 12
 BOX_CORNERS = 4
 WALL_PX = 5
 NOSE_M, START_RADIUS_M = 0.45, 0.2
-"""Of the mark at the start: a line the way that one looks, and a circle."""
+"""Sizes of the mark at the start: the line in the direction of view, and the circle."""
 FLOOR_RGB = {
     "Kitchen": (252, 240, 214),
     "LivingRoom": (229, 240, 222),
@@ -61,7 +61,7 @@ class PlanDrawing:
         return round((x - self.low[0]) * self.scale), round((self.high[1] - z) * self.scale)
 
     def draw_contents(self, plan: FloorPlan) -> None:
-        """Draw floors, furniture, walls and small things, without a word."""
+        """Draw floors, furniture, walls and small things, without labels."""
         for room in plan.rooms:
             self.polygon(room.corners, FLOOR_RGB.get(room.room_type, OTHER_FLOOR_RGB), None)
         for thing in plan.things:
@@ -79,7 +79,7 @@ class PlanDrawing:
         self.draw.polygon([self.at(x, z) for x, z in corners.tolist()], fill=fill, outline=line)
 
     def label(self, x: float, z: float, text: str) -> None:
-        """Write a text with its middle at or near a floor point, unless other texts leave no place for it."""
+        """Write a text with its middle at or near a floor point, unless other texts do not leave room for it."""
         px, py = self.at(x, z)
         for shift in LABEL_SHIFTS:
             left, top, right, bottom = self.draw.textbbox((px, py + shift), text, font=self.font, anchor="mm")
@@ -103,7 +103,7 @@ class PlanDrawing:
 
 
 def draw_plan(house: House, scene: Scene, pixels_per_m: float = 100) -> Image.Image:
-    """Return the plan of a house: rooms, doors with the way that they swing, furniture, small things, the start."""
+    """Return the plan of a house: rooms, doors with their direction of swing, furniture, small things, the start."""
     plan = floor_plan(house, scene.things.values())
     sheet = PlanDrawing(plan, pixels_per_m)
     sheet.draw_contents(plan)

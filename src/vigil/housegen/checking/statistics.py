@@ -1,6 +1,7 @@
-"""What rooms are like in numbers: areas, things, kinds of things, floor covered, things on supports, states.
+"""Numbers about rooms: areas, things, kinds of things, floor covered, things on supports, states.
 
-Generated and real houses are measured alike. Kinds of things that one side cannot have (`only`) can be left aside.
+Generated and real houses are measured by the same functions. `only` restricts the count to given categories, for
+instance those that both sides can have.
 """
 
 from collections import defaultdict
@@ -20,32 +21,32 @@ from vigil.protocol.house import House, HouseObject
 from vigil.scene.outlines import floor_of, footprint
 
 MIN_COVER_HEIGHT_M = 0.03
-"""Lower things (rugs) cover no floor."""
+"""Height (m) below which a thing (a rug) does not cover floor."""
 MIN_HANGING_HEIGHT_M = 0.35
-"""Things whose bottom is higher cover no floor."""
+"""Height (m) of its bottom above which a thing does not cover floor."""
 
 
 @dataclass(slots=True)
 class RoomStatistics:
-    """One room in numbers."""
+    """Numbers about one room."""
 
     kind: str
     area_m2: float
     objects: int = 0
     types: set[str] = field(default_factory=set)
     covered: float = 0.0
-    """Share of the floor that furniture stands on, of whatever kind."""
+    """Share of the floor that furniture of any kind covers."""
     loose: int = 0
-    """Things that can be picked up."""
+    """Number of things that can be picked up."""
     on_support: list[tuple[str, int]] = field(default_factory=list)
-    """Each piece of furniture that holds things, with how many loose things are on and in it."""
+    """Each piece of furniture that holds things, with the number of loose things on and in it."""
     is_on: list[tuple[str, bool]] = field(default_factory=list)
     is_dirty: list[tuple[str, bool]] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True)
 class DistributionComparison:
-    """A distribution of two kinds of houses."""
+    """Distributions of one number in real and in generated houses."""
 
     name: str
     real: np.ndarray
@@ -60,18 +61,18 @@ class DistributionComparison:
 
     @property
     def median_ratio(self) -> float:
-        """Own median through real median; 1 where both are 0."""
+        """Median of generated houses divided by that of real ones; 1 where both are 0."""
         real, own = float(np.median(self.real)), float(np.median(self.own))
         return own / real if real else (1.0 if own == 0 else float("inf"))
 
     @property
     def is_close(self) -> bool:
-        """Whether the medians differ by at most 25 % and the distance is under 0.25."""
+        """Return whether the medians differ by at most 25 % and the distance is under 0.25."""
         return 0.75 <= self.median_ratio <= 1.25 and self.ks < 0.25
 
 
 def measure(house: House, assets: AssetDatabase, only: Collection[str] | None = None) -> list[RoomStatistics]:
-    """Return a house's rooms in numbers, furniture as one thing with its drawers; `only` counts these categories."""
+    """Return numbers about a house's rooms; drawers count with their furniture, and `only` limits the categories."""
     house = with_merged_drawers(house)
     floors = {room.id: floor_of(room) for room in house.document.rooms}
     rooms = {
@@ -131,7 +132,7 @@ def _category(node: HouseObject, assets: AssetDatabase) -> str | None:
 def compare(
     real: Iterable[RoomStatistics], own: Iterable[RoomStatistics], supports: Iterable[str]
 ) -> list[DistributionComparison]:
-    """Return the distributions of real and own rooms, by kind of room, then of things on each of `supports`."""
+    """Return the distributions of real and generated rooms, by kind of room, then of things on each of `supports`."""
     real, own = list(real), list(own)
     found: list[DistributionComparison] = []
     for kind in sorted({room.kind for room in real} & {room.kind for room in own}):
@@ -159,4 +160,4 @@ MEASURES = {
     "share of floor covered": lambda room: room.covered,
     "small things": lambda room: room.loose,
 }
-"""What is compared, by its name in tables and figures."""
+"""Numbers to compare, by their names in tables and figures."""

@@ -1,4 +1,4 @@
-"""The floor that an agent can walk: nodes of the 0.25 m grid where its body fits, through doors that can be passed."""
+"""Floor on which an agent can walk: nodes of the 0.25 m grid where its body fits, connected through passable doors."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -28,43 +28,43 @@ from vigil.scene.things import Scene, Thing, WallPanel
 
 LEAST_SHARE = 0.9
 JAMB_M = 0.08
-"""Width that a door's frame takes from its hole on either side."""
+"""Width (m) that a door's frame takes from its hole on either side."""
 BEHIND_M = 0.01
-"""How far the strip through a door reaches into the floor where the body's axis can be on either side."""
+"""How far (m) the strip through a door reaches, on either side, into the floor where the body's axis can be."""
 
 
 @dataclass(slots=True, eq=False)
 class WalkableGrid:
-    """The grid, and its largest connected part."""
+    """The grid and its largest connected part."""
 
     xs: np.ndarray
     zs: np.ndarray
     space: shapely.Geometry
-    """Where the body's axis can be, obstacles aside."""
+    """Floor where the body's axis can be, apart from obstacles."""
     obstacles: shapely.Geometry
-    """Where it cannot be because of things."""
+    """Floor where the body's axis cannot be because of things."""
     free: np.ndarray
     main: np.ndarray
 
     @property
     def share(self) -> float:
-        """Share of the free nodes that the largest part holds."""
+        """Share of the free nodes that belong to the largest part."""
         count = int(self.free.sum())
         return float(self.main.sum()) / count if count else 0.0
 
     def reaches(self, floor: Polygon) -> bool:
-        """Whether a node of the largest part lies on a floor."""
+        """Return whether a node of the largest part lies on a floor."""
         return bool((self.main & shapely.contains_xy(floor, self.xs, self.zs)).any())
 
     def is_free_start(self, x: float, z: float) -> bool:
-        """Whether the body fits at a place beside nodes of the largest part."""
+        """Return whether the body fits at a place next to nodes of the largest part."""
         if not shapely.contains_xy(self.space, x, z) or shapely.contains_xy(self.obstacles, x, z):
             return False
         near = np.hypot(self.xs - x, self.zs - z) <= GRID_M
         return bool((self.main & near).any())
 
     def can_be_reached(self, thing: Thing, reach_m: float) -> bool:
-        """Whether someone can stand within reach of a thing, clear of its leaves wherever they swing."""
+        """Return whether someone can stand within reach of a thing, clear of its leaves at any openness."""
         outline = footprint(bounding_box(thing))
         x0, z0, x1, z1 = outline.bounds
         near = self.main & (self.xs >= x0 - reach_m) & (self.xs <= x1 + reach_m)
@@ -95,7 +95,8 @@ def build_walkable_grid(house: House, scene: Scene) -> WalkableGrid:
 
 
 def _room_spaces(scene: Scene) -> Iterator[shapely.Geometry]:
-    """Yield where the body's axis can be in each room, or in rooms that no wall parts, things and doors aside."""
+    """Yield where the body's axis can be in each room, or in rooms not separated by walls; things and doors are
+    ignored."""
     for rooms in Portals(scene).connected_rooms():
         if len(rooms) == 1:
             yield room_floor(scene.rooms[rooms[0]]).buffer(-BODY_RADIUS_M)
@@ -106,12 +107,12 @@ def _room_spaces(scene: Scene) -> Iterator[shapely.Geometry]:
 
 
 def _blocks_body(panel: WallPanel) -> bool:
-    """Whether a wall reaches into the heights that a body takes; its doors are passages of their own."""
+    """Return whether a wall reaches into the heights of the body; its doors are separate passages."""
     return panel.bottom < BODY_HIGH_M and panel.bottom + panel.height > BODY_LOW_M
 
 
 def _obstacles(scene: Scene) -> list[Prism]:
-    """Return what one walks around: things as they are, the leaves of doors that can open when they stand open."""
+    """Return the obstacles for walking: things in their present state, and openable doors with their leaves open."""
     found: list[Prism] = []
     for thing in scene.things.values():
         if not thing.is_structure or thing.category == "Window":

@@ -24,19 +24,20 @@ _FRIDGE_WALL, _FRIDGE_BASE = 0.045, 0.05
 _GLASS_SHELF = PartStyle("glass/#6f9aa6", is_glass=True)
 
 _NOTES_M, _DISPENSER_TOP_M = 1.5, 1.42
-"""Heights up to which a fridge's notes and its dispenser reach."""
+"""Heights (m) up to which a fridge's notes and its dispenser reach."""
 _NOTES = (
     ("paper/#f2e27a", 0.09, 0.09, 0.0, 0.0),
     ("picture/4", 0.15, 0.12, 0.2, 0.06),
     ("paper/#b9dcef", 0.11, 0.15, -0.04, 0.16),
 )
-"""Paper, width, height, how far aside (as a share of the door's width) and how far down each note hangs."""
+"""For each note: its paper, width, height, offset to the side (as a share of the door's width) and distance from the
+top."""
 _MAGNETS = ("plastic/#c8322e", "plastic/#2f5ba0")
 
 
 @dataclass(frozen=True, slots=True)
 class _Door:
-    """A fridge's door: its joint, where it spans, and at which side (-1 or 1 along x) it is hinged."""
+    """A fridge's door: its joint, its extent, and the side (-1 or 1 along x) of its hinge."""
 
     name: str
     x: Range
@@ -47,7 +48,7 @@ class _Door:
 def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
     """Return a refrigerator: freezer above, freezer below, or side by side.
 
-    No front is left bare: notes under magnets, a badge and often a dispenser of water tell it from a wardrobe.
+    Every front has details: notes under magnets, a badge and often a water dispenser tell it from a wardrobe.
     """
     builder = Builder("Fridge", size)
     shell = one_of(rng, (*SHELLS[:2], *SHELLS, *SHELLS[:2], *_RETRO))
@@ -85,7 +86,7 @@ def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
 
 
 def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Range) -> list[_Door]:
-    """Add one door, or two beside or above each other; return them, the largest first."""
+    """Add one door, or two next to or above each other; return them, the largest first."""
     (x0, x1), height, body = builder.across, builder.height, z[0]
     base, wall, gap = _FRIDGE_BASE, _FRIDGE_WALL, 0.006
     if style == "double":
@@ -143,7 +144,7 @@ def _fridge_door(builder: Builder, shell: Finish, door: _Door, z: Range) -> None
 def _fridge_front(
     builder: Builder, rng: np.random.Generator, doors: Sequence[_Door], face: float, *, has_dispenser: bool
 ) -> None:
-    """Add what hangs on a fridge's doors (largest first): a badge, notes under magnets, perhaps a dispenser."""
+    """Add details to a fridge's doors (largest first): a badge, notes under magnets, perhaps a dispenser."""
     large, other = doors
     badge = PartStyle("chrome", other.name, bears_open=True)
     middle, top = sum(other.x) / 2, other.y[1] - 0.07

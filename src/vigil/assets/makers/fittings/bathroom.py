@@ -13,18 +13,18 @@ from vigil.base.geometry import Vec3
 
 TAPS = ("chrome", "chrome", "metal/brushed", "metal/brass", "metal/black")
 _SHOWERS = (("steel", "metal/#6a6f74"), ("dark", "metal/dark"), ("black", "metal/black"), ("brass", "metal/brass"))
-"""Word and metal: bright chrome would not be seen on a light wall."""
+"""Colour word and metal; bright chrome would not be seen on a light wall."""
 WATER = PartStyle("water/#66bdf0", bears_toggle=True, shown="on")
 WATER_DROP_M = 0.185
-"""How far below its own box a tap's water is drawn: to the floor of the deepest basin, whose rim the tap stands on."""
+"""How far (m) below its own box a tap's water is drawn: to the floor of the deepest basin on whose rim a tap stands."""
 SHOWER_DROP_M, _JET_M = 1.15, 0.006
-"""How far below its own box a shower's water is drawn, which hides below the floor or the bathtub's; a jet's radius."""
+"""How far (m) below its own box a shower's water is drawn, hidden by the floor or the bathtub; and a jet's radius."""
 _SPREAD = 1.5
-"""How much farther apart jets end than they begin."""
+"""Ratio of the distance between jets at their ends to that at their beginnings."""
 
 
 def faucet(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a tap whose spout looks along +z: one lever on top, or two handles beside it in a wide box."""
+    """Return a tap whose spout looks along +z: one lever on top, or in a wide box two handles at its sides."""
     builder = Builder("Faucet", size)
     width, height, depth = size
     metal = one_of(rng, TAPS)
@@ -52,7 +52,7 @@ def faucet(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
 
 
 def _lever(builder: Builder, metal: str, at: tuple[float, float, float], twin: bool) -> None:
-    """Add a handle that is turned while on: a cross beside the spout, or a lever over it."""
+    """Add a handle that turns while on: a cross at the side of the spout, or a lever over it."""
     x, y, z = at
     width, height, depth = builder.width, builder.height, builder.depth
     if twin:
@@ -115,7 +115,7 @@ def shower_head(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
 
 
 def _jets(builder: Builder, radius: float, drop: float, head_z: float) -> None:
-    """Add the water that runs out of a shower head, in two rings."""
+    """Add the water that runs out of a shower head, in two rings of jets."""
     for ring, count in ((0.25, 4), (0.75, 9)):
         for k in range(count):
             angle = 2 * np.pi * k / count
@@ -163,11 +163,11 @@ _TOILET_PAPERS = (
     ("pink", "paper/#e3b4bb"),
     ("light blue", "paper/#b2cadd"),
 )
-"""Word and paper: on a white cistern white paper would not be seen."""
+"""Colour word and paper; white paper would not be seen on a white cistern."""
 
 
 def toilet_paper(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a roll of toilet paper; a very slim box is its empty core."""
+    """Return a roll of toilet paper; in a very slim box, its empty core."""
     builder = Builder("ToiletPaper", size)
     width, height, depth = size
     if max(width, depth) < 0.6 * height:
@@ -191,7 +191,7 @@ def _roll(builder: Builder, foot: tuple[float, float, float], size: tuple[float,
 
 
 def toilet_paper_hanger(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a holder on the wall (-z): a plate and two arms with a bar, on which a roll of paper runs out."""
+    """Return a holder on the wall (-z): a plate and two arms with a bar, and on it a roll that is nearly used up."""
     builder = Builder("ToiletPaperHanger", size)
     width, height, depth = size
     metal = one_of(rng, TAPS)
@@ -260,7 +260,7 @@ def scrub_brush(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
 
 
 def hanging_towel(category: str) -> Maker:
-    """Return the maker of a towel: hung in soft folds in an upright box, else folded to a pile."""
+    """Return the maker of a towel: hung in soft folds in an upright box, otherwise folded to a pile."""
 
     def make(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
         builder = Builder(category, size)

@@ -1,4 +1,4 @@
-"""Electronics: screens, phones, clocks and what steers them."""
+"""Electronics: screens, phones, clocks, remote controls and switches."""
 
 from collections.abc import Sequence
 
@@ -17,7 +17,7 @@ CASES = ("plastic/#1f2022", "plastic/#2d2f33", "plastic/#8b8d90", "plastic/#d9d9
 
 
 def television(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a television: a flat one, on a foot when the box is deep enough, or a tube set in a very deep box."""
+    """Return a television: flat, with a foot when the box is deep enough, or in a very deep box one with a tube."""
     builder = Builder("Television", size)
     width, height, depth = size
     case = one_of(rng, CASES[:3])
@@ -69,7 +69,8 @@ def _frame_ring(half: float, bottom: float, top: float, z: float) -> list[tuple[
 def laptop(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
     """Return a laptop whose lid with the screen opens by 110 degrees.
 
-    A box too high for a closed one was measured open: the laptop then fills it while open, and lies at its bottom shut.
+    A box too high for a closed laptop was measured open: the laptop then fills it while open, and lies at its bottom
+    while shut.
     """
     if size.y > 0.25 * size.z:
         thick, lean, depth = _measured_open(size)
@@ -79,9 +80,9 @@ def laptop(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
 
 
 def _measured_open(size: Vec3) -> tuple[float, float, float]:
-    """Return how thick (m) a laptop is that fills a box while open, how far its lid leans back (deg), how deep (m).
+    """Return the thickness (m), the lean of the lid (deg) and the depth (m) of a laptop that fills a box while open.
 
-    Open, its height is 0.6 of its thickness and 0.99 of its depth; its depth 0.4 and 0.99 of them, and the lean.
+    Its height is then 0.6 of its thickness and 0.99 of its depth; its depth 0.4 and 0.99 of them, and the lean.
     """
     thick = 0.085 * size.z
     rise, run = size.y - 0.6 * thick, size.z - 0.4 * thick
@@ -127,7 +128,7 @@ def _laptop(size: Vec3, rng: np.random.Generator, opens_deg: float) -> Asset:
 
 
 def desktop(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a desktop computer: monitor on a foot, keyboard and mouse before it, in a wide box a tower beside it."""
+    """Return a desktop computer: a monitor, with keyboard and mouse in front, and in a wide box a tower."""
     builder = Builder("Desktop", size)
     width, height, depth = size
     case = one_of(rng, ("plastic/#1f2022", "plastic/#b9bcc0", "plastic/#d9d9d6"))
@@ -219,7 +220,7 @@ def remote_control(size: Vec3, rng: np.random.Generator, _levels: Sequence[float
 
 
 def alarm_clock(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return an alarm clock: digital with lit figures, or in a squarish box maybe round with two bells."""
+    """Return an alarm clock: digital with lit figures, or in a squarish box perhaps a round one with two bells."""
     builder = Builder("AlarmClock", size)
     width, height, depth = size
     name, tint = colour(rng, "black", "white", "red", "teal", "yellow", "brown", "light blue")
@@ -269,7 +270,7 @@ def _bell_clock(builder: Builder, case: str, name: str) -> Asset:
 
 _SPECTRUM = ("#e86a6a", "#eec25e", "#8fd07a", "#62bfd8", "#7d84dd", "#c58ad6")
 _RAY_DEG = 13.0
-"""The colours into which light breaks, two fans of narrow rays across a disc, and how wide each ray is."""
+"""Colours into which light breaks, angles of two fans of narrow rays across a disc, and width of each ray."""
 
 
 def _ray(width: float, depth: float, level: float, degrees: float) -> shapes.Mesh:
@@ -300,7 +301,7 @@ def compact_disc(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
 
 
 def light_switch(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a light switch: a plate with one or two rockers, tilted the other way and lit while on."""
+    """Return a light switch: a plate with one or two rockers, which tilt the other way and light up while on."""
     builder = Builder("LightSwitch", size)
     width, height, depth = size
     name, tint = one_of(rng, (("white", COLOURS["white"]), ("cream", COLOURS["cream"]), ("grey", "#a9abad")))

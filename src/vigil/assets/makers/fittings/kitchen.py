@@ -23,7 +23,7 @@ from vigil.assets.kernel.palette import HOT, one_of
 from vigil.base.geometry import Vec3
 
 _RUN_M = 0.61
-"""Depth of a counter's run in an L or a U."""
+"""Depth (m) of a counter's run in an L or a U."""
 _TOPS = (
     Finish("granite/#8d8a86", "grey"), Finish("granite/#4a4846", "dark"), Finish("marble/#eceae6", "white"),
     Finish("wood/beech", "wooden"), Finish("granite/#cdbfa8", "beige"),
@@ -34,14 +34,14 @@ _BASINS = (
 )  # fmt: skip
 
 _BOWL = ((0.02, 0.06), (0.6, 0.08), (0.84, 0.25), (0.96, 0.62), (1.0, 1.0))
-"""An oval bowl from its drain to its edge: shares of its half width and of its depth."""
+"""Profile of an oval bowl from its drain to its edge, as shares of its half width and of its depth."""
 _COIL_TURNS = 4
 _KNOBS = (
     ("plastic/#232528", "plastic/#f4f4f0"),
     ("metal/steel", "plastic/#232528"),
     ("plastic/#ecebe6", "plastic/#5c5f63"),
 )
-"""Materials of a stove knob's grip and of its pointer: no colour that could be taken for heat."""
+"""Materials of a stove knob's grip and pointer; neither has a colour that could be taken for heat."""
 
 
 def counter_top(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -59,7 +59,7 @@ def counter_top(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -
 
 
 def _runs(size: Vec3) -> list[tuple[tuple[Range, Range], str]]:
-    """Return the rectangles ((x range), (z range)) of a counter with the side that each faces."""
+    """Return a counter's rectangles ((x range), (z range)), each with the side that it faces."""
     x, z = (-size.x / 2, size.x / 2), (-size.z / 2, size.z / 2)
     if min(size.x, size.z) < 1.9 * _RUN_M:
         return [((x, z), "+z")]
@@ -71,7 +71,8 @@ def _runs(size: Vec3) -> list[tuple[tuple[Range, Range], str]]:
 
 
 def _is_u_shaped(size: Vec3) -> bool:
-    """Whether a deep counter has two legs: AI2-THOR's U counters are two centimetres deeper than whole modules."""
+    """Return whether a deep counter has two legs: AI2-THOR's U counters are two centimetres deeper than whole
+    modules."""
     return size.x > 2.3 and 0.012 < size.z % 0.3048 < 0.06
 
 
@@ -114,7 +115,7 @@ def _counter_run(
 
 
 def _front_unit(width: float, top: float, kick: float, is_framed: bool) -> tuple[shapes.Mesh, shapes.Mesh]:
-    """Return a drawer front over a door front, and their handles; their back is at z = 0."""
+    """Return a drawer front over a door front, and their handles; their backs are at z = 0."""
     half, gap, split = width / 2, 0.004, top - 0.17
     fronts = [
         front_board((-half + gap, kick + gap, 0.0), (half - gap, split - gap, 0.018), is_framed=is_framed),
@@ -155,7 +156,8 @@ def sink(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
 
 
 def _drain(builder: Builder, bowl: float, drain: Corner, overflow: Corner) -> None:
-    """Add a drain in the floor of a basin `bowl` deep and an overflow in its rear wall, dark in rings of chrome."""
+    """Add a drain in the floor of a basin `bowl` deep and an overflow in its rear wall, both dark in rings of
+    chrome."""
     collar = shapes.lathe([(0.022, 0.0), (0.034, 0.0), (0.034, 0.004), (0.024, 0.006), (0.022, 0.0)])
     hole = shapes.disc(0.023, (0, 0.002, 0), segments=14)
     for place, degrees, size in ((drain, 0.0, 1.0), (overflow, 90.0, min(0.75, 5.0 * bowl))):
@@ -179,7 +181,7 @@ def _square_basin(builder: Builder, material: str, inner: tuple[Range, Range], y
 
 
 def _oval_basin(builder: Builder, material: str, inner: tuple[Range, Range], y: Range) -> None:
-    """Add a block of glaze with an oval bowl in its top: a broad ledge tells it from a bowl to mix in."""
+    """Add a block of glaze with an oval bowl in its top; the broad ledge tells it from a mixing bowl."""
     (ix0, ix1), (iz0, iz1) = inner
     floor, top = y
     outline = shapes.rounded_rectangle(builder.width, builder.depth, 0.2 * builder.depth, 5)
@@ -198,7 +200,7 @@ def _oval_basin(builder: Builder, material: str, inner: tuple[Range, Range], y: 
 
 
 def _sink_stand(builder: Builder, rng: np.random.Generator, floor: float) -> None:
-    """Add what carries a washbasin: a pedestal or a small cabinet."""
+    """Add the support of a washbasin: a pedestal or a small cabinet."""
     width, depth = builder.width, builder.depth
     (x0, x1), (z0, z1) = builder.across, builder.through
     builder.solid((x0, floor, z0), (x1, builder.height, z1))

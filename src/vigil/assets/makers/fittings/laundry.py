@@ -1,7 +1,7 @@
 """Washing machines and dryers: a drum behind a door in the front.
 
-They differ as real ones do. A washing machine has a round door with a bulging glass, and a soap drawer; a dryer a
-squarish, flat door, a lint filter below the opening and a vent grille at its foot, and no drawer.
+They differ as real ones do. A washing machine has a round door with a bulging glass, and a soap drawer. A dryer has a
+squarish, flat door, a lint filter below the opening and a vent grille at its foot, but not a soap drawer.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from vigil.assets.makers.fittings.appliances import SHELLS
 from vigil.base.geometry import Vec3
 
 _PANEL_M, _FOOT_M, _WALL_M, _DOOR_M = 0.13, 0.05, 0.02, 0.045
-"""Heights of the control panel and of the foot, thickness of the shell and of the door."""
+"""Heights of the control panel and of the foot, and thicknesses of the shell and of the door (m)."""
 _LID = 1.12
 """Half the side of a door, as a share of the drum's radius."""
 _MOUTH, _MOUTH_CORNER = 1.03, 0.3
@@ -28,24 +28,24 @@ _DARK, _GREY = "plastic/#1b1d20", "plastic/#a4aaaf"
 
 @dataclass(frozen=True, slots=True)
 class _Machine:
-    """What both machines are made from; lengths in metres."""
+    """The parts and measures (m) that both machines share."""
 
     builder: Builder
     shell: Finish
     front: float
-    """Where the case ends (z): the door stands before it."""
+    """Front end of the case (z); the door is in front of it."""
     middle: float
     """Height of the drum's middle."""
     radius: float
-    """Of the drum."""
+    """Radius of the drum."""
 
     @property
     def panel(self) -> Range:
-        """The heights between which the controls are."""
+        """Heights between which the controls are."""
         return self.builder.height - _PANEL_M, self.builder.height - 0.025
 
     def face(self, part: shapes.Mesh, z: float) -> shapes.Mesh:
-        """Return a part made lying about the origin, stood up before the drum with its top towards the viewer."""
+        """Return a part made lying about the origin, placed upright before the drum with its top towards the viewer."""
         return shapes.translate(shapes.rotate(part, "x", 90), (0.0, self.middle, z))
 
 
@@ -102,7 +102,8 @@ def _machine(category: str, size: Vec3, rng: np.random.Generator) -> _Machine:
 
 
 def _front(machine: _Machine, edge: np.ndarray) -> None:
-    """Add the front plate, as two halves; `edge` (n, 2) is the half at +x of the hole about the drum's middle."""
+    """Add the front plate as two halves; `edge` (n, 2) is the half at +x of the outline of the hole about the drum's
+    middle."""
     builder, middle = machine.builder, machine.middle
     y0, y1 = _FOOT_M, machine.panel[0]
     z = (machine.front - _WALL_M, machine.front)
@@ -114,7 +115,8 @@ def _front(machine: _Machine, edge: np.ndarray) -> None:
 
 
 def _controls(machine: _Machine, dial: tuple[float, float], wide: float) -> None:
-    """Add the panel with a dial (where along x, radius as a share of the panel's height) and a clock `wide`."""
+    """Add the panel with a dial (place along x, radius as a share of the panel's height) and a clock of width
+    `wide`."""
     builder, z, (y0, y1) = machine.builder, machine.front, machine.panel
     (x, share), tall, mid = dial, y1 - y0, (y0 + y1) / 2
     builder.block("plastic/#d5d7d9", builder.across, (y0, y1), (z - 0.02, z), 0.002)
@@ -125,7 +127,7 @@ def _controls(machine: _Machine, dial: tuple[float, float], wide: float) -> None
 
 
 def _drum(machine: _Machine, light: str) -> None:
-    """Add the drum, which is lit while on, and the place in it."""
+    """Add the drum, which is lit while on, and the surface in it."""
     builder, radius, front = machine.builder, machine.radius, machine.front
     depth = front - _WALL_M - builder.through[0] - 0.06
     drum = shapes.lathe([(radius, 0.0), (radius * 0.98, -depth), (0.0, -depth)], segments=20)
@@ -135,7 +137,7 @@ def _drum(machine: _Machine, light: str) -> None:
 
 
 def _bulkhead(machine: _Machine) -> None:
-    """Add what is between a dryer's squarish opening and its round drum, with the lint filter at its bottom."""
+    """Add the transition from a dryer's squarish opening to its round drum, with the lint filter at its bottom."""
     builder, radius, middle, z = machine.builder, machine.radius, machine.middle, machine.front - 0.012
     corner = shapes.rounded_rectangle(2 * _MOUTH * radius, 2 * _MOUTH * radius, _MOUTH_CORNER * radius)
     plate = shapes.extrude(_framed(corner, _circle(0.99 * radius)), 0.0, 0.008)
@@ -185,7 +187,8 @@ def _flat_door(machine: _Machine) -> None:
 
 
 def _door(machine: _Machine) -> str:
-    """Add the joint at a door's edge at +x (the left, seen from the front) and what is in the way; return it."""
+    """Add the joint at a door's edge at +x (the left, seen from the front) and the door's solid; return the joint's
+    name."""
     builder, radius, (front, end) = machine.builder, _LID * machine.radius, (machine.front, machine.builder.through[1])
     joint = builder.hinge("door", (0, 1, 0), (radius, 0, front), 100.0)
     builder.solid((-radius, machine.middle - radius, front), (radius, machine.middle + radius, end), joint)

@@ -1,4 +1,4 @@
-"""Lamps and candles: what shines brightens while on and gives a light."""
+"""Lamps and candles: their bright parts glow while on, and they give a light."""
 
 from collections.abc import Sequence
 
@@ -19,9 +19,9 @@ _CANDLESTICK = (
 )  # fmt: skip
 _DISH = ((0.0, 0.0), (0.7, 0.0), (1.0, 0.07), (0.95, 0.08), (0.68, 0.03), (0.0, 0.03))
 _DRIPS = ((0.4, 0.34), (1.5, 0.2), (2.5, 0.42), (3.9, 0.26), (5.2, 0.37))
-"""Wax that has run down a pillar: at which angle about it, and how far as a share of the height."""
+"""Streaks of wax on a pillar: the angle about it, and the length as a share of the height."""
 _FLAME = ((0.0, 0.0), (0.7, 0.12), (1.0, 0.3), (0.75, 0.55), (0.3, 0.85), (0.0, 1.0))
-"""Profiles: radius and height, as shares of the greatest."""
+"""Profiles of radius and height, as shares of the largest."""
 METALS = ("metal/brushed", "metal/black", "metal/brass", "metal/white", "chrome")
 
 
@@ -41,7 +41,7 @@ def bulb(builder: Builder, at: shapes.Point3, radius: float, strength: float = 0
 
 
 def drum(radii: tuple[float, float], bottom: float, top: float, depth_share: float, segments: int = 20) -> shapes.Mesh:
-    """Return an open lamp shade with inside and outside; `radii` at the bottom and the top."""
+    """Return an open lamp shade with inside and outside; `radii` are those at the bottom and the top."""
     wide, narrow = radii
     wall = 0.04 * wide
     part = shapes.lathe(
@@ -234,7 +234,7 @@ def _three_arms(builder: Builder, metal: str, glass: PartStyle) -> None:
 def candle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
     """Return a candle: a dripping pillar on a dish, one in a glass, or in a slim box one on a candlestick.
 
-    It burns while on.
+    The candle burns while on.
     """
     builder = Builder("Candle", size)
     width, height, depth = size

@@ -1,4 +1,4 @@
-"""What fills holes in walls: doors, open door frames, windows and blinds; they swing and look to +z."""
+"""Fillings of holes in walls: doors, open door frames, windows and blinds; they swing and look to +z."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -16,7 +16,7 @@ _DOUBLE_FROM_M = 1.5
 _LEAF_M = 0.04
 _JAMB_M = 0.05
 _GAP_M, _FLOOR_GAP_M = 0.004, 0.008
-"""Round a leaf, and below it."""
+"""Gaps (m) round a leaf, and below it."""
 _GLASS = "glass/#d3e4ea"
 
 
@@ -76,9 +76,9 @@ def _leaf(builder: Builder, name: str, x: Range, hinge: int, looks: tuple[str, s
 
 
 def _seal(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
-    """Add strips round a leaf that fill the gaps while it is shut: nothing of the next room shows through them.
+    """Add strips round a leaf that fill the gaps while it is shut, so that the next room does not show through them.
 
-    They have the leaf's colour: dark ones would read as a stripe on the edge of an open door.
+    They have the leaf's colour: dark ones would look like a stripe on the edge of an open door.
     """
     z = (-0.1 * _LEAF_M, 0.1 * _LEAF_M)
     low, high = (x[0] - _GAP_M, y[0] - _FLOOR_GAP_M + 0.001), (x[1] + _GAP_M, y[1] + _GAP_M)
@@ -93,7 +93,7 @@ def _flush(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
 
 
 def _rails(builder: Builder, skin: PartStyle, x: Range, y: Range, openings: Sequence[tuple[Range, Range]]) -> None:
-    """Add a full-thickness frame that leaves rectangular openings, all of one column's width, free."""
+    """Add a full-thickness frame that leaves rectangular openings of one column's width free."""
     stile = openings[0][0][0] - x[0]
     z = (-_LEAF_M / 2, _LEAF_M / 2)
     builder.block(skin, (x[0], x[0] + stile), y, z, 0.003)
@@ -105,7 +105,7 @@ def _rails(builder: Builder, skin: PartStyle, x: Range, y: Range, openings: Sequ
 
 
 def _panelled(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
-    """A frame with sunken panels: two columns on a broad leaf."""
+    """Add a frame with sunken panels: two columns on a broad leaf."""
     wide = x[1] - x[0]
     stile = min(0.11, 0.18 * wide)
     rows = ((y[0] + 0.2, 0.42 * y[1]), (0.42 * y[1] + 0.12, 0.8 * y[1]), (0.8 * y[1] + 0.09, y[1] - 0.11))
@@ -122,7 +122,7 @@ def _panelled(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
 
 
 def _glazed(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
-    """A frame with a panel below and a window above."""
+    """Add a frame with a panel below and a window above."""
     stile = min(0.11, 0.18 * (x[1] - x[0]))
     across = (x[0] + stile, x[1] - stile)
     rows = ((y[0] + 0.2, 0.42 * y[1]), (0.42 * y[1] + 0.12, y[1] - 0.12))
@@ -136,7 +136,7 @@ def _glazed(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
 
 
 def _planked(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
-    """Upright boards with two cross battens."""
+    """Add upright boards with two cross battens."""
     count = max(3, round((x[1] - x[0]) / 0.15))
     edges = np.linspace(*x, count + 1)
     for low, high in pairwise(edges):
@@ -149,7 +149,7 @@ def _planked(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
 
 
 def doorframe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a frame without a leaf, to be walked through."""
+    """Return a frame without a leaf, to walk through."""
     builder = Builder("Doorframe", size)
     finish = _door_finish(rng)
     _frame(builder, finish.material, builder.through)
@@ -216,7 +216,7 @@ def _bay(builder: Builder, material: str) -> None:
 
 
 SLAT_M, SLAT_TILT_DEG, SLAT_OVERLAP = 0.05, 72, 1.12
-"""How far apart slats are, how steep they stand when closed, and how deep they are for each metre between them."""
+"""Distance between slats (m), their slope while closed, and their depth for each metre of that distance."""
 
 
 def blinds(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:

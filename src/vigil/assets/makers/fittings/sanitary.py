@@ -12,7 +12,7 @@ from vigil.base.geometry import Vec3
 
 _GLAZE = "ceramic/#fffefc"
 _LID_GAP_M = 0.004
-"""Between a toilet's seat and its lid, which lies on buffers."""
+"""Gap (m) between a toilet's seat and its lid, which lies on buffers."""
 
 
 def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:

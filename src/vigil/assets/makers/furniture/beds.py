@@ -1,4 +1,4 @@
-"""Beds: a mattress with bedding on a frame, with a headboard at -z. Pillows are things of their own."""
+"""Beds: a mattress with bedding on a frame, with a headboard at -z. Pillows are separate assets."""
 
 from collections.abc import Sequence
 
@@ -13,7 +13,7 @@ from vigil.base.geometry import Vec3
 
 _CANOPY_FROM_M = 1.5
 _HIGHEST_M = 0.85
-"""Of a mattress: what lies higher lies on something else."""
+"""Greatest height (m) of a mattress's top; a higher top belongs to something that lies on the bed."""
 
 
 def bed(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:

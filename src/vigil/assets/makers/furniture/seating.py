@@ -1,5 +1,4 @@
-"""Things to sit on, without upholstered suites (`vigil.assets.makers.furniture.sofas`): chairs, stools, footstools,
-ottomans."""
+"""Seats other than upholstered suites (`vigil.assets.makers.furniture.sofas`): chairs, stools, footstools, ottomans."""
 
 from collections.abc import Sequence
 
@@ -14,7 +13,7 @@ from vigil.base.geometry import Vec3
 
 
 def seat_height(levels: Sequence[float], height: float, usual: float) -> float:
-    """Return where to sit: at the lowest level that can be a seat, else at the usual height if that fits."""
+    """Return the height of the seat: the lowest level that can be a seat, otherwise the usual height if that fits."""
     fitting = [level for level in levels if 0.3 * height < level < 0.75 * height]
     return fitting[0] if fitting else min(usual, 0.55 * height)
 
@@ -40,7 +39,7 @@ def _back_solids(builder: Builder, seat: float, thickness: float, inset: float =
 
 
 def _slat_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Finish:
-    """A wooden chair with a ladder or slatted back and perhaps a seat pad."""
+    """Add a wooden chair with a ladder or slatted back and perhaps a seat pad."""
     finish = wood(rng)
     x1, z0, z1, height = builder.across[1], *builder.through, builder.height
     post = 0.036
@@ -72,7 +71,7 @@ def _slat_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Fini
 
 
 def _padded_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Finish:
-    """An upholstered dining chair."""
+    """Add an upholstered dining chair."""
     finish, pad = wood(rng), cloth(rng)
     x1, z0, z1, height = builder.across[1], *builder.through, builder.height
     style = one_of(rng, ("tapered", "square", "splayed"))
@@ -90,7 +89,7 @@ def _padded_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Fi
 
 
 def _shell_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Finish:
-    """A moulded plastic shell on splayed wooden or metal legs."""
+    """Add a moulded plastic shell on splayed wooden or metal legs."""
     name = one_of(rng, ("white", "grey", "black", "red", "teal", "yellow", "light blue"))
     shell = f"plastic/{COLOURS[name]}"
     x1, z0, z1, height = builder.across[1], *builder.through, builder.height
@@ -108,7 +107,7 @@ def _shell_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Fin
 
 
 def _office_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Finish:
-    """A swivel chair on five castors."""
+    """Add a swivel chair on five castors."""
     pad = cloth(rng)
     x1, z0, z1, height = builder.across[1], *builder.through, builder.height
     metal = one_of(rng, ("plastic/#222326", "chrome"))
@@ -137,9 +136,9 @@ def _office_chair(builder: Builder, rng: np.random.Generator, seat: float) -> Fi
 
 
 def stool(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a stool whose seat is its top, padded or with a hole to carry it by: four legs, or a post on a foot.
+    """Return a stool whose seat is its top, padded or with a hole as a handle: four legs, or a post on a foot.
 
-    Rests for the feet go all round, which a side table has not.
+    Rests for the feet go all round it, which a side table does not have.
     """
     builder = Builder("Stool", size)
     finish = wood(rng)

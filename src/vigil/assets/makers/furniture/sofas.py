@@ -22,18 +22,18 @@ class _Suite:
     """Height of the seat's top."""
     foot: float
     arm: float
-    """Width of an arm rest."""
+    """Width of an armrest."""
     arm_top: float
     back: float
     """Thickness of the back."""
     is_rounded: bool
     pad: Finish
-    """The frame's upholstery."""
+    """Upholstery of the frame."""
     cushion: Finish
 
 
 def arm_chair(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return an upholstered armchair, or one of a wooden frame with cushions."""
+    """Return an armchair: upholstered, or a wooden frame with cushions."""
     builder = Builder("ArmChair", size)
     suite = _suite(builder, rng, levels)
     if rng.random() < 0.25:
@@ -113,7 +113,7 @@ def _upholstered(builder: Builder, rng: np.random.Generator, suite: _Suite, run:
 
 
 def _chaise(builder: Builder, suite: _Suite, run: float) -> None:
-    """Add the long seat that makes a sofa an L, in front of most places from -x on."""
+    """Add the chaise that makes a sofa an L, in front of the main seats from -x on."""
     (x0, x1), (z0, z1) = builder.across, builder.through
     wide = 0.8 * (x1 - x0)
     high, front = x0 + wide, z0 + run - 0.05

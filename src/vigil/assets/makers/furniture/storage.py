@@ -29,7 +29,7 @@ from vigil.assets.kernel.palette import one_of
 from vigil.base.geometry import Vec3
 
 _DRAWER_FLOOR_M = 0.026
-"""How far a drawer's floor is above the lower edge of its row."""
+"""Height (m) of a drawer's floor above the lower edge of its row."""
 _KNOBS: tuple[HandleKind, ...] = ("knob", "bar", "cup")
 
 
@@ -41,7 +41,7 @@ def _fronts(rng: np.random.Generator, front: str) -> Fronts:
 def _plinth(builder: Builder, rng: np.random.Generator, material: str, front: float, lowest: float = 1.0) -> float:
     """Add legs or a base under a carcass whose front is at z = `front`; return the height of its top.
 
-    It stays below `lowest`, where the first thing inside rests.
+    The top stays below `lowest`, where the first thing inside rests.
     """
     rise = max(min(0.12, 0.12 * builder.height, lowest - 0.03), 0.005)
     back = -builder.depth / 2
@@ -85,7 +85,7 @@ def _drawers(
     high: tuple[float, float, float],
     grid: tuple[int, list[float]],
 ) -> None:
-    """Add columns of drawers between heights; lower ones come out further, so that one sees into each."""
+    """Add columns of drawers between heights; lower ones come out farther, so that the inside of each can be seen."""
     columns, heights = grid
     wide, rows = (high[0] - low[0]) / columns, len(heights) - 1
     for row, (bottom, top) in enumerate(pairwise(heights)):
@@ -173,7 +173,7 @@ def tv_stand(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> A
 
 
 def shelving_unit(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a bookcase, a cube shelf or an open metal rack, with shelves at the levels."""
+    """Return a bookcase, a cube shelf or an open metal rack, with boards at the levels."""
     builder = Builder("ShelvingUnit", size)
     width, height, depth = size
     style = one_of(rng, ("case", "cubes", "rack", "ladder"))

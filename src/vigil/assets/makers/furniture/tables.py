@@ -65,7 +65,7 @@ def _low_shelves(builder: Builder, material: str, tops: Sequence[float], under: 
 
 
 def _top(builder: Builder, material: str, thick: float, radius: float = 0.0, *, y: float | None = None) -> None:
-    """Add a table's top with its solid and surface; its upper face is the box's top, or at `y`."""
+    """Add a table's top with its solid and surface; its upper face is at `y`, by default the box's top."""
     top = builder.height if y is None else y
     size, center = (builder.width, thick, builder.depth), (0.0, top - thick / 2, 0.0)
     builder.add(material, shapes.slab(size, center, radius) if radius else shapes.box(size, center, 0.006))

@@ -1,1 +1,1 @@
-"""Makers of things that one can carry, and of decoration."""
+"""Makers of things that can be carried, and of decoration."""

@@ -1,4 +1,4 @@
-"""Things that hold things: boxes, hampers, garbage cans, safes and trolleys."""
+"""Containers: boxes, hampers, garbage cans, safes and trolleys."""
 
 from collections.abc import Sequence
 
@@ -17,12 +17,12 @@ _CARDS = (
 )  # fmt: skip
 
 _HAMPER_FOOT = 0.94
-"""How much smaller a hamper is at its bottom."""
+"""Ratio of a hamper's width at its bottom to that at its top."""
 _SHIRT = (
     (-0.28, -0.2), (0.28, -0.2), (0.28, 0.06), (0.42, 0.0), (0.5, 0.08), (0.2, 0.2), (0.12, 0.15), (-0.12, 0.15),
     (-0.2, 0.2), (-0.5, 0.08), (-0.42, 0.0), (-0.28, 0.06),
 )  # fmt: skip
-"""The outline of a shirt, the sign of laundry: shares of its width and of a hamper's height."""
+"""Outline of a shirt, the sign for laundry, as shares of its width and of a hamper's height."""
 _SOCK, _LINEN = "fabric/#3c4048", "fabric/#efe9dc"
 _SLEEVES = tuple(f"fabric/{COLOURS[name]}" for name in ("red", "blue", "teal", "yellow", "pink"))
 
@@ -59,7 +59,7 @@ def box(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
 
 
 def laundry_hamper(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a laundry basket of wicker, cloth or plastic with a lid hinged at its back; washing hangs out of it."""
+    """Return a laundry basket of wicker, cloth or plastic with a lid hinged at its back; laundry hangs out of it."""
     builder = Builder("LaundryHamper", size)
     word, code = one_of(rng, CLOTHS)
     baskets = (Finish("wicker", "wicker"), Finish("wicker/#8a6a45", "brown wicker"), Finish("plastic/#e6e4de", "white"))
@@ -134,7 +134,7 @@ def _washing(builder: Builder, rng: np.random.Generator, lid: float) -> None:
 def _bin(
     outline: np.ndarray, y: tuple[float, float], foot: float, wall: float, *, has_floor: bool = True
 ) -> shapes.Mesh:
-    """Return a tapering vessel, or its rim, over an outline (n, 2): `foot` is how much smaller it is at its bottom."""
+    """Return a tapering vessel, or its rim, over an outline (n, 2); `foot` is the ratio of its size at the bottom."""
     ring = np.concatenate([outline, outline[:1]])
     reach = np.abs(outline).max(0)
     inner = (reach - wall) / reach
@@ -157,7 +157,7 @@ def _bin(
 
 
 def _lining(outline: np.ndarray, height: float, foot: float) -> shapes.Mesh:
-    """Return the inside of a bin, a little within its walls."""
+    """Return the inside of a bin, slightly within its walls."""
     ring = np.concatenate([outline, outline[:1]])
     reach = np.abs(outline).max(0)
     inner = (reach - 0.0135) / reach
@@ -244,7 +244,7 @@ def safe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
 
 
 def _boltwork(builder: Builder, joint: str, x: Range, back: float) -> None:
-    """Add what one sees of an open safe's door: a bright plate on its inside, and bolts at its free edge."""
+    """Add the visible parts of an open safe's door: a bright plate on its inside, and bolts at its free edge."""
     x0, x1 = x
     height, wall = builder.height, 0.045
     plate = PartStyle("metal/#b9bcc0", joint, bears_open=True)

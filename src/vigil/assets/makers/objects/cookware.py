@@ -1,4 +1,4 @@
-"""Cookware and cutlery: pots, pans, and what one cooks and eats with."""
+"""Cookware and cutlery: pots, pans, and tools for cooking and eating."""
 
 from collections.abc import Sequence
 
@@ -24,7 +24,7 @@ CUTLERY = (
     ("red-handled", STEEL, "plastic/#b4262b"),
     ("blue-handled", STEEL, "plastic/#2f5ba0"),
 )
-"""Word, metal of the head and material of the handle of cutlery."""
+"""Colour word, metal of the head and material of the handle of cutlery."""
 
 
 def pot(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
@@ -60,7 +60,7 @@ def pot(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset
 
 
 def _ear(width: float, root: tuple[float, float], reach: float, thick: float) -> shapes.Mesh:
-    """Return a lying loop that stands out by `reach` along z from `root` (z, y) of a vessel's wall."""
+    """Return a horizontal loop that stands out by `reach` along z from `root` (z, y) on a vessel's wall."""
     z, y = root
     angles = np.linspace(-np.pi / 2, np.pi / 2, 7)
     out = reach - np.sign(reach) * thick
@@ -110,7 +110,7 @@ def _vessel(
 
 
 def fork(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a fork whose tines are slimmer than the gaps between them, so that one sees through it from afar."""
+    """Return a fork whose tines are slimmer than the gaps between them, so that the gaps show from afar."""
     builder = Builder("Fork", size)
     half, height, length = size.x / 2, size.y, size.z
     name, metal, grip = one_of(rng, CUTLERY)
@@ -142,13 +142,13 @@ def spoon(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
 
 
 def _handle(half: float, length: float, thick: float, *, is_bare: bool) -> shapes.Mesh:
-    """Return the rear part of cutlery's handle; what is not bare metal is thicker."""
+    """Return the rear part of cutlery's handle; materials other than bare metal make it thicker."""
     outline = [(-length / 2, 0.35), (-0.47 * length, 0.55), (-0.3 * length, 0.42), (-0.115 * length, 0.28)]
     return strip([(z, share * half) for z, share in outline], thick if is_bare else 2.2 * thick)
 
 
 def knife(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a kitchen knife: blade to the front, in the plane that the box is broader in."""
+    """Return a kitchen knife with its blade to the front, in the plane in which the box is broader."""
     builder = Builder("Knife", size)
     broad, slim, length = max(size.x, size.y), min(size.x, size.y), size.z
     half = broad / 2
@@ -210,7 +210,7 @@ _LADLES = (
     ("wooden", "wood/walnut", "wood/walnut"),
     ("teal", "plastic/#2f8386", "wood/walnut"),
 )
-"""Word, materials of the dish and of the grip: grey or dark never stands alone against a grey counter."""
+"""Colour word, and materials of the dish and the grip; grey or dark never appears alone against a grey counter."""
 
 
 def ladle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
@@ -271,7 +271,7 @@ def _dish(along: tuple[float, float], half: float, sink: float) -> shapes.Mesh:
 
 
 def _curve(length: float, height: float):
-    """Return the lift of cutlery: low in the neck, rising to both ends."""
+    """Return the height offset of cutlery along z: low in the neck, rising to both ends."""
     return lambda z: 0.75 * height * (1 - np.cos(2.4 * (z / length + 0.1))) / (1 - np.cos(2.4 * 0.6))
 
 

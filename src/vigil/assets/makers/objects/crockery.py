@@ -13,7 +13,7 @@ from vigil.base.geometry import Vec3
 
 
 def hollow(builder: Builder, width: float, depth: float, floor: float, x: float = 0.0, z: float = 0.0) -> None:
-    """Add what a round open vessel at (x, z) takes up: its bottom up to `floor`, and four walls around."""
+    """Add the solids of a round open vessel at (x, z): its bottom up to `floor`, and four walls around."""
     height = builder.height
     left, right, back, front = x - width / 2, x + width / 2, z - depth / 2, z + depth / 2
     wall = 0.08 * min(width, depth)
@@ -65,7 +65,7 @@ def bowl(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
 def plate(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
     """Return a plate with a sunk middle and a rim: coloured with a white edge, or white with lines or a broad rim.
 
-    The edge always has another colour than the middle, so that a plate is seen on a counter of its own colour.
+    The edge always differs in colour from the middle, so that a plate shows on a counter of its own colour.
     """
     builder = Builder("Plate", size)
     width, height, depth = size

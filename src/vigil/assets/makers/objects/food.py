@@ -13,7 +13,7 @@ from vigil.base.geometry import Vec3
 
 
 def apple(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a red, green or yellow apple with a stem and mostly a leaf."""
+    """Return a red, green or yellow apple with a stem and usually a leaf."""
     builder = Builder("Apple", size)
     width, height, depth = size
     name, tint = one_of(rng, (("red", "#b3202a"), ("red", "#8f1d24"), ("green", "#86b23c"), ("yellow", "#dcb63c")))
@@ -132,7 +132,7 @@ def lettuce(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> A
 
 
 def _leaf_bowl(rng: np.random.Generator) -> shapes.Mesh:
-    """Return a leaf that stands on its stem, hollow to the inside (-z), 1 high, about 1 wide."""
+    """Return a leaf that stands on its stem, hollow towards the inside (-z), 1 high and about 1 wide."""
     wide = np.array([0.12, 0.62, 1.0, 0.95, 0.55])
     rings = []
     for level, half in enumerate(wide / 2):

@@ -15,7 +15,7 @@ DARK = "plastic/#1f2022"
 
 
 def paper_towel_roll(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a paper towel roll with a printed border, mostly on a stand with a knob."""
+    """Return a paper towel roll with a printed border, usually on a stand with a knob."""
     builder = Builder("PaperTowelRoll", size)
     width, height, depth = size
     stands = rng.random() < 0.65
@@ -52,11 +52,11 @@ _GLEAMS = (
     ("metal/#62686e", 136.0, 154.0),
     ("metal/#62686e", 26.0, 44.0),
 )
-"""What a roll of bare metal mirrors, bright and dark, and between which angles (degrees) about it."""
+"""Reflections on a roll of bare metal, bright and dark, with the angles (degrees) about it between which each lies."""
 
 
 def aluminum_foil(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a roll of aluminum foil in an open carton that says so, a sheet hanging over its edge."""
+    """Return a roll of aluminum foil in an open carton with a printed name, a sheet hanging over its edge."""
     builder = Builder("AluminumFoil", size)
     width, height, length = size
     name, tint = colour(rng, "blue", "red", "orange", "teal")

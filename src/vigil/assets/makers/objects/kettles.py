@@ -53,7 +53,7 @@ def _electric(builder: Builder, body: str, grip: str) -> None:
 
 
 def _beak(x: tuple[float, float], tip: float, top: float, wide: float) -> shapes.Mesh:
-    """Return the short spout that springs from a jug's rim (`x` is its middle and width) and ends at `tip`."""
+    """Return the short spout at a jug's rim (`x` is its middle and width), which ends at `tip`."""
     middle, across = x
     root, wall = middle + 0.3 * across, middle + 0.45 * across
     low = [(x, 0.62 * top, share * wide) for x, share in ((root, -0.1), (wall, -0.04), (wall, 0.04), (root, 0.1))]
@@ -84,9 +84,9 @@ def _stove_top(builder: Builder, body: str, grip: str) -> None:
 def _lid(
     builder: Builder, looks: tuple[str, str], x: tuple[float, float], at: tuple[float, float], knob: float
 ) -> None:
-    """Add a lid in a steel ring, with a knob of that height in the second look, hinged at the back.
+    """Add a lid in a steel ring, with a knob of the given height in the second look, hinged at the back.
 
-    `x` is the kettle's middle and width, `at` the opening's radius as a share and its height.
+    `x` is the kettle's middle and width; `at` is the opening's radius as a share, and its height.
     """
     (middle, across), (neck, top), depth = x, at, builder.depth
     hinge_x = middle - neck * across / 2
@@ -113,7 +113,8 @@ def _turned(
     x: tuple[float, float],
     segments: int = 18,
 ) -> None:
-    """Add a profile of (share of half the width, height) turned about a kettle's middle; `x` is that and its width."""
+    """Add a profile of (share of half the width, height) turned about a kettle's middle; `x` is that middle and its
+    width."""
     middle, across = x
     builder.add(look, shapes.translate(lathed_oval(profile, across, builder.depth, segments), (middle, 0, 0)))
 

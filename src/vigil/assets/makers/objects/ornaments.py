@@ -22,7 +22,7 @@ STONES = (
 )
 
 Triple = tuple[float, float, float]
-"""A place or lengths: x, y, z."""
+"""A position or lengths: x, y, z."""
 
 
 def statue(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
@@ -35,7 +35,7 @@ def statue(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
 
 
 def _forms(slimness: float) -> tuple[Callable[[Builder, str], None], ...]:
-    """Return what looks right in a box of that height over width."""
+    """Return the kinds of statue that look right in a box of a given ratio of height to width."""
     if slimness < 0.9:
         return _dog, _horse, _knot
     if slimness < 1.5:
@@ -95,7 +95,7 @@ def _horse(builder: Builder, stone: str) -> None:
 
 
 def _knot(builder: Builder, stone: str) -> None:
-    """Add a lying figure of eight: an abstract piece."""
+    """Add a horizontal figure of eight: an abstract piece."""
     angles = np.linspace(0, 2 * np.pi, 33)
     path = np.c_[np.sin(angles), 0.4 + 0.25 * np.cos(2 * angles) * np.sign(1), 0.45 * np.sin(2 * angles)]
     builder.add(stone, shapes.tube(path, 0.15, 8))

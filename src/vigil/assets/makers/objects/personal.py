@@ -223,7 +223,7 @@ def watch(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
 
 
 def _outward(part: shapes.Mesh, *, inside: bool) -> shapes.Mesh:
-    """Return a band about the axis z that faces away from it, or towards it with `inside`."""
+    """Return a band about the axis z that faces away from it, or with `inside` towards it."""
     middle = part.vertices.mean(0)
     away = np.einsum("ij,ij->", (part.vertices - middle)[:, :2], part.normals[:, :2])
     flat = float(np.abs(part.normals[:, 2]).mean()) > 0.7
@@ -237,7 +237,7 @@ def _outward(part: shapes.Mesh, *, inside: bool) -> shapes.Mesh:
 
 
 def tissue_box(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a box of tissues with one standing out of the slot."""
+    """Return a box of tissues with one tissue out of the slot."""
     builder = Builder("TissueBox", size)
     width, height, depth = size
     name, tint = colour(rng, "light blue", "pink", "green", "teal", "purple", "orange", "white")

@@ -148,7 +148,7 @@ def _rod(builder: Builder, metal: str) -> float:
 
 
 def _panels(builder: Builder, cloth_look: str, top: float, *, left: int, right: int) -> None:
-    """Add panels across the width; each slides outward onto the outermost of its side, one behind the other."""
+    """Add panels across the width; each slides outward onto the outermost one of its side."""
     width, depth = builder.width, builder.depth
     across = width * 0.96 / (left + right)
     layers = max(left, right)

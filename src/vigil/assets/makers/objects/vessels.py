@@ -75,7 +75,7 @@ def soap_bottle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) 
 
 
 def spray_bottle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a spray bottle; its nozzle looks along +z. A slim neck under a broad head tells it from all sides."""
+    """Return a spray bottle whose nozzle looks along +z; a slim neck under a broad head marks it from all sides."""
     builder = Builder("SprayBottle", size)
     width, height, depth = size
     name, tint = colour(rng, "blue", "green", "white", "orange", "pink", "teal", "yellow")
@@ -92,7 +92,7 @@ def spray_bottle(size: Vec3, rng: np.random.Generator, _levels: Sequence[float])
 
 
 def _spray_head(builder: Builder, tint: str, across: float, middle: float) -> None:
-    """Add a head that hangs over the neck at its back and front, the trigger below it and the nozzle."""
+    """Add a head wider than the neck, the trigger below it and the nozzle."""
     width, height, depth = builder.width, builder.height, builder.depth
     look, half = f"plastic/{tint}", 0.3 * width
     back, front = -depth / 2, depth / 2 - 0.08 * depth
@@ -121,7 +121,8 @@ def _spray_head(builder: Builder, tint: str, across: float, middle: float) -> No
 
 
 def shaker(category: str, dark: bool) -> Maker:
-    """Return the maker of salt or pepper (`dark`) shakers: a pot with a metal cap, or a mill, of wood for pepper."""
+    """Return the maker of salt or pepper (`dark`) shakers: a pot with a metal cap, or a mill (pepper mills are
+    wooden)."""
 
     def make(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
         builder = Builder(category, size)
@@ -163,7 +164,7 @@ def _pepper_mill(builder: Builder) -> Asset:
 
 
 def _letter(dark: bool, width: float, height: float) -> shapes.Mesh:
-    """Return a block letter P (`dark`) or S that faces +z; the viewer has +x on his left."""
+    """Return a block letter P (`dark`) or S that faces +z; the viewer has +x on the left."""
     strokes = {
         True: [(-0.4, 0.0, 0.2, 1.0), (0.05, 0.4, 0.9, 0.2), (0.05, 0.02, 0.9, 0.2), (0.4, 0.21, 0.2, 0.55)],
         False: [
@@ -188,7 +189,7 @@ VASE_FORMS = {
 
 
 def vase(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a vase in one of several forms, maybe banded."""
+    """Return a vase in one of several forms, perhaps banded."""
     builder = Builder("Vase", size)
     forms = ("bowl", "barrel") if size.y < 0.8 * size.x else ("classic", "bottle", "flute", "barrel", "cone")
     form = one_of(rng, forms)
