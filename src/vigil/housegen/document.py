@@ -17,12 +17,12 @@ from vigil.housegen.layout.walls import wall_pieces
 from vigil.protocol.house import SCHEMA, House, drawer_id
 
 AGENT_Y = 0.95
-"""Height that ProcTHOR gives the agent's position (its middle)."""
+"""Height (m) at which ProcTHOR places the agent's position (its middle)."""
 
 
 @dataclass(slots=True)
 class HouseParts:
-    """All that a document is written from."""
+    """Everything that a document is written from."""
 
     plan: RoomLayout
     openings: list[PlannedOpening]
@@ -69,30 +69,30 @@ def write_document(parts: HouseParts) -> dict[str, Any]:
 
 
 def generators_of(houses: Iterable[House]) -> str:
-    """Return the versions of this generator that the houses were made by, in order; empty when it made none."""
+    """Return the versions of this generator that made the houses, in order; empty when it made none of them."""
     makers = (house.document.metadata.get("generator") for house in houses)
     found = {str(maker.get("version")) for maker in makers if isinstance(maker, dict) and maker.get("name") == "vigil"}
     return ", ".join(sorted(found))
 
 
 def seed_of(house: House) -> int | None:
-    """Return the seed that a house was generated from; None where it was not, or does not say."""
+    """Return the seed that a house was generated from; None when it was not generated or does not state its seed."""
     generator = house.document.metadata.get("generator")
     seed = generator.get("seed") if isinstance(generator, dict) else None
     return seed if isinstance(seed, int) else None
 
 
 def with_seed_removed(house: House, name: str) -> House:
-    """Return a house under another name, in a document that no longer tells which seed it was generated from."""
+    """Return a house under another name, in a document that does not state the seed it was generated from."""
     generator = house.document.metadata.get("generator")
     told = {key: value for key, value in generator.items() if key != "seed"} if isinstance(generator, dict) else {}
     return House(name, {**house.data, "metadata": {**house.data["metadata"], "generator": told}})
 
 
 def generator_name(house: House) -> Literal["vigil", "procthor", "house"]:
-    """Return which generator a house is from, as ids of episodes say it; "house" for any other.
+    """Return the name of a house's generator as used in episode ids; "house" for an unknown one.
 
-    ProcTHOR's documents name no generator, but always the specification of their rooms.
+    ProcTHOR's documents do not name a generator, but always have the specification of their rooms.
     """
     metadata = house.document.metadata
     generator = metadata.get("generator")
@@ -175,7 +175,7 @@ def _number(pieces: list[PlacedObject]) -> None:
 
 
 def _drawer_of(piece: PlacedObject) -> str | None:
-    """Return the name of the drawer that a piece lies in; None when it lies in none."""
+    """Return the name of the drawer that a piece lies in; None when it does not lie in one."""
     return None if piece.surface is None else piece.surface.joint
 
 

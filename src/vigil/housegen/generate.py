@@ -36,7 +36,7 @@ MAX_REPAIRS = 4
 
 
 def generate(seed: int, spec: HouseSpec) -> House:
-    """Return the house of a seed: the same bytes in every process. Raises SettingError when none comes out."""
+    """Return the house of a seed: the same bytes in every process. Raises SettingError when no attempt succeeds."""
     name = f"{spec.name}_{seed}"
     faults: list[Fault] = []
     for attempt in range(MAX_ATTEMPTS):
@@ -53,7 +53,7 @@ def generate(seed: int, spec: HouseSpec) -> House:
 
 
 def _repaired(name: str, parts: document.HouseParts) -> tuple[House, list[Fault]]:
-    """Return the house without the small things and extras that are in the way, and the faults that stay."""
+    """Return the house without the small things and extras that are in the way, and the faults that remain."""
     assets = AssetDatabase.default()
     house = House(name, document.write_document(parts))
     faults = check_house(house, assets)
@@ -76,7 +76,7 @@ def _pieces_by_id(parts: document.HouseParts) -> dict[str, PlacedObject]:
 
 
 def _culprit(fault: Fault, pieces: dict[str, PlacedObject]) -> PlacedObject | None:
-    """Return the piece whose removal ends the fault at the least loss; None when nothing may go."""
+    """Return the piece whose removal ends the fault at the least loss; None when none may be removed."""
     concerned = [pieces[name] for name in (fault.subject, fault.other) if name in pieces]
     if fault.other is not None and fault.other not in pieces and fault.subject not in pieces:
         return None
@@ -95,7 +95,7 @@ def _remove(pieces: list[PlacedObject], unwanted: set[int]) -> None:
 
 
 def _house_parts(seed: int, spec: HouseSpec, attempt: int) -> document.HouseParts | None:
-    """Return one attempt at the house; None when a room lacks what makes it that room."""
+    """Return one attempt at the house; None when a room lacks furniture that it must have."""
     key = (spec.model_dump_json(), seed, attempt)
     plan = plan_rooms(spec, generator(*key, "plan"))
     openings = cut_openings(plan, generator(*key, "openings"))
@@ -131,7 +131,7 @@ def _furnish(
     spec: HouseSpec,
     key: tuple[str, int, int],
 ) -> list[PlacedObject] | None:
-    """Return all that is in the rooms, whose `floors` it fills in; None when a room cannot be furnished."""
+    """Return everything in the rooms, and fill in `floors`; None when a room cannot be furnished."""
     inventory = Inventory()
     standing: dict[int, list[PlacedObject]] = {}
     for room in plan.rooms:
@@ -185,7 +185,7 @@ def _free_start(
 
 
 def _in_view(pieces: list[PlacedObject], x: float, z: float, yaw: float) -> int:
-    """Return how many pieces of furniture are before one, neither too near nor too far to make out."""
+    """Return the number of pieces of furniture in view at a distance at which they can be recognised."""
     dx, dz = heading(yaw)
     seen = 0
     for piece in pieces:

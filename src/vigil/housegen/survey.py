@@ -20,14 +20,14 @@ from vigil.housegen.generate import generate
 from vigil.protocol.house import House, canonical_json
 
 PART_CATEGORIES = frozenset({"Drawer", "StoveBurner", "StoveKnob"})
-"""Categories that generated houses have as parts of dressers and stoves, never as things of their own."""
+"""Categories that generated houses have only as parts of dressers and stoves."""
 
 LoadHouse = Callable[[House], object]
 
 
 @dataclass(frozen=True, slots=True)
 class HouseReport:
-    """What one generated house is like; without a name when none came out."""
+    """Facts about one generated house; without a name when generation failed."""
 
     rooms: int
     problems: tuple[str, ...]
@@ -35,7 +35,7 @@ class HouseReport:
     seconds: float = 0.0
     """Processor time of its generation."""
     fingerprint: str = ""
-    """A hash of all that one sees of the house."""
+    """Hash of everything visible in the house."""
     objects: int = 0
     category_counts: Counter[str] = field(default_factory=Counter)
     """Things of each category, doors and windows included."""
@@ -43,23 +43,23 @@ class HouseReport:
 
 @dataclass(slots=True)
 class Survey:
-    """What a sweep found."""
+    """Results of a sweep."""
 
     houses: Counter[int] = field(default_factory=Counter)
     """Generated houses by number of rooms."""
     seconds: dict[int, list[float]] = field(default_factory=dict)
     """Processor time of each generation, by number of rooms."""
     problems: list[str] = field(default_factory=list)
-    """Houses that did not come out, have a fault, do not load or are like another."""
+    """Houses that failed to generate or load, have a fault, or equal another one."""
     category_counts: Counter[str] = field(default_factory=Counter)
     """Things of each category, in all houses."""
     objects: dict[int, list[int]] = field(default_factory=dict)
     """Objects of each house, by number of rooms."""
     fingerprints: dict[str, str] = field(default_factory=dict)
-    """The house that first had each likeness."""
+    """First house with each visible hash."""
 
     def rare_categories(self, least: int) -> list[str]:
-        """Return the categories with fewer things than `least`, parts of furniture aside."""
+        """Return the categories with fewer things than `least`, other than parts of furniture."""
         return [name for name in CATALOG if name not in PART_CATEGORIES and self.category_counts[name] < least]
 
     def lines(self) -> list[str]:
@@ -75,7 +75,7 @@ class Survey:
         return report
 
     def add(self, report: HouseReport) -> list[str]:
-        """Count one more house in; return its problems, that it is like an earlier one among them."""
+        """Count one more house; return its problems, including that it equals an earlier one."""
         problems = list(report.problems)
         if report.name is not None:
             twin = self.fingerprints.setdefault(report.fingerprint, report.name)
@@ -140,5 +140,5 @@ def survey_seed(load: LoadHouse, wanted: tuple[int, int]) -> HouseReport:
 
 
 def _fingerprint(house: House) -> str:
-    """Return a hash of all that one sees of a house; its seed and name are no part of it."""
+    """Return a hash of everything visible in a house, without its seed and name."""
     return hashlib.sha256(canonical_json({**house.data, "metadata": None})).hexdigest()

@@ -1,4 +1,4 @@
-"""One room's floor while it is furnished: what is taken, what must stay free, where one can still walk."""
+"""The floor of one room while it is furnished: what is taken, what must stay free, where one can still walk."""
 
 import itertools
 
@@ -13,16 +13,16 @@ from vigil.housegen.layout.walls import room_edges
 from vigil.scene.outlines import BODY_RADIUS_M, GRID_M
 
 LEAST_WALKABLE = 0.93
-"""Least share of the free grid that one component must cover (the rule is 0.9)."""
+"""Least share of the free grid that one component must cover (the house rule is 0.9)."""
 EPS = 1e-6
 FRAME_M = 0.09
-"""How far window frames and sills come out of the wall."""
+"""How far (m) window frames and sills come out of the wall."""
 WALL_GAP = 0.02
 """Distance of furniture from the wall behind it."""
 
 
 class Floor:
-    """The floor of a room. Rectangles are upright; the room is rectilinear, so nothing is lost."""
+    """The floor of a room. Rectangles are upright, which is exact because rooms are rectilinear."""
 
     def __init__(self, room: RoomPlan, openings: list[PlannedOpening]) -> None:
         self.room = room
@@ -52,7 +52,7 @@ class Floor:
         self.walkable = contains_xy(core, self.grid_x, self.grid_z)
 
     def window_frames(self) -> list[Block]:
-        """Return the room that the windows' frames and sills take."""
+        """Return the rectangles that the windows' frames and sills take."""
         return [
             (_strip(opening, self.room.number, FRAME_M), opening.bottom, opening.top)
             for opening in self.openings
@@ -61,26 +61,26 @@ class Floor:
 
     @property
     def area(self) -> float:
-        """Square metres."""
+        """Area in square metres."""
         return self.room.polygon.area
 
     def fits(self, rects: np.ndarray, is_tall: bool = False) -> np.ndarray:
-        """Return which of the rectangles (n, 4) lie in the room on floor that nothing needs."""
+        """Return which of the rectangles (n, 4) lie in the room on floor that is not kept free."""
         blocks = [*self.outside, *self.taken, *self.clear, *self.access, *self.sweeps]
         if is_tall:
             blocks = [*blocks, *self.windows]
         return ~_overlaps(rects, blocks)
 
     def is_open(self, rects: np.ndarray) -> np.ndarray:
-        """Return which of the rectangles (n, 4) lie in the room with nothing standing in them."""
+        """Return which of the rectangles (n, 4) lie in the room without touching furniture."""
         return ~_overlaps(rects, [*self.outside, *self.taken])
 
     def is_clear(self, rects: np.ndarray) -> np.ndarray:
-        """Return which of the rectangles (n, 4) also keep out of the way of doors."""
+        """Return which of the rectangles (n, 4) also stay clear of doors."""
         return ~_overlaps(rects, [*self.outside, *self.taken, *self.clear])
 
     def can_walk(self, more: list[Rect], access: list[Rect]) -> bool:
-        """Whether one can still walk about, to each door and before each access, with `more` standing there too."""
+        """Return whether all doors and accesses can still be reached on foot, with `more` furniture added."""
         free = self.free_grid(more)
         count = int(free.sum())
         if count == 0:

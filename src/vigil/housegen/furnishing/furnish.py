@@ -1,4 +1,4 @@
-"""Furniture on the floor: what each kind of room gets, in what order, and where it goes."""
+"""Furniture on the floor: what each kind of room gets, in which order, and where it goes."""
 
 from collections.abc import Callable
 
@@ -21,7 +21,7 @@ from vigil.housegen.furnishing.inventory import Inventory
 from vigil.housegen.furnishing.occupancy import are_apart
 
 FULL_SHARE = {"Kitchen": 0.36, "LivingRoom": 0.36, "Bedroom": 0.38, "Bathroom": 0.48}
-"""Share of the floor covered at which a room counts as full."""
+"""Share of covered floor at which a room counts as full."""
 
 ESSENTIAL = {
     "Kitchen": ("Fridge", "CounterTop", "Stove"),
@@ -29,7 +29,7 @@ ESSENTIAL = {
     "Bedroom": ("Bed",),
     "Bathroom": ("Toilet", "Sink"),
 }
-"""Without these a room is no such room: another floor plan is tried."""
+"""Furniture without which a room cannot serve its purpose; another floor plan is tried if it does not fit."""
 
 EXTRAS: dict[str, tuple[tuple[str, float], ...]] = {
     "Kitchen": (
@@ -90,7 +90,7 @@ EXTRAS: dict[str, tuple[tuple[str, float], ...]] = {
         ("Cabinet", 0.3),
     ),
 }
-"""More furniture of a room: category and how likely it is there."""
+"""Further furniture of a room: category and its probability."""
 
 PROBABILITIES = {
     "fridge in the run": 0.6,
@@ -106,7 +106,7 @@ PROBABILITIES = {
     "bedroom television": 0.3,
     "table in the open": 0.75,
 }
-"""How likely a room has what there is room for."""
+"""Probability that a room has a piece of furniture for which there is room."""
 MIN_ROOM_M2 = {
     "corner run": 13.0,
     "island": 20.0,
@@ -117,9 +117,9 @@ MIN_ROOM_M2 = {
     "table in the open": 15.0,
     "table for four": 18.0,
 }
-"""Only rooms larger than this have it."""
+"""Area (m2) above which a room may have the furniture."""
 LONG_RUNS, SHORT_RUNS = ((10,), (8,)), ((6,), (3, 3), (5,), (4,))
-"""Widths (ft) of a kitchen's counters; the short ones, one after the other, where no long one fits."""
+"""Widths (ft) of a kitchen's counters; the short ones are tried in turn where the long ones do not fit."""
 WALL_PREFERENCES: dict[str, tuple[float, float]] = {
     "corner run": (1.0, 0.0),
     "kitchen run": (0.2, 0.6),
@@ -134,32 +134,32 @@ WALL_PREFERENCES: dict[str, tuple[float, float]] = {
     "prefers corners": (0.7, 0.1),
     "other": (0.2, 0.3),
 }
-"""How much a group likes corners, and the middles of walls, in the units of NOISE."""
+"""How much a group prefers corners, and the middles of walls, in the units of NOISE."""
 NOISE = 0.5
-"""A place's score varies by so much at random."""
+"""Random variation of a place's score."""
 FACING, ASIDE_PER_M, TOO_NEAR_PENALTY, AHEAD_PER_M = 3.0, 1.5, 5.0, 0.15
-"""For a place to be opposite a piece: what it gains by facing it; what it loses aside, when too near, and with
+"""Scores for places opposite a piece: the gain for facing it, and the losses for an offset, for being too near, and for
 distance."""
 NEAR_M = 1.2
-"""What stands opposite nearer than this is too near."""
+"""Distance (m) below which an opposite place is too near."""
 FACING_DEG = 1.0
-"""Two pieces face each other when their yaws differ from opposite ones by less."""
+"""Largest deviation (degrees) of yaws from opposite ones at which two pieces face each other."""
 VIEW_ASIDE_M = 0.4
-"""Half the width of what is kept free between a sofa and its television."""
+"""Half the width (m) of the floor kept free between a sofa and its television."""
 SMALL_M = 0.6
-"""Things that are smaller and do not open need no floor before them."""
+"""Size (m) below which things that do not open do not need floor in front of them."""
 SQUARE_M = 0.02
-"""The sides of a thing that may be turned differ by less."""
+"""Largest difference (m) between the sides of a thing that may be turned."""
 
 FULLNESS_RANGE = (0.35, 1.25)
-"""Rooms have between so little and so much of these: a factor to how likely each is."""
+"""Range of a random factor on each probability, so that some rooms have little and others much."""
 
 PREFERS_CORNERS = frozenset(
     {"FloorLamp", "HousePlant", "GarbageCan", "RoomDecor", "ShelvingUnit", "Safe", "LaundryHamper", "VacuumCleaner"}
     | {"BaseballBat", "Plunger", "ScrubBrush", "Box", "Dumbbell", "BasketBall", "Boots", "Fridge", "GarbageBag", "Cart"}
 )
 TURNABLE = frozenset({"HousePlant", "RoomDecor", "BasketBall", "GarbageBag", "Stool"})
-"""Things without a front: any quarter turn does, where their sides are about equal."""
+"""Things without a front: any quarter turn is allowed where their sides are about equal."""
 
 
 class Furnisher:
@@ -172,7 +172,7 @@ class Furnisher:
         self.pieces: list[PlacedObject] = []
 
     def furnish(self) -> list[PlacedObject]:
-        """Return the room's furniture, what stands on it as children."""
+        """Return the room's furniture, with the things on it as children."""
         kind = self.floor.room.kind
         {
             "Kitchen": self._kitchen,
@@ -188,7 +188,7 @@ class Furnisher:
         return self.pieces
 
     def has(self, category: str) -> bool:
-        """Whether the room has one already."""
+        """Return whether the room already has one."""
         return any(found.category == category for piece in self.pieces for found in piece.with_contents())
 
     def _covered(self) -> float:
@@ -242,7 +242,7 @@ class Furnisher:
             self._put(groups.desk_group(self.rng), _along_walls("living room desk"))
 
     def _keep_view_free(self, sofa: PlacedObject | None) -> None:
-        """Keep furniture from between the sofa and the television that it faces."""
+        """Keep furniture out of the space between the sofa and the television that it faces."""
         stand = next((piece for piece in self.pieces if piece.category == "TVStand"), None)
         if sofa is None or stand is None or abs((stand.yaw - sofa.yaw) % 360.0 - 180.0) > FACING_DEG:
             return
@@ -282,7 +282,7 @@ class Furnisher:
                 return
 
     def _lay_rug(self, table: PlacedObject) -> None:
-        """Lay a rug under a table where it stays in the room and out of the way of doors."""
+        """Lay a rug under a table where it stays in the room and clear of doors."""
         model = draw_model("Rug", self.rng)
         place = Vec3(table.position.x, model.size.y / 2, table.position.z)
         rug = PlacedObject(model, place, table.yaw, self.floor.room.number)
@@ -326,13 +326,13 @@ class Furnisher:
 
 
 def _along_walls(name: str) -> Callable[[Anchor], float]:
-    """Return the score of places along walls that a group of LIKES gives."""
+    """Return the score function for places along walls, from the group's row in LIKES."""
     corner, centre = WALL_PREFERENCES[name]
     return lambda anchor: corner * anchor.corner + centre * anchor.centre
 
 
 def _opposite(piece: PlacedObject) -> Callable[[Anchor], float]:
-    """Return a score of places that likes to face `piece` from across the room."""
+    """Return a score function that prefers places facing `piece` from across the room."""
 
     def score(anchor: Anchor) -> float:
         sin, cos = np.sin(np.radians(piece.yaw)), np.cos(np.radians(piece.yaw))

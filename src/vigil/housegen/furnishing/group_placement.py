@@ -1,4 +1,4 @@
-"""Clusters: furniture that stands together, described around the middle of its back edge and set down as one.
+"""Clusters: furniture that stands together, described around the middle of its back edge and placed as one.
 
 The local frame: x along the wall, z away from it (0 = back edge), yaw 0 = front away from the wall.
 """
@@ -12,25 +12,25 @@ from vigil.housegen.base.models import AssetModel, PlacedObject, Rect, leaf_reac
 from vigil.housegen.furnishing.floor import WALL_GAP, Floor
 
 TALL_M = 0.97
-"""Furniture higher than this does not stand before a window."""
+"""Height (m) above which furniture does not stand in front of a window."""
 STAND_M = 0.45
-"""Floor that the agent's body needs before what it opens, besides the leaf's own reach."""
+"""Depth (m) of the floor that the agent's body needs in front of what it opens, in addition to the leaf's reach."""
 LEAST_ACCESS = 0.8
 ACCESS_M, HALF_ACCESS_M = 0.5, 0.3
-"""Depth of the floor kept open before what does not open; half of the least width kept open before anything."""
+"""Depth (m) of the floor kept free before what does not open; half of the least width kept free before anything."""
 FLUSH_M = 1e-6
-"""A cluster nearer to an end of its wall than this is in the corner."""
+"""Distance (m) from the end of a wall below which a cluster is in the corner."""
 ALONG_STEP_M, ACROSS_STEP_M = 0.15, 0.3
-"""Between the places that are tried along walls; in the open, and there from the walls."""
+"""Distances (m) between places tried along walls and in the open, and of the latter from the walls."""
 ACROSS_SHIFT_M = 0.25
-"""By how much the places in the open begin farther on, at random."""
+"""Largest random offset (m) of the places in the open."""
 TRIES = 14
-"""Of the best places, tried for whether one can still walk."""
+"""Number of best places that are tested for whether one can still walk."""
 
 
 @dataclass(slots=True)
 class GroupMember:
-    """One thing of a cluster: where its centre is, and which member it stands on (None: the floor)."""
+    """One thing of a cluster: its centre, and the member on which it stands (None: the floor)."""
 
     model: AssetModel
     x: float
@@ -39,7 +39,7 @@ class GroupMember:
     on: int | None = None
 
     def rects(self) -> list[Rect]:
-        """Return the rectangles that it takes: a countertop's runs, or the one about its box."""
+        """Return the rectangles that it covers: a countertop's runs, or the one about its box."""
         if self.model.category != "CounterTop":
             return [self.rect()]
         corners = [np.asarray(solid.polygon) for solid in self.model.asset.solids if solid.joint is None]
@@ -47,28 +47,28 @@ class GroupMember:
         return [turned_rect(box, self.x, self.z, self.yaw) for box in boxes]
 
     def rect(self) -> Rect:
-        """Return its rectangle in the cluster's frame."""
+        """Return the member's rectangle in the cluster's frame."""
         half_x, half_z = self.model.size.x / 2, self.model.size.z / 2
         return turned_rect((-half_x, -half_z, half_x, half_z), self.x, self.z, self.yaw)
 
 
 @dataclass(slots=True)
 class FurnitureGroup:
-    """Things that are set down together."""
+    """Things that are placed together."""
 
     members: list[GroupMember]
     access: list[Rect] = field(default_factory=list)
-    """Floor before them that one can stand on, in the cluster's frame."""
+    """Floor in front of the things to stand on, in the cluster's frame."""
     open: list[Rect] = field(default_factory=list)
-    """Floor that nothing else stands on (a chair is pulled back there)."""
+    """Floor on which other things may not stand (a chair is pulled back there)."""
 
     def solid(self) -> list[Rect]:
-        """Return the rectangles of what stands on the floor (a rug takes no room)."""
+        """Return the rectangles of the members on the floor; rugs are left out."""
         standing = [member for member in self.members if member.on is None and member.model.category != "Rug"]
         return [rect for member in standing for rect in member.rects()]
 
     def sweeps(self) -> list[Rect]:
-        """Return the floor to keep open, with what the doors and drawers of its furniture pass over."""
+        """Return the floor to keep free, including what the furniture's doors and drawers pass over."""
         found: list[Rect] = list(self.open)
         for member in self.members:
             rect = swept_rect(member.model) if member.on is None else None
@@ -77,7 +77,7 @@ class FurnitureGroup:
         return found
 
     def extent(self) -> Rect:
-        """Return the rectangle about it all."""
+        """Return the rectangle about the whole cluster."""
         rects = np.asarray([member.rect() for member in self.members])
         return (
             float(rects[:, 0].min()),
@@ -88,7 +88,7 @@ class FurnitureGroup:
 
     @property
     def is_tall(self) -> bool:
-        """Whether it would hide a window."""
+        """Return whether the cluster would hide a window."""
         return any(member.on is None and member.model.size.y > TALL_M for member in self.members) or any(
             member.on is not None and member.model.category == "Television" for member in self.members
         )
@@ -96,7 +96,7 @@ class FurnitureGroup:
 
 @dataclass(frozen=True, slots=True)
 class Anchor:
-    """A place for a cluster: the middle of its back edge, its yaw, and what the place is like."""
+    """A place for a cluster: the middle of its back edge, its yaw, and properties of the place."""
 
     x: float
     z: float
@@ -109,7 +109,7 @@ class Anchor:
 
 
 def single_group(model: AssetModel, access_m: float | None = None) -> FurnitureGroup:
-    """Return a cluster of one thing with its back to the wall, and floor in front as it needs."""
+    """Return a cluster of one thing with its back to the wall, with the floor that it needs in front."""
     depth = front_access(model) if access_m is None else access_m
     half = max(model.size.x / 2, HALF_ACCESS_M)
     rect = swept_rect(model)
@@ -120,7 +120,7 @@ def single_group(model: AssetModel, access_m: float | None = None) -> FurnitureG
 
 
 def front_access(model: AssetModel) -> float:
-    """Return how much floor (m) to keep open in front: more when something swings or slides out."""
+    """Return how much floor (m) to keep free in front; more when a part swings or slides out."""
     reach = leaf_reach(model)
     return max(LEAST_ACCESS, reach + STAND_M) if reach > 0 else ACCESS_M
 
@@ -146,7 +146,7 @@ def wall_anchors(floor: Floor, group: FurnitureGroup, rng: np.random.Generator) 
 
 
 def free_anchors(floor: Floor, rng: np.random.Generator) -> list[Anchor]:
-    """Return places all over the floor, with the four yaws."""
+    """Return places all over the floor, each with the four yaws."""
     x0, z0, x1, z1 = floor.room.polygon.bounds
     middle = floor.room.polygon.representative_point()
     step = ACROSS_STEP_M
@@ -173,7 +173,8 @@ def rects_at(rects: list[Rect], anchors: list[Anchor]) -> np.ndarray:
 def place_group(
     floor: Floor, group: FurnitureGroup, anchors: list[Anchor], scores: np.ndarray
 ) -> list[PlacedObject] | None:
-    """Set the cluster down at the best anchor that fits and leaves room to walk; None when there is none."""
+    """Place the cluster at the best anchor that fits and leaves room to walk; return its things, or None when none
+    does."""
     if not anchors:
         return None
     solids, access, sweeps = (rects_at(rects, anchors) for rects in (group.solid(), group.access, group.sweeps()))
@@ -200,7 +201,7 @@ def _rect(row: np.ndarray) -> Rect:
 
 
 def pieces_at(group: FurnitureGroup, anchor: Anchor, room: int) -> list[PlacedObject]:
-    """Return the cluster's things in their places; those that stand on others become their children."""
+    """Return the cluster's things at their places; those that stand on others become children."""
     pieces: list[PlacedObject] = []
     for member in group.members:
         dx, dz = rotate_floor(member.x, member.z, anchor.yaw)

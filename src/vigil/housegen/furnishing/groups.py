@@ -7,37 +7,37 @@ from vigil.housegen.base.randomness import chance, pick
 from vigil.housegen.furnishing.group_placement import STAND_M, FurnitureGroup, GroupMember, front_access
 
 COUNTER_VARIANTS = 12
-"""Looks of counters that the generator draws from."""
+"""Number of counter looks that the generator draws from."""
 COUNTER_DEPTH_M = 0.61
-"""Depth of the straight part of a counter; deeper ones are L-shaped."""
+"""Depth (m) of the straight part of a counter; deeper counters are L-shaped."""
 RUN_GAP_M = 0.01
-"""Gap between the things of a kitchen run."""
+"""Gap (m) between the things of a kitchen run."""
 BED_TABLE_GAP_M = 0.06
 SEAT_GAP_M = 0.06
 """Distance between a chair and the table it stands at."""
 STOOL_GAP_M = 0.05
 """Distance between a stool and the island it stands at."""
 STOOL_SPACING_M = 0.2
-"""The least gap between two stools; more where the island is long: they share STOOL_SHARE of its length."""
+"""Least gap (m) between two stools; at a long island they share STOOL_SHARE of its length."""
 STOOL_SHARE = 0.6
 CHAIR_PULL_M = 0.2
-"""Floor behind a dining chair to pull it back."""
+"""Depth (m) of the floor behind a dining chair for pulling it back."""
 SEAT_ROOM_M = 0.3
-"""Floor behind a chair to sit down."""
+"""Depth (m) of the floor behind a chair for sitting down."""
 BED_RUG_SHARE = 0.75
 """Share of beds with a rug at their foot, where it fits."""
 RUG_UNDER_BED_M = 0.25
 """How far the middle of that rug lies before the bed's foot."""
 RUG_BEFORE_SOFA_M = 0.05
 BED_SIDE_M = (0.5, 0.9, 0.2)
-"""Floor at a bed's side to get in: its width, where it begins from the wall, and where it ends before the foot."""
+"""Floor at a bed's side for getting in: its width, its beginning from the wall, and its end before the foot (m)."""
 SOFA_FRONT_M = 0.4
-"""Floor before a sofa to sit down."""
+"""Depth (m) of the floor before a sofa for sitting down."""
 COFFEE_TABLE_GAP_M = 0.42
 ARMCHAIR_GAP_M = (0.25, 0.3)
-"""How far an armchair stands from a sofa: to its side, and before its front."""
+"""Distances (m) of an armchair from a sofa: to its side, and before its front."""
 DRAWER_EDGE_M = 0.05
-"""The least distance from a chair to the end of its desk, where it leaves the drawers free."""
+"""Least distance (m) from a chair to the end of its desk, which leaves the drawers free."""
 KNEE_HALF_M = 0.1
 """How far the front of a desk's drawers stays from its middle."""
 SCREEN_OVERHANG_M = 0.1
@@ -58,9 +58,9 @@ CURTAIN_GAP_M = 0.01
 TUB_ACCESS_M = (0.3, 0.6)
 """Floor along a bathtub: how far from its ends it begins, and its depth."""
 BASIN_EDGE_M = 0.02
-"""Distance of a basin from the counter's front and of a faucet from its back."""
+"""Distances (m) of a basin from the counter's front and of a faucet from its back."""
 BASIN_MARGIN_M = 0.06
-"""What a counter must be deeper than the basin in it."""
+"""Depth (m) by which a counter must exceed the basin in it."""
 
 
 def bed_group(rng: np.random.Generator, tables: int) -> FurnitureGroup:
@@ -165,7 +165,8 @@ def dining_group(rng: np.random.Generator, chairs: int, at_wall: bool) -> Furnit
 
 
 def kitchen_run(rng: np.random.Generator, with_fridge: bool, feet: tuple[int, ...]) -> FurnitureGroup:
-    """Return a run along a wall: alike counters of a width (ft) with the stove between, maybe the fridge at an end."""
+    """Return a run along a wall: matching counters of a width (ft), the stove between them, perhaps the fridge at an
+    end."""
     stove, look = draw_model("Stove", rng), int(rng.integers(COUNTER_VARIANTS))
     counters = [model_of(f"Countertop_{look}_I_{width}x2", "CounterTop") for width in feet]
     row: list[AssetModel] = [counters[0], stove, *counters[1:]]
@@ -185,7 +186,7 @@ def corner_run(rng: np.random.Generator, with_fridge: bool, feet: int) -> Furnit
 
 
 def _run(rng: np.random.Generator, row: list[AssetModel]) -> FurnitureGroup:
-    """Return things side by side along a wall, a sink in the first counter."""
+    """Return things next to each other along a wall, with a sink in the first counter."""
     left = -(sum(model.size.x for model in row) + RUN_GAP_M * (len(row) - 1)) / 2
     members: list[GroupMember] = []
     access: list[Rect] = []
@@ -216,7 +217,7 @@ def bathtub_group(rng: np.random.Generator) -> FurnitureGroup:
 
 
 def island_group(rng: np.random.Generator, stools: int, similar_to: AssetModel) -> FurnitureGroup:
-    """Return a free-standing counter much like another one, with stools on one side."""
+    """Return a free-standing counter that matches another one, with stools on one side."""
     size = f"{pick(rng, (4, 5, 6))}x{pick(rng, (2, 3))}"
     looks = [model_of(f"Countertop_{look}_Island_{size}", "CounterTop") for look in range(COUNTER_VARIANTS)]
     counter = most_similar(similar_to, looks)

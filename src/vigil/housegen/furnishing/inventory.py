@@ -1,4 +1,5 @@
-"""What a house and each of its rooms have of a kind: few things twice, so that an instruction names one thing."""
+"""Inventory: how many of a category a house and each room have; few occur twice, so that an instruction names one
+thing."""
 
 from collections import Counter
 
@@ -47,12 +48,12 @@ LIMITS = {
     "ShelvingUnit": 2,
     "Window": 99,
 }
-"""Most instances of a category in one house; where nothing is said, 1, or LOOSE_LIMIT of what can be picked up."""
+"""Most instances of a category in one house; by default 1, or LOOSE_LIMIT for things that can be picked up."""
 LOOSE_LIMIT = 3
 _DISHES_AND_FOOD = ("Plate", "Bowl", "Cup", "Mug", "Bottle", "Apple", "Tomato", "Potato", "Fork", "Spoon")
 _ODDS_AND_ENDS = ("Book", "Pen", "Pencil", "CD", "Candle", "Vase", "Cloth", "ToiletPaper")
 ROOM_LIMITS = {"Pillow": 3, "Egg": 3} | dict.fromkeys((*_DISHES_AND_FOOD, *_ODDS_AND_ENDS), 2)
-"""Most instances of a category that can be picked up in one room; 1 where nothing is said."""
+"""Most instances in one room of a category that can be picked up; 1 by default."""
 
 
 def limit_of(category: str) -> int:
@@ -61,21 +62,21 @@ def limit_of(category: str) -> int:
 
 
 class Inventory:
-    """Counts what the house already has."""
+    """Counts of what a house already has."""
 
     def __init__(self) -> None:
         self._counts: Counter[str] = Counter()
 
     def may_have(self, category: str) -> bool:
-        """Whether the house may have one more of the category."""
+        """Return whether the house may have one more of the category."""
         return self._counts[category] < limit_of(category)
 
     def count(self, category: str) -> int:
-        """Return how many there are."""
+        """Return the number of things of the category."""
         return self._counts[category]
 
     def copy(self) -> "Inventory":
-        """Return another with the same counts."""
+        """Return a copy."""
         other = Inventory()
         other._counts = self._counts.copy()
         return other

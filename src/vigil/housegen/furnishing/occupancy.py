@@ -1,4 +1,4 @@
-"""What the things of one room take: their own room, and the room that their doors, drawers and lids pass through."""
+"""Room taken by the things of one room: their own, and the space that their doors, drawers and lids pass through."""
 
 from collections.abc import Iterable
 
@@ -6,13 +6,13 @@ from vigil.housegen.base.models import Block, PlacedObject, Rect, turned_rect
 from vigil.housegen.furnishing.floor import Floor
 
 SWING_GAP = 0.01
-"""Distance of leaves from walls and other things on their way: handles and rims stand out of their solids."""
+"""Least distance (m) of moving leaves from walls and other things: handles and rims stand out of their solids."""
 TOUCH_M = 0.005
-"""Blocks that share less height than this only touch."""
+"""Overlap in height (m) up to which two blocks only touch."""
 
 
 class Occupancy:
-    """The blocks that are taken in a room and those that leaves pass through, which are kept free of each other."""
+    """The blocks taken in a room and the blocks that leaves pass through, which are kept clear of each other."""
 
     def __init__(self, floor: Floor, pieces: Iterable[PlacedObject]) -> None:
         self._outside = floor.outside
@@ -24,7 +24,7 @@ class Occupancy:
             self.add(piece)
 
     def add(self, piece: PlacedObject) -> None:
-        """Note a piece that has been put into the room, with all on and in it."""
+        """Record a piece that was placed in the room, with everything on and in it."""
         for found in piece.with_contents():
             self._pieces.append((found, found.block()))
             swing = found.swing()
@@ -34,7 +34,7 @@ class Occupancy:
                 self._hung.append(found.block())
 
     def has_room_for(self, piece: PlacedObject, parent: PlacedObject | None = None) -> bool:
-        """Whether a piece, which rests on `parent`, is in no leaf's way, and nothing in the way of its own leaves."""
+        """Return whether a piece that rests on `parent` is out of every leaf's way, and its own leaves are free."""
         own, swing = piece.block(), piece.swing()
         stands = not piece.is_on_wall and (parent is None or not parent.is_on_wall)
         if stands and any(_overlap(own, block, 0.0) for block in [*self._frames, *self._hung]):
@@ -52,18 +52,18 @@ class Occupancy:
 
 
 def are_apart(a: Rect, b: Rect, gap: float) -> bool:
-    """Whether two rectangles are at least so far apart."""
+    """Return whether two rectangles are at least a given distance apart."""
     return a[2] + gap <= b[0] or a[0] >= b[2] + gap or a[3] + gap <= b[1] or a[1] >= b[3] + gap
 
 
 def _overlap(one: Block, two: Block, gap: float) -> bool:
-    """Whether two blocks share room, or are beside each other nearer than the gap."""
+    """Return whether two blocks overlap, or are nearer to each other than the gap."""
     is_level = min(one[2], two[2]) - max(one[1], two[1]) > TOUCH_M
     return is_level and not are_apart(one[0], two[0], gap)
 
 
 def _hits_parent(swing: Block, own: Block, parent: PlacedObject | None) -> bool:
-    """Whether a leaf passes through solids of what it rests on, other than those that it lies in, shut."""
+    """Return whether a leaf passes through solids of its support, other than those in which it lies while shut."""
     if parent is None:
         return False
     x, y, z = parent.position

@@ -16,28 +16,29 @@ from vigil.housegen.furnishing.inventory import ROOM_LIMITS, Inventory
 from vigil.housegen.furnishing.occupancy import Occupancy, are_apart
 
 GAP = 0.03
-"""Between things on one surface, for each to be clicked."""
+"""Distance (m) between things on one surface, so that each can be clicked."""
 EDGE = 0.012
 FULL_SHARE = 0.5
-"""Share of a surface covered at which nothing more is put there: things must find a free place later."""
+"""Share of covered surface at which nothing more is added: things must find a free place later."""
 BASIN_SHARE = 0.75
-"""The same for a counter with a basin, which takes much of it."""
+"""Largest covered share of a counter with a basin, which takes much of it."""
 MIN_SMALL_OBJECTS, ROUNDS = 6, 3
-"""Fewer small things than this in a room, and more are looked for, so many times."""
+"""Number of small things below which a room gets more, and number of tries for them."""
 UNTIDINESS_SPREAD, UNTIDINESS_RANGE = 0.3, (0.5, 1.6)
-"""How much rooms differ in what lies about: the spread of a factor's logarithm; its least and greatest."""
+"""Variation between rooms: spread of the logarithm of a factor on small things; its least and greatest value."""
 TRIES = 2
-"""Things tried for each that is wanted on a surface: not each has room there."""
+"""Things tried for each that is wanted on a surface, since not every one fits."""
 REPEAT_SHARE = 0.25
-"""How much less likely something comes that the room already has."""
+"""Factor on the probability of a category that the room already has."""
 COUNTER_M = 2.4
-"""Width of a counter with as much on it as ON_TOP says; longer ones have more, and shorter ones less."""
+"""Width (m) of a counter that holds as much as ON_TOP says; longer counters hold more, and shorter ones less."""
 MIN_VISIBLE_SHARE = 0.5
-"""Share of a thing's width that nothing taller may stand before."""
+"""Share of a thing's width that may be hidden by taller things in front of it."""
 SIGHT_SLOPE = 1.5
-"""A thing hides what is behind it to so many times its height: one looks down on furniture at less than that."""
+"""Range in front of a taller thing, in multiples of its height, within which it hides others: views of furniture look
+down more steeply than that."""
 HIGHEST_M = 1.75
-"""Surfaces above it are out of sight."""
+"""Height (m) above which surfaces are out of sight."""
 SURFACE_TOLERANCE = 0.03
 
 ON_TOP: dict[str, float] = {
@@ -63,7 +64,7 @@ ON_TOP: dict[str, float] = {
     "ClothesDryer": 1.0,
     "Ottoman": 0.2,
 }
-"""How many small things lie on a category, on average, where they find room."""
+"""Average number of small things on a category, where they fit."""
 
 INSIDE: dict[str, tuple[float, tuple[str, ...]]] = {
     "Fridge": (1.4, ("Egg", "Apple", "Tomato", "Lettuce", "Bottle", "WineBottle", "Potato", "Bread", "Bowl", "Cup")),
@@ -81,7 +82,7 @@ INSIDE: dict[str, tuple[float, tuple[str, ...]]] = {
     "Stove": (0.4, ("Pan", "Pot")),
     "CounterTop": (0.8, ("Fork", "Spoon", "Knife", "ButterKnife", "Spatula", "Ladle", "AluminumFoil")),
 }
-"""What lies inside a category: how many things on average, and which."""
+"""Contents of a category: the average number of things, and their categories."""
 
 _DISHES = ("Bowl", "Plate", "Pot", "Pan", "Cup", "Mug", "Bottle", "WineBottle", "PaperTowelRoll", "AluminumFoil")
 _PERSONAL = ("RemoteControl", "KeyChain", "Watch", "CellPhone", "CreditCard", "Book", "Bowl", "Pencil", "Pen")
@@ -102,10 +103,10 @@ ALSO_ON: dict[tuple[str, str], tuple[str, ...]] = {
     ("Bathroom", "WashingMachine"): _TOILETRIES,
     ("Bathroom", "ClothesDryer"): _TOILETRIES,
 }
-"""What lies on a support in one kind of room, besides what the catalogue says."""
+"""Things on a support in one kind of room, in addition to what the catalogue says."""
 
 ALSO_WEIGHT = 0.5
-"""How likely these are, where the catalogue's first place for a thing is 0.67."""
+"""Weights of these things, where the catalogue's first place for a thing has 0.67."""
 
 USUAL_OBJECTS: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
     "Kitchen": (
@@ -155,13 +156,13 @@ USUAL_OBJECTS: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
         ("Candle", ("CounterTop", "Shelf"), 0.35),
     ),
 }
-"""What a room should have: category, where (first choice first), how likely."""
+"""Things that a room should have: category, supports (first choice first), probability."""
 
 AT_THE_BACK = frozenset(
     {"Microwave", "CoffeeMachine", "Toaster", "Television", "DeskLamp", "HousePlant", "Vase", "Desktop"}
 )
 SOFT, TALLEST_ON_SOFT_M = frozenset({"Bed", "Sofa", "ArmChair"}), 0.6
-"""What stands high does not stand on soft things (a bat on a bed)."""
+"""High things that do not stand on soft ones (a bat on a bed)."""
 ALIGNED = AT_THE_BACK | {"Laptop", "Pillow", "Box", "AlarmClock", "Safe"}
 """Things that face the same way as what they stand on."""
 
@@ -180,7 +181,7 @@ class SmallObjectPlacer:
         self.room_counts = Counter(found.category for found in self._everything())
 
     def fill(self, clutter: float) -> None:
-        """Put the room's staples in their places, then more here and there, as children of the furniture."""
+        """Put the room's staples in their places, then add things as children of the furniture."""
         untidiness = float(np.clip(np.exp(UNTIDINESS_SPREAD * self.rng.standard_normal()), *UNTIDINESS_RANGE))
         least = MIN_SMALL_OBJECTS * min(1.0, clutter)
         clutter *= untidiness
@@ -215,7 +216,7 @@ class SmallObjectPlacer:
             self._put(category, piece, True)
 
     def _fill_top(self, piece: PlacedObject, clutter: float) -> None:
-        """Put things on a piece until it has as many as are drawn for it, staples counted."""
+        """Put things on a piece until it has the number drawn for it, staples included."""
         mean = ON_TOP.get(piece.category, 0.0) * clutter
         if piece.category == "CounterTop":
             mean *= piece.model.size.x / COUNTER_M
@@ -248,7 +249,7 @@ class SmallObjectPlacer:
         return [(name, weight * (REPEAT_SHARE if self.room_counts[name] else 1.0)) for name, weight in found]
 
     def _may_have(self, category: str) -> bool:
-        """Whether the house, and the room, may have one more of the category."""
+        """Return whether the house and the room may have one more of the category."""
         return self.inventory.may_have(category) and self.room_counts[category] < ROOM_LIMITS.get(category, 1)
 
     def _put(self, category: str, piece: PlacedObject, inside: bool) -> bool:
@@ -273,7 +274,7 @@ class SmallObjectPlacer:
 def _place(
     piece: PlacedObject, surface: Surface, model: AssetModel, rng: np.random.Generator, occupancy: Occupancy
 ) -> PlacedObject | None:
-    """Return the model on a free spot of the surface; None when there is none."""
+    """Return the model placed on a free spot of the surface; None when there is none."""
     height = piece.position.y + surface.center.y
     if model.size.y > surface.clearance - 0.01 or height > HIGHEST_M:
         return None
@@ -313,17 +314,17 @@ class _SupportedObject:
 
     base: Rect
     reach: Rect
-    """Its base with the room that its lid or door needs."""
+    """Base of the thing, with the room that its lid or door needs."""
     height: float
 
 
 def _hides_any(things: list[_SupportedObject]) -> bool:
-    """Whether taller things stand before most of one, seen from the front."""
+    """Return whether taller things hide too much of any thing, seen from the front."""
     return any(_hidden_share(thing, things) > 1.0 - MIN_VISIBLE_SHARE for thing in things)
 
 
 def _hidden_share(thing: _SupportedObject, others: list[_SupportedObject]) -> float:
-    """Return the share of a thing's width that taller things hide, which stand before it."""
+    """Return the share of a thing's width that taller things in front of it hide."""
     left, _, right, front = thing.base
     hidden, reached = 0.0, left
     for other in sorted(others, key=lambda each: each.base[0]):
@@ -344,13 +345,13 @@ def _base_rect(model: AssetModel) -> Rect:
 
 
 def _height(model: AssetModel) -> float:
-    """Return how high it is with its lid or screen up."""
+    """Return the thing's height with its lid or screen up."""
     swing = swing_of(model)
     return model.size.y / 2 + max(model.size.y / 2, swing[2] if swing else 0.0)
 
 
 def _reach_rect(model: AssetModel) -> Rect:
-    """Return the model's rectangle with the room that its lid or door needs before and behind it."""
+    """Return the model's rectangle with the room that its lid or door needs in front and behind."""
     half_x, half_z = model.size.x / 2, model.size.z / 2
     x0, z0, x1, z1 = swept_rect(model) or (0.0, 0.0, 0.0, 0.0)
     return min(-half_x, x0), min(-half_z, z0), max(half_x, x1), max(half_z, z1)
@@ -363,7 +364,7 @@ def _goes_to_back(model: AssetModel, piece: PlacedObject) -> bool:
 
 
 def _objects_on(piece: PlacedObject, surface: Surface) -> list[_SupportedObject]:
-    """Return what stands on the surface, or beside it at its height."""
+    """Return the things on the surface, or next to it at its height."""
     height = piece.position.y + surface.center.y
     top = (-surface.size_x / 2, -surface.size_z / 2, surface.size_x / 2, surface.size_z / 2)
     found: list[_SupportedObject] = []

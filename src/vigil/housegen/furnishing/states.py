@@ -1,4 +1,4 @@
-"""States at the start: what is open, on or dirty. Nothing is half-open: every state is one or the other."""
+"""States at the start: open, on or dirty. States are never halfway between."""
 
 import numpy as np
 
@@ -23,7 +23,7 @@ OPEN_CHANCE = {
     "Fridge": 0.06,
     "Cabinet": 0.08,
 }
-"""How likely a thing stands open; 0 where nothing is said (drawers stay shut over what is in them, as that does)."""
+"""Probability that a thing is open; 0 by default. Drawers stay shut over what is in them, and are 0 too."""
 
 ON_CHANCE = {
     "FloorLamp": 0.4,
@@ -44,10 +44,10 @@ ON_CHANCE = {
     "WashingMachine": 0.3,
     "ClothesDryer": 0.3,
 }
-"""How likely a thing is on."""
+"""Probability that a thing is on."""
 
 DIRTY_CHANCE = {"Bed": 0.55} | dict.fromkeys(("Mirror", "Plate", "Bowl", "Mug", "Cup", "Pan", "Pot", "Cloth"), 0.35)
-"""How likely a thing is dirty (a bed: unmade)."""
+"""Probability that a thing is dirty (a bed: unmade)."""
 
 
 def set_states(pieces: list[PlacedObject], rng: np.random.Generator) -> None:

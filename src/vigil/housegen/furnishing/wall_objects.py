@@ -1,4 +1,4 @@
-"""What hangs: switches beside doors, paintings, mirrors, shelves and cabinets, towels, curtains, ceiling lamps."""
+"""Hanging things: switches next to doors, paintings, mirrors, shelves and cabinets, towels, curtains, ceiling lamps."""
 
 from typing import NamedTuple
 
@@ -37,16 +37,16 @@ FRAME_M = 0.1
 UNDER_CEILING_M = 0.1
 """Kept free under the ceiling, above what hangs on a wall."""
 PLACES_TRIED = 5
-"""Along one wall, besides its middle."""
+"""Offsets along a wall at which a place is tried, in addition to its middle."""
 PAINTINGS = {"Kitchen": (1, 3), "LivingRoom": (2, 5), "Bedroom": (2, 4), "Bathroom": (0, 2)}
 PAINTINGS_DRAWN = 4
-"""Paintings looked at for one of another subject."""
+"""Number of paintings examined for one with another subject."""
 SHELF_PROBABILITY = {"LivingRoom": 0.35, "Bedroom": 0.35, "Bathroom": 0.5}
 BEDROOM_MIRROR_PROBABILITY, CEILING_LAMP_PROBABILITY, SHOWER_HEAD_PROBABILITY, TOWEL_PROBABILITY = 0.5, 0.85, 0.8, 0.85
 WINDOW_DRESSING_PROBABILITY = {"Bedroom": 0.65, "LivingRoom": 0.55, "Kitchen": 0.25, "Bathroom": 0.25}
-"""That a window has curtains or blinds."""
+"""Probability that a window has curtains or blinds."""
 DRY_ROOM_BLINDS_PROBABILITY = 0.4
-"""That these are blinds where curtains would do; kitchens and bathrooms have blinds only."""
+"""Probability of blinds where curtains would fit; kitchens and bathrooms have only blinds."""
 SWITCH_MIDDLE_M, MIRROR_MIDDLE_M, PAPER_MIDDLE_M, BATHROOM_SHELF_MIDDLE_M = 1.2, 1.5, 0.72, 1.35
 """Heights of middles above the floor."""
 SHELF_MIDDLE_M, PAINTING_MIDDLE_M = (1.25, 1.5), (1.5, 1.65)
@@ -60,13 +60,13 @@ SWITCH_ASIDE_M = 0.25
 MIRROR_ABOVE_M = 0.06
 """From the gap above a sink to its mirror: splashes reach higher than the tap."""
 BESIDE_GAP_M = 0.12
-"""Between a piece and what hangs beside it."""
+"""Distance (m) between a piece and what hangs next to it."""
 CABINETS_UNDER_CEILING_M, DRESSING_UNDER_CEILING_M = 0.15, 0.05
 """Kept free above cabinets; above curtains and blinds."""
 CABINET_WIDER_M = 0.02
 """By how much a cabinet may be wider than the counter below."""
 LAMP_ROOM_M = 0.3
-"""About a room's centre, for its lamp to hang there."""
+"""Size (m) of the area about a room's centre in which its lamp hangs."""
 TOUCH_M = 0.02
 """Things whose heights are nearer than this are in each other's way."""
 OFF_WALL_M, OFF_RAIL_M = 0.002, 0.003
@@ -81,18 +81,18 @@ FLOOR_LENGTH_M = 0.08
 """Curtains that would end nearer above the floor reach it: the scene lets down what is as near."""
 
 NARROW_ON_WALL = frozenset({"Faucet"})
-"""What stands on furniture and takes no more of the wall behind than its own width."""
+"""Categories that stand on furniture and take only their own width of the wall behind."""
 
 
 class Span(NamedTuple):
-    """A part of a wall (m) that is taken, or asked for."""
+    """A part of a wall (m) that is taken or wanted."""
 
     left: float
     right: float
     bottom: float
     top: float
     gap: float = 0.0
-    """How far off the wall what takes it begins; what is flatter fits behind."""
+    """Distance (m) off the wall at which the obstacle begins; flatter things fit behind it."""
 
 
 class WallObjectPlacer:
@@ -152,7 +152,7 @@ class WallObjectPlacer:
         return spans
 
     def _covered_spans(self, edge: WallPiece, piece: PlacedObject) -> list[Span]:
-        """Return what a piece and all on it take of a wall: its whole width up to the top of each."""
+        """Return what a piece and all on it cover of a wall: each its whole width up to its top."""
         along, depths = _extent(edge, piece)
         if not -IN_WALL_M <= min(depths) <= NEAR_WALL or max(along) < 0 or min(along) > edge.length:
             return []
@@ -164,7 +164,7 @@ class WallObjectPlacer:
         return spans
 
     def _is_free(self, index: int, span: Span, depth: float) -> bool:
-        """Whether nothing is in the way of what reaches so far into the room (m)."""
+        """Return whether a thing that reaches a given distance (m) into the room meets nothing."""
         edge = self.floor.edges[index]
         if span.left < SIDE_GAP or span.right > edge.length - SIDE_GAP or span.top > self.height_m - UNDER_CEILING_M:
             return False
