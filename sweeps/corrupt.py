@@ -56,7 +56,7 @@ class ReaderTimeout(BaseException):
 
 
 class Readers:
-    """All that reads a run's folder, by name."""
+    """The readers of a run's folder, by name."""
 
     def __init__(self, run: Path, pack: Path) -> None:
         self._pack = pack
@@ -131,7 +131,7 @@ def _discard(rows: object) -> None:
 
 @contextlib.contextmanager
 def time_limit(seconds: int) -> Iterator[None]:
-    """End the block by an exception after so long."""
+    """End the block by an exception after the given number of seconds."""
 
     def ring(*_: object) -> None:
         raise ReaderTimeout(f"not done within {seconds} s")
@@ -146,7 +146,7 @@ def time_limit(seconds: int) -> Iterator[None]:
 
 
 def try_reader(name: str, reader: Reader, run: Path, shows_trace: bool) -> str:
-    """Let a reader read a folder. Return `works`, `refuses`, or what fell."""
+    """Let a reader read a folder. Return `works`, `refuses`, or a description of the failure."""
     before = _state(run)
     try:
         with time_limit(SECONDS), contextlib.redirect_stdout(io.StringIO()):
@@ -171,7 +171,7 @@ def _state(run: Path) -> dict[str, tuple[int, int]]:
 def run_case(
     seed: int, case: int, finished: Path, readers: Readers, shows_trace: bool = False
 ) -> tuple[str, dict[str, str]]:
-    """Corrupt a copy of a run in the way of a case; return what was done and how each reader took it."""
+    """Corrupt a copy of a run as one case says; return what was done and how each reader reacted."""
     rng = random.Random(f"{seed} {case}")
     run = finished.with_name("corrupted")
     shutil.copytree(finished, run)

@@ -61,7 +61,7 @@ class PlayedEpisode:
 
 
 def fuzz(seed: int, backend: str, case: int | None, count: int, piece: int) -> PieceResult:
-    """Return what came of a piece: `count` episodes in one house, or one `case` of them."""
+    """Return the result of a piece: `count` episodes in one house, or one `case` of them."""
     result = PieceResult()
     house, sample_episode = draw_house(random.Random(f"{seed}/{piece}"))
     played: dict[int, PlayedEpisode] = {}
@@ -91,7 +91,7 @@ def _env(simulator: PrivilegedSimulator, house: House, profile: Profile) -> Env:
 
 
 class _LoadedSimulator:
-    """A simulator that has its house: loading it again does nothing."""
+    """A simulator that keeps its house: loading it again does nothing."""
 
     def __init__(self, simulator: PrivilegedSimulator) -> None:
         self._simulator = simulator
@@ -144,7 +144,7 @@ def _play(
 
 @dataclass(frozen=True, slots=True)
 class _StepChange:
-    """What a step did: the hidden state before and after it, and what is in the hand or on what is."""
+    """The effect of a step: the hidden state before and after it, what is in the hand, and what is on what."""
 
     before: Snapshot
     after: Snapshot

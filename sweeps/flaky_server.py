@@ -30,14 +30,14 @@ from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings
 
 MAX_FAILURES_IN_A_ROW = 4
-"""After so many failures a request is answered well: the client gives up after eight."""
+"""Number of failures after which a request is answered correctly; the client gives up after eight."""
 REPLY_SECONDS = 2
 TURNS = 6
 
 
 @dataclass(frozen=True)
 class FailurePlan:
-    """Which answers fail and how: drawn from a seed, each mode as often as the others."""
+    """The choice of answers that fail and of their modes: drawn from a seed, each mode equally often."""
 
     share: float
     modes: Sequence[str]
@@ -50,14 +50,14 @@ class FailurePlan:
 
 @dataclass
 class FlakyServer:
-    """Speaks chat completions on loopback, by hand, and fails by chance."""
+    """A server of chat completions on loopback that fails by chance."""
 
     plan: FailurePlan
     mode_counts: Counter[str] = field(default_factory=Counter)
-    """How often each mode was used."""
+    """Number of uses of each mode."""
     answers: int = 0
     last_mode: dict[str, list[str]] = field(default_factory=dict)
-    """By conversation: the modes that were used on it."""
+    """Modes that were used on each conversation."""
 
     def __post_init__(self) -> None:
         self._lock = threading.Lock()
@@ -114,7 +114,7 @@ class FlakyServer:
                 pass
 
     def _answer(self, connection: socket.socket, body: dict[str, Any]) -> bool:
-        """Answer one request, well or badly; return whether the connection goes on."""
+        """Answer one request, correctly or not; return whether the connection stays open."""
         asked = conversation(body["messages"])
         with self._lock:
             attempt = self._attempts[asked]
@@ -133,7 +133,7 @@ class FlakyServer:
         return MODES[mode](BadAnswer(connection, answer, REPLY_SECONDS, self._vanish))
 
     def _draw(self) -> str:
-        """Return the next mode: all in an order of the seed's, then all again in another."""
+        """Return the next mode: all modes in a random order, then all again in another."""
         used = sum(self.mode_counts.values())
         turn, place = divmod(used, len(self.plan.modes))
         order = sorted(self.plan.modes, key=lambda name: _number(f"{self.plan.seed} {turn} {name}"))
@@ -154,7 +154,7 @@ def _read_request(stream: Any) -> dict[str, Any] | None:
 
 
 def completion(messages: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Return what the model answers: a function of the conversation alone, a report after some turns at most."""
+    """Return the model's answer: a function of the conversation alone; after a few turns at most it is a report."""
     number = _number(conversation(messages))
     turn = (len(messages) - 2) // 2 + 1
     texts = (
@@ -182,12 +182,12 @@ def skill_reply(name: str, **arguments: Any) -> str:
 
 
 def conversation(messages: Sequence[dict[str, Any]]) -> str:
-    """Return the hash of all that was said and shown."""
+    """Return the hash of all messages and pictures of the conversation."""
     return hashlib.sha256(json.dumps(messages, sort_keys=True).encode()).hexdigest()
 
 
 def _turn_key(messages: Sequence[dict[str, Any]]) -> str:
-    """Return which episode, by its prompt, and which turn is asked about."""
+    """Return the episode, identified by its prompt, and the turn of a request."""
     content = messages[0]["content"]
     prompt = content if isinstance(content, str) else content[0]["text"]
     return f"{hashlib.sha256(prompt.encode()).hexdigest()[:12]} {(len(messages) - 2) // 2 + 1}"
@@ -199,7 +199,7 @@ def _number(text: str) -> float:
 
 @contextmanager
 def flaky(plan: FailurePlan) -> Iterator[FlakyServer]:
-    """A server for the length of the block."""
+    """Yield a server that runs for the length of the block."""
     server = FlakyServer(plan)
     try:
         yield server
@@ -209,7 +209,7 @@ def flaky(plan: FailurePlan) -> Iterator[FlakyServer]:
 
 @dataclass(frozen=True)
 class RoundResult:
-    """What came of one run against a flaky server."""
+    """Result of one run against a flaky server."""
 
     episodes: int
     answers: int
@@ -227,7 +227,7 @@ def play(pack: Path, folder: Path, server: FlakyServer) -> RunResult:
 
 
 def compare(pack: Path, reference: RunResult, plan: FailurePlan, folder: Path) -> RoundResult:
-    """Play against a flaky server and holds the records against those of the calm run."""
+    """Play against a flaky server and compare the records with those of the undisturbed run."""
     with flaky(plan) as server:
         rough = play(pack, folder, server)
     faults = [fault for pair in zip(reference.records, rough.records, strict=True) for fault in _faults(*pair, server)]
@@ -252,7 +252,7 @@ def _faults(reference: EpisodeRecord, rough: EpisodeRecord, server: FlakyServer)
 
 
 def comparable_fields(record: EpisodeRecord) -> dict[str, Any]:
-    """Return a record without what may differ: run, times, and tokens, which an odd answer may not count."""
+    """Return a record without fields that may differ: run, times, and tokens, which an odd answer may not count."""
     fields = record.model_dump(mode="json")
     for name in ("run_id", "run_sha256", "started", "ended", "attempt"):
         fields.pop(name)

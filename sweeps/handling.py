@@ -41,7 +41,7 @@ from vigil.sim.core.embedded import EmbeddedSimulator
 INTERACTIONS = 60
 POSES_TRIED = 12
 RELATIVE_M = 5e-9
-"""How far contents may shift relative to what carries them, by rounding."""
+"""Largest shift (m) of contents relative to their carrier that rounding may cause."""
 
 
 def main() -> int:
@@ -53,7 +53,7 @@ def main() -> int:
 
 @dataclass(frozen=True, slots=True)
 class Interaction:
-    """Where the agent stood, and what it clicked on there."""
+    """The agent's pose, and the pixel that it clicked on there."""
 
     pose: Pose
     action: InteractPixel
@@ -61,7 +61,7 @@ class Interaction:
 
 @dataclass(slots=True)
 class InteractionLog:
-    """What was done in a house, and how the house was after each interaction."""
+    """The interactions in a house, and the state of the house after each."""
 
     house: House
     setup: Setup
@@ -71,7 +71,7 @@ class InteractionLog:
 
 
 def fuzz(seed: int, backend: str, count: int, piece: int) -> PieceResult:
-    """Return what came of a piece: `count` interactions in one house."""
+    """Return the result of a piece: `count` interactions in one house."""
     result = PieceResult()
     rng = random.Random(f"{seed}/{piece}")
     house, _ = draw_house(rng)
@@ -101,7 +101,7 @@ class RandomInteractions:
         self._faults: list[tuple[str, str]] = []
 
     def run(self, count: int) -> list[tuple[str, str]]:
-        """Do so many interactions. Return what did not hold."""
+        """Do a number of interactions. Return what did not hold."""
         for _ in range(count):
             thing = self._choose_thing()
             if self._stand_before(thing):
@@ -162,12 +162,12 @@ class RandomInteractions:
             self._place_again(thing, InteractPixel(intent="place", x=int(x), y=int(y)))
 
     def _is_hidden(self, thing: Thing) -> bool:
-        """Whether a thing is shut in by what is closed to the last; through a gap it may be seen."""
+        """Return whether a thing is behind something fully closed; through a gap it may be seen."""
         scene = self._simulator.scene()
         return is_inside_closed(scene, thing) and all(each.openness == 0.0 for each in ancestors(scene, thing))
 
     def _click(self, thing: Thing, action: InteractPixel) -> Effect:
-        """Carry out an interaction and looks at all that must hold of it."""
+        """Carry out an interaction and check everything that must hold of it."""
         agent = self._simulator.world(()).agent
         before, places = snapshot(self._simulator), self._relative_places()
         effect = self._simulator.step(action)
@@ -199,7 +199,7 @@ class RandomInteractions:
         return faults
 
     def _relative_places(self) -> dict[str, tuple[str, np.ndarray]]:
-        """Return, of all that lies on or in something else, what carries it and where on that it is."""
+        """Return, for everything that lies on or in something else, its carrier and its place on the carrier."""
         held = self._held()
         carriers = [thing for thing in self._things.values() if contents(self._simulator.scene(), thing.id)]
         found: dict[str, tuple[str, np.ndarray]] = {}
@@ -211,7 +211,7 @@ class RandomInteractions:
         return found
 
     def _shifted_contents(self, before: dict[str, tuple[str, np.ndarray]]) -> list[tuple[str, str]]:
-        """Return which things are on the same thing as before, but elsewhere on it."""
+        """Return the things that are on the same thing as before, but at another place on it."""
         faults: list[tuple[str, str]] = []
         for name, (carrier, place) in self._relative_places().items():
             old_carrier, old = before.get(name, (carrier, place))
@@ -247,7 +247,7 @@ class RandomInteractions:
 
 
 def _begin_log(rng: random.Random, house: House, simulator: EmbeddedSimulator) -> InteractionLog:
-    """Return a story that has begun: with a random setup, where that leaves the house's start free."""
+    """Return an episode that has begun, with a random setup where that leaves the house's start free."""
     assert house.start is not None
     setup = random_setup(rng, list(simulator.scene().things.values()))
     try:
@@ -259,7 +259,7 @@ def _begin_log(rng: random.Random, house: House, simulator: EmbeddedSimulator) -
 
 
 def _set_pose(simulator: EmbeddedSimulator, pose: Pose) -> None:
-    """Stand the agent somewhere, with what it holds."""
+    """Place the agent somewhere, with what it holds."""
     state = simulator._require_loaded().state
     state.agent = pose
     state.move_held()
@@ -267,7 +267,7 @@ def _set_pose(simulator: EmbeddedSimulator, pose: Pose) -> None:
 
 
 def replay_faults(log: InteractionLog, simulator: EmbeddedSimulator) -> list[tuple[str, str]]:
-    """Return in what the same interactions come out otherwise in a simulator loaded afresh."""
+    """Return the differences when the same interactions are repeated in a freshly loaded simulator."""
     simulator.reset(log.start, log.setup)
     for number, (interaction, moment) in enumerate(zip(log.interactions, log.moments, strict=True)):
         _set_pose(simulator, interaction.pose)

@@ -69,7 +69,7 @@ def main() -> int:
 
 
 def fuzz(seed: int, case: int | None, keep: Path | None, count: int, piece: int) -> PieceResult:
-    """Return what came of the cases of a piece, or of one of them."""
+    """Return the results of a piece's cases, or of one of them."""
     result = PieceResult()
     base_pack(0)
     for number in range(count) if case is None else (case,):
@@ -156,7 +156,7 @@ def _use_recipe(path: Path) -> str:
 
 
 def _command(arguments: list[str]) -> str:
-    """Run `vigil`. Return its exit code; raises on one that tells of a traceback."""
+    """Run `vigil`. Return its exit code; raise when its output has a traceback."""
     sys.argv = ["vigil", *arguments]
     try:
         vigil_main()

@@ -29,13 +29,13 @@ from vigil.base.json_lines import append_line, read_lines
 
 SHORTEST_S = 0.05
 LONGEST_SHARE = 0.9
-"""The longest time until a kill at first, as a share of the time that the work takes undisturbed."""
+"""Longest time until the first kill, as a share of the time that undisturbed work takes."""
 GROWTH = 1.05
-"""By which the longest time until a kill grows with each kill of a life, so that each comes to an end."""
+"""Factor on the longest time until a kill after each kill of a life, so that every life ends."""
 
 
 def kill_until_done(target: KillTarget, rng: random.Random, command_share: float) -> dict[str, Any]:
-    """Kill and starts a target until it is whole; return what is logged."""
+    """Kill and start a target until its work is complete; return the entry for the log."""
     began, kills, faults = time.monotonic(), 0, []
     longest_s = LONGEST_SHARE * target.typical_s
     token = f"trial-{os.getpid()}-{target.folder.name}-{time.monotonic_ns()}"
@@ -60,7 +60,7 @@ def kill_until_done(target: KillTarget, rng: random.Random, command_share: float
 
 
 def _run_then_kill(process: ProcessGroup, target: KillTarget, delay_s: float) -> int | None:
-    """Let a start work for a while, then kills it; return its exit code when it ended before, None when killed."""
+    """Let a start work for a while, then kill it; return its exit code if it ended before, None if it was killed."""
     target.drive(time.monotonic() + delay_s)
     code = process.wait(delay_s)
     if code is not None:
@@ -73,7 +73,7 @@ def _run_then_kill(process: ProcessGroup, target: KillTarget, delay_s: float) ->
 
 
 def read_log(path: Path) -> list[dict[str, Any]]:
-    """Return the lives that are logged; a torn last line is left out."""
+    """Return the lives in the log; an incomplete last line is left out."""
     return [json.loads(line.data) for line in read_lines(path)]
 
 

@@ -30,7 +30,7 @@ GRID_M = 0.25
 TURN_DEG = 15
 HORIZONS = (0.0, 30.0)
 VISIBLE_LEVELS, VISIBLE_PX = 8, 200
-"""A change by more levels in more pixels is seen at a glance."""
+"""Numbers of levels and pixels above which a change is visible at a glance."""
 OFF_MIRROR_M = 0.001
 
 
@@ -42,7 +42,7 @@ def main() -> int:
 
 
 def switched(seed: int, piece: int) -> PieceResult:
-    """Return what came of a piece: some switches in one house, `SWITCHES` in `HOUSES` of them."""
+    """Return the result of a piece: some switches in one house, `SWITCHES` in `HOUSES` of them."""
     files = sorted(PACKAGED.glob("*/houses/*.json"))
     rng = random.Random(f"{seed}/{piece}")
     house = House.load(files[piece * len(files) // HOUSES % len(files)])
@@ -60,7 +60,7 @@ def switched(seed: int, piece: int) -> PieceResult:
 
 
 def _out_of_view(rng: random.Random, simulator: EmbeddedSimulator, places: np.ndarray, things: list[Thing]) -> Thing:
-    """Stand the agent where nothing of some thing is in view, on or off. Return the thing."""
+    """Place the agent where some thing is out of view, on or off. Return the thing."""
     while True:
         x, z = places[rng.randrange(len(places))].tolist()
         simulator.stand(
@@ -72,7 +72,7 @@ def _out_of_view(rng: random.Random, simulator: EmbeddedSimulator, places: np.nd
 
 
 def _pixels(simulator: EmbeddedSimulator, thing: Thing, is_toggled: bool) -> int:
-    """Return how many pixels of a thing are seen while it is on or off."""
+    """Return how many pixels of a thing are visible while it is on or off."""
     simulator.apply_changes(Setup(objects={thing.id: ObjectSetup(is_toggled=is_toggled)}))
     return simulator.world([thing.id]).objects[thing.id].visible_px
 
@@ -98,7 +98,7 @@ def _compare(simulator: EmbeddedSimulator, thing: Thing, result: PieceResult, pi
 
 
 def _is_mirrored(simulator: EmbeddedSimulator, thing: Thing, pixels: np.ndarray) -> bool:
-    """Whether pixels (n, 2) are all of mirrors, and one of them shows a thing."""
+    """Return whether all pixels (n, 2) belong to mirrors, and one of them shows a thing."""
     agent = simulator.world(()).agent
     rays, things = directions(agent, pixels), list(simulator.scene().things.values())
     met, away_m = simulator.meets(agent.eye, rays)

@@ -32,12 +32,12 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 PACK = "vigil_balanced_1000"
 CLICKS_ON_IT, CLICKS_BESIDE_IT = 14, 8
-"""Clicks on the receptacle and beside it, from each view, besides its four outermost pixels."""
+"""Number of clicks on the receptacle and next to it from each view, in addition to its four outermost pixels."""
 BESIDE_PX = (12, 25)
-"""How far beside it, across and up."""
+"""Distances of clicks next to the receptacle, across and up."""
 SHUT_CLICKS = 40
 RIM_M = 0.02
-"""How far below the rim the bottom of what lies inside is, at least."""
+"""Least distance of the bottom of what lies inside from the rim above."""
 VIEWS: dict[str, dict[str, object] | None] = {
     "as solved": None,
     "looking up": {"skill_name": "look", "arguments": {"direction": "up", "magnitude": 20}},
@@ -60,7 +60,7 @@ def _episodes() -> list[Episode]:
 
 
 def try_everywhere(seed: int, backend: str, piece: int) -> PieceResult:
-    """Return what came of the tries in one episode."""
+    """Return the result of the tries in one episode."""
     pack, episode = Pack.load(PACK), _episodes()[piece]
     simulator = simulators.loaded(backend, pack.house_of(episode))
     trial = _PutDownTrial(
@@ -81,7 +81,7 @@ def try_everywhere(seed: int, backend: str, piece: int) -> PieceResult:
 
 
 class _PutDownTrial:
-    """An episode in which the hand holds the thing, and many ways to put it down."""
+    """An episode in which the hand holds the thing, to put down in many ways."""
 
     def __init__(self, env: Env, simulator: PrivilegedSimulator, episode: Episode, rng: random.Random) -> None:
         self.result = PieceResult()
@@ -98,7 +98,7 @@ class _PutDownTrial:
             self._send({"skill_name": action.skill_name, "arguments": arguments})
 
     def close_receptacle(self) -> bool:
-        """Shut the receptacle by a click; return whether one did."""
+        """Shut the receptacle by a click; return whether a click did so."""
         pixels = self._simulator.pixels_of(self.receptacle)
         for x, y in pixels[:: max(1, len(pixels) // SHUT_CLICKS)]:
             if self._env.end is None:

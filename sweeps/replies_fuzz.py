@@ -38,7 +38,7 @@ from vigil.records.record import StepRecord
 
 PER_PIECE = 5000
 SECONDS, SECONDS_PER_MB = 0.1, 4.0
-"""Processor time that one parse may take, and how it may grow; far above what it does take."""
+"""Limits on the processor time of one parse and on its growth, far above the actual times."""
 WORLD = WorldState(agent=Pose(position=Vec3(0.0, 0.0, 0.0), rotation=0.0))
 MAX_MAGNITUDE_DIGITS = 310
 
@@ -53,7 +53,7 @@ def main() -> int:
 
 
 def fuzz(seed: int, case: int | None, count: int, piece: int) -> PieceResult:
-    """Return what came of the replies of a piece, or of one of them."""
+    """Return the results of a piece's replies, or of one of them."""
     result = PieceResult()
     for number in range(count) if case is None else (case,):
         form = any_form(random.Random(f"{seed}/{piece}/{number}"))
@@ -65,7 +65,7 @@ def fuzz(seed: int, case: int | None, count: int, piece: int) -> PieceResult:
 
 
 def faults_of(form: ReplyForm, counts: Counter[str]) -> list[tuple[str, str]]:
-    """Return what does not hold of a reply, as (kind, detail), and counts what it was."""
+    """Return what does not hold of a reply, as (kind, detail), and count the reply by its kind."""
     try:
         return _faults(form, counts)
     except Exception as error:  # noqa: BLE001 - any exception at all is what is looked for
@@ -147,7 +147,7 @@ def _out_of_range(found: ParsedReply) -> list[tuple[str, str]]:
 
 
 def _timed(text: str | bytes, coordinates: Coordinates, policy: ReplyPolicy) -> tuple[Parsed, float]:
-    """Return what is parsed and the processor time that it takes; the least of three when the first is long."""
+    """Return the parsed reply and the processor time of parsing, the least of three if the first is long."""
     seconds: list[float] = []
     while True:
         began = time.process_time()

@@ -1,4 +1,4 @@
-"""What the sweeps of the simulator share: the choice of what casts the rays, and a simulator with its house."""
+"""Shared parts of the simulator sweeps: the choice of what casts the rays, and a simulator with its house."""
 
 import argparse
 
@@ -11,7 +11,7 @@ from vigil.sim.core.embedded import EmbeddedSimulator
 
 
 def parser(doc: str, count: int) -> argparse.ArgumentParser:
-    """Return a parser with the options of all sweeps, and the backend."""
+    """Return a parser with the options of all sweeps and the backend."""
     made = pieces.parser(doc, count)
     made.add_argument("--backend", choices=("mujoco", "fake"), default="mujoco", help="what casts the rays")
     return made
@@ -23,14 +23,14 @@ def sweep(name: str, work: Work, options: argparse.Namespace) -> Sweep:
 
 
 def embedded(backend: str) -> EmbeddedSimulator:
-    """Return a simulator whose inside may be reached into."""
+    """Return a simulator whose internals are accessible."""
     simulator = make_simulator(backend, assets=AssetDatabase.default())
     assert isinstance(simulator, EmbeddedSimulator), f"{backend!r} is no engine of the embedded simulator"
     return simulator
 
 
 def loaded(backend: str, house: House) -> EmbeddedSimulator:
-    """Return a simulator of its own with a house."""
+    """Return a new simulator with a house."""
     simulator = embedded(backend)
     simulator.load(house)
     return simulator

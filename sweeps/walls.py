@@ -38,7 +38,8 @@ from vigil.sim.core.state import SceneState
 
 SPECS = ("kitchen", "bedroom", "2-room", "bathroom", "3-room", "living-room", "4-room", "kitchen-living", "6-room")
 LEAF_M, PUT_DOWN_M, LEAK_M = 0.001, 1e-6, 0.02
-"""How far a leaf, and what is put down, may be beyond a wall; how much deeper than a wall a ray may end."""
+"""Largest distances (m): of a leaf, and of what is put down, beyond a wall; and of a ray's end beyond a wall's
+depth."""
 OPENNESSES = np.linspace(0.0, 1.0, 17)
 PLACEMENTS, DROPS, EYES = 20, 20, 4
 JITTER_M = (0.0, 1e-4, -1e-4, 1e-3, -1e-3)
@@ -46,7 +47,7 @@ JITTER_M = (0.0, 1e-4, -1e-4, 1e-3, -1e-3)
 
 @dataclass
 class HouseResult:
-    """What one house came to."""
+    """Result of one house."""
 
     counts: Counter[str] = field(default_factory=Counter)
     failures: list[str] = field(default_factory=list)
@@ -65,7 +66,7 @@ class WallSweep:
         self.result = HouseResult()
 
     def sweep(self) -> HouseResult:
-        """Try everything and return what came of it."""
+        """Try everything and return the result."""
         self.leaves()
         for _ in range(PLACEMENTS):
             self.place()
@@ -76,7 +77,7 @@ class WallSweep:
         return self.result
 
     def leaves(self) -> None:
-        """Open and closes all that opens, from as the house has it."""
+        """Open and close everything that opens, starting from the house's states."""
         for thing in list(self.state.scene.things.values()):
             if not thing.is_openable or not thing.asset.can_open:
                 continue

@@ -1,4 +1,4 @@
-"""Confined calls: a function in a forked process with bounded memory and time, and what came of it."""
+"""Confined calls: a function in a forked process with bounded memory and time, and its result."""
 
 import json
 import math
@@ -25,14 +25,14 @@ OutcomeKind = Literal["done", "refused", "exception", "memory", "hang", "died"]
 
 @dataclass(frozen=True, slots=True)
 class CallOutcome:
-    """How a confined call ended: `done` with its answer, `refused` with a VigilError's message, or badly."""
+    """The end of a confined call: `done` with its answer, `refused` with a VigilError's message, or a failure."""
 
     kind: OutcomeKind
     text: str
 
 
 def run_confined(call: Callable[[], str], wall_s: float = WALL_SECONDS) -> CallOutcome:
-    """Return what came of a call in a process of its own, which is gone afterwards with all that it started."""
+    """Return the result of a call in a separate process, which ends with all processes that it started."""
     reader, writer = os.pipe()
     child = os.fork()
     if child == 0:
@@ -56,7 +56,7 @@ def run_confined(call: Callable[[], str], wall_s: float = WALL_SECONDS) -> CallO
 
 
 def _run_child(call: Callable[[], str], writer: int, wall_s: float) -> None:
-    """Do the call and never returns; ends itself, late, should nobody be left to end it."""
+    """Do the call and never return; the process ends itself later if its parent is gone."""
     try:
         os.setsid()
         signal.alarm(2 * math.ceil(wall_s))
@@ -99,7 +99,7 @@ def _last_lines() -> str:
 
 
 def _read(reader: int, wall_s: float) -> bytes | None:
-    """Return all that the child writes until it ends; None when that takes too long."""
+    """Return everything that the child writes until it ends; None when that takes too long."""
     answer = b""
     while select.select([reader], [], [], wall_s)[0]:
         part = os.read(reader, 1 << 16)

@@ -1,4 +1,4 @@
-"""Ways to corrupt the files of a run's folder, each drawn from a seed and told in a few words."""
+"""Ways to corrupt the files of a run's folder, each drawn from a seed and described in a few words."""
 
 import json
 import os

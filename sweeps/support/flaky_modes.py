@@ -1,6 +1,6 @@
-"""The ways in which a flaky model server fails: each takes a connection and the right answer, and does it wrong.
+"""Failure modes of a model server: each takes a connection and the right answer, and answers wrongly.
 
-A mode is a function of a `BadAnswer`. It returns whether the connection may be used on, as HTTP's keep-alive would.
+A mode is a function of a `BadAnswer`. It returns whether the connection may be used again, as with HTTP's keep-alive.
 """
 
 import gzip
@@ -24,7 +24,7 @@ class BadAnswer:
     patience_s: float
     """How long the client waits for a reply."""
     vanish: Callable[[float], None]
-    """Stops listening for so many seconds."""
+    """Stop listening for a number of seconds."""
 
     @property
     def body(self) -> bytes:
@@ -32,7 +32,7 @@ class BadAnswer:
         return json.dumps(self.answer).encode()
 
     def send(self, data: bytes) -> None:
-        """Send bytes; a client that has gone is no news."""
+        """Send bytes; a client that has disconnected is ignored."""
         self.connection.sendall(data)
 
 
@@ -49,7 +49,7 @@ def response(
     length: int | None = None,
     headers: Mapping[str, str] | None = None,
 ) -> bytes:
-    """Return a response with its headers; `length` is what they claim of the body."""
+    """Return a response with its headers; `length` is their claim about the body."""
     head = [f"HTTP/1.1 {status} Told", f"Content-Type: {kind}"]
     head += [f"{name}: {value}" for name, value in (headers or {}).items()]
     head += [] if length == -1 else [f"Content-Length: {len(body) if length is None else length}"]
@@ -146,7 +146,7 @@ MESSAGE = ("choices", 0, "message")
 FLAWLESS = frozenset(
     {"slow_body", "keepalive_closed", "unknown_fields", "many_headers", "continue_first", "chunked_bytes"}
 )
-"""Modes that bring the right answer in an unusual way."""
+"""Modes that send the right answer in an unusual way."""
 MODES: dict[str, Mode] = {
     "reset_before": _reset_before,
     "close_before": _raw(lambda call: b""),

@@ -67,7 +67,7 @@ def house_file(files: Files) -> str:
 
 
 def rehashed(files: Files) -> Files:
-    """Return the files with all hashes made to fit, as far as what is there can be read."""
+    """Return the files with all hashes corrected, as far as the files can be read."""
     files = dict(files)
     name = house_file(files)
     with contextlib.suppress(*UNREADABLE):  # a house that cannot be read keeps its hash
@@ -94,7 +94,7 @@ def write(folder: Path, files: Files) -> None:
 
 
 def hostile_pack(rng: random.Random, folder: Path) -> str:
-    """Write a hostile pack into a folder. Return in words what is hostile about it."""
+    """Write a hostile pack into a folder. Return a description of what is hostile about it."""
     files = base_pack(rng.randrange(8))
     kind = rng.choices(("json", "text", "names", "house", "things"), (45, 15, 10, 20, 10))[0]
     name = rng.choice([MANIFEST, EPISODES, EPISODES, SOLUTIONS, house_file(files)])
@@ -154,7 +154,7 @@ def _with_names(rng: random.Random, data: bytes) -> bytes:
 
 
 def _odd_file(rng: random.Random, path: Path) -> str:
-    """Put something that is no plain file of its size in a file's place. Return what."""
+    """Replace a file by something that is not a plain file of its size. Return a description."""
     kind = rng.choice(("absent", "folder", "fifo", "loop", "zero", "outside", "sparse"))
     path.unlink()
     if kind == "folder":
@@ -177,7 +177,7 @@ def _odd_file(rng: random.Random, path: Path) -> str:
 
 
 def hostile_house(rng: random.Random, house: dict[str, Any]) -> tuple[Any, str]:
-    """Return a hostile house document, and in words what is hostile about it."""
+    """Return a hostile house document and a description of what is hostile about it."""
     if rng.random() < 0.5:
         return mutated(rng, house), "mutated"
     changed = copy.deepcopy(house)
@@ -239,7 +239,7 @@ def _inside_itself(rng: random.Random, house: dict[str, Any]) -> None:
 
 
 def _deep_things(rng: random.Random, house: dict[str, Any]) -> None:
-    """A tower of things in things, each with an id of its own."""
+    """Build a tower of nested things, each with its own id."""
     thing: dict[str, Any] = {**copy.deepcopy(rng.choice(house["objects"])), "id": "Bowl|deep", "children": []}
     for level in range(rng.choice([10, 80, 150, 250])):
         thing = {**thing, "id": f"Bowl|deep|{level}", "children": [thing]}

@@ -33,7 +33,7 @@ def nested(levels: int) -> bytes:
 
 
 def _deep_paths(rng: random.Random, document: Any) -> list[KeyPath]:
-    """Return some paths, one for each of several walks from the root to a leaf: so few long lists do not rule."""
+    """Return some paths, one for each of several walks from the root to a leaf, so that long lists do not dominate."""
     found: list[KeyPath] = []
     for _ in range(8):
         path: KeyPath = ()

@@ -1,4 +1,4 @@
-"""What is killed: a run, a sitting of `vigil play`, or the making of a pack; and what must hold of what it leaves."""
+"""Targets of kills: a run, a session of `vigil play`, or the making of a pack; and what must hold of their results."""
 
 import functools
 import http.client
@@ -40,18 +40,18 @@ for line in sys.stdin:
 
 
 class KillTarget(ABC):
-    """A folder that is worked on, over many starts, until it is whole."""
+    """A folder that is worked on, over many starts, until its work is complete."""
 
     final_code = 0
-    """With which the command ends when all is done."""
+    """Exit code of the command when all is done."""
     variant = ""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.typical_s = 1.0
-        """How long the work takes undisturbed."""
+        """Seconds that undisturbed work takes."""
         self.is_over = False
-        """Whether the work is done and the command only has to be ended."""
+        """Return whether the work is done and the command only has to be ended."""
         self._final_data: dict[Path, bytes] = {}
 
     @abstractmethod
@@ -68,18 +68,18 @@ class KillTarget(ABC):
         """Return the append-only files."""
 
     def is_finished(self) -> bool:
-        """Whether no command is left to be started, now that one has ended well."""
+        """Return whether all commands are done, now that one has ended well."""
         return True
 
     def final_bytes(self, data: bytes) -> int:
-        """Return how much of a log no later start may change."""
+        """Return the length of the part of a log that later starts may not change."""
         return data.rfind(b"\n") + 1
 
     def drive(self, deadline: float) -> None:  # noqa: B027 - most targets need nobody
-        """Do what a person or a client does meanwhile, until a time of the monotonic clock."""
+        """Act as a person or a client does meanwhile, until a time of the monotonic clock."""
 
     def check_final_lines(self) -> list[str]:
-        """Return faults: whole lines that were there after an earlier kill and are gone or changed."""
+        """Return faults: complete lines that were there after an earlier kill and are missing or changed."""
         faults = []
         for path in self.logs():
             data = path.read_bytes() if path.exists() else b""
@@ -94,13 +94,14 @@ class KillTarget(ABC):
         """Return faults of the finished work."""
 
     def clear(self) -> None:
-        """Remove the folder and what lies beside it."""
+        """Remove the folder and its side files."""
         for path in self.folder.parent.glob(f"{self.folder.name}*"):
             shutil.rmtree(path) if path.is_dir() else path.unlink()
 
 
 def check_rows(folder: Path, undisturbed: Path) -> list[str]:
-    """Return faults of a run's rows against those of an undisturbed run; torn side files must hold no whole row."""
+    """Return faults of a run's rows compared with an undisturbed run's; side files of partial rows must not hold a
+    complete row."""
     rows, wanted = (read_records(path / EPISODES_FILE) for path in (folder, undisturbed))
     faults = [f"{len(rows)} rows instead of {len(wanted)}"] if len(rows) != len(wanted) else []
     is_, was = ({row.key: comparable_fields(row) for row in each} for each in (rows, wanted))
@@ -157,7 +158,7 @@ class PlayTarget(KillTarget):
 
     @property
     def run_in_fork(self) -> Callable[[], None]:  # type: ignore[override]
-        """What the command line does; the port is chosen before the fork."""
+        """Do what the command line does; the port is chosen before the fork."""
         arguments = self.command()
 
         def work() -> None:
@@ -212,7 +213,7 @@ class PlayTarget(KillTarget):
             connection.close()
 
     def check_final_lines(self) -> list[str]:
-        """Return faults, those that the person has met included."""
+        """Return faults, including those that the simulated person has met."""
         met, self.faults = self.faults, []
         return [*met, *super().check_final_lines()]
 
@@ -243,7 +244,7 @@ class PackTarget(KillTarget):
                 str(self.folder), *choice[2:]]  # fmt: skip
 
     def is_finished(self) -> bool:
-        """Whether no command is left to be started, now that one has ended well."""
+        """Return whether all commands are done, now that one has ended well."""
         return (self.folder / "manifest.json").exists()
 
     def _is_proposed(self) -> bool:
@@ -254,7 +255,7 @@ class PackTarget(KillTarget):
         return [self._drafts]
 
     def final_bytes(self, data: bytes) -> int:
-        """Return the end of the last family that was finished in a house: what follows is proposed again."""
+        """Return the end of the last family that was finished in a house; whatever follows is proposed again."""
         end = data.rfind(b"\n") + 1
         lines = data[:end].splitlines(keepends=True)
         while len(lines) > 1 and b'"line":"done"' not in lines[-1]:
@@ -283,29 +284,29 @@ def _files(folder: Path) -> dict[str, bytes]:
 
 
 def _draft_lines(path: Path) -> list[dict[str, Any]]:
-    """Return the lines of a drafts file without the seconds that they took."""
+    """Return the lines of a drafts file without durations."""
     DraftsFile(path).read()
     lines = [json.loads(line) for line in path.read_bytes().splitlines()]
     return [{name: value for name, value in line.items() if name != "seconds"} for line in lines]
 
 
 class TargetFactory(ABC):
-    """Makes targets of one kind, in a folder of its own, with the undisturbed work that they are compared with."""
+    """Makes targets of one kind, each in a new folder, with the undisturbed work to compare them with."""
 
     def __init__(self, place: Path) -> None:
         self.place = place
         self.seconds: dict[str, float] = {}
-        """By variant: how long it takes undisturbed."""
+        """Duration of undisturbed work, by variant."""
 
     def __enter__(self) -> "TargetFactory":
         return self
 
     def __exit__(self, *_: object) -> None:  # noqa: B027 - most kinds hold nothing
-        """Free what the kind holds."""
+        """Free the resources of the kind."""
 
     @abstractmethod
     def make(self, case: int) -> KillTarget:
-        """Return a target that nothing was done for."""
+        """Return a target without any work done."""
 
     def undisturbed(self, target: KillTarget) -> Path:
         """Let a target be worked on without kills and return its folder."""
@@ -351,7 +352,7 @@ class RunTargets(TargetFactory):
         self._server.close()
 
     def make(self, case: int) -> KillTarget:
-        """Return a target that nothing was done for."""
+        """Return a target without any work done."""
         variant = list(self._options)[case % len(self._options)]
         return RunTarget(self.place / f"run-{case}", variant, self._options[variant], self._undisturbed_folder(variant))
 
@@ -362,7 +363,7 @@ class RunTargets(TargetFactory):
 
 
 class PlayTargets(TargetFactory):
-    """Sittings over a tiny pack."""
+    """Sessions over a tiny pack."""
 
     def __init__(self, place: Path) -> None:
         super().__init__(place)
@@ -370,7 +371,7 @@ class PlayTargets(TargetFactory):
         self._undisturbed_folder = self.undisturbed(PlayTarget(place / "calm", self._pack, None))
 
     def make(self, case: int) -> KillTarget:
-        """Return a target that nothing was done for."""
+        """Return a target without any work done."""
         return PlayTarget(self.place / f"play-{case}", self._pack, self._undisturbed_folder)
 
 
@@ -378,7 +379,7 @@ class PackTargets(TargetFactory):
     """Packs of small bathrooms, made in one go or in two."""
 
     def make(self, case: int) -> KillTarget:
-        """Return a target that nothing was done for."""
+        """Return a target without any work done."""
         variant = ("propose", "make")[case % 2]
         return PackTarget(self.place / f"pack-{case}", variant, self._undisturbed_folder(variant))
 

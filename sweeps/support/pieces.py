@@ -1,8 +1,8 @@
 """Pieces: numbered parts of a sweep, done by processes, written to a log, and never done twice.
 
-The log is a JSON-lines file: a first line with what the sweep was asked for, then one line for each finished piece. A
-torn last line, left by a kill, is put aside, and that piece is done again. A sweep is a function from a piece's number
-to a `PieceResult`; it must not depend on other pieces.
+The log is a JSON-lines file: a first line with the sweep's settings, then one line for each finished piece. An
+incomplete last line, left by a kill, is set aside, and that piece is done again. A sweep is a function from a piece's
+number to a `PieceResult`; it must not depend on other pieces.
 """
 
 import argparse
@@ -30,40 +30,41 @@ LOGS = Path("runs") / "sweeps"
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """One case in which something that must hold did not."""
+    """One case in which a required property did not hold."""
 
     kind: str
-    """What fell, in a few words that are the same for all cases of it."""
+    """Kind of the failure, in a few words that are the same for all cases of it."""
     detail: str
     case: str
-    """The options that repeat the case alone, e.g. `--piece 3 --case 7`."""
+    """Options that repeat the case alone, e.g. `--piece 3 --case 7`."""
 
 
 @dataclass(slots=True)
 class PieceResult:
-    """What came out of a piece."""
+    """The result of a piece."""
 
     counts: Counter[str] = field(default_factory=Counter)
     failures: list[Failure] = field(default_factory=list)
 
 
 Work = Callable[[int], PieceResult]
-"""Does the piece of a number. With several workers it must be picklable: a module's function, or a `partial` of it."""
+"""Function that does the piece of a number. With several workers it must be picklable: a module's function, or a
+`partial` of it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """A sweep by name, with what its cases depend on."""
+    """A sweep by name, with the settings on which its cases depend."""
 
     name: str
-    """The module's, as in `python -m sweeps.NAME`."""
+    """Name of the module, as in `python -m sweeps.NAME`."""
     settings: dict[str, Any]
-    """JSON; a log that was made with others is refused."""
+    """Settings, as JSON; a log that was made with others is refused."""
     work: Work
 
 
 def parser(doc: str, pieces: int) -> argparse.ArgumentParser:
-    """Return a parser with the options that all sweeps share; `pieces` is how many there are by default."""
+    """Return a parser with the options that all sweeps share; `pieces` is the default number of pieces."""
     made = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
     made.add_argument("--seed", type=int, default=0, help="another seed, other cases (default 0)")
     made.add_argument("--pieces", type=int, default=pieces, help=f"how many pieces to do (default {pieces})")
@@ -75,7 +76,7 @@ def parser(doc: str, pieces: int) -> argparse.ArgumentParser:
 
 
 def run(sweep: Sweep, options: argparse.Namespace) -> int:
-    """Do the pieces that the log does not have yet; prints a summary. Return the exit code: 1 when anything fell."""
+    """Do the pieces that are missing from the log; print a summary. Return the exit code: 1 when any case failed."""
     if options.piece is not None:
         result = sweep.work(options.piece)
         return _summarize(sweep, {"options": vars(options)}, [_line(options.piece, 0.0, result)])
@@ -174,7 +175,7 @@ def _timed(work: Work, piece: int) -> tuple[int, float, PieceResult]:
 
 
 def _processor_seconds() -> float:
-    """Return what this process and those that it started and that have ended have used."""
+    """Return the processor time of this process and of those that it started and that have ended."""
     used = os.times()
     return used.user + used.system + used.children_user + used.children_system
 
@@ -192,7 +193,7 @@ def _line(piece: int, seconds: float, result: PieceResult) -> dict[str, Any]:
 
 
 def _summarize(sweep: Sweep, place: dict[str, Any], lines: Sequence[dict[str, Any]]) -> int:
-    """Print what fell, kind by kind, and the counts. Return the exit code."""
+    """Print the failures, kind by kind, and the counts. Return the exit code."""
     counts: Counter[str] = Counter()
     for line in lines:
         counts.update(line["counts"])

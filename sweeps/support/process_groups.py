@@ -1,4 +1,4 @@
-"""Starts of a command in a process group of its own, by a fork or by a command line, and what is left of them."""
+"""Commands started in separate process groups, by a fork or by a command line, and the processes left of them."""
 
 import os
 import signal
@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 TOKEN_VARIABLE = "VIGIL_SWEEP_TOKEN"
-"""The environment variable by which the processes of a life are known."""
+"""Environment variable that identifies the processes of a life."""
 LEFT_S = 20.0
-"""How long processes may take to notice that their parent has gone."""
+"""Seconds within which processes must notice that their parent has gone."""
 
 
 @dataclass
@@ -25,7 +25,7 @@ class ProcessGroup:
     code: int | None = None
 
     def wait(self, seconds: float) -> int | None:
-        """Return the exit code, or None when it still runs after so long."""
+        """Return the exit code, or None when the process still runs after the timeout."""
         deadline = time.monotonic() + seconds
         while self.code is None:
             found, status = os.waitpid(self.pid, os.WNOHANG)
@@ -50,7 +50,7 @@ class ProcessGroup:
 
 
 def start(what: Callable[[], None] | Sequence[str], token: str, folder: Path) -> ProcessGroup:
-    """Start a function in a fork, or a command line of `vigil`; its output goes to a file beside `folder`."""
+    """Start a function in a fork, or a command line of `vigil`; its output goes to a file next to `folder`."""
     output = folder.with_name(f"{folder.name}.output")
     if not callable(what):
         command = [sys.executable, "-c", "from vigil.cli import main; main()", *what]
@@ -84,7 +84,7 @@ def start(what: Callable[[], None] | Sequence[str], token: str, folder: Path) ->
 
 
 def leftovers(token: str) -> list[str]:
-    """Return the processes of a life that do not end by themselves, and ends them."""
+    """Return the processes of a life that do not end by themselves, and end them."""
     deadline = time.monotonic() + LEFT_S
     while (found := _processes_with(token)) and time.monotonic() < deadline:
         time.sleep(0.05)

@@ -26,7 +26,10 @@ class RandomAgent:
     """Turns to things, walks up to them, clicks on them as fits their kind; now and then it talks nonsense."""
 
     def __init__(self, rng: random.Random, simulator: PrivilegedSimulator, bound: list[str], nonsense: float) -> None:
-        """`bound` are the things that it cares for most; `nonsense` is the share of replies of any kind at all."""
+        """Create an agent.
+
+        `bound` are the things that it acts on most; `nonsense` is the share of replies of any kind at all.
+        """
         self._rng = rng
         self._simulator = simulator
         self._bound = bound

@@ -36,7 +36,7 @@ def draw_house(rng: random.Random) -> tuple[House, EpisodeSampler]:
 
 
 def random_house(rng: random.Random) -> House:
-    """Return a generated house; few seeds have none, and are passed over."""
+    """Return a generated house; seeds that do not give one are skipped."""
     while True:
         try:
             return generate(rng.randrange(10**6), spec_for(str(rng.choice(ROOMS))))
@@ -72,7 +72,7 @@ def random_episode(rng: random.Random, simulator: PrivilegedSimulator, house: Ho
 
 
 def free_start(rng: random.Random, simulator: PrivilegedSimulator, house: House) -> Pose:
-    """Return a pose near some thing, facing it, at which the body fits; else one that the house proposes."""
+    """Return a pose near some thing, facing it, at which the body fits; otherwise one that the house proposes."""
     things = list(simulator.scene().things.values())
     for _ in range(TRIES):
         thing, bearing, away_m = rng.choice(things), rng.uniform(0.0, 360.0), rng.uniform(0.3, 2.0)

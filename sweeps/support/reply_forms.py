@@ -31,11 +31,11 @@ class ReplyForm:
 
     text: str | bytes
     same_as: str | None = None
-    """An object's text: the reply means the same as this alone."""
+    """Text of an object to which the reply is equivalent."""
     is_refused: bool = False
-    """It is a protocol failure under the strict policy."""
+    """Whether the reply is a protocol failure under the strict policy."""
     is_action: bool = False
-    """With `same_as`: it is accepted."""
+    """Whether the reply is accepted, when `same_as` is set."""
 
 
 def any_form(rng: random.Random) -> ReplyForm:
@@ -68,7 +68,7 @@ def any_value(rng: random.Random, depth: int) -> Any:
 
 
 def word(rng: random.Random) -> str:
-    """Return a few letters, seldom strange ones that UTF-8 can carry."""
+    """Return a few letters, rarely unusual ones that UTF-8 can encode."""
     if rng.random() < 0.1:
         return rng.choice(["", "</think>", "<think>", "```", "é", "\U0001f916", "{", "}", '"', "\\", "\u2028"])
     return "".join(rng.choices(string.ascii_letters, k=rng.randrange(1, 9)))

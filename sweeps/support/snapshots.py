@@ -57,7 +57,7 @@ class SanityCheck:
     def faults(self, floor_y: float, names: Iterable[str]) -> list[tuple[str, str]]:
         """Return what is wrong now, as (kind, detail), with the agent, the hand and the named things.
 
-        `floor_y` is the height that the agent started at.
+        `floor_y` is the height at which the agent started.
         """
         scene, world = self._simulator.scene(), self._simulator.world(())
         agent = world.agent

@@ -14,18 +14,18 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.privileged import PrivilegedSimulator
 
 PLACED_M = 0.0065
-"""How deep a thing that was put down may reach into others: the simulator draws footprints in by 3 mm a side."""
+"""Largest overlap (m) of a thing that was put down: the simulator shrinks footprints by 3 mm a side."""
 LEAF_M, LEAF_AT_WALL_M = 0.0155, 0.0505
-"""How much deeper a leaf may get than it was, by the simulator's own rule (`vigil.sim.core.opening`)."""
+"""Largest increase (m) of a leaf's overlap, by the simulator's own rule (`vigil.sim.core.opening`)."""
 FLOAT_M = 0.004
 ROOM_M = 0.002
-"""How far (m) what was put down may stand out of its room."""
+"""Largest distance (m) by which a thing that was put down may stand out of its room."""
 
 Pair = tuple[str, str]
 
 
 class Solids:
-    """The solids of a loaded house as they were, to hold against what they become."""
+    """The solids of a loaded house at one moment, to compare with later ones."""
 
     def __init__(self, simulator: PrivilegedSimulator) -> None:
         self._scene: Scene = simulator.scene()
