@@ -5,8 +5,8 @@
 The bare Env is played in as many processes at once as there are cores, each on its own, and the vector in as many;
 with --asynchronous in as many as it has environments, as Gymnasium's own does. They take turns. Both draw episodes at
 random and turn to the end of the budget, resets included; a first third of the time is not counted, since all begin
-with a reset, and before all that the houses are built once in a process that the others are forks of. Two ratios are
-told: of steps a second, which holds on a machine with nothing else to do (elsewhere sixteen processes get more of it
+with a reset, and before all that the houses are built once in a process that the others are forks of. It prints two
+ratios: of steps a second, which holds on a machine with nothing else to do (elsewhere sixteen processes get more of it
 than two), and of steps a second of processor time, which holds anywhere but counts no waiting. Before that, one
 environment and a bare Env play the same episodes in one process, in turns: what the environment costs by itself.
 """

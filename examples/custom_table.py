@@ -1,4 +1,4 @@
-"""From records to a table of one's own: how long an agent goes on after the goal holds, by family.
+"""From records to your own table: how long an agent goes on after the goal holds, by family.
 
     python examples/custom_table.py runs/gpt-4o runs/qwen --out report    # folders of runs, as for `vigil report`
 

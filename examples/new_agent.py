@@ -1,10 +1,10 @@
-"""An agent of one's own: it walks ahead until what it sees stops changing, and then says that it has arrived.
+"""A new agent: it walks ahead until what it sees stops changing, and then says that it has arrived.
 
     python examples/new_agent.py                                                          # plays three episodes
     vigil run --pack vigil_smoke --agent 'exec:python examples/new_agent.py --program'    # the same as a run
 
-It sees the instruction and the frames, nothing else: nobody tells it that a wall is in the way. What it
-cannot do it says so: an honest `fail`.
+It sees only the instruction and the frames, so it has to notice by itself that a wall is in the way. When it
+cannot do a task, it reports an honest `fail`.
 """
 
 import base64

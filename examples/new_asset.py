@@ -1,4 +1,4 @@
-"""A category of thing of one's own, made in code: a desk globe, which can be picked up.
+"""A new category of thing, made in code: a desk globe, which can be picked up.
 
     python examples/new_asset.py --out globe.png
 

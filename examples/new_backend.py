@@ -1,4 +1,4 @@
-"""A back end of one's own: the embedded simulator with a noisy camera, held to the checks of every back end.
+"""A new back end: the embedded simulator with a noisy camera, checked as every back end is.
 
     python examples/new_backend.py
 

@@ -1,9 +1,9 @@
-"""A family of one's own, made of what is there: search and approach, View Search and Distance Approach in one.
+"""A new family made of existing parts: search and approach, which combines View Search and Distance Approach.
 
     python examples/new_family.py
 
-Registers the family, drafts an episode of it in a generated house, has the rules of all packs hold it, and plays it:
-by the solver, and by an agent that claims success at once.
+Registers the family, drafts an episode of it in a generated house, checks it by the rules of all packs, and plays it
+with the solver and with an agent that claims success at once.
 """
 
 import numpy as np

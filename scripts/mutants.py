@@ -1,4 +1,4 @@
-"""Puts small faults into a module, one at a time, and tells which of them the module's tests do not notice.
+"""Puts small faults into a module, one at a time, and lists those that the module's tests do not notice.
 
     python scripts/mutants.py scoring
 

@@ -1,4 +1,4 @@
-"""Writes what readers came to who played a pack: `plays.json` beside it, its card anew, and the records to publish.
+"""Publishes the results of readers who played a pack: `plays.json`, an updated card, and the records.
 
 python scripts/reader_plays.py --pack PACK --causes causes.jsonl --drawn "SENTENCE" --records FILE.jsonl.gz RUN...
 

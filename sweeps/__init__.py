@@ -5,7 +5,7 @@
     python -m sweeps.handling         picking, placing, opening and closing, with what must hold of solids
     python -m sweeps.hostile          broken and malicious packs and houses
 
-Each is cut into numbered pieces (`sweeps.support.pieces`): it goes on where it stopped, says at its end what it
-counted, and exits with 1 when anything fell. A case depends on the seed and its own number alone, and each case that
-fell is shown with the command that repeats it. What is promised, and the figures so far: docs/reliability.md.
+Each is cut into numbered pieces (`sweeps.support.pieces`): it continues where it stopped, prints its counts at the
+end, and exits with 1 when any case failed. A case depends only on the seed and its number, and each failure is shown
+with the command that repeats it. docs/reliability.md states the guarantees and the figures so far.
 """

@@ -1,11 +1,11 @@
-"""Corrupted record files: every reader works, or says with a VigilError what is wrong, and harms no row that is good.
+"""Corrupted record files: every reader works or raises a VigilError that says what is wrong, and keeps good rows.
 
     python -m sweeps.corrupt --count 2000
     python -m sweeps.corrupt --case 1234          one case again, with the traceback
 
-A finished run is corrupted in one way a case; then `vigil score`, `report`, `verify`, the pages of `vigil view`, `vigil
-export` and the resumption of the run read it, in this process. A fall is a traceback, an answer of 500 and above, more
-than `SECONDS`, a file that a reader has changed, or a row that resuming has lost. Exit code 1 when anything fell.
+Each case corrupts a finished run in one way; then `vigil score`, `report`, `verify`, the pages of `vigil view`, `vigil
+export` and the resumption of the run read it, in this process. A failure is a traceback, an answer of 500 and above, more
+than `SECONDS`, a file that a reader has changed, or a row that resuming has lost. The exit code is 1 when any case failed.
 """
 
 import argparse

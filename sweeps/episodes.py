@@ -5,7 +5,7 @@
 
 After every step: no exception; the world is finite and sane (`sweeps.support.snapshots`); a refused, invalid or closing
 reply leaves it as it was, to the last bit; what is said to have changed is what changed; budgets are obeyed to the
-step. Of every episode: the record written and read again is equal and is settled the same; W_strict implies W, B
+step. For every episode, the record written and read again is equal and is scored the same; W_strict implies W, B
 implies W, progress lies in 0..1, labels partition; a second simulator, loaded afresh and playing the same replies in
 another order of episodes, comes to the same record and the same world after every step, to the last bit.
 """

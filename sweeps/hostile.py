@@ -1,11 +1,11 @@
-"""Feeds hostile packs, houses and recipes to all that reads them: each must work, or be refused by name and fault.
+"""Feeds hostile packs, houses and recipes to all that reads them: each must work, or be refused with its name and fault.
 
     python -m sweeps.hostile                         400 pieces: 25 packs, houses or recipes each
     python -m sweeps.hostile --piece 3 --case 7      one of them again
     python -m sweeps.hostile --piece 3 --case 7 --keep DIR   the same, its files left in DIR
 
 Each case runs in a process of its own with bounded memory and time. It is loaded, verified and played for a few steps,
-drawn, and given to the commands `vigil pack info`, `pack verify`, `houses check`, `render` and `run`. It falls when
+drawn, and given to the commands `vigil pack info`, `pack verify`, `houses check`, `render` and `run`. It fails when
 anything but a VigilError comes out, when that does not say where the fault is, when it hangs, dies or takes more than
 3 GiB.
 """

@@ -4,7 +4,7 @@
     python -m sweeps.kills play --count 300 --log kills.jsonl     vigil play, driven through HTTP
     python -m sweeps.kills pack --count 200 --log kills.jsonl     vigil pack propose, build and make
 
-One *life* is a folder that is worked on until it is whole. After each kill every line that was ever written whole must
+One *life* is a folder that is worked on until it is complete. After each kill every line that was ever complete must
 still be there, byte for byte; at the end nothing may be lost or doubled, the result must equal an undisturbed one, and
 no process may be left over. `--count` is the total of kills in the log, so that the same command continues. Most
 starts are forks of this process, which has imported everything; `--command-share` is the share of starts by command
