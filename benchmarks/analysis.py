@@ -55,7 +55,7 @@ def write(folder: Path, count: int, wait: int) -> list[Path]:
 
 
 def measure(what: str, folders: list[Path], *options: str, repeats: int = 1) -> None:
-    """Print the best wall and processor time of `vigil report`; a busy machine lengthens the first alone."""
+    """Print the best wall and processor time of `vigil report`; a busy machine affects only the wall time."""
     walls, processor = [], []
     for _ in range(repeats):
         before, began = _children(), time.monotonic()

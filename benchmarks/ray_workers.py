@@ -3,9 +3,10 @@
     python benchmarks/ray_workers.py [--rounds 3] [--pack vigil_mini_v2_1] [--limit 80]
 
 The three take turns, so that they meet the same machine; each plays the same episodes, without frames, on one local Ray
-of this machine that is started once. Only playing is counted, starting workers is not. It prints two ratios: of episodes
-a second, which holds on a machine of two cores with nothing else to do, and of episodes a second of processor time,
-which holds anywhere but counts no waiting. Beside them stands what two processes that share nothing do at that moment.
+of this machine that is started once. Only playing is counted, starting workers is not. It prints two ratios: of
+episodes a second, which holds on a machine of two cores with nothing else to do, and of episodes a second of processor
+time, which holds anywhere but counts no waiting. Beside them stands what two processes that share nothing do at that
+moment.
 """
 
 import argparse

@@ -24,7 +24,7 @@ MB_OF_A_SCENE, MB_OF_A_WORKER, MB_OF_A_DRIVER = 61, 250, 280
 
 @dataclass(frozen=True, slots=True)
 class Costs:
-    """Seconds of one core, and of waiting."""
+    """Processor and waiting times in seconds."""
 
     step_s: float
     """Action, hidden state and frame."""
@@ -40,7 +40,7 @@ class Costs:
 
 @dataclass(slots=True)
 class CampaignLoad:
-    """What a simulated campaign took."""
+    """Duration and load of a simulated campaign."""
 
     wall_s: float = 0.0
     busy_s: dict[str, float] = field(default_factory=lambda: {"start": 0.0, "step": 0.0, "driver": 0.0})

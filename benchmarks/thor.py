@@ -36,7 +36,7 @@ from vigil.thor.wire.fifo import message, packer
 TURN = Navigate(mode="turn_right", magnitude=15.0)
 MASKS = ("renderInstanceSegmentation", "renderDepthImage")
 OBJECTS = 3
-"""Whose hidden state each step asks for."""
+"""Who asks for the hidden state of each step."""
 
 
 class TimedConnection:
@@ -149,7 +149,7 @@ def step(simulator: Simulator, named: list[str]) -> object:
 
 
 def timed(do: Callable[[], Any]) -> tuple[Any, float]:
-    """Return what was done and the seconds it took."""
+    """Return the number of steps and the seconds they took."""
     began = time.perf_counter()
     return do(), time.perf_counter() - began
 

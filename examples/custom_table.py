@@ -17,7 +17,7 @@ from vigil.analysis.tables.table import Column, Table, TableRow, counts, numbers
 
 
 def overtime(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return, of the episodes whose goal held at some moment, the steps that followed the first such step."""
+    """Return the number of steps after the goal first held, for the episodes in which it held."""
     held = rows[rows["first_goal_step"].notna()]
     steps = held["steps"] - held["first_goal_step"]
     return held.assign(overtime=steps).pivot_table("overtime", "run", "family", aggfunc="mean")

@@ -70,18 +70,18 @@ except ModuleNotFoundError as error:
 STREAM = "stream:21"
 FAMILY = ("--family", "PG", "--difficulty", "easy", "--difficulty", "medium")
 DEMOS, PLAYED, TESTED = "0:5000", "5000:6000", "6000:7000"
-"""Houses of the stream: none is in two of the three."""
+"""Houses of the stream for each of the three parts, which do not share any."""
 WIDTH, HEIGHT = 160, 120
 COLUMNS, ROWS = 40, 30
 BATCH = 32
 DRAWS = 6
-"""Clicks that are drawn of each episode in a round of play."""
+"""Number of clicks drawn for each episode in a round of play."""
 PASSES = 6
 """Over all episodes, after each round."""
 REPORT = json.dumps({"skill_name": "report", "arguments": {"status": "success", "summary": "I clicked on it."}})
 
 CHUNK = 8
-"""Episodes that a process is given at a time: those of one house come after each other, and the house is built once."""
+"""Number of consecutive episodes given to a process: those of one house follow each other, and it is built once."""
 
 
 def main(given: argparse.Namespace) -> None:
@@ -151,7 +151,7 @@ def read_demos(file: Path) -> list[Demo]:
 
 
 def instruction_of(row: dict) -> str:
-    """Return the task, which stands in a line of its own in the system prompt."""
+    """Return the task, which has its own line in the system prompt."""
     found = re.search("^Task: (.*)$", row["messages"][0]["content"][0]["text"], re.MULTILINE)
     assert found is not None
     return found[1]

@@ -20,7 +20,7 @@ from scripts.blind import making, publishing, sheets
 from scripts.blind.sheets import BlindRound
 
 PICTURES = {"near": 207, "far": 207, "state": 207, "held": 40}
-"""Of a whole round; 207 fill 23 sheets."""
+"""Number of pictures in a round; 207 fill 23 sheets."""
 STARTS, PAIRS = 100, 40
 
 

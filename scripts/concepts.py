@@ -31,7 +31,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 FOLDER = Path(__file__).parents[1] / "docs" / "concepts"
 WIDTH_PX = 1100
-"""Of every strip; one with fewer frames than fit ends in empty ground, so that all have letters of one size."""
+"""Width (pixels) of every strip; shorter strips end in empty ground, so that all have letters of one size."""
 QUALITY = 82
 MOST_FRAMES = 4
 VASE, DRAWER = "vigil_vase_seed7010_ai_614337", "vigil_drawer_seed6014_sv_063a90"
@@ -54,7 +54,7 @@ class FixedReplies:
 
 
 class FrameRecorder:
-    """An agent whose frames are kept."""
+    """An agent that keeps its frames."""
 
     def __init__(self, agent: Agent) -> None:
         self.name = agent.name

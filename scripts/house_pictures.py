@@ -24,7 +24,7 @@ HOUSES = (("kitchen", 11), ("bedroom", 9), ("2", 12), ("3", 5), ("4", 21), ("6",
 """Specs and seeds of the six."""
 PLAN_WIDTH_PX, VIEW_WIDTH_PX = 1100, 544
 TRIAL_PX_PER_M = 10
-"""Of a plan that is drawn to see how wide plan and view become."""
+"""Size of a plan that is drawn to measure the widths of plan and view."""
 QUALITY = 84
 HORIZON = 12.0
 NEAR_M, FAR_M = 0.9, 5.0

@@ -27,7 +27,7 @@ class Block:
     language: str
     text: str
     line: int
-    """Of the page, on which the code begins."""
+    """Line of the page on which the code begins."""
     comments: tuple[str, ...]
     """The texts of the HTML comments that stand directly above it."""
 

@@ -44,7 +44,7 @@ def played(folders: Sequence[Path], pack: Pack) -> Iterator[tuple[str, Episode |
 
 
 def main() -> None:
-    """Settle the runs, and writes all."""
+    """Score the runs and write everything."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("runs", nargs="+", type=Path, help="Folders of runs, one a reader.")
     parser.add_argument("--pack", required=True)

@@ -3,9 +3,9 @@
     python scripts/revise_pack.py OLD_PACK_FOLDER --out kept.jsonl --workers 2
     vigil pack build --earlier-drafts kept.jsonl --drafts fresh.jsonl ...
 
-Every episode is validated again by all current rules, with its recorded solution where that still holds, otherwise with a
-new one. An episode that no longer holds is listed with the rule that it breaks. A goal that does not say whether inside is
-meant (packs from before rules version 2) gets the meaning of the instruction.
+Every episode is validated again by all current rules, with its recorded solution where that still holds, otherwise with
+a new one. An episode that no longer holds is listed with the rule that it breaks. A goal that does not say whether
+inside is meant (packs from before rules version 2) gets the meaning of the instruction.
 """
 
 import argparse

@@ -4,8 +4,9 @@
     python -m sweeps.corrupt --case 1234          one case again, with the traceback
 
 Each case corrupts a finished run in one way; then `vigil score`, `report`, `verify`, the pages of `vigil view`, `vigil
-export` and the resumption of the run read it, in this process. A failure is a traceback, an answer of 500 and above, more
-than `SECONDS`, a file that a reader has changed, or a row that resuming has lost. The exit code is 1 when any case failed.
+export` and the resumption of the run read it, in this process. A failure is a traceback, an answer of 500 and above,
+more than `SECONDS`, a file that a reader has changed, or a row that resuming has lost. The exit code is 1 when any case
+failed.
 """
 
 import argparse

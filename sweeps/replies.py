@@ -2,9 +2,9 @@
 
     python -m sweeps.replies --count 10000
 
-Each run plays episodes against a loopback server that sends replies of all forms (`sweeps/support/reply_forms.py`). Each
-record must hold exactly the text that was sent, parsed as `vigil.protocol.replies.parse_text` parses it. The exit code is
-1 when a record does not.
+Each run plays episodes against a loopback server that sends replies of all forms (`sweeps/support/reply_forms.py`).
+Each record must hold exactly the text that was sent, parsed as `vigil.protocol.replies.parse_text` parses it. The exit
+code is 1 when a record does not.
 """
 
 import argparse

@@ -3,11 +3,11 @@
     python -m sweeps.replies_fuzz                            10^6 replies: 200 pieces of 5,000
     python -m sweeps.replies_fuzz --piece 3 --case 17        one reply again
 
-For every reply, `parse_text` returns and never raises; text and bytes agree; what the strict policy accepts, the lenient
-one accepts as the same action, and the strict one states correctly what the lenient one would do; numbers are finite and
-pixels are in the frame; stored as JSON and read again, the step is equal and its reply parses to the same; the time is
-bounded. Replies of known form (reasoning at the head, text after the object, depth, size) are accepted or refused as
-protocol.md section 2.3 says.
+For every reply, `parse_text` returns and never raises; text and bytes agree; what the strict policy accepts, the
+lenient one accepts as the same action, and the strict one states correctly what the lenient one would do; numbers are
+finite and pixels are in the frame; stored as JSON and read again, the step is equal and its reply parses to the same;
+the time is bounded. Replies of known form (reasoning at the head, text after the object, depth, size) are accepted or
+refused as protocol.md section 2.3 says.
 """
 
 import random

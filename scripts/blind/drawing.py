@@ -42,16 +42,16 @@ class Portrait:
     state: State | None
     seed: int
     distance_m: float | None
-    """From the eye to the thing; None for where it spans some 120 pixels."""
+    """Distance from the eye to the thing; None for the one at which the thing spans about 120 pixels."""
     kind: Literal["portrait"] = "portrait"
 
 
 @dataclass(frozen=True, slots=True)
 class StartView:
-    """What an agent sees first in an episode."""
+    """The start of an episode as an agent sees it."""
 
     house: str
-    """Path of its file."""
+    """Path of the pack's file."""
     start: dict[str, Any]
     setup: dict[str, Any]
     kind: Literal["start"] = "start"
@@ -62,20 +62,20 @@ Job = Portrait | StartView
 
 @dataclass(frozen=True, slots=True)
 class FrameFacts:
-    """What is true of a frame."""
+    """Facts about a frame."""
 
     box_px: tuple[float, float, float, float] | None = None
-    """Left, top, right and bottom of the thing that a portrait is of, as far as it is in the frame."""
+    """Left, top, right and bottom of a portrait's thing, as far as it is in the frame."""
     span_px: int | None = None
     """The longer side of that thing's box."""
     fault: str | None = None
-    """Why there is no frame."""
+    """Reason for a missing frame."""
     notes: list[str] = field(default_factory=list)
-    """What the house asks for that this tree shows by a stand-in."""
+    """Assets of the house that this tree replaces by stand-ins."""
 
 
 def draw(jobs: Iterable[Job], folder: Path) -> list[FrameFacts]:
-    """Write the frame of each job to `folder`. Return what is true of them, faults included."""
+    """Write the frame of each job to `folder`. Return facts about them, faults included."""
     folder.mkdir(parents=True, exist_ok=True)
     numbered = list(enumerate(jobs))
     facts: dict[int, FrameFacts] = {}

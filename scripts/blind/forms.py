@@ -7,7 +7,7 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 RoundKind = Literal["near", "far", "state", "held", "starts", "pairs"]
 DrawnBy = Literal["before", "after"]
-"""By which renderer: an older tree's, or this one's."""
+"""Renderer of a picture: that of an older tree, or this one's."""
 NonEmptyText = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 
 
@@ -18,10 +18,10 @@ class _BaseAnswer(BaseModel):
 
 
 class NamedAnswer(_BaseAnswer):
-    """What a marked thing is, and in which state."""
+    """Question about a marked thing: what it is, and its state."""
 
     answers: list[NonEmptyText] = Field(min_length=1)
-    """The best guess first."""
+    """Guesses, the best one first."""
     state: NonEmptyText
 
 
@@ -33,7 +33,7 @@ class HeldAnswer(_BaseAnswer):
 
 
 class ArtefactsAnswer(_BaseAnswer):
-    """What is drawn wrongly."""
+    """Question about drawing errors."""
 
     artefacts: list[NonEmptyText]
 
@@ -58,7 +58,7 @@ class RoundLayout:
     rows: int
     answer: type[RoundAnswer]
     blank: dict[str, object]
-    """An answer that nobody has given."""
+    """An empty answer."""
     question: str
 
 
@@ -102,5 +102,5 @@ LAYOUTS: dict[RoundKind, RoundLayout] = {
 
 
 def instructions(kind: RoundKind) -> str:
-    """Return what a reader of a round is told."""
+    """Return the instructions for readers of a round."""
     return f"{_RULES}\n\n{LAYOUTS[kind].question}"

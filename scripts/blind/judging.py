@@ -1,7 +1,7 @@
-"""Whether what a reader answered is right.
+"""Judges readers' answers.
 
-Only the best guess counts. It is right when it is what the catalogue calls the category, or among its accepted words,
-which name the same thing. A state is right when the answer names it and not its opposite.
+Only the best guess counts. It is right when it is the catalogue's name of the category, or one of its accepted words,
+which mean the same thing. A state is right when the answer names it and not its opposite.
 """
 
 import json

@@ -73,7 +73,7 @@ def held_round(seed: int, count: int, packs: Sequence[str]) -> BlindRound:
 
 
 def _moment(simulator: PrivilegedSimulator, pick: PickMoment, is_held: bool) -> Image.Image | None:
-    """Return what is seen before or after a pick; None when the hand is not as that would have it."""
+    """Return the frame before or after a pick; None when the hand does not match."""
     simulator.load(pick.candidate.house)
     simulator.reset(pick.candidate.episode.start, pick.candidate.episode.setup)
     for action in pick.actions if is_held else pick.actions[:-1]:
@@ -114,7 +114,7 @@ class _Found:
 def _starts(kind: RoundKind, seed: int, count: int, packs: Sequence[str], before: Path | None) -> _Found:
     """Return `count` starts in random order, each as every tree draws it.
 
-    Those that the older tree cannot show, or only with stand-ins, are left out, and others drawn for them.
+    Starts that the older tree cannot show, or shows only with stand-ins, are left out and replaced by others.
     """
     left = sampling.in_random_order(sampling.candidates(packs), kind, seed)
     found = _Found([], [])
@@ -138,7 +138,7 @@ def _starts(kind: RoundKind, seed: int, count: int, packs: Sequence[str], before
 
 
 def _fault(now: DrawnFrame, then: DrawnFrame | None) -> str | None:
-    """Return why a start is not shown; None when it is."""
+    """Return why a start is not shown; None when it is shown."""
     if now.fact.fault or then is None:
         return now.fact.fault
     stand_ins = sorted({*then.fact.notes} - {*now.fact.notes})

@@ -1,6 +1,6 @@
-"""Publishes blind rounds: every picture with what it shows and what was answered, and the shares that were right.
+"""Publishes blind rounds: every picture with its contents and its answer, and the shares of right answers.
 
-Files are named round_N_KIND.jsonl, one picture a line; those of things and starts say which renderer drew.
+Files are named round_N_KIND.jsonl, one picture a line; those of things and starts name the renderer.
 """
 
 import json
@@ -34,11 +34,11 @@ JsonRow = dict[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class AnsweredRound:
-    """A round that was answered."""
+    """A round with its answers."""
 
     kind: RoundKind
     rows: list[JsonRow]
-    """One for each picture, in the order of their numbers."""
+    """Pictures with their answers, in the order of their numbers."""
 
 
 def publish(folders: Sequence[Path], out: Path, number: int | None = None) -> str:
@@ -169,7 +169,7 @@ def _things(number: int, kind: RoundKind, drawn: str, rows: Sequence[JsonRow]) -
 
 
 def _misses(kind: RoundKind, drawn: str, rows: Sequence[JsonRow]) -> str:
-    """Return a list of what was named or told wrong; empty when nothing was."""
+    """Return a list of wrong answers; empty when all were right."""
     lines = []
     for row in rows:
         shown = f"- {kind}, {drawn}: {row['category']} {row['variant']}"

@@ -21,7 +21,7 @@ from vigil.sim.showcase.object_renders import draw_subjects, stage_subject
 from vigil.sim.showcase.staged_scenes import SceneSubject
 
 FAR_M, FAR_SPAN_PX = 3.0, 30
-"""How far off things are shown in rounds `far`, and how large they must be there."""
+"""Distance (m) of things in rounds `far`, and the least size that they must have there."""
 QUALITIES: tuple[Quality, ...] = ("default", "fast")
 
 
@@ -46,7 +46,7 @@ class EpisodeCandidate:
 
     @property
     def truth(self) -> dict[str, Any]:
-        """What a key says of it."""
+        """Return the facts about the episode in a round's key."""
         return {"pack": self.pack.name, "episode": self.episode.id}
 
 
@@ -56,11 +56,11 @@ class PickMoment:
 
     candidate: EpisodeCandidate
     actions: tuple[PhysicalAction, ...]
-    """Up to the pick, that included."""
+    """Actions up to and including the pick."""
 
     @property
     def category(self) -> str:
-        """Of what the episode is about."""
+        """Category of the episode's target."""
         return self.candidate.episode.bindings.get("target", "").partition("|")[0]
 
 

@@ -1,9 +1,7 @@
-"""Writes a blind round: numbered pictures on sheets, what readers are told and fill in, and apart from them the key.
+"""Writes a blind round: numbered pictures on sheets, instructions and answers for readers, and a separate key.
 
-FOLDER/sheet_01.png ...   what readers look at
-FOLDER/README.txt         what they are asked
-FOLDER/answers.jsonl      what they fill in
-FOLDER.key.json           what is shown, which no reader may open
+FOLDER/sheet_01.png ... are for readers; FOLDER/README.txt has their instructions; they fill in FOLDER/answers.jsonl.
+FOLDER.key.json says what is shown, and readers may not open it.
 """
 
 import json
@@ -31,21 +29,21 @@ class RoundItem:
     """One number of a round: its pictures, and what they show."""
 
     pictures: Sequence[Image.Image]
-    """One; of a pair two, left and right."""
+    """One picture; for a pair two, left and right."""
     truth: dict[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
 class BlindRound:
-    """All that a round shows, and how it came about."""
+    """The contents of a round, and how they were chosen."""
 
     kind: RoundKind
     seed: int
     shown: Sequence[RoundItem]
     left_out: list[dict[str, Any]] = field(default_factory=list)
-    """What the lot fell on, and why it is not shown."""
+    """Drawn pictures that are not shown, with the reasons."""
     facts: dict[str, Any] = field(default_factory=dict)
-    """Of the whole round."""
+    """Facts about the whole round."""
 
 
 def key_of(folder: Path) -> Path:
@@ -54,7 +52,7 @@ def key_of(folder: Path) -> Path:
 
 
 def refuse_existing(folder: Path) -> None:
-    """Raises SystemExit when there is a round at a folder already."""
+    """Raise SystemExit when the folder already has a round."""
     if key_of(folder).exists() or (folder.exists() and any(folder.iterdir())):
         raise SystemExit(f"There is something at {str(folder)!r} already; give another folder, or take that away.")
 
