@@ -36,7 +36,7 @@ from vigil.thor.wire.fifo import message, packer
 TURN = Navigate(mode="turn_right", magnitude=15.0)
 MASKS = ("renderInstanceSegmentation", "renderDepthImage")
 OBJECTS = 3
-"""Who asks for the hidden state of each step."""
+"""Number of objects whose hidden state each step asks for."""
 
 
 class TimedConnection:
@@ -142,14 +142,14 @@ def connect(house: House, settings: dict[str, Any]) -> GuardedClient:
 
 
 def step(simulator: Simulator, named: list[str]) -> object:
-    """Turn, asks for hidden state and draws, as an episode's step does."""
+    """Turn, ask for hidden state and draw, as an episode's step does."""
     simulator.step(TURN)
     simulator.world(named)
     return simulator.frame()
 
 
 def timed(do: Callable[[], Any]) -> tuple[Any, float]:
-    """Return the number of steps and the seconds they took."""
+    """Return the result and the seconds it took."""
     began = time.perf_counter()
     return do(), time.perf_counter() - began
 

@@ -1,5 +1,4 @@
 """Feeds hostile packs, houses and recipes to their readers: each must work, or be refused with its name and fault.
-fault.
 
     python -m sweeps.hostile                         400 pieces: 25 packs, houses or recipes each
     python -m sweeps.hostile --piece 3 --case 7      one of them again
