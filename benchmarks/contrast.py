@@ -24,7 +24,7 @@ FAINT = 10.0
 
 
 def main() -> None:
-    """Read the command line and prints the table, the faintest first."""
+    """Read the command line and print the table, the faintest first."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--variants", type=int, default=4)
     parser.add_argument("--seed", type=int, default=0)

@@ -137,7 +137,7 @@ def bare_run(job: tuple[argparse.Namespace, bool, int]) -> tuple[float, float, f
 
 
 def begin(env: Env, episodes: list[Episode], rng: np.random.Generator, frames: bool) -> None:
-    """Reset to an episode drawn at random, and looks at its first frame."""
+    """Reset to an episode drawn at random, and look at its first frame."""
     seen = env.reset(episodes[int(rng.integers(len(episodes)))])
     if frames and seen is not None:
         _ = seen.rgb

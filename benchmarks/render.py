@@ -134,7 +134,7 @@ def start_of(house: House, simulator: EmbeddedSimulator) -> Pose:
 
 
 def step(simulator: EmbeddedSimulator) -> None:
-    """Turn a little and draws."""
+    """Turn a little and draw."""
     simulator.step(Navigate(mode="turn_right", magnitude=9.0))
     simulator.frame()
 

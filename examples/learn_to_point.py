@@ -293,7 +293,7 @@ def look(asked: tuple[str, str]) -> tuple[str, np.ndarray]:
 
 
 def play(asked: tuple[str, str], places: Sequence[int]) -> list[float]:
-    """Play an episode of a pack once for each place: clicks on it and reports; return B of each."""
+    """Play an episode of a pack once for each place with a click on it and a report; return B of each."""
     env, earned = environment(asked[0]), []
     for place in places:
         env.reset(options={"episode_id": asked[1]})
@@ -305,9 +305,9 @@ def play(asked: tuple[str, str], places: Sequence[int]) -> list[float]:
 def improve(
     network: Network, words: Vocabulary, demos: Sequence[Demo], scenes: EpisodePool, rounds: int
 ) -> Iterator[int]:
-    """Play all scenes and learns from what they earned so far, in turns; yield the number of each round.
+    """Play all scenes and learn from what they earned so far, in turns; yield the number of each round.
 
-    Demonstrations are learned on beside the scenes, so that what they taught is kept.
+    Demonstrations are trained on in the same rounds, so that what they taught is not lost.
     """
     shown = _Batches(demos, words)
     frames, asked = scenes.frames, words.of(scenes.instructions)
@@ -355,7 +355,7 @@ class Curve:
         self.points: list[dict[str, str | float]] = []
 
     def add(self, stage: str, step: int, places: torch.Tensor) -> None:
-        """Play all test episodes once, each by a click on its place, and prints the share that is won."""
+        """Play all test episodes once, each by a click on its place, and print the share that is won."""
         self._put(stage, step, float(self._scenes.play(places[:, None]).sum()), len(self._scenes))
 
     def add_solver(self, out: Path) -> None:

@@ -25,7 +25,7 @@ STARTS, PAIRS = 100, 40
 
 
 def main(words: Sequence[str] | None = None) -> None:
-    """Read the command line and does what it says."""
+    """Read the command line and do what it says."""
     options = _parser().parse_args(words)
     options.command(options)
 
@@ -60,7 +60,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _making(made: Callable[[argparse.Namespace], BlindRound]) -> Callable[[argparse.Namespace], None]:
-    """Return the command that makes a round, writes it, and says what that took."""
+    """Make and write a round; return the command that makes it and a summary of the work."""
 
     def command(options: argparse.Namespace) -> None:
         sheets.refuse_existing(options.out)

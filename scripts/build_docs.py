@@ -190,7 +190,7 @@ def _order(version: str) -> tuple[int, ...]:
 
 
 def main() -> None:
-    """Build the site, and exits with 1 when it has a fault."""
+    """Build the site, and exit with 1 when it has a fault."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--publish", type=Path, metavar="FOLDER", help="put the site into FOLDER/VERSION as well")
     arguments = parser.parse_args()

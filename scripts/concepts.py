@@ -63,7 +63,7 @@ class FrameRecorder:
         self.start = agent.start
 
     def act(self, observation: Observation) -> Reply:
-        """Return the agent's reply, and keeps what it answers."""
+        """Return the agent's reply, and keep the observation that it answers."""
         self.frames.append(observation.rgb.copy())
         return self._agent.act(observation)
 
@@ -98,7 +98,7 @@ EXAMPLES: dict[str, tuple[str, str, MakeAgent]] = {
 
 
 def main() -> None:
-    """Play and draws the examples that are named, or all."""
+    """Play and draw the named examples, or all of them."""
     FOLDER.mkdir(parents=True, exist_ok=True)
     pack, simulator = Pack.load("vigil_smoke"), make_simulator("mujoco", assets=AssetDatabase.default())
     with Env(simulator, pack.house_of, Profile()) as env:

@@ -38,7 +38,7 @@ REAL_RGB, OWN_RGB = "#444444", "#d1672a"
 
 
 def main() -> None:
-    """Measure both, draws the figures and writes the page."""
+    """Measure both kinds of houses, draw the figures and write the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--real", type=Path, required=True, help="Real one-room houses, one a line (.jsonl.gz).")
     parser.add_argument("--asset-database", type=Path, required=True, help="AI2-THOR's asset-database.json.")

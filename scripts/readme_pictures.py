@@ -73,7 +73,7 @@ def doubting_replies(pack: Pack) -> list[str]:
 
 
 def play_doubter(pack: Pack) -> None:
-    """Play the episode of the moving picture, and writes it as a run."""
+    """Play the episode of the moving picture, and write it as a run."""
     folder = RUNS / DOUBTER
     if (folder / EPISODES_FILE).exists():
         return

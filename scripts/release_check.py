@@ -41,7 +41,7 @@ COMMANDS = (
 
 
 def main() -> None:
-    """Read the command line, builds, and checks."""
+    """Read the command line, build, and check."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("pythons", nargs="+", metavar="PYTHON")
     parser.add_argument("--resolution", choices=RESOLUTIONS, action="append", help="Both without it.")
@@ -111,7 +111,7 @@ def build() -> Path:
 
 
 def check(wheel: Path, python: str, resolution: str, folder: Path) -> None:
-    """Install the wheel into a new environment in a folder and plays there."""
+    """Install the wheel into a new environment in a folder and play there."""
     print(f"{python}, {resolution} versions")
     environment, place = folder / "venv", folder / "work"
     place.mkdir(parents=True)

@@ -78,7 +78,7 @@ def _pixels(simulator: EmbeddedSimulator, thing: Thing, is_toggled: bool) -> int
 
 
 def _compare(simulator: EmbeddedSimulator, thing: Thing, result: PieceResult, piece: int) -> None:
-    """Switch a thing and compares the frames."""
+    """Switch a thing and compare the frames."""
     where = f"{thing.id} from {simulator.world(()).agent}"
     before = simulator.frame().astype(int)
     simulator.apply_changes(Setup(objects={thing.id: ObjectSetup(is_toggled=not thing.is_toggled)}))

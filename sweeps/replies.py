@@ -34,7 +34,7 @@ EPISODES_A_RUN = 60
 
 
 def main() -> int:
-    """Run the sweep and prints its figures."""
+    """Run the sweep and print its figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--count", type=int, default=10_000, help="replies to send, at least")
     parser.add_argument("--seed", type=int, default=0)

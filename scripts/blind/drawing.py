@@ -129,7 +129,7 @@ def _portrait(job: Portrait, path: Path) -> FrameFacts:
 
 
 def main() -> None:
-    """Read the jobs and writes their frames and facts."""
+    """Read the jobs and write their frames and facts."""
     jobs, folder = Path(sys.argv[1]), Path(sys.argv[2])
     read = TypeAdapter(list[Job]).validate_json(jobs.read_bytes())
     facts = draw(read, folder)

@@ -116,7 +116,7 @@ def _reports(wanted: list[tuple[int, int]], load: LoadHouse, workers: int) -> It
 
 
 def survey_seed(load: LoadHouse, wanted: tuple[int, int]) -> HouseReport:
-    """Generate, loads and checks the house of a (number of rooms, seed)."""
+    """Generate, load and check the house of a (number of rooms, seed)."""
     rooms, seed = wanted
     started = time.process_time()
     try:

@@ -33,9 +33,9 @@ ON_LINE_M = 1e-6
 EDGE_M = 0.01
 """How far beyond a wall's end an opening still counts as in it, and a thing as over what it stands on."""
 FRAME_M = 0.1
-"""Kept free around doors and windows."""
+"""Distance kept free around doors and windows."""
 UNDER_CEILING_M = 0.1
-"""Kept free under the ceiling, above what hangs on a wall."""
+"""Distance kept free under the ceiling, above what hangs on a wall."""
 PLACES_TRIED = 5
 """Offsets along a wall at which a place is tried, in addition to its middle."""
 PAINTINGS = {"Kitchen": (1, 3), "LivingRoom": (2, 5), "Bedroom": (2, 4), "Bathroom": (0, 2)}
@@ -48,35 +48,36 @@ WINDOW_DRESSING_PROBABILITY = {"Bedroom": 0.65, "LivingRoom": 0.55, "Kitchen": 0
 DRY_ROOM_BLINDS_PROBABILITY = 0.4
 """Probability of blinds where curtains would fit; kitchens and bathrooms have only blinds."""
 SWITCH_MIDDLE_M, MIRROR_MIDDLE_M, PAPER_MIDDLE_M, BATHROOM_SHELF_MIDDLE_M = 1.2, 1.5, 0.72, 1.35
-"""Heights of middles above the floor."""
+"""Heights of the things' middles above the floor."""
 SHELF_MIDDLE_M, PAINTING_MIDDLE_M = (1.25, 1.5), (1.5, 1.65)
-"""Least and greatest."""
+"""Least and greatest height of the things' middles."""
 RAILS = (("TowelHolder", "Towel", 1.35), ("HandTowelHolder", "HandTowel", 1.3))
 """Rail, what hangs over it, height of the rail's middle."""
 CABINET_BOTTOM_M, SHOWER_HEAD_TOP_M, LAMP_BOTTOM_M = 1.42, 2.15, 1.95
-"""Above counters; over tubs; the least over a floor on which people walk."""
+"""Heights above the floor: of cabinets above counters, of a shower head over a tub, and the least of a lamp where
+people walk."""
 SWITCH_ASIDE_M = 0.25
-"""From a door's opening to the middle of its switch."""
+"""Distance from a door's opening to the middle of its switch."""
 MIRROR_ABOVE_M = 0.06
-"""From the gap above a sink to its mirror: splashes reach higher than the tap."""
+"""Distance from the gap above a sink to its mirror: splashes reach higher than the tap."""
 BESIDE_GAP_M = 0.12
 """Distance (m) between a piece and what hangs next to it."""
 CABINETS_UNDER_CEILING_M, DRESSING_UNDER_CEILING_M = 0.15, 0.05
-"""Kept free above cabinets; above curtains and blinds."""
+"""Distances kept free above cabinets, and above curtains and blinds."""
 CABINET_WIDER_M = 0.02
-"""By how much a cabinet may be wider than the counter below."""
+"""Largest excess of a cabinet's width over the counter below."""
 LAMP_ROOM_M = 0.3
 """Size (m) of the area about a room's centre in which its lamp hangs."""
 TOUCH_M = 0.02
 """Things whose heights are nearer than this are in each other's way."""
 OFF_WALL_M, OFF_RAIL_M = 0.002, 0.003
-"""Air behind what hangs, so that surfaces do not touch."""
+"""Air gap behind hanging things, so that surfaces do not touch."""
 SAME_YAW_DEG = 1.0
 """A wall is behind a piece that is turned by less from it."""
 BACK_REACH_M = 0.9
 """A wall is behind a piece whose middle is no farther from it."""
 WINDOW_ABOVE_M, WINDOW_WIDER_M = 0.12, 0.05
-"""By how much curtains and blinds reach beyond their window."""
+"""Overlap of curtains and blinds beyond their window."""
 FLOOR_LENGTH_M = 0.08
 """Curtains that would end nearer above the floor reach it: the scene lets down what is as near."""
 
