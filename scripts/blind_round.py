@@ -60,7 +60,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _making(made: Callable[[argparse.Namespace], BlindRound]) -> Callable[[argparse.Namespace], None]:
-    """Make and write a round; return the command that makes it and a summary of the work."""
+    """Return the command that makes a round, writes it, and prints the time that it took."""
 
     def command(options: argparse.Namespace) -> None:
         sheets.refuse_existing(options.out)

@@ -47,7 +47,7 @@ def main() -> None:
 
 
 def _overview(house: House, scene: Scene) -> Image.Image:
-    """Return the plan beside the view from above, nearly as wide as they are kept, so that words stay legible."""
+    """Return the plan next to the view from above, nearly as wide as they are saved, so that words stay legible."""
     view, trial = render_birdseye(scene), draw_plan(house, scene, TRIAL_PX_PER_M)
     width = trial.width + view.shape[1] * trial.height / view.shape[0]
     return side_by_side(draw_plan(house, scene, TRIAL_PX_PER_M * PLAN_WIDTH_PX / width), view)

@@ -31,7 +31,7 @@ SPONGE_XY = (183, 306)
 """Where the picture of a person's play shows what the task is about."""
 PORT = 8470
 PATIENCE_MS = 120_000
-"""A page that draws an episode's frames anew is slow on a busy machine."""
+"""Longest wait (ms) for a page: one that draws an episode's frames again is slow on a busy machine."""
 WIDE, PHONE = (1280, 800), (390, 844)
 JPEG_QUALITY = 82
 PRICES = Prices(input=2.5, output=10)

@@ -149,7 +149,7 @@ class WallSweep:
                 self._count("placements")
 
     def drop(self, place: np.ndarray) -> None:
-        """Drop a thing of the house from a place beside a wall."""
+        """Drop a thing of the house from a place next to a wall."""
         small = [thing for thing in self.state.scene.things.values() if thing.is_pickupable]
         if not small:
             return
@@ -194,7 +194,7 @@ class WallSweep:
         return np.array(found).reshape(-1, 2)
 
     def rays(self) -> None:
-        """Cast rays from points in every room at the joints of walls, and a little beside them."""
+        """Cast rays from points in every room at the joints of walls, and at points close to them."""
         joints = np.array(list(self.shell.joints()))
         for floor in self.floors.values():
             left, low, right, high = floor.bounds

@@ -58,7 +58,7 @@ def refuse_existing(folder: Path) -> None:
 
 
 def write(folder: Path, made: BlindRound) -> None:
-    """Write a round to a new folder, and its key beside that."""
+    """Write a round to a new folder, and its key next to that folder."""
     folder.mkdir(parents=True, exist_ok=True)
     form = LAYOUTS[made.kind]
     cells = [each for number, shown in enumerate(made.shown, start=1) for each in _cells(number, shown)]

@@ -242,7 +242,7 @@ class WallObjectPlacer:
         return next((model for model in models if _subject(model) not in shown), draw_model("Painting", self.rng))
 
     def _hang_switch(self) -> None:
-        """Hang a light switch beside one of the room's doors, on the wall."""
+        """Hang a light switch on the wall next to one of the room's doors."""
         doors = [opening for opening in self.floor.openings if opening.is_door]
         model = draw_model("LightSwitch", self.rng)
         for door in shuffled(self.rng, doors):
@@ -304,7 +304,7 @@ class WallObjectPlacer:
         return 0 < edge.into(place) < BACK_REACH_M and 0 < edge.along(place) < edge.length
 
     def _hang_beside(self, piece: PlacedObject, model: AssetModel, middle: float) -> PlacedObject | None:
-        """Hang a thing on the wall behind `piece`, beside it."""
+        """Hang a thing on the wall behind `piece`, next to it."""
         for index, edge in enumerate(self.floor.edges):
             if abs(edge.yaw - piece.yaw) < SAME_YAW_DEG and self._is_behind(edge, piece):
                 along = edge.along((piece.position.x, piece.position.z))

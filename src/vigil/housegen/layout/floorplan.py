@@ -38,9 +38,9 @@ LINK_COST = {
     ("Bathroom", "Kitchen"): 1.8,
     ("Bathroom", "Bathroom"): 6.0,
 }
-"""How odd a door between two kinds of rooms is."""
+"""How unusual a door between two kinds of rooms is."""
 PASSAGE_COST = {"Kitchen": 0.1, "LivingRoom": 0.0, "Bedroom": 0.9, "Bathroom": 4.0}
-"""How odd it is to walk through a room of the kind to reach another."""
+"""How unusual it is to walk through a room of the kind to reach another."""
 
 Corner = tuple[float, float]
 
@@ -66,7 +66,7 @@ class RoomPlan:
 
 @dataclass(frozen=True, slots=True)
 class RoomLayout:
-    """The rooms, which of them doors join (pairs of room numbers), and the ceiling height (m)."""
+    """The rooms, the pairs of room numbers that doors join, and the ceiling height (m)."""
 
     rooms: tuple[RoomPlan, ...]
     links: tuple[tuple[int, int], ...]
@@ -164,7 +164,7 @@ def _slice(
 
 
 def _is_wide_enough(kind: str, shape: BaseGeometry) -> bool:
-    """Whether the shape is one simple piece, nowhere narrower than the kind may be, and not too long."""
+    """Return whether the shape is one simple piece, wide enough everywhere for its kind, and not too long."""
     if not isinstance(shape, Polygon) or shape.interiors or not shape.is_valid:
         return False
     x0, z0, x1, z1 = shape.bounds
@@ -268,7 +268,7 @@ def longest_shared(a: BaseGeometry, b: BaseGeometry) -> float:
 
 
 def _links(kinds: tuple[str, ...], shapes: list[Polygon], rng: np.random.Generator) -> list[tuple[int, int]] | None:
-    """Return a spanning tree of doors, the least odd ones first, and sometimes one more; None when cut off."""
+    """Return a spanning tree of doors, the usual ones first, and sometimes one more; None when a room is cut off."""
     costs: dict[tuple[int, int], float] = {}
     for a, b in combinations(range(len(kinds)), 2):
         if longest_shared(shapes[a], shapes[b]) >= DOOR_WALL:

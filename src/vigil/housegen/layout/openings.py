@@ -18,9 +18,9 @@ DOOR_WIDTH = 1.0
 DOUBLE_WIDTH = 1.6
 DOOR_HEIGHT = 2.1
 CORNER_GAP = 0.2
-"""Wall left beside an opening (m)."""
+"""Width of wall left on each side of an opening (m)."""
 DOOR_CLEAR = 1.05
-"""Depth of the floor kept free on both sides of a door: its leaf swings there."""
+"""Depth (m) of the floor kept free on both sides of a door, where its leaf swings."""
 PASSAGE_CLEAR = 0.75
 DOOR_VARIANTS = 12
 WINDOW_VARIANTS = 12
@@ -37,7 +37,7 @@ WINDOWS_PER_ROOM = {"Kitchen": (1, 2), "LivingRoom": (1, 3), "Bedroom": (1, 2), 
 
 @dataclass(frozen=True, slots=True)
 class PlannedOpening:
-    """A hole in a wall piece (and in the panel behind it), and what fills it."""
+    """A hole in a wall piece (and in the panel behind it), and its filling."""
 
     id: str
     category: str
@@ -54,7 +54,7 @@ class PlannedOpening:
 
     @property
     def is_door(self) -> bool:
-        """Whether one could walk through it (open frames too; not windows)."""
+        """Return whether one can walk through it (open frames included, windows not)."""
         return self.category != "Window"
 
     @property
@@ -63,7 +63,7 @@ class PlannedOpening:
         return (self.left + self.right) / 2
 
     def clear_depth(self) -> float:
-        """Return how much floor (m) before it must stay free."""
+        """Return the depth (m) of the floor before it that must stay free."""
         if not self.is_door:
             return 0.0
         return DOOR_CLEAR if self.category == "Doorway" and self.openable else PASSAGE_CLEAR
@@ -88,7 +88,7 @@ class PlannedOpening:
 
 
 class _FreeWall:
-    """The stretches of wall pieces that no opening uses yet, and how the house's doors and windows look."""
+    """The stretches of wall pieces that are still free, and the look of the house's doors and windows."""
 
     def __init__(self, door_variant: int, window_variant: int) -> None:
         self.door_variant = door_variant
@@ -96,7 +96,7 @@ class _FreeWall:
         self._used: dict[frozenset[tuple[float, float]], list[tuple[float, float]]] = {}
 
     def choose(self, piece: WallPiece, width: float, rng: np.random.Generator) -> tuple[float, float] | None:
-        """Return where (left, right) an opening of that width goes; None when there is no room."""
+        """Return the place (left, right) of an opening of a given width; None when there is no room."""
         room = piece.length - 2 * CORNER_GAP - width
         if room < 0:
             return None

@@ -66,7 +66,7 @@ class RoomFinish:
     floor: str
     wall: str
     paint: Rgb | None
-    """The wall's tint; None where the material is its own colour."""
+    """Tint of the wall; None where the material has its own colour."""
 
 
 def finishes(kinds: dict[int, str], rng: np.random.Generator) -> dict[int, RoomFinish]:

@@ -22,7 +22,7 @@ class WallPiece:
 
     @cached_property
     def length(self) -> float:
-        """Metres."""
+        """Length in metres."""
         return math.dist(self.start, self.end)
 
     @cached_property
