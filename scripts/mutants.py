@@ -43,14 +43,14 @@ from mutmut.mutation.mutators import mutation_operators
 
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT_FOLDERS = (f"{ROOT}/src/", f"{ROOT}/tests/")
-"""Where the project's modules lie; an environment with libraries may lie in the same folder."""
+"""Folder of the project's modules; an environment with libraries may be in the same folder."""
 MIN_KILLED_SHARE = 0.95
 EXAMPLES = 4
 """Examples of each property test: a mutant that only a rare example shows counts as not noticed."""
 TIME_FACTOR, TIME_EXTRA_S = 4, 3
-"""Processor time that a mutant may take: so many times what the sound module takes, and so much more."""
+"""Limit on a mutant's processor time: a multiple of the sound module's time, and seconds in addition."""
 CONTEXT_CHARS = 30
-"""Characters on either side of a difference that are shown."""
+"""Number of characters shown on either side of a difference."""
 MEMORY_BYTES = 4 << 30
 OPTIONS = ["-x", "--noconftest", "-p", "no:xdist", "-p", "no:cacheprovider", "--no-header", "--tb=line"]
 """The suite's conftest loads half of the package, for fixtures that these tests do not ask for."""

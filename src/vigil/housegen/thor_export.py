@@ -26,13 +26,13 @@ from vigil.protocol.house import Door, House, HouseObject, Window
 from vigil.scene.outlines import floor_of, footprint
 
 OVERSIZE = 1.6
-"""How much worse a larger side is than a smaller one: larger things run into their neighbours."""
+"""Penalty factor for a larger side compared with a smaller one: larger things run into their neighbours."""
 AT_WALL_M = 0.35
-"""Things whose back is nearer to a wall keep their back there."""
+"""Distance (m) from a wall up to which a thing's back stays at the wall."""
 SLIDES = tuple(sign * step / 20 for step in range(16) for sign in (1, -1))
 """How far (m) a thing is moved along the wall to bring all of it into the room."""
 ON_TOP_M = 0.03
-"""Children whose bottom is this near their carrier's top lie on it."""
+"""Height difference (m) up to which a child's bottom lies on its carrier's top."""
 GAP_M = 0.01
 
 _COUNTER_SHAPE = re.compile(r"[Cc]ountertop_(?:\d+_)?([A-Z][a-z]*)_\d+x\d+")
@@ -40,13 +40,14 @@ _COUNTER_SHAPE = re.compile(r"[Cc]ountertop_(?:\d+_)?([A-Z][a-z]*)_\d+x\d+")
 
 @dataclass(slots=True)
 class ThorExport:
-    """The document for THOR, and the ids of what is not in it."""
+    """The document for THOR, and the ids of things that are missing from it."""
 
     data: dict[str, Any]
     left_out: list[str] = field(default_factory=list)
-    """Without an asset of their type, or carried by such a thing; windows and front doors that no asset fits."""
+    """Things whose type does not have an asset, or whose carrier does not; windows and front doors that no asset
+    fits."""
     removed_collisions: list[str] = field(default_factory=list)
-    """Small things without room among the other sizes."""
+    """Small things for which the other sizes do not leave room."""
 
 
 def export_thor(house: House, thor: AssetDatabase, materials: dict[str, list[str]]) -> ThorExport:
@@ -119,7 +120,7 @@ class _Exporter:
         self.thor = thor
         self.export = export
         self.changed: set[str] = set()
-        """Ids of things that have another asset or another place than before."""
+        """Ids of things whose asset or place has changed."""
         rooms = [floor_of(room) for room in house.document.rooms]
         self.floors = [floor for floor in rooms if floor.is_valid]
         self.ceiling = max((point.y for wall in house.document.walls for point in wall.polygon), default=math.inf)
@@ -227,7 +228,7 @@ def _counter_shape(asset_id: str) -> str:
 
 
 def _size_difference(size: Vec3, other: Vec3) -> float:
-    """Return how different two sizes are: 0 where equal."""
+    """Return how much two sizes differ: 0 where equal."""
     logs = [math.log(b / a) for a, b in zip(size, other, strict=True)]
     return sum(log * OVERSIZE if log > 0 else -log for log in logs)
 
