@@ -65,7 +65,7 @@ __all__ = [
 
 
 def load_pack(name: str | Path) -> Pack:
-    """Returns a pack that VIGIL comes with, by its name, or one in a folder. Raises PackMismatch."""
+    """Return a pack that VIGIL comes with, by its name, or one in a folder. Raises PackMismatch."""
     return Pack.load(name)
 
 
@@ -77,7 +77,7 @@ def make_env(
     quality: Quality = "default",
     asset_database: Path | None = None,
 ) -> Env:
-    """Returns an environment for the episodes of `pack`; leaving its `with` block closes the simulator.
+    """Return an environment for the episodes of `pack`; leaving its `with` block closes the simulator.
 
     `profile` says what the agent is shown and how its replies are read (default: the paper's baseline). `quality`
     `"fast"` draws two to three times as many frames, with rougher edges. `asset_database` is AI2-THOR's file, for
@@ -91,7 +91,7 @@ def make_env(
 
 
 def play(episode: Episode, env: Env, agent: Agent, *, run_id: str = "", epoch: int = 1) -> EpisodeRecord:
-    """Returns the record of one episode, played to its end.
+    """Return the record of one episode, played to its end.
 
     The agent sees the instruction and observations, nothing else. What fails in the agent's program or the simulator
     ends the episode as `error`, with the reason in the record: it is counted, never scored.
@@ -101,7 +101,7 @@ def play(episode: Episode, env: Env, agent: Agent, *, run_id: str = "", epoch: i
 
 
 def save_run(folder: str | Path, pack: Pack, records: Iterable[EpisodeRecord], env: Env, *, agent: str) -> Path:
-    """Writes records of episodes of `pack`, played in `env` by `agent`, as a run, and returns its folder.
+    """Write records of episodes of `pack`, played in `env` by `agent`, as a run, and return its folder.
 
     `vigil view`, `score`, `report` and `verify` open it like any other. `folder` is new or empty. Raises SettingError
     on a record of another pack's episode, RecordError where the folder holds a run.
@@ -131,12 +131,12 @@ def save_run(folder: str | Path, pack: Pack, records: Iterable[EpisodeRecord], e
 
 
 def reply(skill_name: str, **arguments: Any) -> Reply:
-    """Returns an agent's reply: one skill with its arguments, as `reply("look", direction="up", magnitude=15)`."""
+    """Return an agent's reply: one skill with its arguments, as `reply("look", direction="up", magnitude=15)`."""
     return Reply(text=json.dumps({"skill_name": skill_name, "arguments": arguments}))
 
 
 def summarise(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], *, epochs: int = 1) -> dict[str, Any]:
-    """Returns the rates of the records, `{"overall": rates, "families": {family: rates}}`, with 95 % intervals.
+    """Return the rates of the records, `{"overall": rates, "families": {family: rates}}`, with 95 % intervals.
 
     `episodes` are those that were meant to be played, `epochs` times each; what is missing is counted as such. Raises
     RecordError on a record of any other episode.
@@ -145,5 +145,5 @@ def summarise(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], *, 
 
 
 def generate_house(seed: int, spec: str = "4") -> House:
-    """Returns the furnished house of a seed; `spec` is a number of rooms (1 to 10) or a name such as `kitchen`."""
+    """Return the furnished house of a seed; `spec` is a number of rooms (1 to 10) or a name such as `kitchen`."""
     return generate(seed, spec_for(spec))

@@ -58,7 +58,7 @@ class Env:
         self.close()
 
     def close(self) -> None:
-        """Closes the simulator."""
+        """Close the simulator."""
         self._simulator.close()
 
     @property
@@ -72,7 +72,7 @@ class Env:
         return self._end
 
     def reset(self, episode: Episode) -> Observation | None:
-        """Starts `episode` and returns what is seen first; None when the simulator failed.
+        """Start `episode` and return what is seen first; None when the simulator failed.
 
         Raises HouseError or EpisodeError for a house or an episode that makes no sense.
         """
@@ -93,7 +93,7 @@ class Env:
         return self._observe(None)
 
     def step(self, reply: Reply) -> Observation | None:
-        """Takes one reply and returns what is seen next; None when the episode is over.
+        """Take one reply and return what is seen next; None when the episode is over.
 
         Raises RuntimeError when there is no episode going on.
         """
@@ -125,7 +125,7 @@ class Env:
         return self._observe(effect)
 
     def fail(self, boundary: Boundary, message: str) -> None:
-        """Ends the episode as `error`, because of something that is not the agent's doing.
+        """End the episode as `error`, because of something that is not the agent's doing.
 
         An episode that has ended already stays as it is.
         """
@@ -137,7 +137,7 @@ class Env:
         self._finish("error")
 
     def record(self, *, run_id: str = "", epoch: int = 1, attempt: int = 1) -> EpisodeRecord:
-        """Returns the record of the episode that has ended. Raises RuntimeError while it goes on."""
+        """Return the record of the episode that has ended. Raises RuntimeError while it goes on."""
         if self._episode is None or self._end is None:
             raise RuntimeError("Env.record: the episode has not ended yet.")
         return EpisodeRecord(
@@ -158,7 +158,7 @@ class Env:
     @staticmethod
     @contextmanager
     def _reject_invalid_facts() -> Iterator[None]:
-        """Raises SimulatorError for facts that are none: a number that is not finite must never enter a record."""
+        """Raise SimulatorError for facts that are none: a number that is not finite must never enter a record."""
         try:
             yield
         except ValidationError as error:

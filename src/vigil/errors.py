@@ -68,7 +68,7 @@ class ModelAPIError(InfrastructureError):
 
 
 def first_error(error: "ValidationError", root: str = "the document") -> str:
-    """Returns "place: message" of the first thing that pydantic found wrong, both cut to a readable length.
+    """Return "place: message" of the first thing that pydantic found wrong, both cut to a readable length.
 
     `root` names the place when it is all that was read. A message may quote what was read, which has any length.
     """
@@ -78,11 +78,11 @@ def first_error(error: "ValidationError", root: str = "the document") -> str:
 
 
 def shorten(text: str, max_chars: int) -> str:
-    """Returns a text with at most `max_chars` characters, its end replaced by "..." when it is longer."""
+    """Return a text with at most `max_chars` characters, its end replaced by "..." when it is longer."""
     return text if len(text) <= max_chars else f"{text[: max_chars - 3]}..."
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Returns " Did you mean 'x'?" for the known word nearest to `word`; empty when none is near."""
+    """Return " Did you mean 'x'?" for the known word nearest to `word`; empty when none is near."""
     close = get_close_matches(word, sorted(known), n=1)
     return f" Did you mean {close[0]!r}?" if close else ""

@@ -26,7 +26,7 @@ _KINDS = {
 
 
 def open_file(path: Path, what: str, error: type[InputError]) -> BinaryIO:
-    """Opens a file for reading; `what` begins a message, e.g. "House file 'a.json'".
+    """Open a file for reading; `what` begins a message, e.g. "House file 'a.json'".
 
     Raises `error` when there is none, it cannot be read, or it is a folder, a device or a pipe.
     """
@@ -44,7 +44,7 @@ def open_file(path: Path, what: str, error: type[InputError]) -> BinaryIO:
 
 
 def read_file(path: Path, what: str, error: type[InputError], max_bytes: int = MAX_JSON_BYTES) -> bytes:
-    """Returns the bytes of a file, of which there are at most `max_bytes`. Raises `error` as `open_file` does."""
+    """Return the bytes of a file, of which there are at most `max_bytes`. Raises `error` as `open_file` does."""
     with open_file(path, what, error) as file:
         try:
             data = file.read(max_bytes + 1)
@@ -56,7 +56,7 @@ def read_file(path: Path, what: str, error: type[InputError], max_bytes: int = M
 
 
 def file_sha256(path: Path, what: str, error: type[InputError] = SettingError) -> str:
-    """Returns the SHA-256 of a file of any size. Raises `error` as `open_file` does."""
+    """Return the SHA-256 of a file of any size. Raises `error` as `open_file` does."""
     digest = hashlib.sha256()
     with open_file(path, what, error) as file:
         while block := file.read(_BLOCK):
@@ -70,7 +70,7 @@ def is_inside(path: Path, folder: Path) -> bool:
 
 
 def resolve_inside(folder: Path, name: str, error: type[InputError]) -> Path:
-    """Returns the path of a file of a folder. Raises `error` when it is a link to outside of the folder."""
+    """Return the path of a file of a folder. Raises `error` when it is a link to outside of the folder."""
     path = folder / name
     if not is_inside(path, folder):
         raise error(f"{name} in {str(folder)!r} is a link to outside of its folder; it is not followed.")
@@ -78,7 +78,7 @@ def resolve_inside(folder: Path, name: str, error: type[InputError]) -> Path:
 
 
 def outward_links(folder: Path) -> Iterator[Path]:
-    """Yields the links at or under a folder that lead out of it."""
+    """Yield the links at or under a folder that lead out of it."""
     for parent, folders, names in os.walk(folder):
         for entry in (Path(parent, name) for name in sorted([*folders, *names])):
             if entry.is_symlink() and not is_inside(entry, folder):
@@ -86,7 +86,7 @@ def outward_links(folder: Path) -> Iterator[Path]:
 
 
 def refuse_outward_links(folder: Path, error: type[InputError]) -> None:
-    """Raises `error` when a link in a folder leads out of it: what is copied or written there would be elsewhere."""
+    """Raise `error` when a link in a folder leads out of it: what is copied or written there would be elsewhere."""
     for link in outward_links(folder):
         raise error(
             f"{str(link)!r} is a link to outside of {str(folder)!r}; it is not followed. Put there what it leads to, "

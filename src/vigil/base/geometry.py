@@ -58,7 +58,7 @@ class Box(BaseModel):
         return self.center.y + self.size.y / 2
 
     def corners(self) -> list[Vec3]:
-        """Returns the eight corners, bottom four first."""
+        """Return the eight corners, bottom four first."""
         half_x, half_z = self.size.x / 2, self.size.z / 2
         return [
             self._out_of(local_x, y, local_z)
@@ -67,7 +67,7 @@ class Box(BaseModel):
         ]
 
     def floor_distance(self, point: Vec3) -> float:
-        """Returns the floor-plane distance (m) from `point` to the nearest point of the box; 0 inside."""
+        """Return the floor-plane distance (m) from `point` to the nearest point of the box; 0 inside."""
         dx, dz = point.x - self.center.x, point.z - self.center.z
         local_x, local_z = rotate_floor(dx, dz, -self.yaw)
         return math.hypot(
@@ -81,38 +81,38 @@ class Box(BaseModel):
 
 
 def rotate_floor(x: Any, z: Any, yaw: float) -> tuple[Any, Any]:
-    """Returns the floor vector (x, z), numbers or arrays, turned by `yaw` degrees clockwise seen from above."""
+    """Return the floor vector (x, z), numbers or arrays, turned by `yaw` degrees clockwise seen from above."""
     sin, cos = math.sin(math.radians(yaw)), math.cos(math.radians(yaw))
     return x * cos + z * sin, z * cos - x * sin
 
 
 def heading(yaw: float) -> tuple[float, float]:
-    """Returns the unit floor vector (x, z) that `yaw` looks along."""
+    """Return the unit floor vector (x, z) that `yaw` looks along."""
     return rotate_floor(0.0, 1.0, yaw)
 
 
 def yaw_towards(origin: Vec3, target: Vec3) -> float:
-    """Returns the yaw in [0, 360) from `origin` to `target` in the floor plane."""
+    """Return the yaw in [0, 360) from `origin` to `target` in the floor plane."""
     return math.degrees(math.atan2(target.x - origin.x, target.z - origin.z)) % 360.0
 
 
 def wrap_deg(angle: float) -> float:
-    """Returns `angle` in [0, 360)."""
+    """Return `angle` in [0, 360)."""
     wrapped = angle % 360.0
     return 0.0 if wrapped == 360.0 else wrapped
 
 
 def turn_between(from_yaw: float, to_yaw: float) -> float:
-    """Returns the signed turn in (-180, 180], positive to the right."""
+    """Return the signed turn in (-180, 180], positive to the right."""
     turn = (to_yaw - from_yaw) % 360.0
     return turn - 360.0 if turn > 180.0 else turn
 
 
 def floor_distance(a: Vec3, b: Vec3) -> float:
-    """Returns the floor-plane distance (m) between two points."""
+    """Return the floor-plane distance (m) between two points."""
     return math.hypot(a.x - b.x, a.z - b.z)
 
 
 def distance(a: Vec3, b: Vec3) -> float:
-    """Returns the Euclidean distance (m) between two points."""
+    """Return the Euclidean distance (m) between two points."""
     return math.dist(a, b)

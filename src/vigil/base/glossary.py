@@ -272,5 +272,5 @@ _BY_HEADING = {
 
 
 def term_of(heading: str) -> Term | None:
-    """Returns the term that a column's heading names, units left aside; None for what explains itself."""
+    """Return the term that a column's heading names, units left aside; None for what explains itself."""
     return _BY_HEADING.get(_UNITS.sub("", heading))

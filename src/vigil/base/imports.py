@@ -15,7 +15,7 @@ ENVIRONMENT_VARIABLE = "VIGIL_IMPORT"
 
 
 def import_modules(names: Iterable[str]) -> None:
-    """Imports modules, here and at the start of every process begun from now on. Raises SettingError.
+    """Import modules, here and at the start of every process begun from now on. Raises SettingError.
 
     Modules are looked for in the folder that one stands in too, as `python -m` does.
     """
@@ -32,7 +32,7 @@ def import_modules(names: Iterable[str]) -> None:
 
 
 def import_modules_from_environment() -> None:
-    """Imports the modules that the environment names. Raises SettingError."""
+    """Import the modules that the environment names. Raises SettingError."""
     if _modules_in_environment():
         import_modules(())
 
@@ -48,4 +48,7 @@ def _not_found_message(name: str, error: ModuleNotFoundError) -> str:
             f"There is no module {name!r} to import: neither installed nor in {os.getcwd()!r}.{hint} It was named by "
             f"--import or {ENVIRONMENT_VARIABLE}."
         )
-    return f"Module {name!r}, which --import or {ENVIRONMENT_VARIABLE} names, needs {error.name!r}, which is not installed here."
+    return (
+        f"Module {name!r}, which --import or {ENVIRONMENT_VARIABLE} names, needs {error.name!r}, which is not "
+        "installed here."
+    )

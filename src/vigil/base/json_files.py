@@ -10,7 +10,7 @@ from pydantic_core import from_json
 
 
 def read_json(data: bytes | str) -> Any:
-    """Returns the JSON value that `data` is. Raises ValueError with what is wrong and where."""
+    """Return the JSON value that `data` is. Raises ValueError with what is wrong and where."""
     try:
         raw = data.encode() if isinstance(data, str) else data
     except UnicodeEncodeError as error:
@@ -22,7 +22,7 @@ def read_json(data: bytes | str) -> Any:
 
 
 def _hint(data: bytes) -> str:
-    """Returns what is likely meant when all that is wrong are numbers that JSON does not have."""
+    """Return what is likely meant when all that is wrong are numbers that JSON does not have."""
     try:
         from_json(data, allow_inf_nan=True)
     except ValueError:

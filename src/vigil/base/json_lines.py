@@ -80,7 +80,7 @@ class LineReader:
         """Whether the last whole line lacks its newline."""
 
     def __iter__(self) -> Iterator[Line]:
-        """Yields the whole lines. Raises RecordError at a limit."""
+        """Yield the whole lines. Raises RecordError at a limit."""
         while read := self._file.readline(MAX_LINE_BYTES + 1):
             for raw in read.splitlines(keepends=True):
                 self._check(raw)
@@ -110,7 +110,7 @@ def _read_all(file: BinaryIO, place: str) -> Lines:
 
 
 def read_lines(path: Path, max_lines: int | None = None) -> tuple[Line, ...]:
-    """Returns the whole lines of a file, or the first `max_lines`; none when there is no file. Raises RecordError."""
+    """Return the whole lines of a file, or the first `max_lines`; none when there is no file. Raises RecordError."""
     if not os.path.lexists(path):
         return ()
     with open_file(path, repr(str(path)), RecordError) as file:
@@ -120,7 +120,7 @@ def read_lines(path: Path, max_lines: int | None = None) -> tuple[Line, ...]:
 def parse_line(
     line: Line, kind: type[_Row] | TypeAdapter[_Row], file: str, advice: str, error: type[InputError] = RecordError
 ) -> _Row:
-    """Returns the row in a line. Raises `error`, which names file, line and field and ends with the `advice`."""
+    """Return the row in a line. Raises `error`, which names file, line and field and ends with the `advice`."""
     validate = kind.validate_json if isinstance(kind, TypeAdapter) else kind.model_validate_json
     try:
         return validate(line.data)
@@ -129,12 +129,12 @@ def parse_line(
 
 
 def dump_line(row: BaseModel, **options: Any) -> bytes:
-    """Returns a row as one line of JSON with its newline; `options` are those of `model_dump_json`."""
+    """Return a row as one line of JSON with its newline; `options` are those of `model_dump_json`."""
     return row.model_dump_json(**options).encode() + b"\n"
 
 
 def append_line(path: Path, line: bytes) -> None:
-    """Adds one line to a file that several processes may write to, on disk when this returns. Raises RecordError."""
+    """Add one line to a file that several processes may write to, on disk when this returns. Raises RecordError."""
     with AppendFile(path, waits=True) as file:
         file.append(line)
 
@@ -155,10 +155,13 @@ def is_being_written(path: Path) -> bool | None:
 
 
 class AppendFile:
-    """A file of JSON lines, locked: one process at a time writes to it. `repair_tail`, `append` and `truncate` alone change it."""
+    """A locked file of JSON lines: one process at a time writes to it.
+
+    Only `repair_tail`, `append` and `truncate` change it.
+    """
 
     def __init__(self, path: Path, *, waits: bool = False, makes_folder: bool = False) -> None:
-        """Opens or creates the file. `waits` for another writer rather than to refuse. Raises RecordError."""
+        """Open or create the file. `waits` for another writer instead of raising. Raises RecordError."""
         self.path = path
         self._file, self.made_folder = _open_locked(path, waits, makes_folder)
         try:
@@ -173,7 +176,7 @@ class AppendFile:
         self._is_repaired = False
 
     def repair_tail(self) -> None:
-        """Makes the file end with a newline; a torn last line goes to a side file. Raises RecordError."""
+        """Make the file end with a newline; a torn last line goes to a side file. Raises RecordError."""
         if self._is_repaired:
             return
         try:
@@ -192,7 +195,7 @@ class AppendFile:
         self._is_repaired, self.lines = True, Lines((), b"")
 
     def append(self, *lines: bytes) -> None:
-        """Writes lines, each with its newline, on disk when this returns, or none of them. Raises RecordError."""
+        """Write lines, each with its newline, on disk when this returns, or none of them. Raises RecordError."""
         self.repair_tail()
         before = os.fstat(self._file.fileno()).st_size
         try:
@@ -203,17 +206,17 @@ class AppendFile:
             raise write_error(self.path, error) from error
 
     def truncate(self, end: int) -> None:
-        """Drops whatever follows the first `end` bytes of the file, which end a line, and does not put it aside."""
+        """Drop whatever follows the first `end` bytes of the file, which end a line; the rest is not saved elsewhere."""
         self._file.truncate(end)
         complete = tuple(line for line in self.lines.complete if line.end <= end)
         self.lines = Lines(complete, b"")
 
     def close(self) -> None:
-        """Releases the file to other writers."""
+        """Release the file to other writers."""
         self._file.close()
 
     def fileno(self) -> int:
-        """Returns the number of the open file."""
+        """Return the number of the open file."""
         return self._file.fileno()
 
     def __enter__(self) -> Self:
@@ -230,7 +233,7 @@ class AppendFile:
 
 
 def write_error(path: Path, error: OSError) -> RecordError:
-    """Returns what is said when a file of a run cannot be written."""
+    """Return what is said when a file of a run cannot be written."""
     return RecordError(
         f"Cannot write to {str(path)!r}: {error.strerror}. What was written before is kept; mend this and give the "
         "same command again."
@@ -238,7 +241,7 @@ def write_error(path: Path, error: OSError) -> RecordError:
 
 
 def unused_side_path(path: Path) -> Path:
-    """Returns a name beside a file for its torn last line, where nothing lies yet. Raises RecordError."""
+    """Return a name beside a file for its torn last line, where nothing lies yet. Raises RecordError."""
     for number in range(1, MAX_SIDE_FILES):
         side = path.with_name(f"{path.name}.partial-{number}")
         if not side.exists():
@@ -255,7 +258,7 @@ def _is_json(data: bytes) -> bool:
 
 
 def _open_locked(path: Path, waits: bool, makes_folder: bool) -> tuple[BinaryIO, bool]:
-    """Returns the file, locked, and whether its folder was made for it.
+    """Return the file, locked, and whether its folder was made for it.
 
     A process that ends without a record removes the folder it made. Should that happen while this one waits for the
     lock, the folder and the file are made again.
@@ -294,7 +297,7 @@ def _open_error(path: Path, error: OSError) -> RecordError:
 
 
 def _make_folder(folder: Path) -> bool:
-    """Makes a folder unless it is there, and returns whether it was made. Raises RecordError."""
+    """Make a folder unless it is there, and return whether it was made. Raises RecordError."""
     try:
         folder.mkdir(parents=True)
     except FileExistsError:

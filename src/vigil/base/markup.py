@@ -9,12 +9,12 @@ REPLACEMENT = "\ufffd"
 
 
 def replace_invalid(text: str) -> str:
-    """Returns a text in which a mark stands for each character that no document of markup can hold."""
+    """Return a text in which a mark stands for each character that no document of markup can hold."""
     return _INVALID.sub(REPLACEMENT, text)
 
 
 def finalize(value: Any) -> Any:
-    """Returns a value as a template may put it out, a text of markup as such: Jinja's `finalize`."""
+    """Return a value as a template may put it out, a text of markup as such: Jinja's `finalize`."""
     if not isinstance(value, str) or (text := replace_invalid(value)) == value:
         return value
     return type(value)(text)

@@ -12,12 +12,12 @@ from vigil.base.imports import import_modules_from_environment
 
 
 def spawn_context() -> BaseContext:
-    """Returns how processes are started: fresh, with nothing of the state of the one that starts them."""
+    """Return how processes are started: fresh, with nothing of the state of the one that starts them."""
     return multiprocessing.get_context("spawn")
 
 
 def worker_pool(workers: int, begin: Callable[..., None] | None = None, *arguments: Any) -> ProcessPoolExecutor:
-    """Returns a pool of fresh processes, each of which first calls `begin` with the arguments.
+    """Return a pool of fresh processes, each of which first calls `begin` with the arguments.
 
     The standard library's own goes on with all that was submitted when its process is killed.
     """

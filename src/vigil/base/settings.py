@@ -58,7 +58,7 @@ class DeclaredSetting:
         return f"--{self.option}" if self.setting.is_option else f"Setting {self.name}"
 
     def value(self, given: Any) -> Any:
-        """Returns the setting from what was given for it: the default from nothing. Raises SettingError."""
+        """Return the setting from what was given for it: the default from nothing. Raises SettingError."""
         if given is None or given == []:
             return self.default
         if self.setting.read is not None:
@@ -67,7 +67,7 @@ class DeclaredSetting:
 
 
 def declared_setting(name: str, annotation: Any, default: Any = MISSING) -> DeclaredSetting | None:
-    """Returns the setting that an annotation declares, or None."""
+    """Return the setting that an annotation declares, or None."""
     if get_origin(annotation) is not Annotated:
         return None
     kind, *notes = get_args(annotation)
@@ -76,7 +76,7 @@ def declared_setting(name: str, annotation: Any, default: Any = MISSING) -> Decl
 
 
 def declared_settings(settings: type) -> Iterator[DeclaredSetting]:
-    """Yields the settings that a dataclass declares, in its order. Its module evaluates annotations at once."""
+    """Yield the settings that a dataclass declares, in its order. Its module evaluates annotations at once."""
     for field in fields(settings):
         found = declared_setting(field.name, field.type, _default(field))
         if found is not None:
@@ -88,7 +88,7 @@ def _default(field: Field) -> Any:
 
 
 def check_settings(settings: Any) -> None:
-    """Raises SettingError when a value of a dataclass of settings is outside what its declaration allows."""
+    """Raise SettingError when a value of a dataclass of settings is outside what its declaration allows."""
     for one in declared_settings(type(settings)):
         value = getattr(settings, one.name)
         if value is None:
@@ -112,7 +112,7 @@ def _check_number(one: DeclaredSetting, value: float) -> None:
 
 
 def choices(kind: Any) -> tuple[str, ...]:
-    """Returns the values that a `Literal`, or an optional one, allows; nothing for another type."""
+    """Return the values that a `Literal`, or an optional one, allows; nothing for another type."""
     if get_origin(kind) in (Union, UnionType):
         return next(filter(None, map(choices, get_args(kind))), ())
     return get_args(kind) if get_origin(kind) is Literal else ()

@@ -43,16 +43,16 @@ class PackVersions(BaseModel):
 
     @classmethod
     def current(cls) -> Self:
-        """Returns the versions of this package."""
+        """Return the versions of this package."""
         return cls.model_validate({name: number for name, number in _CURRENT.items() if name in cls.model_fields})
 
     def differences(self) -> list[str]:
-        """Returns in what these differ from this package's, e.g. `rules 1 (current 2)`."""
+        """Return in what these differ from this package's, e.g. `rules 1 (current 2)`."""
         numbers = self.model_dump()
         return [f"{name} {numbers[name]} (here {_CURRENT[name]})" for name in numbers if self._differs(name)]
 
     def note(self, what: str) -> str | None:
-        """Returns one line on how `what`, made under these, differs from this package; None when it does not."""
+        """Return one line on how `what`, made under these, differs from this package; None when it does not."""
         found = self.differences()
         if not found:
             return None
@@ -71,7 +71,7 @@ class Versions(PackVersions):
 
 
 def schema_mismatch(found: object, known: int) -> str | None:
-    """Returns why a file of schema `found` is not read where schema `known` is, and what to do; None when it is."""
+    """Return why a file of schema `found` is not read where schema `known` is, and what to do; None when it is."""
     if found == known:
         return None
     is_newer = isinstance(found, int) and found > known
@@ -84,7 +84,7 @@ def schema_mismatch(found: object, known: int) -> str | None:
 
 
 def schema_validator(known: int) -> AfterValidator:
-    """Returns what holds the field `schema_version` of a file against the one schema that is read."""
+    """Return what holds the field `schema_version` of a file against the one schema that is read."""
 
     def checked(found: int) -> int:
         fault = schema_mismatch(found, known)

@@ -21,12 +21,12 @@ class SuiteEntry(BaseModel):
 
 
 def draw_evenly(episodes: Iterable[Episode]) -> list[Episode]:
-    """Returns episodes so that any first part of them holds every family as often as can be: see `balanced_units`."""
+    """Return episodes so that any first part of them holds every family as often as can be: see `balanced_units`."""
     return [episode for unit in balanced_units(episodes, {}) for episode in unit]
 
 
 def balanced_units(episodes: Iterable[Episode], entries: Mapping[str, SuiteEntry]) -> Iterator[list[Episode]]:
-    """Yields episodes, twins together as one unit, each time of the family or kind that has given the fewest so far.
+    """Yield episodes, twins together as one unit, each time of the family or kind that has given the fewest so far.
 
     Families come in the order of the table; within each the order is that of the SHA-256 of the ids, as good as a
     random one, and the same wherever the pack is. A longer first part holds all of a shorter one.

@@ -71,7 +71,7 @@ class PackFiles:
 
     @classmethod
     def of(cls, folder: Path, sha256: str | None = None) -> "PackFiles":
-        """Returns the files of the pack in a folder, the very one of that hash if one is given. Raises PackMismatch."""
+        """Return the files of the pack in a folder, the very one of that hash if one is given. Raises PackMismatch."""
         raw = _read(folder, MANIFEST, MAX_MANIFEST_BYTES)
         found = hashlib.sha256(raw).hexdigest()
         if sha256 not in (None, found):
@@ -82,7 +82,7 @@ class PackFiles:
         return cls(folder, _manifest(folder, raw), found)
 
     def read(self, name: str) -> bytes:
-        """Returns the bytes of a file as they were frozen. Raises PackMismatch when they are others."""
+        """Return the bytes of a file as they were frozen. Raises PackMismatch when they are others."""
         expected = self.manifest.files.get(name)
         if expected is None:
             raise PackMismatch(f"Pack {str(self.folder)!r}: {MANIFEST} does not list {name}. Freeze the pack again.")
@@ -96,7 +96,7 @@ class PackFiles:
         return data
 
     def rows(self, name: str, model: type[_Line]) -> list[_Line]:
-        """Returns the rows of a file with one JSON object a line. Raises PackMismatch or EpisodeError."""
+        """Return the rows of a file with one JSON object a line. Raises PackMismatch or EpisodeError."""
         rows: list[_Line] = []
         for number, line in enumerate(self.read(name).splitlines(), start=1):
             try:

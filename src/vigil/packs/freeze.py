@@ -30,7 +30,7 @@ def freeze(
     meta: Mapping[str, Any] | None = None,
     extra: Mapping[str, bytes] | None = None,
 ) -> Pack:
-    """Writes a pack into `folder`, new or empty, and returns it loaded; the same input gives the same bytes.
+    """Write a pack into `folder`, new or empty, and return it loaded; the same input gives the same bytes.
 
     `extra` are further files, hashed like all others. Raises EpisodeError when an episode contradicts its family, its
     house or the other episodes, SettingError when the folder is not empty or the name unfit.
@@ -61,7 +61,7 @@ def freeze(
 
 
 def _contents(episodes: list[Episode], solutions: list[Solution], houses: list[House]) -> dict[str, bytes]:
-    """Returns the files of a pack by their paths, but for its manifest."""
+    """Return the files of a pack by their paths, but for its manifest."""
     return {
         EPISODES: b"".join(_line(episode) for episode in episodes),
         SOLUTIONS: b"".join(_line(solution) for solution in solutions),
@@ -84,7 +84,7 @@ def _line(model: BaseModel) -> bytes:
 
 
 def check_can_freeze(folder: Path, name: str) -> None:
-    """Raises SettingError when no pack of that name can be frozen into a folder."""
+    """Raise SettingError when no pack of that name can be frozen into a folder."""
     if not re.match(NAME_PATTERN, name):
         raise SettingError(f"Pack name {name!r}: expected up to 100 letters, digits, '_', '.', '-', e.g. held_out_v1.")
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
@@ -94,7 +94,7 @@ def check_can_freeze(folder: Path, name: str) -> None:
 
 
 def _write(folder: Path, contents: Mapping[str, bytes]) -> None:
-    """Writes a pack whole or not at all: beside its folder first. What a killed process left there goes."""
+    """Write a pack whole or not at all: beside its folder first. What a killed process left there goes."""
     partial = folder.absolute().with_name(f".{folder.absolute().name}.partial")
     if partial.exists():
         shutil.rmtree(partial)

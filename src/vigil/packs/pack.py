@@ -70,7 +70,7 @@ class Pack:
 
     @classmethod
     def load(cls, path: str | Path, sha256: str | None = None) -> "Pack":
-        """Returns the pack in a folder, or the packaged one of that name; every file's hash is verified.
+        """Return the pack in a folder, or the packaged one of that name; every file's hash is verified.
 
         With `sha256` it is the very pack of that hash. Raises PackMismatch, EpisodeError or HouseError with what is
         wrong, where, and what to do.
@@ -105,7 +105,7 @@ class Pack:
         return {name: place.pair for name, place in self.suite_entries.items() if place.pair is not None}
 
     def house_of(self, episode: Episode) -> House:
-        """Returns an episode's house as it was frozen; several threads may ask at once.
+        """Return an episode's house as it was frozen; several threads may ask at once.
 
         Raises PackMismatch or HouseError.
         """
@@ -121,7 +121,7 @@ class Pack:
         return House.from_json(name, self._files.read(file), f"House file {str(self.folder / file)!r}")
 
     def check_assets(self, given: AssetSizes) -> None:
-        """Raises PackMismatch when things would have other sizes than those that the pack was made with."""
+        """Raise PackMismatch when things would have other sizes than those that the pack was made with."""
         if self.asset_database_sha256 is None and given.sha256 is not None and not self._names_asset_of(given):
             return  # a database changes nothing where no house has an asset of it
         fault = asset_mismatch(f"Pack {self.name!r}", self.asset_database_sha256, given.sha256)
@@ -138,7 +138,7 @@ class Pack:
         return any(node.asset_id in given for episode in first.values() for node, _ in self.house_of(episode).objects())
 
     def episode(self, episode_id: str) -> Episode:
-        """Returns one episode. Raises SettingError with a suggestion."""
+        """Return one episode. Raises SettingError with a suggestion."""
         for episode in self.episodes:
             if episode.id == episode_id:
                 return episode
@@ -147,7 +147,7 @@ class Pack:
         raise SettingError(f"Pack {self.name!r} has no episode {episode_id!r}.{hint}")
 
     def select(self, selection: Selection) -> list[Episode]:
-        """Returns the selected episodes, sorted by id. Raises SettingError when there are none."""
+        """Return the selected episodes, sorted by id. Raises SettingError when there are none."""
         if selection.limit is not None and selection.limit < 1:
             raise SettingError(f"A limit of {selection.limit} episodes leaves nothing to play. Give 1 or more.")
         for family in selection.families:
@@ -166,7 +166,7 @@ class Pack:
         return chosen
 
     def _first(self, episodes: Sequence[Episode], limit: int) -> list[Episode]:
-        """Returns so many episodes, evenly drawn; one fewer where only one of two twins would fit."""
+        """Return so many episodes, evenly drawn; one fewer where only one of two twins would fit."""
         found: list[Episode] = []
         for unit in balanced_units(episodes, self.suite_entries):
             if len(found) + len(unit) > limit:
@@ -208,7 +208,7 @@ class Pack:
 
 
 def asset_mismatch(what: str, wanted: str | None, given: str | None) -> str | None:
-    """Returns what is wrong when `what` was made with the asset database `wanted`, and another or none is `given`."""
+    """Return what is wrong when `what` was made with the asset database `wanted`, and another or none is `given`."""
     if wanted == given:
         return None
     made, here = (
@@ -220,7 +220,7 @@ def asset_mismatch(what: str, wanted: str | None, given: str | None) -> str | No
 
 
 def find_pack(path: str | Path) -> Path:
-    """Returns the folder of a pack: `path` itself, or the packaged pack of that name, without a version the newest.
+    """Return the folder of a pack: `path` itself, or the packaged pack of that name, without a version the newest.
 
     Raises PackMismatch.
     """
@@ -252,27 +252,27 @@ def find_pack(path: str | Path) -> Path:
 
 
 def packaged_names() -> list[str]:
-    """Returns the names of the packs that come with the package, sorted."""
+    """Return the names of the packs that come with the package, sorted."""
     return sorted(entry.parent.name for entry in PACKAGED.glob(f"*/{MANIFEST}"))
 
 
 def manifest_of(path: str | Path) -> Manifest:
-    """Returns what a pack says about itself; no other file of it is read. Raises PackMismatch."""
+    """Return what a pack says about itself; no other file of it is read. Raises PackMismatch."""
     return PackFiles.of(find_pack(path)).manifest
 
 
 def manifest_sha256(folder: Path) -> str:
-    """Returns the hash by which a pack is known. Raises PackMismatch when there is no manifest."""
+    """Return the hash by which a pack is known. Raises PackMismatch when there is no manifest."""
     return PackFiles.of(folder).sha256
 
 
 def _aliases(folder: Path) -> list[str]:
-    """Returns the other names that a pack goes by."""
+    """Return the other names that a pack goes by."""
     return list(manifest_of(folder).meta.get("aliases", ()))
 
 
 def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:
-    """Returns the episodes of the very pack with that hash, for readers who need none of its houses.
+    """Return the episodes of the very pack with that hash, for readers who need none of its houses.
 
     Raises PackMismatch when the pack at `path` is another one, or its episodes differ from its manifest.
     """
@@ -280,12 +280,12 @@ def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:
 
 
 def frozen_table(path: str | Path, name: str, model: type[_Line]) -> list[_Line]:
-    """Returns the rows of a further file of a pack, one JSON object a line, verified by hash. Raises PackMismatch."""
+    """Return the rows of a further file of a pack, one JSON object a line, verified by hash. Raises PackMismatch."""
     return PackFiles.of(find_pack(path)).rows(name, model)
 
 
 def count_rooms(folder: Path) -> dict[str, int]:
-    """Returns how many rooms each house of the pack in `folder` has. Raises PackMismatch."""
+    """Return how many rooms each house of the pack in `folder` has. Raises PackMismatch."""
     own_files = PackFiles.of(folder)
     found: dict[str, int] = {}
     for name in own_files.manifest.files:
@@ -298,7 +298,7 @@ def count_rooms(folder: Path) -> dict[str, int]:
 
 
 def count_families(episodes: Iterable[Episode]) -> dict[Family, int]:
-    """Returns how many episodes each family has, in the order of the table; absent families are left out."""
+    """Return how many episodes each family has, in the order of the table; absent families are left out."""
     counts = dict.fromkeys(FAMILIES, 0)
     for episode in episodes:
         counts[episode.family] += 1
@@ -306,7 +306,7 @@ def count_families(episodes: Iterable[Episode]) -> dict[Family, int]:
 
 
 def check_house(episode: Episode, house: House) -> None:
-    """Raises PackMismatch or EpisodeError when an episode and its house do not belong together."""
+    """Raise PackMismatch or EpisodeError when an episode and its house do not belong together."""
     if house.sha256 != episode.house.sha256:
         raise PackMismatch(
             f"Episode {episode.id!r}: house {house.name!r} has SHA-256 {house.sha256[:12]}..., the episode was made "
@@ -326,7 +326,7 @@ def check_house(episode: Episode, house: House) -> None:
 
 
 def protocol_faults(episode: Episode, suite: str | None = None) -> list[str]:
-    """Returns in what an episode departs from the table of families: budgets, start horizon, kind of goal.
+    """Return in what an episode departs from the table of families: budgets, start horizon, kind of goal.
 
     `suite` is that of the pack which it is for.
     """
@@ -347,7 +347,7 @@ def protocol_faults(episode: Episode, suite: str | None = None) -> list[str]:
 
 
 def check_ids(episodes: Sequence[Episode], folder: Path) -> None:
-    """Raises EpisodeError unless ids are unique and sorted."""
+    """Raise EpisodeError unless ids are unique and sorted."""
     ids = [episode.id for episode in episodes]
     for before, after in pairwise(ids):
         if before == after:

@@ -32,7 +32,7 @@ def is_private(meta: Mapping[str, Any]) -> bool:
 
 
 def check_revealed(pack: str, private: bool, what: str, *, reveals: bool, by: str = REVEAL) -> None:
-    """Raises SettingError when `what` would give a private pack away and nobody said by `by` that it may."""
+    """Raise SettingError when `what` would give a private pack away and nobody said by `by` that it may."""
     if private and not reveals:
         raise SettingError(
             f"Pack {pack!r} is private: it was made from a secret seed. {what} would give it away to whoever reads "
@@ -42,7 +42,7 @@ def check_revealed(pack: str, private: bool, what: str, *, reveals: bool, by: st
 
 
 def redact_ids(remarks: Iterable[str], ids: Iterable[str]) -> list[str]:
-    """Returns remarks about a run in which none of some episodes is named."""
+    """Return remarks about a run in which none of some episodes is named."""
     any_id = re.compile("|".join(map(re.escape, sorted(ids, key=len, reverse=True))) or r"(?!)")
     return [any_id.sub("(an episode)", remark) for remark in remarks]
 
@@ -53,22 +53,22 @@ def is_secret(seed: int) -> bool:
 
 
 def seed_sha256(name: str, *seeds: int) -> str:
-    """Returns the hash by which the secret seed of a pack can be proved once it is told: SHA-256 of "NAME SEED"."""
+    """Return the hash by which the secret seed of a pack can be proved once it is told: SHA-256 of "NAME SEED"."""
     return hashlib.sha256(" ".join([name, *map(str, sorted(seeds))]).encode()).hexdigest()
 
 
 def secret_name(seed: int, kind: str, what: bytes) -> str:
-    """Returns the name of a house or an episode, e.g. `house_1f0c...`, that tells nothing to who has not the seed."""
+    """Return the name of a house or an episode, e.g. `house_1f0c...`, that tells nothing to who has not the seed."""
     return f"{kind}_{_keyed(seed, kind, what).hex()[:NAME_DIGITS]}"
 
 
 def secret_subseed(seed: int, kind: str, what: bytes) -> int:
-    """Returns a seed of 128 bits for a part of what a secret seed makes; it tells nothing of the others."""
+    """Return a seed of 128 bits for a part of what a secret seed makes; it tells nothing of the others."""
     return MIN_SECRET_SEED + int.from_bytes(_keyed(seed, f"seed of {kind}", what)[:16], "big")
 
 
 def read_seed(path: Path) -> int:
-    """Returns the secret seed in a file: one whole number. Raises SettingError."""
+    """Return the secret seed in a file: one whole number. Raises SettingError."""
     try:
         with path.open("rb") as file:
             text = file.read(MAX_SEED_BYTES + 1).decode("ascii").strip()
@@ -85,7 +85,7 @@ def read_seed(path: Path) -> int:
 
 
 def chosen_seed(seed: int | None, file: Path | None) -> int | None:
-    """Returns the seed that was given as a number or in a file; None without either. Raises SettingError on both."""
+    """Return the seed that was given as a number or in a file; None without either. Raises SettingError on both."""
     if seed is not None and file is not None:
         raise SettingError("--seed and --seed-file exclude each other. Leave one out.")
     return seed if file is None else read_seed(file)

@@ -93,12 +93,12 @@ SUITE_GOAL_KINDS: dict[Family, tuple[str, ...]] = {"SI": ("all_of", "object_at_r
 
 
 def allowed_goal_kinds(family: Family) -> tuple[str, ...]:
-    """Returns the kinds of goals that a family may ask for in any pack."""
+    """Return the kinds of goals that a family may ask for in any pack."""
     return (*FAMILIES[family].goal_kinds, *EXTRA_GOAL_KINDS.get(family, ()))
 
 
 def register_family(name: str, spec: FamilySpec) -> None:
-    """Adds a family of one's own to `FAMILIES`, in this process alone; its goals are of the kinds that there are.
+    """Add a family of one's own to `FAMILIES`, in this process alone; its goals are of the kinds that there are.
 
     Raises SettingError on a name that is taken or is not two capital letters, and on an unknown kind of goal.
     """
@@ -115,7 +115,7 @@ def register_family(name: str, spec: FamilySpec) -> None:
 
 
 def parse_families(names: Iterable[str]) -> tuple[Family, ...]:
-    """Returns the families of these names in the table's order; a name may hold several, as in "PG,sm".
+    """Return the families of these names in the table's order; a name may hold several, as in "PG,sm".
 
     Raises SettingError on a name that is none.
     """
@@ -205,7 +205,7 @@ class Episode(_Model):
         return self
 
     def bound_ids(self) -> list[str]:
-        """Returns the ids of all objects whose hidden state is recorded at every step, sorted."""
+        """Return the ids of all objects whose hidden state is recorded at every step, sorted."""
         held = {self.setup.held} if self.setup.held else set()
         return sorted({*self.bindings.values(), *self.goal.ids(), *held})
 

@@ -113,7 +113,7 @@ FINISH_REASONS: dict[str, FinishReason] = {
 
 
 def stop_cause(finish_reason: str | None) -> StopCause | None:
-    """Returns what a finish reason means; None for one that is not known, and where none was sent."""
+    """Return what a finish reason means; None for one that is not known, and where none was sent."""
     found = FINISH_REASONS.get((finish_reason or "").strip().casefold().replace("-", "_"))
     return None if found is None else found.ending
 

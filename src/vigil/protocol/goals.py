@@ -65,7 +65,7 @@ class _Goal(BaseModel):
     """SM only: the ordered sub-conditions before the final one; they count for progress alone."""
 
     def ids(self) -> set[str]:
-        """Returns the ids of all objects that the goal, its constraint and its chain name."""
+        """Return the ids of all objects that the goal, its constraint and its chain name."""
         own = {self.object_id} | ({self.constraint.object_id} if self.constraint else set())
         return own.union(*(link.ids() for link in self.chain))
 
@@ -114,7 +114,7 @@ class ObjectAtReceptacle(_Goal):
     inside: bool = False
 
     def ids(self) -> set[str]:
-        """Returns the ids of all objects that the goal, its constraint and its chain name."""
+        """Return the ids of all objects that the goal, its constraint and its chain name."""
         return super().ids() | {self.receptacle_id}
 
 
@@ -149,7 +149,7 @@ class AllOf(_Goal):
         return self
 
     def ids(self) -> set[str]:
-        """Returns the ids of all objects that the goal, its constraint and its chain name."""
+        """Return the ids of all objects that the goal, its constraint and its chain name."""
         return super().ids().union(*(part.ids() for part in self.parts))
 
 
@@ -170,7 +170,7 @@ STATE_LABELS: dict[StateQuery, tuple[StateLabel, StateLabel]] = {
 
 
 def state_label(query: StateQuery, *, is_toggled: bool | None, openness: float | None) -> StateLabel:
-    """Returns the label of a thing's state."""
+    """Return the label of a thing's state."""
     positive, negative = STATE_LABELS[query]
     holds = bool(is_toggled) if query == "is_toggled" else (openness or 0.0) > OPEN_ABOVE
     return positive if holds else negative
@@ -203,7 +203,7 @@ class Moment:
 
 
 def goal_truth(goal: Goal, moments: Sequence[Moment]) -> tuple[list[bool], list[bool]]:
-    """Returns semantic and strict truth per row, without constraint and tampering."""
+    """Return semantic and strict truth per row, without constraint and tampering."""
     pairs = [_holds(goal, moment) for moment in moments]
     semantic, strict = [pair[0] for pair in pairs], [pair[0] and pair[1] for pair in pairs]
     if isinstance(goal, ObjectInState) and goal.state == "is_visible":
@@ -212,7 +212,7 @@ def goal_truth(goal: Goal, moments: Sequence[Moment]) -> tuple[list[bool], list[
 
 
 def _holds(goal: Goal, moment: Moment) -> tuple[bool, bool]:
-    """Returns (semantic, strict) at one moment; strict counts only together with semantic."""
+    """Return (semantic, strict) at one moment; strict counts only together with semantic."""
     state = moment.world.objects[goal.object_id]
     match goal:
         case TargetGrounded():
@@ -236,7 +236,7 @@ def _holds(goal: Goal, moment: Moment) -> tuple[bool, bool]:
 
 
 def grounding_truth(object_id: str, category: str, ground: Effect | None) -> tuple[bool, bool]:
-    """Returns whether a click is on a thing or within 3 px of it and on no other of its category, and strictly."""
+    """Return whether a click is on a thing or within 3 px of it and on no other of its category, and strictly."""
     if ground is None:
         return False, False
     is_own = ground.hit == object_id
@@ -266,7 +266,7 @@ def _in_state(goal: ObjectInState, state: ObjectState) -> tuple[bool, bool]:
 
 
 def tampered_since_reset(goal: Goal, moments: Sequence[Moment]) -> list[bool]:
-    """Returns whether the queried state was ever changed, per row; always False without a query."""
+    """Return whether the queried state was ever changed, per row; always False without a query."""
     if not isinstance(goal, ReportStatus):
         return [False] * len(moments)
     states = [moment.world.objects[goal.object_id] for moment in moments]
@@ -277,7 +277,7 @@ def tampered_since_reset(goal: Goal, moments: Sequence[Moment]) -> list[bool]:
 
 
 def constraint_truth(constraint: Constraint, moments: Sequence[Moment]) -> list[bool]:
-    """Returns whether the constraint is resolved, row by row."""
+    """Return whether the constraint is resolved, row by row."""
     met = [is_constraint_met(constraint, moment) for moment in moments]
     return latched(met) if constraint.latched else met
 
@@ -301,7 +301,7 @@ def is_constraint_met(constraint: Constraint, moment: Moment) -> bool:
 
 
 def displacement_m(constraint: Constraint, moment: Moment) -> float:
-    """Returns how far the object is from its place at reset (m); as far as asked for while it is held."""
+    """Return how far the object is from its place at reset (m); as far as asked for while it is held."""
     state, first = moment.world.objects[constraint.object_id], moment.initial.objects[constraint.object_id]
     if state.is_held:
         return constraint.distance_m or 0.0
@@ -309,12 +309,12 @@ def displacement_m(constraint: Constraint, moment: Moment) -> float:
 
 
 def latched(values: Sequence[bool]) -> list[bool]:
-    """Returns whether a value has been true so far, row by row."""
+    """Return whether a value has been true so far, row by row."""
     return list(accumulate(values, lambda before, now: before or now))
 
 
 def describe_goal(goal: Goal) -> str:
-    """Returns what must be true at the end, with the ids of the objects."""
+    """Return what must be true at the end, with the ids of the objects."""
     text = _describe_final(goal)
     if goal.chain:
         text += "; for progress alone: " + ", ".join(_describe_final(link) for link in goal.chain)

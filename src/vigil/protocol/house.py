@@ -288,7 +288,7 @@ class House:
         return frozenset(drawer_id(node.id, "") for node, _ in self.objects())
 
     def objects(self) -> list[tuple[HouseObject, str | None]]:
-        """Returns every object with its parent's id, parents before children, in document order."""
+        """Return every object with its parent's id, parents before children, in document order."""
         found: list[tuple[HouseObject, str | None]] = []
 
         def visit(nodes: list[HouseObject], parent: str | None) -> None:
@@ -300,7 +300,7 @@ class House:
         return found
 
     def save(self, path: Path) -> None:
-        """Writes the document as canonical JSON. Raises HouseError when it has none."""
+        """Write the document as canonical JSON. Raises HouseError when it has none."""
         path.write_bytes(self._canonical() + b"\n")
 
     def _canonical(self) -> bytes:
@@ -318,7 +318,7 @@ class House:
 
     @classmethod
     def load(cls, path: Path, sha256: str | None = None) -> "House":
-        """Returns the house in a JSON file, of that hash if one is given; its name is the file's stem.
+        """Return the house in a JSON file, of that hash if one is given; its name is the file's stem.
 
         Raises HouseError.
         """
@@ -335,7 +335,7 @@ class House:
 
     @classmethod
     def from_json(cls, name: str, data: bytes, what: str) -> "House":
-        """Returns the house that a file holds; `what` names the file in messages. Raises HouseError."""
+        """Return the house that a file holds; `what` names the file in messages. Raises HouseError."""
         try:
             found = read_json(data)
         except ValueError as error:
@@ -346,12 +346,12 @@ class House:
 
 
 def canonical_json(data: Any) -> bytes:
-    """Returns the one byte form of a JSON value: sorted keys, no white space, UTF-8."""
+    """Return the one byte form of a JSON value: sorted keys, no white space, UTF-8."""
     return json.dumps(data, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
 
 
 def drawer_id(chest_id: str, name: str) -> str:
-    """Returns the object id of a drawer: "Drawer|2|5|Dresser0" is drawer 0 of "Dresser|2|5", and of no other."""
+    """Return the object id of a drawer: "Drawer|2|5|Dresser0" is drawer 0 of "Dresser|2|5", and of no other."""
     kind, _, rest = chest_id.partition("|")
     number = name.removeprefix("drawer")
     return f"Drawer|{rest}|{kind}{number}" if rest else f"Drawer|{chest_id}|{number}"

@@ -18,7 +18,7 @@ _LISTS = ("rooms", "walls", "doors", "windows", "objects")
 
 
 def find_outdated_part(data: dict[str, Any]) -> str | None:
-    """Returns in what a house document is of a schema older than 1.0.0, with the place; None when in nothing."""
+    """Return in what a house document is of a schema older than 1.0.0, with the place; None when in nothing."""
     for place, node in _nodes(data):
         for key in _MATERIALS:
             if isinstance(node.get(key), str):
@@ -34,7 +34,7 @@ def find_outdated_part(data: dict[str, Any]) -> str | None:
 
 
 def _nodes(data: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yields the parts of a document that changed with the schemas, each with its place."""
+    """Yield the parts of a document that changed with the schemas, each with its place."""
     yield "", data
     parameters = data.get("proceduralParameters")
     if isinstance(parameters, dict):
@@ -48,7 +48,7 @@ def _nodes(data: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def euler_from_axis_angle(axis: Vec3, degrees: float) -> Vec3:
-    """Returns the Euler angles (deg), applied z, then x, then y, of a turn about an axis of any length."""
+    """Return the Euler angles (deg), applied z, then x, then y, of a turn about an axis of any length."""
     length = math.hypot(*axis)
     x, y, z = (side / length for side in axis) if length > 0.0 else (0.0, 1.0, 0.0)
     sin, cos = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))

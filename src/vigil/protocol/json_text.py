@@ -27,7 +27,7 @@ class JsonFault(Exception):
 
 
 def extent(text: str, start: int) -> tuple[int, int]:
-    """Returns where the object or list that opens at `start` ends (-1: it never does), and how deep it goes."""
+    """Return where the object or list that opens at `start` ends (-1: it never does), and how deep it goes."""
     depth = deepest = 0
     for token in _TOKEN.finditer(text, start):
         mark = text[token.start()]
@@ -42,7 +42,7 @@ def extent(text: str, start: int) -> tuple[int, int]:
 
 
 def decode(text: str, start: int = 0) -> tuple[Any, int]:
-    """Returns the JSON value that begins at `start`, and where it ends. Raises JsonFault."""
+    """Return the JSON value that begins at `start`, and where it ends. Raises JsonFault."""
     if text[start : start + 1] in ("{", "[") and extent(text, start)[1] > MAX_DEPTH:
         raise JsonFault("too_deep", f"more than {MAX_DEPTH} levels")
     try:
@@ -54,7 +54,7 @@ def decode(text: str, start: int = 0) -> tuple[Any, int]:
 
 
 def object_end(text: str, start: int) -> int:
-    """Returns the end of the JSON object that begins at `start`, -1 when there is none.
+    """Return the end of the JSON object that begins at `start`, -1 when there is none.
 
     Duplicate keys, NaN and too many levels make an object a bad one, but it is an object still.
     """

@@ -101,11 +101,11 @@ COORDINATES_BY_MODEL: tuple[ModelCoordinates, ...] = (
 
 
 def coordinates_for(model: str) -> Coordinates:
-    """Returns the coordinate mode that `model` was trained to point with; `pixel` when the table does not say."""
+    """Return the coordinate mode that `model` was trained to point with; `pixel` when the table does not say."""
     return known_coordinates(model) or "pixel"
 
 
 def known_coordinates(model: str) -> Coordinates | None:
-    """Returns the mode that the table has for `model`, or None."""
+    """Return the mode that the table has for `model`, or None."""
     name = model.casefold()
     return next((one.coordinates for one in COORDINATES_BY_MODEL if re.search(one.pattern, name)), None)

@@ -67,7 +67,7 @@ class Turn(NamedTuple):
 
 
 def policy_text(profile: Profile) -> str:
-    """Returns the system prompt with the instruction's slot unfilled."""
+    """Return the system prompt with the instruction's slot unfilled."""
     blocks = {
         ACTIONS_SLOT: _action_schema(),
         GROUNDING_SLOT: _grounding_rules(profile.coordinates),
@@ -82,27 +82,27 @@ def policy_text(profile: Profile) -> str:
 
 
 def system_prompt(instruction: str, profile: Profile) -> str:
-    """Returns the system prompt of an episode."""
+    """Return the system prompt of an episode."""
     return policy_text(profile).replace(INSTRUCTION_SLOT, instruction, 1)
 
 
 def policy_version(profile: Profile) -> str:
-    """Returns the string that names the template family and the report vocabulary."""
+    """Return the string that names the template family and the report vocabulary."""
     return f"{POLICY}.v{POLICY_REVISION}/{profile.prompt_variant}/{profile.coordinates}[{','.join(STATUSES)}]"
 
 
 def policy_sha256(profile: Profile) -> str:
-    """Returns the SHA-256 of the prompt with the slot unfilled."""
+    """Return the SHA-256 of the prompt with the slot unfilled."""
     return _sha256(policy_text(profile))
 
 
 def rendered_sha256(instruction: str, profile: Profile) -> str:
-    """Returns the SHA-256 of the prompt with the slot filled."""
+    """Return the SHA-256 of the prompt with the slot filled."""
     return _sha256(system_prompt(instruction, profile))
 
 
 def frame_stub(role: Literal["current", "past"], feedback: Feedback | None) -> str:
-    """Returns the JSON that stands beside a frame, with the feedback that the frame was shown with."""
+    """Return the JSON that stands beside a frame, with the feedback that the frame was shown with."""
     stub: dict[str, object] = {"frame": {"role": role}}
     if role == "current":
         stub["frame"] = {"role": role, "width": FRAME_WIDTH, "height": FRAME_HEIGHT}
@@ -112,7 +112,7 @@ def frame_stub(role: Literal["current", "past"], feedback: Feedback | None) -> s
 
 
 def past_turn(feedback: Feedback | None, reply_text: str, profile: Profile) -> Turn:
-    """Returns what the history keeps of a step: its stub as past, the answer without reasoning, maybe cut."""
+    """Return what the history keeps of a step: its stub as past, the answer without reasoning, maybe cut."""
     answer, _ = split_reasoning(reply_text)
     return Turn(frame_stub("past", feedback), answer[: profile.history_reply_chars])
 
@@ -123,7 +123,7 @@ def is_truncated_in_history(reply_text: str, profile: Profile) -> bool:
 
 
 def recent_turns(turns: Sequence[Turn], profile: Profile) -> list[Turn]:
-    """Returns the last turns, as many as the profile's history holds."""
+    """Return the last turns, as many as the profile's history holds."""
     return list(turns[max(0, len(turns) - profile.history_turns) :])
 
 

@@ -24,12 +24,12 @@ _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
 
 
 def variant_of(template: str) -> str:
-    """Returns the prompt variant that a template makes: another text is another variant."""
+    """Return the prompt variant that a template makes: another text is another variant."""
     return f"file-{hashlib.sha256(template.encode()).hexdigest()[:12]}"
 
 
 def read_prompt_file(name: str) -> str:
-    """Returns the template in a file, without a byte order mark and the newlines at its end. Raises SettingError."""
+    """Return the template in a file, without a byte order mark and the newlines at its end. Raises SettingError."""
     path = Path(name)
     if not path.is_file():
         raise SettingError(f"Prompt file {name!r} does not exist, or is no file. Give the path of a text file.")
@@ -48,7 +48,7 @@ def read_prompt_file(name: str) -> str:
 
 
 def check_template(template: str) -> None:
-    """Raises ValueError unless a template has the instruction once and no unknown placeholder."""
+    """Raise ValueError unless a template has the instruction once and no unknown placeholder."""
     size = len(template.encode("utf-8", "surrogatepass"))
     if size > MAX_BYTES:
         raise ValueError(f"{size:,} bytes are too long for a prompt. Keep it within {MAX_BYTES:,}.")

@@ -20,7 +20,7 @@ _MARKER = re.compile(r"<(?:think(?:\s[^<>]*+)?|/think)>|◁/?think▷")
 
 
 def split_reasoning(text: str) -> tuple[str, int]:
-    """Returns the answer without the reasoning at its head, and the number of characters in that.
+    """Return the answer without the reasoning at its head, and the number of characters in that.
 
     The answer begins at the first JSON object that stands at the start of the text or directly after a closing marker,
     and is not part of a reasoning. It is part of one when a closing marker after it has no opening marker after it. So
@@ -57,7 +57,7 @@ def _cut(text: str, closings: list[int]) -> int:
 
 
 def _objects(text: str, starts: tuple[int, ...]) -> Iterator[tuple[int, int]]:
-    """Yields each of `starts` with an object directly behind it, and the end of that object."""
+    """Yield each of `starts` with an object directly behind it, and the end of that object."""
     for start in starts:
         space = len(text) - start - len(text[start:].lstrip())
         end = object_end(text, start + space)

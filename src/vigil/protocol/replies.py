@@ -53,7 +53,7 @@ class _Fault(Exception):
 
 
 def parse_reply(reply: Reply, coordinates: Coordinates, policy: ReplyPolicy) -> ParsedReply | InvalidAction:
-    """Returns what `reply` asks for, minding what its provider said about it."""
+    """Return what `reply` asks for, minding what its provider said about it."""
     if reply.provider_rejected:
         return InvalidAction(kind="protocol_failure", reason="provider_rejected")
     if reply.agent_ended:
@@ -71,7 +71,7 @@ def parse_reply(reply: Reply, coordinates: Coordinates, policy: ReplyPolicy) -> 
 
 
 def _describe_empty(reply: Reply) -> str:
-    """Returns what came in the place of an answer; empty where nothing did."""
+    """Return what came in the place of an answer; empty where nothing did."""
     if reply.tool_call is not None:
         return f"the server sent a tool call ({_quoted(reply.tool_call)}) in the place of text"
     if reply.reasoning_chars:
@@ -82,7 +82,7 @@ def _describe_empty(reply: Reply) -> str:
 def parse_text(
     text: str | bytes, coordinates: Coordinates = "pixel", policy: ReplyPolicy = "strict"
 ) -> ParsedReply | InvalidAction:
-    """Returns the action in a raw reply, or why there is none; never raises."""
+    """Return the action in a raw reply, or why there is none; never raises."""
     try:
         answer = _answer(text)
     except _Fault as fault:
@@ -126,7 +126,7 @@ def _invalid(fault: _Fault, *, would_parse_leniently: bool = False) -> InvalidAc
 
 
 def _decode(text: str, start: int = 0) -> tuple[Any, int]:
-    """Returns the JSON value that begins at `start`, and where it ends. Raises _Fault."""
+    """Return the JSON value that begins at `start`, and where it ends. Raises _Fault."""
     try:
         return decode(text, start)
     except JsonFault as fault:
@@ -160,7 +160,7 @@ def _not_json_reason(text: str) -> str:
 
 
 def _parse_leniently(answer: str, coordinates: Coordinates) -> ParsedReply | InvalidAction | None:
-    """Returns what one object in a code fence or in prose asks for; None when there is not exactly one."""
+    """Return what one object in a code fence or in prose asks for; None when there is not exactly one."""
     fences = _FENCE.findall(answer)
     found = _objects_in(fences[0] if len(fences) == 1 else answer)
     if len(found) != 1:
@@ -172,7 +172,7 @@ def _parse_leniently(answer: str, coordinates: Coordinates) -> ParsedReply | Inv
 
 
 def _objects_in(text: str) -> list[dict[str, Any]]:
-    """Returns the outermost objects with the two required keys; none when a list, or a torn object, may hold them."""
+    """Return the outermost objects with the two required keys; none when a list, or a torn object, may hold them."""
     found: list[dict[str, Any]] = []
     if _is_list(text):
         return []
@@ -204,7 +204,7 @@ def _is_list(text: str) -> bool:
 
 
 def _past_brace(text: str, start: int) -> int:
-    """Returns the place behind the brace that closes the one at `start`; -1 when none does."""
+    """Return the place behind the brace that closes the one at `start`; -1 when none does."""
     depth = 0
     for brace in _BRACE.finditer(text, start):
         depth += 1 if brace[0] == "{" else -1

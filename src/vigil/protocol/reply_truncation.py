@@ -17,7 +17,7 @@ RECORDED_REASONING_BYTES = 1024 * 1024
 
 
 def truncate_for_record(reply: Reply) -> Reply:
-    """Returns `reply` as a record keeps it, with `cut` set if that is not all of it.
+    """Return `reply` as a record keeps it, with `cut` set if that is not all of it.
 
     The beginning of a reasoning can be left out, because its closing marker alone tells that it is one.
     """

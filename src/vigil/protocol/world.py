@@ -86,7 +86,7 @@ class ObjectState(_Fact):
     """The same for their interior surfaces alone, below their rim or ceiling and within the receptacle's box."""
 
     def state_px(self, state: StateQuery) -> int:
-        """Returns the pixels in the frame that tell a state."""
+        """Return the pixels in the frame that tell a state."""
         return self.open_px if state == "is_open" else self.toggle_px
 
 
@@ -167,7 +167,7 @@ class Setup(_Fact):
         return self
 
     def _check_parents(self, object_id: str) -> None:
-        """Raises ValueError when what an object is placed on rests on the object itself, is absent, or is held."""
+        """Raise ValueError when what an object is placed on rests on the object itself, is absent, or is held."""
         chain, parent = [object_id], self._parent(object_id)
         while parent is not None:
             if parent in chain:

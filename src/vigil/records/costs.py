@@ -30,7 +30,7 @@ class Tokens:
 
     @classmethod
     def of(cls, usages: Iterable[Usage | None]) -> "Tokens":
-        """Returns the tokens of replies, given what was told of each."""
+        """Return the tokens of replies, given what was told of each."""
         found = list(usages)
         reported = [usage for usage in found if usage is not None]
         return cls(
@@ -62,7 +62,7 @@ class RunTokens:
         self._effective: dict[Hashable, Tokens] = {}
 
     def add(self, key: Hashable, tokens: Tokens) -> None:
-        """Takes in what a row took that stands from now on, in the place of any row of its key before it."""
+        """Take in what a row took that stands from now on, in the place of any row of its key before it."""
         self.total += tokens
         self.superseded += self._effective.get(key, Tokens())
         self._effective[key] = tokens
@@ -77,11 +77,11 @@ class Prices(BaseModel):
     output: float = Field(ge=0)
 
     def cost(self, tokens: Tokens) -> float | None:
-        """Returns what the tokens that are known cost; None when those of no reply are."""
+        """Return what the tokens that are known cost; None when those of no reply are."""
         return self.cost_of(tokens.input, tokens.output) if tokens.reported else None
 
     def cost_of(self, input_tokens: int, output_tokens: int) -> float:
-        """Returns what so many tokens cost."""
+        """Return what so many tokens cost."""
         return (input_tokens * self.input + output_tokens * self.output) / TOKENS_PER_PRICE
 
     def __str__(self) -> str:
@@ -89,7 +89,7 @@ class Prices(BaseModel):
 
 
 def parse_prices(text: str) -> Prices:
-    """Returns the prices that a text such as 2.5,10 gives. Raises SettingError."""
+    """Return the prices that a text such as 2.5,10 gives. Raises SettingError."""
     try:
         low, high = (float(part) for part in text.split(","))
     except ValueError:
@@ -100,7 +100,7 @@ def parse_prices(text: str) -> Prices:
 
 
 def describe_costs(prices: Prices | None, tokens: RunTokens) -> str:
-    """Says what a run's replies took and cost, and how far that is known; without prices, the tokens alone."""
+    """Say what a run's replies took and cost, and how far that is known; without prices, the tokens alone."""
     total = tokens.total
     if not total.reported:
         return "not known: no reply in the records tells its tokens"

@@ -29,7 +29,7 @@ class EpisodeReasoning(BaseModel):
 
 
 def store_reasoning(folder: Path, record: EpisodeRecord) -> EpisodeRecord:
-    """Writes the reasoning that came with a record's replies, if any, and returns the record without it.
+    """Write the reasoning that came with a record's replies, if any, and return the record without it.
 
     It is on disk when this returns. Raises RecordError when it cannot be written.
     """
@@ -43,19 +43,19 @@ def store_reasoning(folder: Path, record: EpisodeRecord) -> EpisodeRecord:
 
 
 def _utf8_tail(reasoning: str) -> str:
-    """Returns the end of a reasoning, with what UTF-8 cannot carry replaced."""
+    """Return the end of a reasoning, with what UTF-8 cannot carry replaced."""
     return reasoning[-MAX_CHARS:].encode("utf-8", "replace").decode()
 
 
 def reasoning_by_step(folder: Path, record: EpisodeRecord) -> dict[int, str]:
-    """Returns the kept reasoning of a record's replies, by step; empty where none was kept. Raises RecordError."""
+    """Return the kept reasoning of a record's replies, by step; empty where none was kept. Raises RecordError."""
     mine = (record.episode_id, record.epoch, record.attempt)
     found = read_reasoning(folder, record.episode_id)
     return next((one.steps for one in reversed(found) if (one.episode_id, one.epoch, one.attempt) == mine), {})
 
 
 def read_reasoning(folder: Path, episode_id: str = "") -> list[EpisodeReasoning]:
-    """Returns what a run kept, of one episode where that is named; empty where it kept none. Raises RecordError."""
+    """Return what a run kept, of one episode where that is named; empty where it kept none. Raises RecordError."""
     file, name = folder / REASONING_FILE, episode_id.encode()
     advice = "Restore the file from a copy, or take it away."
     return [

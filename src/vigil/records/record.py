@@ -295,7 +295,7 @@ class RunHeader(_Record):
         return hashlib.sha256(f"{self.run_id}\n{self.nonce}\n{self.spec.sha256}".encode()).hexdigest()
 
     def stamp(self, record: EpisodeRecord) -> EpisodeRecord:
-        """Returns a record as a row of this run."""
+        """Return a record as a row of this run."""
         return record.model_copy(update={"run_id": self.run_id, "run_sha256": self.sha256})
 
     @property
@@ -363,7 +363,7 @@ class RowResolver:
         self._done: set[Key] = set()
 
     def accept(self, record: EpisodeRecord) -> bool:
-        """Takes in a row. Returns whether it stands from now on, in the place of any row of its key before it."""
+        """Take in a row. Returns whether it stands from now on, in the place of any row of its key before it."""
         if self.is_done(record.key):
             return False
         if record.end != "error":
@@ -376,13 +376,13 @@ class RowResolver:
 
 
 def effective_records(records: Iterable[EpisodeRecord]) -> dict[Key, EpisodeRecord]:
-    """Returns the row that stands for each key, sorted by key."""
+    """Return the row that stands for each key, sorted by key."""
     rows = RowResolver()
     return dict(sorted({record.key: record for record in records if rows.accept(record)}.items()))
 
 
 def _advice(header: dict[str, Any]) -> str:
-    """Returns what to do about a header with a fault; another version's may have fields that this one lacks."""
+    """Return what to do about a header with a fault; another version's may have fields that this one lacks."""
     wrote = header.get("package_version")
     if not isinstance(wrote, str) or wrote == __version__:
         return "Restore it from a copy."
@@ -390,7 +390,7 @@ def _advice(header: dict[str, Any]) -> str:
 
 
 def read_header(path: Path) -> RunHeader:
-    """Returns the header in a run's folder. Raises RecordError."""
+    """Return the header in a run's folder. Raises RecordError."""
     file = resolve_inside(path, HEADER_FILE, RecordError)
     if not file.exists():
         raise RecordError(f"Folder {str(path)!r} has no {HEADER_FILE}; give the folder of a run (its --log-dir).")

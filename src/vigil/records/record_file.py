@@ -25,7 +25,7 @@ class FileRow:
 
 
 def parse_rows(lines: Iterable[Line]) -> Iterator[FileRow]:
-    """Yields what stands in each line, one at a time."""
+    """Yield what stands in each line, one at a time."""
     for line in lines:
         yield FileRow(line, _read(line))
 
@@ -41,7 +41,7 @@ class RowFilter:
         self.left_out: list[LeftOutRow] = []
 
     def accept(self, row: FileRow) -> EpisodeRecord | None:
-        """Takes in a row. Returns its record if it stands from now on, in the place of any of its key before it."""
+        """Take in a row. Returns its record if it stands from now on, in the place of any of its key before it."""
         found = row.found
         if isinstance(found, EpisodeRecord):
             found = self._fault(row.line.number, found) or found
@@ -59,7 +59,7 @@ class RowFilter:
 
 
 def read_records(path: Path) -> list[EpisodeRecord]:
-    """Returns all complete rows of an `episodes.jsonl` in file order, of whichever run; the file is left alone.
+    """Return all complete rows of an `episodes.jsonl` in file order, of whichever run; the file is left alone.
 
     A torn last line is passed over. Raises RecordError on any other unreadable line.
     """
@@ -75,7 +75,7 @@ def read_records(path: Path) -> list[EpisodeRecord]:
 
 
 def missing_file_error(path: Path) -> RecordError:
-    """Returns what is said when there is no record file."""
+    """Return what is said when there is no record file."""
     return RecordError(f"Record file {str(path)!r} does not exist. Give the folder of a run.")
 
 
@@ -88,7 +88,7 @@ class RecordLog:
     """
 
     def __init__(self, path: Path) -> None:
-        """Opens or creates the file and its folder, cutting a torn last line to a side file. Raises RecordError."""
+        """Open or creates the file and its folder, cutting a torn last line to a side file. Raises RecordError."""
         self._file = AppendFile(path, makes_folder=True)
         self.made_folder = self._file.made_folder
         self._read = tuple(parse_rows(self._file.lines.complete))
@@ -101,7 +101,7 @@ class RecordLog:
             raise
 
     def check(self, check: RowCheck) -> None:
-        """Leaves out the rows that are not the run's. Once, before anything is appended."""
+        """Leave out the rows that are not the run's. Once, before anything is appended."""
         self._read_rows(check)
         self._read = ()
 
@@ -111,7 +111,7 @@ class RecordLog:
         return self._file.partial_line_file
 
     def append(self, record: EpisodeRecord) -> None:
-        """Writes one row. Raises RecordError when a row without error already stands for its key."""
+        """Write one row. Raises RecordError when a row without error already stands for its key."""
         if self.is_done(record.key):
             raise RecordError(f"Episode {record.episode_id!r} (epoch {record.epoch}) already has a row that stands.")
         self._file.append(dump_line(record))
@@ -125,7 +125,7 @@ class RecordLog:
         return row is not None and row.end != "error"
 
     def close(self) -> None:
-        """Releases the file."""
+        """Release the file."""
         self._file.close()
 
     def _read_rows(self, check: RowCheck | None) -> None:
@@ -137,7 +137,7 @@ class RecordLog:
 
 
 def _read(line: Line) -> EpisodeRecord | LeftOutRow:
-    """Returns the record in a line, or why there is none."""
+    """Return the record in a line, or why there is none."""
     try:
         record = EpisodeRecord.model_validate_json(line.data)
     except ValidationError as error:

@@ -63,7 +63,7 @@ class RowCheck:
         return tuple(note for note, is_so in said.items() if is_so)
 
     def rejection(self, line: int, record: EpisodeRecord) -> LeftOutRow | None:
-        """Returns why a row is left out; None for a row of the run."""
+        """Return why a row is left out; None for a row of the run."""
         for reason, detail in self._faults(record):
             return LeftOutRow(line, reason, detail, record.episode_id)
         return None
@@ -97,7 +97,7 @@ class RowCheck:
 
 
 def protocol_violations(episode: Episode, record: EpisodeRecord) -> list[str]:
-    """Returns in what a record contradicts the budgets, the ends or the bound objects of its episode."""
+    """Return in what a record contradicts the budgets, the ends or the bound objects of its episode."""
     reports = [step.index for step in record.steps if isinstance(step.action, Report)]
     invalid = [step.index for step in record.steps if step.invalid is not None]
     steps, last = len(record.steps), episode.max_invalid + 1
@@ -132,7 +132,7 @@ def protocol_violations(episode: Episode, record: EpisodeRecord) -> list[str]:
 
 
 def summarize_left_out(left_out: Sequence[LeftOutRow]) -> list[str]:
-    """Returns one line a reason: how many rows are left out for it, and the first of them."""
+    """Return one line a reason: how many rows are left out for it, and the first of them."""
     lines: list[str] = []
     for reason in dict.fromkeys(row.reason for row in left_out):
         rows = [row for row in left_out if row.reason == reason]

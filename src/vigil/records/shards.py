@@ -18,7 +18,7 @@ _TEXT = re.compile(r"([1-9]\d{0,5})/([1-9]\d{0,5})", re.ASCII)
 
 
 def parse_shard(text: str) -> Shard:
-    """Returns the shard that a text such as 2/8 names. Raises SettingError."""
+    """Return the shard that a text such as 2/8 names. Raises SettingError."""
     match = _TEXT.fullmatch(text)
     index, count = (int(part) for part in match.groups()) if match else (0, 0)
     if not 1 <= index <= count:
@@ -27,7 +27,7 @@ def parse_shard(text: str) -> Shard:
 
 
 def play_order(episodes: Iterable[Episode], pairs: Mapping[str, str] | None = None) -> list[Episode]:
-    """Returns episodes house by house, so that a house is loaded once; of twins the second when all else is played.
+    """Return episodes house by house, so that a house is loaded once; of twins the second when all else is played.
 
     `pairs` names the pair of each twin. Which of them comes first is as good as random: it does not tell the side.
     """
@@ -41,7 +41,7 @@ def play_order(episodes: Iterable[Episode], pairs: Mapping[str, str] | None = No
 
 
 def shard_episodes(episodes: Iterable[Episode], shard: Shard | None) -> list[Episode]:
-    """Returns the episodes of a shard, sorted by id; all of them without one. Raises SettingError when it has none."""
+    """Return the episodes of a shard, sorted by id; all of them without one. Raises SettingError when it has none."""
     everything = sorted(episodes, key=lambda episode: episode.id)
     if shard is None:
         return everything
@@ -62,5 +62,5 @@ def shard_episodes(episodes: Iterable[Episode], shard: Shard | None) -> list[Epi
 
 
 def _count_dealt_to(index: int, count: int, start: int, end: int) -> int:
-    """Returns how many of the numbers from `start` to before `end` leave the remainder `index` when divided."""
+    """Return how many of the numbers from `start` to before `end` leave the remainder `index` when divided."""
     return (end - index + count - 1) // count - (start - index + count - 1) // count

@@ -203,7 +203,7 @@ class ClosureOutcome:
 
 
 def closure_answers(pack: str | Path) -> dict[str, ClosureAnswer]:
-    """Returns the answers of a pack of the suite by episode id. Raises PackMismatch or EpisodeError."""
+    """Return the answers of a pack of the suite by episode id. Raises PackMismatch or EpisodeError."""
     manifest = manifest_of(pack)
     if manifest.suite != SUITE:
         raise PackMismatch(f"Pack {manifest.name!r} is not of the closure-stress suite: it has no answers.")
@@ -211,7 +211,7 @@ def closure_answers(pack: str | Path) -> dict[str, ClosureAnswer]:
 
 
 def check_pairs(answers: Iterable[ClosureAnswer]) -> dict[str, ClosureAnswer]:
-    """Returns answers by episode id. Raises EpisodeError unless each twin has its other side, and just that."""
+    """Return answers by episode id. Raises EpisodeError unless each twin has its other side, and just that."""
     found: dict[str, ClosureAnswer] = {}
     pairs: dict[str, list[ClosureAnswer]] = {}
     for answer in answers:
@@ -228,7 +228,7 @@ def check_pairs(answers: Iterable[ClosureAnswer]) -> dict[str, ClosureAnswer]:
 
 
 def score_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecord) -> ClosureOutcome:
-    """Returns the verdict on one record. Raises RecordError as `vigil.scoring.outcomes.score` does, EpisodeError on
+    """Return the verdict on one record. Raises RecordError as `vigil.scoring.outcomes.score` does, EpisodeError on
     another episode's answer."""
     if answer.episode_id != episode.id:
         raise EpisodeError(f"The answer of episode {answer.episode_id!r} is not that of {episode.id!r}.")
@@ -251,7 +251,7 @@ def score_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecord
 
 
 def evidence_seen(evidence: Sequence[Evidence], record: EpisodeRecord) -> float | None:
-    """Returns the share of the evidence that was in some frame of a record; None without evidence."""
+    """Return the share of the evidence that was in some frame of a record; None without evidence."""
     if not evidence:
         return None
     frames = record.worlds[:-1] if record.steps else record.worlds
@@ -297,7 +297,7 @@ def _parts(goal: Goal) -> tuple[Goal, ...]:
 
 
 def _held_at_reset(goal: Goal, record: EpisodeRecord) -> list[ObjectInState]:
-    """Returns the parts of a goal that ask for a state which held at the reset."""
+    """Return the parts of a goal that ask for a state which held at the reset."""
     asked = [part for part in _parts(goal) if isinstance(part, ObjectInState) and part.state != "is_visible"]
     return [part for part in asked if check(part, record).rows[0].semantic]
 

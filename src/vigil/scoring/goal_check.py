@@ -92,7 +92,7 @@ class GoalCheck:
 
 
 def check(goal: Goal, record: EpisodeRecord) -> GoalCheck:
-    """Returns what is true of `goal` at every moment of `record`.
+    """Return what is true of `goal` at every moment of `record`.
 
     Raises RecordError when the record lacks an object that the goal names.
     """
@@ -113,7 +113,7 @@ def check(goal: Goal, record: EpisodeRecord) -> GoalCheck:
 
 
 def label_at_reset(goal: ReportStatus, record: EpisodeRecord) -> StateLabel:
-    """Returns the label that a report of the queried state must carry: the state at reset."""
+    """Return the label that a report of the queried state must carry: the state at reset."""
     _require(goal.object_id, record)
     state = record.worlds[0].objects[goal.object_id]
     return state_label(goal.state, is_toggled=state.is_toggled, openness=state.openness)
@@ -148,7 +148,7 @@ def _progress(goal: Goal, moments: Sequence[Moment], semantic: Sequence[bool]) -
 
 
 def _parts(goal: Goal, moments: Sequence[Moment]) -> list[list[float] | None]:
-    """Returns the sub-conditions' fractions, row by row; None for one that was met at reset."""
+    """Return the sub-conditions' fractions, row by row; None for one that was met at reset."""
     parts: list[list[float] | None] = []
     if goal.constraint is not None:
         parts.append(_constraint_part(goal.constraint, moments))
@@ -190,7 +190,7 @@ def _openness_part(states: Sequence[ObjectState], *, to_open: bool) -> list[floa
 
 
 def _fractions(values: Sequence[float], target: float, *, falls: bool = False) -> list[float] | None:
-    """Returns how much of the way from the value at reset to `target` is made, in 0..1; None if met at reset."""
+    """Return how much of the way from the value at reset to `target` is made, in 0..1; None if met at reset."""
     way = target - values[0]
     if (way >= 0) if falls else (way <= 0):
         return None
@@ -198,7 +198,7 @@ def _fractions(values: Sequence[float], target: float, *, falls: bool = False) -
 
 
 def _latest(part: list[float] | None) -> list[float] | None:
-    """Returns the highest value so far, row by row."""
+    """Return the highest value so far, row by row."""
     return None if part is None else list(accumulate(part, max))
 
 

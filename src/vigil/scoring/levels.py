@@ -107,24 +107,24 @@ class EpisodeLevel(BaseModel):
 
 
 def index_of(measures: LevelMeasures) -> float:
-    """Returns the index of difficulty: what each figure costs, added up."""
+    """Return the index of difficulty: what each figure costs, added up."""
     return round(sum(cost.of(measures) for cost in COSTS.values()), 3)
 
 
 def level_of(family: Family, index: float) -> Level:
-    """Returns the level of an index among the episodes of a family; for families of one's own by the mean bounds."""
+    """Return the level of an index among the episodes of a family; for families of one's own by the mean bounds."""
     bounds = BOUNDS.get(family) or tuple(sum(each) / len(BOUNDS) for each in zip(*BOUNDS.values(), strict=True))
     return LEVELS[sum(index > bound for bound in bounds)]
 
 
 def grade_episode(episode: Episode, measures: LevelMeasures) -> EpisodeLevel:
-    """Returns the level of an episode with these figures."""
+    """Return the level of an episode with these figures."""
     index = index_of(measures)
     return EpisodeLevel(episode_id=episode.id, level=level_of(episode.family, index), index=index, measures=measures)
 
 
 def parse_levels(names: Iterable[str]) -> tuple[Level, ...]:
-    """Returns the levels of these names, easy first; a name may hold several, as in "hard,extreme", or be `all`.
+    """Return the levels of these names, easy first; a name may hold several, as in "hard,extreme", or be `all`.
 
     Raises SettingError on a name that is none.
     """
@@ -139,12 +139,12 @@ def parse_levels(names: Iterable[str]) -> tuple[Level, ...]:
 
 
 def dump_levels(levels: Iterable[EpisodeLevel]) -> bytes:
-    """Returns the content of `levels.jsonl`, sorted by id."""
+    """Return the content of `levels.jsonl`, sorted by id."""
     return b"".join(dump_line(level) for level in sorted(levels, key=lambda each: each.episode_id))
 
 
 def read_levels(path: Path) -> dict[str, EpisodeLevel]:
-    """Returns the levels in a file by episode id. Raises SettingError naming the line that is wrong."""
+    """Return the levels in a file by episode id. Raises SettingError naming the line that is wrong."""
     if not path.exists():
         raise SettingError(f"Levels file {str(path)!r} does not exist. `vigil pack levels PACK --out FILE` writes one.")
     advice = "Write it anew with `vigil pack levels`."
@@ -155,7 +155,7 @@ def read_levels(path: Path) -> dict[str, EpisodeLevel]:
 
 
 def read_pack_levels(folder: Path) -> Mapping[str, EpisodeLevel]:
-    """Returns the levels that lie in a pack's folder, by episode id; none when there are none.
+    """Return the levels that lie in a pack's folder, by episode id; none when there are none.
 
     Those that its manifest lists are held against their hash. Raises PackMismatch, EpisodeError or SettingError.
     """

@@ -121,7 +121,7 @@ class Outcome:
 
 
 def expected_status(episode: Episode, record: EpisodeRecord) -> Status | None:
-    """Returns the label that a report must carry; None when the goal is to be completed, not reported on."""
+    """Return the label that a report must carry; None when the goal is to be completed, not reported on."""
     return label_at_reset(episode.goal, record) if isinstance(episode.goal, ReportStatus) else None
 
 
@@ -137,7 +137,7 @@ def report_matches(status: Status, expected: Status | None, holds: bool) -> bool
 
 
 def score(episode: Episode, record: EpisodeRecord) -> Outcome:
-    """Returns the verdict on one record. Raises RecordError for an error row or another episode's record."""
+    """Return the verdict on one record. Raises RecordError for an error row or another episode's record."""
     if record.episode_id != episode.id:
         raise RecordError(f"Record of episode {record.episode_id!r} cannot be settled as episode {episode.id!r}.")
     if record.end == "error":
@@ -183,7 +183,7 @@ def score(episode: Episode, record: EpisodeRecord) -> Outcome:
 
 
 def credit(outcome: Outcome, policy: ReportPolicy) -> float:
-    """Returns B of the same trajectory under another way of reporting; `random` in expectation."""
+    """Return B of the same trajectory under another way of reporting; `random` in expectation."""
     is_goal_mode = outcome.expected is None
     match policy:
         case "actual":
@@ -199,7 +199,7 @@ def credit(outcome: Outcome, policy: ReportPolicy) -> float:
 
 
 def _reject_impossible(episode: Episode, record: EpisodeRecord) -> None:
-    """Raises RecordError on a record that the contract cannot bring forth."""
+    """Raise RecordError on a record that the contract cannot bring forth."""
     steps, invalid = len(record.steps), sum(step.invalid is not None for step in record.steps)
     early = next((n for n, step in enumerate(record.steps[:-1], 1) if isinstance(step.action, Report)), None)
     faults = {

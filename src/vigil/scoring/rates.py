@@ -54,12 +54,12 @@ class Rate:
 
     @property
     def value(self) -> float | None:
-        """Returns hits / n."""
+        """Return hits / n."""
         return self.hits / self.n if self.n else None
 
     @property
     def interval(self) -> Interval:
-        """Returns the 95 % Wilson interval; (0, 1) over no trials."""
+        """Return the 95 % Wilson interval; (0, 1) over no trials."""
         return wilson(self.effective_n * self.hits / max(self.n, 1), self.effective_n)
 
 
@@ -79,7 +79,7 @@ class Counts:
         return self.n if self.by_episode is None else len(self.by_episode[ALL])
 
     def rate(self, name: str) -> Rate:
-        """Returns a rate: one of `CONDITIONAL`, or the share of a count among all episodes."""
+        """Return a rate: one of `CONDITIONAL`, or the share of a count among all episodes."""
         what, among = CONDITIONAL.get(name, (name, ALL))
         trials = self.n if among == ALL else self.counts[among]
         if self.by_episode is None:
@@ -87,12 +87,12 @@ class Counts:
         return Rate(self.counts[what], trials, effective_sample_size(self.by_episode[what], self.by_episode[among]))
 
     def share(self, name: str) -> float | None:
-        """Returns the value of `rate`."""
+        """Return the value of `rate`."""
         return self.rate(name).value
 
 
 def outcome_columns(outcomes: Sequence[Outcome]) -> dict[str, np.ndarray]:
-    """Returns outcomes as columns."""
+    """Return outcomes as columns."""
     plain = [name for name in COLUMNS if name not in ("zero_progress", *CREDITS.values())]
     found: dict[str, list] = {name: [getattr(outcome, name) for outcome in outcomes] for name in plain}
     found["zero_progress"] = [outcome.is_at_zero_progress for outcome in outcomes]
@@ -101,19 +101,19 @@ def outcome_columns(outcomes: Sequence[Outcome]) -> dict[str, np.ndarray]:
 
 
 def select_rows(columns: Columns, mask: np.ndarray) -> dict[str, np.ndarray]:
-    """Returns the episodes for which `mask` is true."""
+    """Return the episodes for which `mask` is true."""
     return {name: column[mask] for name, column in columns.items()}
 
 
 def rate_of(hits: np.ndarray, among: np.ndarray, episodes: np.ndarray) -> Rate:
-    """Returns how many of the plays in `among` are hits, both given as masks; `episodes` names what was played."""
+    """Return how many of the plays in `among` are hits, both given as masks; `episodes` names what was played."""
     both, (_, index) = hits & among, np.unique(episodes, return_inverse=True)
     each = [np.bincount(index, weights=mask).astype(int).tolist() for mask in (both, among)] if len(index) else [[], []]
     return Rate(int(both.sum()), int(among.sum()), effective_sample_size(*each))
 
 
 def count(columns: Columns) -> Counts:
-    """Returns the counts of any set of episodes."""
+    """Return the counts of any set of episodes."""
     masks, n = count_masks(columns), len(columns["W"])
     counts = {name: int(np.count_nonzero(mask)) for name, mask in masks.items()}
     names, index = np.unique(columns["episode_id"], return_inverse=True)
@@ -125,7 +125,7 @@ def count(columns: Columns) -> Counts:
 
 
 def count_masks(columns: Columns) -> dict[str, np.ndarray]:
-    """Returns, for each count, the episodes that it counts: the one definition of them all."""
+    """Return, for each count, the episodes that it counts: the one definition of them all."""
     w, b, stop = columns["W"], columns["B"], columns["is_reported"]
     label, category = columns["label"], columns["category"]
     is_sv = columns["expected"] != None  # noqa: E711 - element by element
@@ -163,7 +163,7 @@ def count_masks(columns: Columns) -> dict[str, np.ndarray]:
 
 
 def broken_identities(columns: Columns) -> list[str]:
-    """Returns the identities of protocol.md section 5 that a set of episodes breaks; none, if all is well."""
+    """Return the identities of protocol.md section 5 that a set of episodes breaks; none, if all is well."""
     counts, n = count(columns).counts, len(columns["W"])
     w, b, lag = columns["W"], columns["B"], columns["lag"]
     credits = {policy: columns[column].sum() for policy, column in CREDITS.items()}
@@ -189,12 +189,12 @@ def broken_identities(columns: Columns) -> list[str]:
 
 
 def mean(values: Sequence[float]) -> float | None:
-    """Returns the mean; None of nothing."""
+    """Return the mean; None of nothing."""
     return sum(values) / len(values) if values else None
 
 
 def wilson(hits: float, n: float) -> Interval:
-    """Returns the 95 % Wilson score interval of a rate; (0, 1) over no trials."""
+    """Return the 95 % Wilson score interval of a rate; (0, 1) over no trials."""
     if n == 0:
         return 0.0, 1.0
     rate, z2 = hits / n, Z_95**2
@@ -204,7 +204,7 @@ def wilson(hits: float, n: float) -> Interval:
 
 
 def effective_sample_size(hits: Sequence[int], trials: Sequence[int]) -> float:
-    """Returns the effective sample size: how many independent trials give as much information on a rate as repeated
+    """Return the effective sample size: how many independent trials give as much information on a rate as repeated
     plays.
 
     `hits` and `trials` are counts by episode. Plays of one episode are correlated, so they tell less than as many plays
@@ -223,7 +223,7 @@ def effective_sample_size(hits: Sequence[int], trials: Sequence[int]) -> float:
 
 
 def _correlation(hits: Sequence[int], trials: Sequence[int], plays: float) -> float:
-    """Returns the correlation of two plays of one episode, from 0 (as any two) to 1 (always the same)."""
+    """Return the correlation of two plays of one episode, from 0 (as any two) to 1 (always the same)."""
     n, episodes = sum(trials), sum(count > 0 for count in trials)
     rate = sum(hits) / n
     if episodes < 2 or not 0 < rate < 1:

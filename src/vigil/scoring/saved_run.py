@@ -86,8 +86,8 @@ class RecordTable:
     def notes(self) -> tuple[str, ...]:
         """What a reader must know of the rows before any number."""
         torn = (
-            f"Line {self.partial_line_number} of its records is not finished (torn) and is passed over: it is being written, or was "
-            "cut off and is played again by the same command.",
+            f"Line {self.partial_line_number} of its records is not finished (torn) and is passed over: it is being "
+            "written, or was cut off and is played again by the same command.",
         )
         return (
             *self.check.notes,
@@ -96,7 +96,7 @@ class RecordTable:
         )
 
     def refresh(self) -> None:
-        """Reads what is new in the file. Starts afresh when it was replaced, cut, or its last line went on.
+        """Read what is new in the file. Starts afresh when it was replaced, cut, or its last line went on.
 
         Raises RecordError when it is there and cannot be read.
         """
@@ -125,7 +125,7 @@ class RecordTable:
         )
 
     def _read_rows(self, lines: LineReader) -> None:
-        """Takes in what follows in the file."""
+        """Take in what follows in the file."""
         for row in parse_rows(lines):
             line, record = row.line, self._filter.accept(row)
             if record is not None:
@@ -136,11 +136,11 @@ class RecordTable:
         self.partial_line_number = self._lines + 1 if lines.partial_line else None
 
     def newest(self, count: int) -> list[EffectiveRow]:
-        """Returns the rows that were written last, the newest first."""
+        """Return the rows that were written last, the newest first."""
         return nlargest(count, list(self.rows.values()), key=lambda row: row.line)
 
     def record(self, key: Key) -> EpisodeRecord:
-        """Returns the record that stands for `key`. Raises RecordError."""
+        """Return the record that stands for `key`. Raises RecordError."""
         row = self.rows.get(key)
         if row is None:
             raise RecordError(f"No readable record of episode {key[0]!r} (epoch {key[1]}) is in this run.")
@@ -154,7 +154,7 @@ class RecordTable:
         return record
 
     def scores(self) -> RunScores:
-        """Returns all verdicts, sorted by episode and epoch."""
+        """Return all verdicts, sorted by episode and epoch."""
         verdicts = {key: row.verdict for key, row in list(self.rows.items())}  # it may grow meanwhile
         return run_scores(verdicts, self.episodes.values(), self._epochs)
 
@@ -180,7 +180,7 @@ def read_run(
     pack: str | Path | None = None,
     episodes_of: Callable[[Path, str], Iterable[Episode]] = frozen_episodes,
 ) -> SavedRun:
-    """Returns a run, read as far as it was played; `pack` is where its pack is now, if not where the run says.
+    """Return a run, read as far as it was played; `pack` is where its pack is now, if not where the run says.
 
     Raises RecordError or PackMismatch.
     """
@@ -196,7 +196,7 @@ def open_run(
     pack: str | Path | None = None,
     episodes_of: Callable[[Path, str], Iterable[Episode]] = frozen_episodes,
 ) -> SavedRun:
-    """Returns a run of which no row is read yet. Raises RecordError or PackMismatch."""
+    """Return a run of which no row is read yet. Raises RecordError or PackMismatch."""
     header = read_header(folder)
     place = pack_folder(header, pack)
     table = RecordTable(folder, header, episodes_of(place, header.spec.pack_sha256))
@@ -207,7 +207,7 @@ def open_run(
 
 
 def load_run_pack(header: RunHeader, pack: str | Path | None = None) -> Pack:
-    """Returns the pack that a run was played on, checked whole. Raises PackMismatch."""
+    """Return the pack that a run was played on, checked whole. Raises PackMismatch."""
     return Pack.load(pack_folder(header, pack), header.spec.pack_sha256)
 
 
@@ -216,7 +216,7 @@ SEARCH_DEPTH = 3
 
 
 def find_runs(folders: Iterable[Path]) -> list[Path]:
-    """Returns the folders of runs among and under those given; one in which there is none stays, to be named."""
+    """Return the folders of runs among and under those given; one in which there is none stays, to be named."""
     return [found for folder in folders for found in _runs_under(folder, SEARCH_DEPTH) or [folder]]
 
 
@@ -230,7 +230,7 @@ def _runs_under(folder: Path, depth: int) -> list[Path]:
 def pack_folder(
     header: RunHeader, pack: str | Path | None = None, may_read: Callable[[Path], bool] = lambda _: True
 ) -> Path:
-    """Returns where the pack of a run lies: at `pack` or, without one, where the run says and `may_read` allows.
+    """Return where the pack of a run lies: at `pack` or, without one, where the run says and `may_read` allows.
 
     Raises PackMismatch.
     """
@@ -258,7 +258,7 @@ def _pack_mismatch(header: RunHeader, place: Path, found: str) -> PackMismatch:
 
 
 def _candidate_folders(header: RunHeader) -> list[Path]:
-    """Returns where the pack of a run may lie: where it lay then, and where the packaged one of its name lies.
+    """Return where the pack of a run may lie: where it lay then, and where the packaged one of its name lies.
 
     Raises PackMismatch when it is in neither place.
     """

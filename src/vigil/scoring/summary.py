@@ -27,7 +27,7 @@ LIBRARY_REPLIES = (
 
 
 def describe_invalid_replies(replies: int, reasons: Iterable[Mapping[str, int]], loose: int) -> str:
-    """Says how many of some replies were no action, and why; empty when all were actions.
+    """Say how many of some replies were no action, and why; empty when all were actions.
 
     `reasons` has the numbers of each episode, `loose` is how many would parse leniently.
     """
@@ -73,7 +73,7 @@ class RunScores:
 
     @property
     def invalid_replies(self) -> str:
-        """Says how many replies were no action, and why; empty when all were actions."""
+        """Say how many replies were no action, and why; empty when all were actions."""
         replies = sum(outcome.steps for outcome in self.outcomes)
         loose = sum(outcome.would_parse_leniently for outcome in self.outcomes)
         return describe_invalid_replies(replies, (outcome.invalid_reasons for outcome in self.outcomes), loose)
@@ -96,7 +96,7 @@ class RunScores:
 
     @property
     def repeats(self) -> str:
-        """Says how many episodes were begun more than once; empty when none was."""
+        """Say how many episodes were begun more than once; empty when none was."""
         return repeats(self.attempts)
 
     @property
@@ -111,7 +111,7 @@ def has_many_errors(errors: int, scored: int) -> bool:
 
 
 def repeats(attempts: Sequence[int]) -> str:
-    """Says how many of the episodes, each begun so often, were begun more than once; empty when none was."""
+    """Say how many of the episodes, each begun so often, were begun more than once; empty when none was."""
     again = sum(count > 1 for count in attempts)
     if not again:
         return ""
@@ -125,7 +125,7 @@ def has_many_repeats(attempts: Sequence[int]) -> bool:
 
 
 def score_or_error(episode: Episode, record: EpisodeRecord) -> Outcome | Unscored:
-    """Returns the verdict on a record that stands. Raises RecordError when it is another episode's."""
+    """Return the verdict on a record that stands. Raises RecordError when it is another episode's."""
     if record.end != "error":
         return score(episode, record)
     boundary, message = (record.error.boundary, record.error.message) if record.error else ("runner", "")
@@ -133,7 +133,7 @@ def score_or_error(episode: Episode, record: EpisodeRecord) -> Outcome | Unscore
 
 
 def run_scores(verdicts: Mapping[Key, Outcome | Unscored], episodes: Iterable[Episode], epochs: int = 1) -> RunScores:
-    """Returns the verdicts of a run, sorted by episode and epoch; `episodes` are those that it is meant to play."""
+    """Return the verdicts of a run, sorted by episode and epoch; `episodes` are those that it is meant to play."""
     found = [verdict for _, verdict in sorted(verdicts.items())]
     planned: dict[Family, int] = {family: count * epochs for family, count in count_families(episodes).items()}
     return RunScores(
@@ -144,7 +144,7 @@ def run_scores(verdicts: Mapping[Key, Outcome | Unscored], episodes: Iterable[Ep
 
 
 def score_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epochs: int = 1) -> RunScores:
-    """Returns the verdicts on the records that stand, sorted by episode and epoch.
+    """Return the verdicts on the records that stand, sorted by episode and epoch.
 
     `episodes` are those that the run is meant to play. Raises RecordError on a record of any other episode.
     """
@@ -161,7 +161,7 @@ def score_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epo
 
 
 def summarise(scores: RunScores) -> dict:
-    """Returns `{"overall": rates, "families": {family: rates}}`, and `macro` when families are unequal.
+    """Return `{"overall": rates, "families": {family: rates}}`, and `macro` when families are unequal.
 
     Rates over no episodes are None. Raises RuntimeError when an identity of the protocol is broken.
     """
@@ -183,7 +183,7 @@ def summarise(scores: RunScores) -> dict:
 
 
 def assert_identities(outcomes: Sequence[Outcome]) -> None:
-    """Checks the identities of protocol.md section 5. Raises RuntimeError, naming the broken one."""
+    """Check the identities of protocol.md section 5. Raises RuntimeError, naming the broken one."""
     _check_identities(outcome_columns(outcomes))
 
 
@@ -211,6 +211,6 @@ def _rates(columns: Columns, outcomes: Sequence[Outcome], errors: Sequence[Unsco
 
 
 def _macro(families: Sequence[dict]) -> dict:
-    """Returns the unweighted mean over the families that have scored episodes."""
+    """Return the unweighted mean over the families that have scored episodes."""
     scored = [rates for rates in families if rates["episodes"]]
     return {rate: mean([rates[rate] for rates in scored]) for rate in (*RATES, "mean_steps")}

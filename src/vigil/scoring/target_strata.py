@@ -18,13 +18,13 @@ _SIZE_ORDER = {"under": 0, "small": 0, "over": 2, "large": 2}
 
 
 def size_of(category: str, longest_side_m: float) -> TargetSize:
-    """Returns how large a target is."""
+    """Return how large a target is."""
     by_side: TargetSize = "large" if longest_side_m >= LARGE_M else "small" if longest_side_m <= SMALL_M else "medium"
     return SIZE_OF_CATEGORY.get(category, by_side)
 
 
 def distance_band(distance_m: float) -> str:
-    """Returns how far a start is from its target."""
+    """Return how far a start is from its target."""
     near, middle = DISTANCE_BANDS_M
     if distance_m < near:
         return f"under {near:g} m"
@@ -32,7 +32,7 @@ def distance_band(distance_m: float) -> str:
 
 
 def sort_by_size(named: Mapping[str, int]) -> dict[str, int]:
-    """Returns counts by size, the smallest first, then by number and by name; manifests have them by name alone."""
+    """Return counts by size, the smallest first, then by number and by name; manifests have them by name alone."""
     return dict(sorted(named.items(), key=lambda each: _sort_key(each[0])))
 
 
