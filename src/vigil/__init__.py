@@ -1,6 +1,6 @@
 """VIGIL: measures world completion and terminal commitment of embodied agents separately.
 
-The names of `vigil.api` are offered here, and loaded when they are asked for: `import vigil` alone loads nothing else.
+The names of `vigil.api` are available here and are loaded on first use: `import vigil` alone loads nothing else.
 """
 
 from importlib import import_module

@@ -1,4 +1,4 @@
-"""What `import vigil` offers: load a pack, play its episodes with an agent of your own, and judge the records.
+"""The public API of `import vigil`: load a pack, play its episodes with your agent, and score the records.
 
     import vigil
 
@@ -7,8 +7,8 @@
         records = [vigil.play(episode, env, MyAgent()) for episode in pack.episodes]
     print(vigil.summarise(pack.episodes, records)["overall"])
 
-An agent has a `name`, `start(instruction)` and `act(observation) -> vigil.Reply`. Modules below may move from one
-version to the next; these names stay.
+An agent has a `name`, `start(instruction)` and `act(observation) -> vigil.Reply`. Other modules may move between
+versions; these names are stable.
 """
 
 import json
@@ -65,7 +65,7 @@ __all__ = [
 
 
 def load_pack(name: str | Path) -> Pack:
-    """Return a pack that VIGIL comes with, by its name, or one in a folder. Raises PackMismatch."""
+    """Return the packaged pack of that name, or the pack in that folder. Raises PackMismatch."""
     return Pack.load(name)
 
 
@@ -79,10 +79,10 @@ def make_env(
 ) -> Env:
     """Return an environment for the episodes of `pack`; leaving its `with` block closes the simulator.
 
-    `profile` says what the agent is shown and how its replies are read (default: the paper's baseline). `quality`
-    `"fast"` draws two to three times as many frames, with rougher edges. `asset_database` is AI2-THOR's file, for
-    houses of its assets. Raises SettingError on an unknown backend or a broken database, PackMismatch where the pack
-    was made with another one.
+    `profile` sets what the agent is shown and how its replies are parsed (default: the paper's baseline). Quality
+    `"fast"` draws frames two to three times faster, with rougher edges. `asset_database` is AI2-THOR's file, needed for
+    houses with its assets. Raises SettingError for an unknown backend or a broken database, and PackMismatch if the
+    pack was made with another database.
     """
     assets = AssetDatabase.from_file(asset_database)
     pack.check_assets(assets)
@@ -91,20 +91,20 @@ def make_env(
 
 
 def play(episode: Episode, env: Env, agent: Agent, *, run_id: str = "", epoch: int = 1) -> EpisodeRecord:
-    """Return the record of one episode, played to its end.
+    """Play one episode to its end and return its record.
 
-    The agent sees the instruction and observations, nothing else. What fails in the agent's program or the simulator
-    ends the episode as `error`, with the reason in the record: it is counted, never scored.
+    The agent sees only the instruction and the observations. A failure of the agent's program or the simulator ends the
+    episode as `error`, with the reason in the record: such an episode is counted, never scored.
     """
     playing.play(episode, env, agent)
     return env.record(run_id=run_id, epoch=epoch)
 
 
 def save_run(folder: str | Path, pack: Pack, records: Iterable[EpisodeRecord], env: Env, *, agent: str) -> Path:
-    """Write records of episodes of `pack`, played in `env` by `agent`, as a run, and return its folder.
+    """Write records of episodes of `pack`, played in `env` by `agent`, as a run, and return the run's folder.
 
-    `vigil view`, `score`, `report` and `verify` open it like any other. `folder` is new or empty. Raises SettingError
-    on a record of another pack's episode, RecordError where the folder holds a run.
+    `vigil view`, `score`, `report` and `verify` open it like any other run. `folder` is new or empty. Raises
+    SettingError for a record of another pack's episode, and RecordError if the folder already holds a run.
     """
     path, found = Path(folder), list(records)
     if (path / EPISODES_FILE).exists():
@@ -131,19 +131,19 @@ def save_run(folder: str | Path, pack: Pack, records: Iterable[EpisodeRecord], e
 
 
 def reply(skill_name: str, **arguments: Any) -> Reply:
-    """Return an agent's reply: one skill with its arguments, as `reply("look", direction="up", magnitude=15)`."""
+    """Return an agent's reply: a skill with its arguments, e.g. `reply("look", direction="up", magnitude=15)`."""
     return Reply(text=json.dumps({"skill_name": skill_name, "arguments": arguments}))
 
 
 def summarise(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], *, epochs: int = 1) -> dict[str, Any]:
     """Return the rates of the records, `{"overall": rates, "families": {family: rates}}`, with 95 % intervals.
 
-    `episodes` are those that were meant to be played, `epochs` times each; what is missing is counted as such. Raises
-    RecordError on a record of any other episode.
+    `episodes` are the planned episodes, to be played `epochs` times each; plays without a record count as missing.
+    Raises RecordError for a record of any other episode.
     """
     return summary.summarise(summary.score_run(episodes, records, epochs))
 
 
 def generate_house(seed: int, spec: str = "4") -> House:
-    """Return the furnished house of a seed; `spec` is a number of rooms (1 to 10) or a name such as `kitchen`."""
+    """Return the furnished house of a seed; `spec` is the number of rooms (1 to 10) or a name such as `kitchen`."""
     return generate(seed, spec_for(spec))

@@ -1,7 +1,8 @@
 """Env: the contract between an agent and the hidden world, for every front end.
 
-The only place that decides budgets, the counting of invalid actions, how an episode ends and what feedback is shown. It
-judges nothing: whether a goal holds is computed from the record (`vigil.protocol.goals`, `vigil.scoring.outcomes`).
+This is the only place that enforces budgets, counts invalid actions, ends an episode and decides what feedback is
+shown. It computes no verdict: whether a goal holds follows from the record (`vigil.protocol.goals`,
+`vigil.scoring.outcomes`).
 Source: `protocol.md` sections 2.1 to 2.4.
 """
 
@@ -29,10 +30,10 @@ from vigil.sim.protocol import Simulator
 
 
 class Env:
-    """One episode at a time on one simulator.
+    """An environment that plays one episode at a time on one simulator.
 
-    `reset` and `step` return None when the episode is over; `record` then tells what happened. An agent's behaviour
-    never raises; a failing simulator ends the episode as `error`.
+    `reset` and `step` return None when the episode is over; `record` then returns what happened. No reply of an agent
+    raises an exception; a failing simulator ends the episode as `error`.
     """
 
     def __init__(
@@ -42,7 +43,7 @@ class Env:
         profile: Profile,
         clock: Callable[[], datetime] = lambda: datetime.now(UTC),
     ) -> None:
-        """`house_of` gives an episode's house document; a house that is loaded already is not loaded again."""
+        """`house_of` returns an episode's house; a house that is already loaded in the simulator is not loaded again."""
         self.profile = profile
         self._simulator = simulator
         self._house_of = house_of
@@ -63,18 +64,18 @@ class Env:
 
     @property
     def simulator_name(self) -> str:
-        """The simulator's name and version, for headers of runs."""
+        """Name and version of the simulator, for run headers."""
         return self._simulator.name
 
     @property
     def end(self) -> End | None:
-        """How the episode ended; None while it goes on."""
+        """How the episode ended; None while it is in progress."""
         return self._end
 
     def reset(self, episode: Episode) -> Observation | None:
-        """Start `episode` and return what is seen first; None when the simulator failed.
+        """Start `episode` and return the first observation; None if the simulator failed.
 
-        Raises HouseError or EpisodeError for a house or an episode that makes no sense.
+        Raises HouseError or EpisodeError for an invalid house or episode.
         """
         self._episode = episode
         self._prompt_sha256 = rendered_sha256(episode.instruction, self.profile)
@@ -93,9 +94,9 @@ class Env:
         return self._observe(None)
 
     def step(self, reply: Reply) -> Observation | None:
-        """Take one reply and return what is seen next; None when the episode is over.
+        """Execute one reply and return the next observation; None when the episode is over.
 
-        Raises RuntimeError when there is no episode going on.
+        Raises RuntimeError if no episode is in progress.
         """
         if self._episode is None or self._initial is None or self._end is not None:
             raise RuntimeError("Env.step: no episode is going on. Call reset first.")
@@ -125,19 +126,19 @@ class Env:
         return self._observe(effect)
 
     def fail(self, boundary: Boundary, message: str) -> None:
-        """End the episode as `error`, because of something that is not the agent's doing.
+        """End the episode as `error`, because of a failure that the agent did not cause.
 
-        An episode that has ended already stays as it is.
+        An episode that has already ended is left unchanged.
         """
         if self._end is not None:
             return
         self._error = ErrorFact(boundary=boundary, message=message)
         if boundary != "model":
-            self._loaded = None  # the scene may be broken: load it afresh
+            self._loaded = None  # the scene may be broken: load the house again
         self._finish("error")
 
     def record(self, *, run_id: str = "", epoch: int = 1, attempt: int = 1) -> EpisodeRecord:
-        """Return the record of the episode that has ended. Raises RuntimeError while it goes on."""
+        """Return the record of the episode that has ended. Raises RuntimeError while it is in progress."""
         if self._episode is None or self._end is None:
             raise RuntimeError("Env.record: the episode has not ended yet.")
         return EpisodeRecord(
@@ -158,7 +159,7 @@ class Env:
     @staticmethod
     @contextmanager
     def _reject_invalid_facts() -> Iterator[None]:
-        """Raise SimulatorError for facts that are none: a number that is not finite must never enter a record."""
+        """Raise SimulatorError if the simulator returns invalid state: a non-finite number must never enter a record."""
         try:
             yield
         except ValidationError as error:

@@ -1,8 +1,8 @@
 """The error tree.
 
 VigilError
-├── InputError               bad input of the user's: stop at once, say what, where and what to do
-│   ├── HouseError           a house that is malformed, too large or refers to what is not there
+├── InputError               bad input from the user: stop at once, say what, where and what to do
+│   ├── HouseError           a house that is malformed, too large or refers to missing objects
 │   ├── EpisodeError         an episode that its house or the protocol contradicts
 │   ├── PackMismatch         a pack whose files or hashes differ from its manifest
 │   ├── RecordError          a run folder or record that cannot be read or continued
@@ -22,13 +22,13 @@ if TYPE_CHECKING:  # `vigil --help` needs the errors, and not the time that pyda
     from pydantic import ValidationError
 
 MAX_FAULT_CHARS = 300
-"""Of a place, and of a message, that a file or a model wrote."""
+"""Maximum length of a field path or message that quotes a file or a model."""
 MAX_PART_CHARS = 80
-"""Of one name in a place."""
+"""Maximum length of one name in a field path."""
 
 
 class VigilError(Exception):
-    """Any error that VIGIL raises on purpose."""
+    """Base class of all errors that VIGIL raises on purpose."""
 
 
 class InputError(VigilError):
@@ -56,7 +56,7 @@ class SettingError(InputError):
 
 
 class InfrastructureError(VigilError):
-    """A failure that is not the agent's: retried, then `end="error"`."""
+    """A failure not caused by the agent: retried, then the episode ends with `end="error"`."""
 
 
 class SimulatorError(InfrastructureError):
@@ -68,9 +68,9 @@ class ModelAPIError(InfrastructureError):
 
 
 def first_error(error: "ValidationError", root: str = "the document") -> str:
-    """Return "place: message" of the first thing that pydantic found wrong, both cut to a readable length.
+    """Return "place: message" for the first validation error, both cut to a readable length.
 
-    `root` names the place when it is all that was read. A message may quote what was read, which has any length.
+    `root` is the place if the error is about the whole document. Both are cut because a message may quote long input.
     """
     fault = error.errors(include_url=False, include_context=False, include_input=False)[0]
     place = ".".join(shorten(str(part), MAX_PART_CHARS) for part in fault["loc"])
@@ -78,7 +78,7 @@ def first_error(error: "ValidationError", root: str = "the document") -> str:
 
 
 def shorten(text: str, max_chars: int) -> str:
-    """Return a text with at most `max_chars` characters, its end replaced by "..." when it is longer."""
+    """Return `text`, cut to `max_chars` characters with "..." at the end if it is longer."""
     return text if len(text) <= max_chars else f"{text[: max_chars - 3]}..."
 
 

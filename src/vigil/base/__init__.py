@@ -1,1 +1,1 @@
-"""What everything stands on and knows nothing of episodes: geometry, JSON files, settings, versions, processes."""
+"""Foundations that know nothing of episodes: geometry, JSON files, settings, versions, processes."""

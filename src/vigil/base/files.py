@@ -1,6 +1,6 @@
-"""Files that others may have written: read whole within a limit, where they are files and lie where they seem to lie.
+"""Safe reading of files that others may have written: regular files only, within a size limit and inside their folder.
 
-A device or a pipe may have no end, or wait for ever; a link may lead to what is nobody else's business.
+A device or a pipe may never end or may block for ever, and a link may lead to a private file.
 """
 
 import hashlib
@@ -14,7 +14,7 @@ from vigil.errors import InputError, SettingError
 
 MIB = 1024 * 1024
 MAX_JSON_BYTES = 64 * MIB
-"""Of a file that is one JSON value, where nothing else is said."""
+"""Default size limit of a file that holds one JSON value."""
 _BLOCK = MIB
 _KINDS = {
     stat.S_IFDIR: "a folder",
@@ -28,13 +28,13 @@ _KINDS = {
 def open_file(path: Path, what: str, error: type[InputError]) -> BinaryIO:
     """Open a file for reading; `what` begins a message, e.g. "House file 'a.json'".
 
-    Raises `error` when there is none, it cannot be read, or it is a folder, a device or a pipe.
+    Raises `error` if the file does not exist, cannot be read, or is a folder, a device or a pipe.
     """
     try:
-        number = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)  # to open a pipe must not wait
+        number = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)  # opening a pipe must not block
     except FileNotFoundError:
         raise error(f"{what} does not exist.") from None
-    except (OSError, ValueError) as fault:  # a ValueError is of a NUL in the path
+    except (OSError, ValueError) as fault:  # ValueError: the path contains a NUL
         raise error(f"{what} cannot be read: {getattr(fault, 'strerror', None) or fault}.") from None
     kind = stat.S_IFMT(os.fstat(number).st_mode)
     if kind != stat.S_IFREG:
@@ -44,7 +44,7 @@ def open_file(path: Path, what: str, error: type[InputError]) -> BinaryIO:
 
 
 def read_file(path: Path, what: str, error: type[InputError], max_bytes: int = MAX_JSON_BYTES) -> bytes:
-    """Return the bytes of a file, of which there are at most `max_bytes`. Raises `error` as `open_file` does."""
+    """Return the bytes of a file. Raises `error` as `open_file` does, and if it exceeds `max_bytes`."""
     with open_file(path, what, error) as file:
         try:
             data = file.read(max_bytes + 1)
@@ -65,12 +65,12 @@ def file_sha256(path: Path, what: str, error: type[InputError] = SettingError) -
 
 
 def is_inside(path: Path, folder: Path) -> bool:
-    """Whether `path`, all links followed, lies in `folder` (all links followed)."""
+    """Whether `path` lies in `folder`, after links in both are resolved."""
     return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(folder))
 
 
 def resolve_inside(folder: Path, name: str, error: type[InputError]) -> Path:
-    """Return the path of a file of a folder. Raises `error` when it is a link to outside of the folder."""
+    """Return the path of a file in a folder. Raises `error` if it is a link that leads out of the folder."""
     path = folder / name
     if not is_inside(path, folder):
         raise error(f"{name} in {str(folder)!r} is a link to outside of its folder; it is not followed.")
@@ -86,7 +86,7 @@ def outward_links(folder: Path) -> Iterator[Path]:
 
 
 def refuse_outward_links(folder: Path, error: type[InputError]) -> None:
-    """Raise `error` when a link in a folder leads out of it: what is copied or written there would be elsewhere."""
+    """Raise `error` if a link in a folder leads out of it: copying or writing through it would act elsewhere."""
     for link in outward_links(folder):
         raise error(
             f"{str(link)!r} is a link to outside of {str(folder)!r}; it is not followed. Put there what it leads to, "

@@ -22,7 +22,7 @@ class Vec3(NamedTuple):
 
 
 class Pose(BaseModel):
-    """Where the agent stands and looks: `position` is on the floor (y = floor height)."""
+    """Position and viewing direction of the agent: `position` is on the floor (y = floor height)."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -39,7 +39,7 @@ class Pose(BaseModel):
 
 
 class Box(BaseModel):
-    """An upright box: `center`, full `size` along its own axes, turned by `yaw` about the vertical."""
+    """An upright box: `center`, full `size` along its local axes, rotated by `yaw` about the vertical."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 

@@ -1,8 +1,8 @@
-"""The glossary: what the terms of reports, pages and documentation mean, each said once.
+"""The glossary: the terms of reports, pages and documentation, each defined once.
 
-The report shows it at its foot, `vigil view` and exported sites as a page, the documentation as `docs/glossary.md`
-(written by `scripts/docs_tables.py`). What is computed is said in `vigil.scoring.outcomes` and `vigil.scoring.rates`;
-nothing is here.
+The report shows it at its foot, `vigil view` and exported sites show it as a page, and the documentation has it as
+`docs/glossary.md` (written by `scripts/docs_tables.py`). Nothing is computed here: the formulas are in
+`vigil.scoring.outcomes` and `vigil.scoring.rates`.
 """
 
 import re
@@ -10,17 +10,17 @@ from typing import NamedTuple
 
 
 class Term(NamedTuple):
-    """One term: a short definition that fits into a sentence, and what else one must know, in sentences."""
+    """A term with a short definition that fits into a sentence, and further sentences of explanation."""
 
     name: str
     short: str
     more: str = ""
     aliases: tuple[str, ...] = ()
-    """As it stands in headings of tables, where that differs from the name; without units."""
+    """Spellings of the term in table headings that differ from its name, without units."""
 
     @property
     def anchor(self) -> str:
-        """The term as the last part of an address."""
+        """The term as the fragment of a URL."""
         return re.sub(r"[^a-z0-9_]+", "-", self.name.replace("Δ", "delta").lower()).strip("-")
 
     @property
@@ -272,5 +272,5 @@ _BY_HEADING = {
 
 
 def term_of(heading: str) -> Term | None:
-    """Return the term that a column's heading names, units left aside; None for what explains itself."""
+    """Return the term that a column heading names, ignoring units; None if the heading needs no explanation."""
     return _BY_HEADING.get(_UNITS.sub("", heading))

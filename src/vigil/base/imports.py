@@ -1,6 +1,6 @@
-"""Imports: modules of one's own that register families, categories or drafts, in this process and those it starts.
+"""Imports of user modules that register families, categories or drafts, in this process and the processes it starts.
 
-Names stand in an environment variable, which every process that VIGIL starts inherits and reads before anything else.
+The names of the modules are in an environment variable, which every process that VIGIL starts inherits and reads first.
 """
 
 import importlib
@@ -11,13 +11,13 @@ from collections.abc import Iterable
 from vigil.errors import SettingError
 
 ENVIRONMENT_VARIABLE = "VIGIL_IMPORT"
-"""Names of modules, with commas between."""
+"""Environment variable with the names of the modules, separated by commas."""
 
 
 def import_modules(names: Iterable[str]) -> None:
-    """Import modules, here and at the start of every process begun from now on. Raises SettingError.
+    """Import modules, in this process and in every process started from now on. Raises SettingError.
 
-    Modules are looked for in the folder that one stands in too, as `python -m` does.
+    The current folder is searched as well, as by `python -m`.
     """
     if (here := os.getcwd()) not in sys.path and "" not in sys.path:
         sys.path.append(here)

@@ -1,7 +1,7 @@
-"""Strict JSON: the one way in which files that others may have written are read.
+"""Strict JSON: the only reader of JSON files that others may have written.
 
-Standard JSON only (no NaN, no Infinity, no half characters), and nested no deeper than 201: the parser's own fixed
-bound, whatever Python's stack is, and far more than any of the project's files has.
+It accepts standard JSON only (no NaN, Infinity or lone surrogates), nested at most 201 levels deep: the parser's fixed
+limit, which does not depend on Python's stack and far exceeds the nesting of the project's files.
 """
 
 from typing import Any
@@ -10,7 +10,7 @@ from pydantic_core import from_json
 
 
 def read_json(data: bytes | str) -> Any:
-    """Return the JSON value that `data` is. Raises ValueError with what is wrong and where."""
+    """Return the JSON value in `data`. Raises ValueError that says what is wrong and where."""
     try:
         raw = data.encode() if isinstance(data, str) else data
     except UnicodeEncodeError as error:
@@ -22,7 +22,7 @@ def read_json(data: bytes | str) -> Any:
 
 
 def _hint(data: bytes) -> str:
-    """Return what is likely meant when all that is wrong are numbers that JSON does not have."""
+    """Return a hint if NaN or Infinity is the only fault; empty otherwise."""
     try:
         from_json(data, allow_inf_nan=True)
     except ValueError:

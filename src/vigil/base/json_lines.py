@@ -1,8 +1,8 @@
-"""JSON-lines files: one JSON value a line, only ever appended to. Here is the one reader and the one writer of them.
+"""JSON-lines files: one JSON value per line, append-only. This module holds their only reader and their only writer.
 
-A line counts when it has its newline, or is whole JSON without one: a process that was killed may have left out the
-newline alone. Any other bytes after the last line are torn: readers pass over them, the writer puts them aside.
-Lines are read one at a time, and what no file of the project's has (endless lines, lines without end) is refused.
+A line counts if it ends with a newline, or is complete JSON without one: a process that was killed may have missed only
+the newline. Any other bytes after the last line are a partial line: readers skip it, and the writer moves it to a side
+file. Lines are read one at a time; a line, a file or a number of lines over the limits below raises an error.
 """
 
 import fcntl
@@ -21,66 +21,66 @@ from vigil.base.json_files import read_json
 from vigil.errors import InputError, RecordError, first_error
 
 MAX_LINE_BYTES = 64 * MIB
-"""A row of forty replies of the longest kind has some 10 MiB."""
+"""Maximum length of a line. A row with forty replies of the maximum length has about 10 MiB."""
 MAX_LINES = 1_000_000
 MAX_FILE_BYTES = 4096 * MIB
 MAX_SIDE_FILES = 10_000
-"""Of torn lines, beside one file."""
+"""Maximum number of side files with partial lines next to one file."""
 _Row = TypeVar("_Row", bound=BaseModel)
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One whole line of a file."""
+    """One complete line of a file."""
 
     number: int
-    """From 1."""
+    """Line number, counted from 1."""
     start: int
-    """Bytes of the file before it."""
+    """Offset of the line in the file, in bytes."""
     data: bytes
-    """With its newline, if it has one."""
+    """Bytes of the line, including its newline if it has one."""
 
     @property
     def end(self) -> int:
-        """Bytes of the file up to its end."""
+        """Offset of the end of the line in the file, in bytes."""
         return self.start + len(self.data)
 
 
 @dataclass(frozen=True, slots=True)
 class Lines:
-    """What a file holds."""
+    """The content of a file: its complete lines and a partial one."""
 
     complete: tuple[Line, ...]
     partial_line: bytes
-    """What follows the last whole line."""
+    """Bytes after the last complete line."""
 
     @property
     def end(self) -> int:
-        """Bytes of the file up to the end of the last whole line; 0 when there is none."""
+        """Offset of the end of the last complete line, in bytes; 0 if there is none."""
         return self.complete[-1].end if self.complete else 0
 
     @property
     def lacks_newline(self) -> bool:
-        """Whether the last whole line lacks its newline."""
+        """Whether the last complete line lacks its newline."""
         return bool(self.complete) and not self.complete[-1].data.endswith((b"\n", b"\r"))
 
 
 class LineReader:
-    """Reads a file's lines one at a time; after the last, it knows what follows."""
+    """Reads a file's lines one at a time; after the last one, it holds the partial line that follows."""
 
     def __init__(self, file: BinaryIO, place: str, *, number: int = 0, start: int = 0) -> None:
-        """`file` stands behind its first `number` lines of `start` bytes; `place` names it in messages."""
+        """`file` is positioned after its first `number` lines (`start` bytes); `place` names it in messages."""
         self._file = file
         self._place = place
         self._number, self.end = number, start
-        """Bytes of the file up to the end of the last whole line that was read."""
+        """`end` is the offset of the end of the last complete line that was read, in bytes."""
         self.partial_line = b""
-        """What follows the last whole line."""
+        """Bytes after the last complete line."""
         self.lacks_newline = False
-        """Whether the last whole line lacks its newline."""
+        """Whether the last complete line lacks its newline."""
 
     def __iter__(self) -> Iterator[Line]:
-        """Yield the whole lines. Raises RecordError at a limit."""
+        """Yield the complete lines. Raises RecordError when a limit is exceeded."""
         while read := self._file.readline(MAX_LINE_BYTES + 1):
             for raw in read.splitlines(keepends=True):
                 self._check(raw)
@@ -110,7 +110,7 @@ def _read_all(file: BinaryIO, place: str) -> Lines:
 
 
 def read_lines(path: Path, max_lines: int | None = None) -> tuple[Line, ...]:
-    """Return the whole lines of a file, or the first `max_lines`; none when there is no file. Raises RecordError."""
+    """Return the complete lines of a file, or the first `max_lines`; () if it does not exist. Raises RecordError."""
     if not os.path.lexists(path):
         return ()
     with open_file(path, repr(str(path)), RecordError) as file:
@@ -120,7 +120,7 @@ def read_lines(path: Path, max_lines: int | None = None) -> tuple[Line, ...]:
 def parse_line(
     line: Line, kind: type[_Row] | TypeAdapter[_Row], file: str, advice: str, error: type[InputError] = RecordError
 ) -> _Row:
-    """Return the row in a line. Raises `error`, which names file, line and field and ends with the `advice`."""
+    """Return the row in a line. Raises `error`, which names file, line and field and ends with `advice`."""
     validate = kind.validate_json if isinstance(kind, TypeAdapter) else kind.model_validate_json
     try:
         return validate(line.data)
@@ -134,15 +134,15 @@ def dump_line(row: BaseModel, **options: Any) -> bytes:
 
 
 def append_line(path: Path, line: bytes) -> None:
-    """Add one line to a file that several processes may write to, on disk when this returns. Raises RecordError."""
+    """Append a line to a file that several processes may write to; it is on disk on return. Raises RecordError."""
     with AppendFile(path, waits=True) as file:
         file.append(line)
 
 
 def is_being_written(path: Path) -> bool | None:
-    """Whether a process holds the file open for appending; None where that cannot be known.
+    """Whether a process holds the file open for appending; None if that cannot be known.
 
-    To find out that nobody does takes the writer's lock for an instant: ask again only when something has changed.
+    The check takes the writer's lock for an instant, so repeat it only when the file has changed.
     """
     try:
         with open_file(path, repr(str(path)), RecordError) as file:
@@ -170,13 +170,13 @@ class AppendFile:
         except RecordError:
             self._file.close()
             raise
-        """What the file held when it was opened; forgotten when it is mended."""
+        """Content of the file when it was opened; emptied by `repair_tail`."""
         self.partial_line_file: Path | None = None
-        """Where the torn last line was put aside."""
+        """Side file to which the partial last line was moved; None if there was none."""
         self._is_repaired = False
 
     def repair_tail(self) -> None:
-        """Make the file end with a newline; a torn last line goes to a side file. Raises RecordError."""
+        """Make the file end with a newline, moving a partial last line to a side file. Raises RecordError."""
         if self._is_repaired:
             return
         try:
@@ -195,7 +195,7 @@ class AppendFile:
         self._is_repaired, self.lines = True, Lines((), b"")
 
     def append(self, *lines: bytes) -> None:
-        """Write lines, each with its newline, on disk when this returns, or none of them. Raises RecordError."""
+        """Append lines, each with its newline: all are on disk on return, or none is. Raises RecordError."""
         self.repair_tail()
         before = os.fstat(self._file.fileno()).st_size
         try:
@@ -206,17 +206,17 @@ class AppendFile:
             raise write_error(self.path, error) from error
 
     def truncate(self, end: int) -> None:
-        """Drop whatever follows the first `end` bytes of the file, which end a line; the rest is not saved elsewhere."""
+        """Drop whatever follows the first `end` bytes of the file, which end a line. The rest is discarded."""
         self._file.truncate(end)
         complete = tuple(line for line in self.lines.complete if line.end <= end)
         self.lines = Lines(complete, b"")
 
     def close(self) -> None:
-        """Release the file to other writers."""
+        """Close the file and release its lock."""
         self._file.close()
 
     def fileno(self) -> int:
-        """Return the number of the open file."""
+        """Return the file descriptor."""
         return self._file.fileno()
 
     def __enter__(self) -> Self:
@@ -233,7 +233,7 @@ class AppendFile:
 
 
 def write_error(path: Path, error: OSError) -> RecordError:
-    """Return what is said when a file of a run cannot be written."""
+    """Return the error for a file of a run that cannot be written."""
     return RecordError(
         f"Cannot write to {str(path)!r}: {error.strerror}. What was written before is kept; mend this and give the "
         "same command again."
@@ -241,7 +241,7 @@ def write_error(path: Path, error: OSError) -> RecordError:
 
 
 def unused_side_path(path: Path) -> Path:
-    """Return a name beside a file for its torn last line, where nothing lies yet. Raises RecordError."""
+    """Return an unused path next to a file for its partial last line. Raises RecordError."""
     for number in range(1, MAX_SIDE_FILES):
         side = path.with_name(f"{path.name}.partial-{number}")
         if not side.exists():
@@ -258,10 +258,10 @@ def _is_json(data: bytes) -> bool:
 
 
 def _open_locked(path: Path, waits: bool, makes_folder: bool) -> tuple[BinaryIO, bool]:
-    """Return the file, locked, and whether its folder was made for it.
+    """Return the locked file, and whether its folder was made for it.
 
-    A process that ends without a record removes the folder it made. Should that happen while this one waits for the
-    lock, the folder and the file are made again.
+    A process that ends without a record removes the folder it made. If that happens while this one waits for the lock,
+    the folder and the file are made again.
     """
     while True:
         made_folder = makes_folder and _make_folder(path.parent)
@@ -272,12 +272,12 @@ def _open_locked(path: Path, waits: bool, makes_folder: bool) -> tuple[BinaryIO,
         except FileNotFoundError as error:
             if not makes_folder:
                 raise _open_error(path, error) from None
-            continue  # taken away since it was made
+            continue  # the folder was removed after it was made
         except OSError as error:
             raise _open_error(path, error) from None
         try:
             fcntl.flock(file, fcntl.LOCK_EX | (0 if waits else fcntl.LOCK_NB))
-        except (BlockingIOError, PermissionError):  # how a file system over the network may say the same
+        except (BlockingIOError, PermissionError):  # a network file system may report a held lock with either
             file.close()
             raise RecordError(f"{str(path)!r} is being written by another process. Wait for it, or end it.") from None
         except OSError as error:

@@ -1,20 +1,20 @@
-"""Markup: what documents of XML, SVG, HTML and LaTeX cannot hold is taken out of a text before it enters one."""
+"""Markup: replaces the characters of a text that XML, SVG, HTML and LaTeX documents cannot contain."""
 
 import re
 from typing import Any
 
 _INVALID = re.compile("[^\t\n\r\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""What is no character of XML 1.0, or a control character all the same: halves of characters, U+FFFE, U+FFFF too."""
+"""Characters outside XML 1.0 (lone surrogates, U+FFFE, U+FFFF ...) and the control characters that it allows."""
 REPLACEMENT = "\ufffd"
 
 
 def replace_invalid(text: str) -> str:
-    """Return a text in which a mark stands for each character that no document of markup can hold."""
+    """Return `text` with `REPLACEMENT` for each character that markup cannot contain."""
     return _INVALID.sub(REPLACEMENT, text)
 
 
 def finalize(value: Any) -> Any:
-    """Return a value as a template may put it out, a text of markup as such: Jinja's `finalize`."""
+    """Return a value with invalid characters replaced, its string type preserved: Jinja's `finalize`."""
     if not isinstance(value, str) or (text := replace_invalid(value)) == value:
         return value
     return type(value)(text)

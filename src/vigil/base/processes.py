@@ -1,4 +1,4 @@
-"""Worker processes that end with the process that started them, however that ends."""
+"""Worker processes that exit when the process that started them exits, even if it was killed."""
 
 import multiprocessing
 import os
@@ -12,14 +12,14 @@ from vigil.base.imports import import_modules_from_environment
 
 
 def spawn_context() -> BaseContext:
-    """Return how processes are started: fresh, with nothing of the state of the one that starts them."""
+    """Return the start method for processes: `spawn`, which inherits no state from the parent."""
     return multiprocessing.get_context("spawn")
 
 
 def worker_pool(workers: int, begin: Callable[..., None] | None = None, *arguments: Any) -> ProcessPoolExecutor:
-    """Return a pool of fresh processes, each of which first calls `begin` with the arguments.
+    """Return a pool of spawned processes, each of which first calls `begin` with the arguments.
 
-    The standard library's own goes on with all that was submitted when its process is killed.
+    Unlike the workers of a plain `ProcessPoolExecutor`, these stop when the parent process is killed.
     """
     return ProcessPoolExecutor(workers, spawn_context(), initializer=_initialize_worker, initargs=(begin, arguments))
 

@@ -1,7 +1,7 @@
-"""Setting: what a person must know of a value that can be set. It stands in `Annotated`, beside the value's type.
+"""Setting: the help, name and bounds of a value that users can set, attached to the value's type by `Annotated`.
 
 Each setting is declared once: as a field of a dataclass (`runner.settings.RunSettings`) or as an alias that several
-dataclasses and verbs share. The command line makes its options from the declaration, and `check_settings` holds the
+dataclasses and commands share. The command line makes its options from the declaration, and `check_settings` checks
 values that come from Python against the same bounds.
 """
 
@@ -16,24 +16,24 @@ from vigil.errors import SettingError, did_you_mean
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """How a setting is called, explained and bounded."""
+    """The name, help and bounds of a setting."""
 
     help: str
     """One line of help. For a switch that is on by default, what turning it off does."""
     name: str = ""
-    """Of its option, without the dashes; empty for the name of the field."""
+    """Name of the option, without the dashes; empty to use the name of the field."""
     minimum: float | None = None
     maximum: float | None = None
     metavar: str | None = None
-    """What stands for its value in the help; None for the name of its type."""
+    """Placeholder for the value in the help; None to use the name of the type."""
     unset: str | None = None
-    """What holds while it is None, in the words of the help."""
+    """Behaviour when the value is None, as the help describes it."""
     env: str | None = None
-    """The variable that sets it where no option does."""
+    """Environment variable that sets the value if the option is not given."""
     read: Callable[[Any], Any] | None = None
-    """Returns the value from the option's text, or from all its texts when it `repeats`. Raises SettingError."""
+    """Function that parses the option's text, or all its texts if it `repeats`. It raises SettingError."""
     repeats: bool = False
-    """Whether `read` takes all texts of an option that may be given several times."""
+    """Whether the option may be given several times; `read` then takes the list of texts."""
     is_option: bool = True
     """Whether the command line offers it."""
 
@@ -49,16 +49,16 @@ class DeclaredSetting:
 
     @property
     def option(self) -> str:
-        """Its name for people, in words joined by dashes."""
+        """Name of the option, without the leading dashes."""
         return self.setting.name or self.name.replace("_", "-")
 
     @property
     def spoken(self) -> str:
-        """Its name in a message: that of its option, where it has one."""
+        """Name of the setting in messages: its option if it has one."""
         return f"--{self.option}" if self.setting.is_option else f"Setting {self.name}"
 
     def value(self, given: Any) -> Any:
-        """Return the setting from what was given for it: the default from nothing. Raises SettingError."""
+        """Return the value for `given`: the default for None or an empty list. Raises SettingError."""
         if given is None or given == []:
             return self.default
         if self.setting.read is not None:
@@ -67,7 +67,7 @@ class DeclaredSetting:
 
 
 def declared_setting(name: str, annotation: Any, default: Any = MISSING) -> DeclaredSetting | None:
-    """Return the setting that an annotation declares, or None."""
+    """Return the setting that an annotation declares; None if it declares none."""
     if get_origin(annotation) is not Annotated:
         return None
     kind, *notes = get_args(annotation)
@@ -76,7 +76,7 @@ def declared_setting(name: str, annotation: Any, default: Any = MISSING) -> Decl
 
 
 def declared_settings(settings: type) -> Iterator[DeclaredSetting]:
-    """Yield the settings that a dataclass declares, in its order. Its module evaluates annotations at once."""
+    """Yield the settings that a dataclass declares, in order. Its annotations must not be strings."""
     for field in fields(settings):
         found = declared_setting(field.name, field.type, _default(field))
         if found is not None:
@@ -88,7 +88,7 @@ def _default(field: Field) -> Any:
 
 
 def check_settings(settings: Any) -> None:
-    """Raise SettingError when a value of a dataclass of settings is outside what its declaration allows."""
+    """Raise SettingError if a value in a settings dataclass violates the bounds or choices of its declaration."""
     for one in declared_settings(type(settings)):
         value = getattr(settings, one.name)
         if value is None:
@@ -112,7 +112,7 @@ def _check_number(one: DeclaredSetting, value: float) -> None:
 
 
 def choices(kind: Any) -> tuple[str, ...]:
-    """Return the values that a `Literal`, or an optional one, allows; nothing for another type."""
+    """Return the values that a `Literal` or optional `Literal` allows; () for any other type."""
     if get_origin(kind) in (Union, UnionType):
         return next(filter(None, map(choices, get_args(kind))), ())
     return get_args(kind) if get_origin(kind) is Literal else ()

@@ -1,8 +1,8 @@
-"""Versions: under which rules, with which shapes and by which grammar of replies something was made.
+"""Versions of the rules, the shapes and the reply grammar under which a pack, run or record was made.
 
-Packs, run headers and episode records name them, because they tell what a package's version number does not: whether
-a recorded action would do the same today. They are whole numbers, raised by one. 1 is what has no number: it was made
-before versions were named. `tests/base/test_versions.py` fails when one of the three changes and its number does not.
+Packs, run headers and episode records name them, because the package's version number does not say whether a recorded
+action would still have the same effect. They are whole numbers, raised by one. 1 means unversioned: created before
+versions were recorded. `tests/base/test_versions.py` fails when one of the three changes without its number.
 """
 
 from typing import Self
@@ -13,28 +13,28 @@ from vigil import __version__
 from vigil.errors import shorten
 
 RULES_VERSION = 3
-"""Of the protocol as the package carries it out: contract, budgets, goals, and how the simulator behaves.
+"""Version of the protocol as implemented: contract, budgets, goals, and the simulator's behaviour.
 
-Raised when an episode could end otherwise, or a verdict come out otherwise, for the same replies and the same shapes.
-A raise needs a record under docs/decisions that says what changes and how many recorded verdicts do, the golden
-records written anew, and the packaged packs frozen anew under names of their own."""
+It is raised when an episode could end differently, or get another verdict, for the same replies and shapes. A raise
+needs a record under docs/decisions that says what changes and how many recorded verdicts change, regenerated golden
+records, and the packaged packs frozen again under new names."""
 SHAPES_VERSION = 4
-"""Of the shapes that the package makes of a house's things: where parts, solids, surfaces and joints lie.
+"""Version of the shapes of a house's objects: the places of parts, solids, surfaces and joints.
 
-Raised when anything of that moves by more than `tests/golden/shapes.json` tolerates: what is in view, in reach or
-in the way may then change in every recorded episode. A raise needs the packaged packs frozen anew."""
+It is raised when any of them moves by more than `tests/golden/shapes.json` tolerates: what is in view, in reach or in
+the way may then change in every recorded episode. A raise needs the packaged packs frozen again."""
 GRAMMAR_VERSION = 2
-"""Of `vigil.protocol.replies`: which texts are an action, and which one.
+"""Version of the grammar in `vigil.protocol.replies`: which texts are an action, and which one.
 
-Raised when any text is judged otherwise than before (`tests/golden/replies.json` pins some). A raise needs no new
-packs, but replies that were judged by another grammar are not to be compared with those judged by this one."""
+It is raised when any text is parsed differently than before (`tests/golden/replies.json` pins some). A raise does not
+need new packs, but replies parsed under another grammar must not be compared with those parsed under this one."""
 UNVERSIONED = 1
-"""The version of what does not name one."""
+"""Version of a file that does not name one."""
 MAX_SCHEMA_CHARS = 40
 
 
 class PackVersions(BaseModel):
-    """What a pack depends on."""
+    """The versions that a pack depends on."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -47,12 +47,12 @@ class PackVersions(BaseModel):
         return cls.model_validate({name: number for name, number in _CURRENT.items() if name in cls.model_fields})
 
     def differences(self) -> list[str]:
-        """Return in what these differ from this package's, e.g. `rules 1 (current 2)`."""
+        """Return the versions that differ from this package's, e.g. `rules 1 (here 2)`."""
         numbers = self.model_dump()
         return [f"{name} {numbers[name]} (here {_CURRENT[name]})" for name in numbers if self._differs(name)]
 
     def note(self, what: str) -> str | None:
-        """Return one line on how `what`, made under these, differs from this package; None when it does not."""
+        """Return one line that says how `what` was made under other versions; None if they are the same."""
         found = self.differences()
         if not found:
             return None
@@ -65,13 +65,13 @@ class PackVersions(BaseModel):
 
 
 class Versions(PackVersions):
-    """What a run and its records depend on."""
+    """The versions that a run and its records depend on."""
 
     grammar: int = Field(default=UNVERSIONED, ge=1)
 
 
 def schema_mismatch(found: object, known: int) -> str | None:
-    """Return why a file of schema `found` is not read where schema `known` is, and what to do; None when it is."""
+    """Return why a file of schema `found` cannot be read, and what to do; None if it is the `known` schema."""
     if found == known:
         return None
     is_newer = isinstance(found, int) and found > known
@@ -84,7 +84,7 @@ def schema_mismatch(found: object, known: int) -> str | None:
 
 
 def schema_validator(known: int) -> AfterValidator:
-    """Return what holds the field `schema_version` of a file against the one schema that is read."""
+    """Return a pydantic validator that accepts only the `known` value of the field `schema_version`."""
 
     def checked(found: int) -> int:
         fault = schema_mismatch(found, known)

@@ -1,1 +1,1 @@
-"""Frozen packs: what a pack is, its names, and how one is frozen. The packaged ones are in `data`."""
+"""Frozen packs: their files, names and freezing. The packaged packs are in `data`."""

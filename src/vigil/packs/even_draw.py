@@ -1,4 +1,4 @@
-"""Even draw: episodes in an order of which any first part has as many of each family, or of each kind of a suite."""
+"""Even draw: orders episodes so that any first N have about as many of each family, or of each kind of a suite."""
 
 import hashlib
 from collections import deque
@@ -10,26 +10,26 @@ from vigil.protocol.episode import FAMILIES, Episode
 
 
 class SuiteEntry(BaseModel):
-    """Where an episode stands in its suite: all that drawing and ordering need of its answer."""
+    """The kind and pair of an episode of a suite: the part of its answer that drawing and ordering need."""
 
     model_config = ConfigDict(extra="ignore", frozen=True)
 
     episode_id: str
     kind: str
     pair: str | None = None
-    """The same for both twins; None for an episode on its own."""
+    """Name of the pair, equal for both twins; None for an episode without a twin."""
 
 
 def draw_evenly(episodes: Iterable[Episode]) -> list[Episode]:
-    """Return episodes so that any first part of them holds every family as often as can be: see `balanced_units`."""
+    """Return the episodes in an order in which any first N are balanced over families: see `balanced_units`."""
     return [episode for unit in balanced_units(episodes, {}) for episode in unit]
 
 
 def balanced_units(episodes: Iterable[Episode], entries: Mapping[str, SuiteEntry]) -> Iterator[list[Episode]]:
-    """Yield episodes, twins together as one unit, each time of the family or kind that has given the fewest so far.
+    """Yield units of episodes (twins together), each from the family or kind with the fewest episodes so far.
 
-    Families come in the order of the table; within each the order is that of the SHA-256 of the ids, as good as a
-    random one, and the same wherever the pack is. A longer first part holds all of a shorter one.
+    Ties are resolved by the order of the table of families. Within a family, units are sorted by the SHA-256 of their
+    ids: a pseudo-random order that is the same on every machine. The first N units are always part of the first N + 1.
     """
     units: dict[str, list[Episode]] = {}
     waiting: dict[str, deque[list[Episode]]] = {}

@@ -1,6 +1,6 @@
 """Files of a pack: its manifest, and the reading of the files that it lists.
 
-A file is held against its hash at every reading, so that nothing is used but what was frozen, whenever it was changed.
+A file's hash is verified at every reading, so that a file that was changed after freezing is never used.
 """
 
 import hashlib
@@ -24,12 +24,12 @@ MAX_MANIFEST_BYTES = 16 * MIB
 MAX_LINES_BYTES = 512 * MIB
 NAME_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"
 FILE_PATTERN = r"([A-Za-z0-9][A-Za-z0-9_.-]{0,199}/){0,4}[A-Za-z0-9][A-Za-z0-9_.-]{0,199}"
-"""Of a file that a manifest lists: a plain path inside the pack, and no longer than a file's name may be."""
+"""Pattern of the path of a file in a manifest: a plain relative path inside the pack, of limited length."""
 _Line = TypeVar("_Line", bound=BaseModel)
 
 
 class Manifest(BaseModel):
-    """What a pack says about itself."""
+    """The manifest of a pack: its name, versions, counts and the hashes of its files."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -37,25 +37,25 @@ class Manifest(BaseModel):
     name: str = Field(pattern=NAME_PATTERN)
     version: str = "1"
     versions: PackVersions = PackVersions()
-    """Of the package that it was made with; its solutions hold under those."""
+    """Versions of the package that made the pack; its solutions are valid under these."""
     description: str = ""
     episodes: int
     houses: int
     families: dict[Family, int]
     meta: dict[str, Any] = Field(default_factory=dict)
-    """Free facts about how it was made: generator versions, seeds, counts by template."""
+    """Free-form facts about how the pack was made: generator versions, seeds, counts by template."""
     files: dict[str, str]
     """Relative path -> SHA-256 of the file's bytes."""
 
     @property
     def suite(self) -> str | None:
-        """The suite that the pack belongs to, whose measure is its own; None for packs of the families alone."""
+        """Name of the suite that the pack belongs to; None for a pack that only has the eight families."""
         suite = self.meta.get("suite")
         return suite if isinstance(suite, str) else None
 
     @property
     def version_notes(self) -> tuple[str, ...]:
-        """What a reader must be told because the pack was made under other versions than this package's."""
+        """Notes for readers if the pack was made under other versions than this package's; else empty."""
         note = self.versions.note(f"Pack {self.name!r}")
         return () if note is None else (note,)
 
@@ -67,11 +67,11 @@ class PackFiles:
     folder: Path
     manifest: Manifest
     sha256: str
-    """By which the pack is known: of its manifest, which has those of all its files."""
+    """SHA-256 of the manifest, which identifies the pack because it holds the hashes of all files."""
 
     @classmethod
     def of(cls, folder: Path, sha256: str | None = None) -> "PackFiles":
-        """Return the files of the pack in a folder, the very one of that hash if one is given. Raises PackMismatch."""
+        """Return the files of the pack in a folder. Raises PackMismatch, also if its hash is not `sha256`."""
         raw = _read(folder, MANIFEST, MAX_MANIFEST_BYTES)
         found = hashlib.sha256(raw).hexdigest()
         if sha256 not in (None, found):
@@ -82,7 +82,7 @@ class PackFiles:
         return cls(folder, _manifest(folder, raw), found)
 
     def read(self, name: str) -> bytes:
-        """Return the bytes of a file as they were frozen. Raises PackMismatch when they are others."""
+        """Return the bytes of a file. Raises PackMismatch if they are not those that were frozen."""
         expected = self.manifest.files.get(name)
         if expected is None:
             raise PackMismatch(f"Pack {str(self.folder)!r}: {MANIFEST} does not list {name}. Freeze the pack again.")
@@ -96,7 +96,7 @@ class PackFiles:
         return data
 
     def rows(self, name: str, model: type[_Line]) -> list[_Line]:
-        """Return the rows of a file with one JSON object a line. Raises PackMismatch or EpisodeError."""
+        """Return the rows of a JSON-lines file of the pack. Raises PackMismatch or EpisodeError."""
         rows: list[_Line] = []
         for number, line in enumerate(self.read(name).splitlines(), start=1):
             try:

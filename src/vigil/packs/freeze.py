@@ -1,4 +1,4 @@
-"""Freezing: episodes, solutions and houses -> the folder of a pack, whole or not at all, the same bytes every time."""
+"""Freezing: writes episodes, solutions and houses as a pack folder, atomically and with reproducible bytes."""
 
 import hashlib
 import json
@@ -30,10 +30,10 @@ def freeze(
     meta: Mapping[str, Any] | None = None,
     extra: Mapping[str, bytes] | None = None,
 ) -> Pack:
-    """Write a pack into `folder`, new or empty, and return it loaded; the same input gives the same bytes.
+    """Write a pack into `folder`, which is new or empty, and load it. The same input gives the same bytes.
 
-    `extra` are further files, hashed like all others. Raises EpisodeError when an episode contradicts its family, its
-    house or the other episodes, SettingError when the folder is not empty or the name unfit.
+    `extra` holds further files by path, hashed like all others. Raises EpisodeError if an episode contradicts its
+    family, its house or the other episodes, and SettingError if the folder is not empty or the name is invalid.
     """
     check_can_freeze(folder, name)
     ordered = sorted(episodes, key=lambda episode: episode.id)
@@ -61,7 +61,7 @@ def freeze(
 
 
 def _contents(episodes: list[Episode], solutions: list[Solution], houses: list[House]) -> dict[str, bytes]:
-    """Return the files of a pack by their paths, but for its manifest."""
+    """Return the contents of a pack's files by path, without the manifest."""
     return {
         EPISODES: b"".join(_line(episode) for episode in episodes),
         SOLUTIONS: b"".join(_line(solution) for solution in solutions),
@@ -84,7 +84,7 @@ def _line(model: BaseModel) -> bytes:
 
 
 def check_can_freeze(folder: Path, name: str) -> None:
-    """Raise SettingError when no pack of that name can be frozen into a folder."""
+    """Raise SettingError if a pack of that name cannot be frozen into `folder`."""
     if not re.match(NAME_PATTERN, name):
         raise SettingError(f"Pack name {name!r}: expected up to 100 letters, digits, '_', '.', '-', e.g. held_out_v1.")
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
@@ -94,7 +94,7 @@ def check_can_freeze(folder: Path, name: str) -> None:
 
 
 def _write(folder: Path, contents: Mapping[str, bytes]) -> None:
-    """Write a pack whole or not at all: beside its folder first. What a killed process left there goes."""
+    """Write a pack atomically: into a temporary sibling folder, then renamed. Leftovers of a killed process are removed."""
     partial = folder.absolute().with_name(f".{folder.absolute().name}.partial")
     if partial.exists():
         shutil.rmtree(partial)

@@ -27,30 +27,30 @@ from vigil.protocol.episode import FAMILIES, Episode, Family, Solution, allowed_
 from vigil.protocol.house import House
 
 PACKAGED = Path(str(files("vigil") / "data" / "packs"))
-"""Where the packs lie that come with the package."""
+"""Folder of the packs that come with the package."""
 ANSWERS = "closure.jsonl"
-"""Of a pack of the closure-stress suite: see `vigil.scoring.closure`."""
+"""File with the answers of a closure-stress pack: see `vigil.scoring.closure`."""
 MAX_CACHED_HOUSES = 16
-"""Houses that a pack holds in memory; others are read again from disk."""
+"""Number of houses that a pack keeps in memory; others are read again from disk."""
 _Line = TypeVar("_Line", bound=BaseModel)
 
 
 @dataclass(frozen=True)
 class Selection:
-    """Which episodes of a pack to take; everything by default."""
+    """A selection of a pack's episodes; all of them by default."""
 
     families: tuple[Family, ...] = ()
     ids: tuple[str, ...] = ()
     limit: int | None = None
-    """Only so many of the selected, evenly drawn: see `even_draw`. Twins are taken together or not at all."""
+    """Maximum number of episodes, drawn evenly (see `even_draw`). Twins are taken together or not at all."""
 
 
 class AssetSizes(Protocol):
-    """A database of assets, as far as a pack compares it with its own."""
+    """The part of an asset database that a pack compares with the one it was made with."""
 
     @property
     def sha256(self) -> str | None:
-        """Of its file; None without one."""
+        """SHA-256 of the database file; None without one."""
         ...
 
     def __contains__(self, asset_id: str) -> bool: ...
@@ -70,10 +70,9 @@ class Pack:
 
     @classmethod
     def load(cls, path: str | Path, sha256: str | None = None) -> "Pack":
-        """Return the pack in a folder, or the packaged one of that name; every file's hash is verified.
+        """Return the pack in a folder, or the packaged pack of that name; the hash of every file is verified.
 
-        With `sha256` it is the very pack of that hash. Raises PackMismatch, EpisodeError or HouseError with what is
-        wrong, where, and what to do.
+        Raises PackMismatch, EpisodeError or HouseError; PackMismatch also if the pack's hash is not `sha256`.
         """
         own_files = PackFiles.of(find_pack(path), sha256)
         for name in sorted(own_files.manifest.files):
@@ -89,23 +88,23 @@ class Pack:
 
     @cached_property
     def solutions(self) -> dict[str, Solution]:
-        """The recorded solutions by episode id."""
+        """Recorded solutions by episode id."""
         return {solution.episode_id: solution for solution in self._files.rows(SOLUTIONS, Solution)}
 
     @cached_property
     def suite_entries(self) -> dict[str, SuiteEntry]:
-        """Where each episode stands in the pack's suite, by id; nothing for a pack of the families alone."""
+        """Suite entries by episode id; empty for a pack that is not of a suite."""
         if ANSWERS not in self.manifest.files:
             return {}
         return {place.episode_id: place for place in self._files.rows(ANSWERS, SuiteEntry)}
 
     @property
     def pairs(self) -> dict[str, str]:
-        """The pair of each episode that has a twin, by id."""
+        """Names of pairs by the ids of the episodes that have a twin."""
         return {name: place.pair for name, place in self.suite_entries.items() if place.pair is not None}
 
     def house_of(self, episode: Episode) -> House:
-        """Return an episode's house as it was frozen; several threads may ask at once.
+        """Return an episode's house as it was frozen; safe to call from several threads.
 
         Raises PackMismatch or HouseError.
         """
@@ -121,7 +120,7 @@ class Pack:
         return House.from_json(name, self._files.read(file), f"House file {str(self.folder / file)!r}")
 
     def check_assets(self, given: AssetSizes) -> None:
-        """Raise PackMismatch when things would have other sizes than those that the pack was made with."""
+        """Raise PackMismatch if objects would have other sizes than when the pack was made."""
         if self.asset_database_sha256 is None and given.sha256 is not None and not self._names_asset_of(given):
             return  # a database changes nothing where no house has an asset of it
         fault = asset_mismatch(f"Pack {self.name!r}", self.asset_database_sha256, given.sha256)
@@ -130,7 +129,7 @@ class Pack:
 
     @property
     def asset_database_sha256(self) -> str | None:
-        """Of the asset database that it was made with; None without one."""
+        """SHA-256 of the asset database that the pack was made with; None if it was made without one."""
         return self.manifest.meta.get("asset_database_sha256")
 
     def _names_asset_of(self, given: AssetSizes) -> bool:
@@ -138,7 +137,7 @@ class Pack:
         return any(node.asset_id in given for episode in first.values() for node, _ in self.house_of(episode).objects())
 
     def episode(self, episode_id: str) -> Episode:
-        """Return one episode. Raises SettingError with a suggestion."""
+        """Return the episode with that id. Raises SettingError with a suggestion."""
         for episode in self.episodes:
             if episode.id == episode_id:
                 return episode
@@ -147,7 +146,7 @@ class Pack:
         raise SettingError(f"Pack {self.name!r} has no episode {episode_id!r}.{hint}")
 
     def select(self, selection: Selection) -> list[Episode]:
-        """Return the selected episodes, sorted by id. Raises SettingError when there are none."""
+        """Return the selected episodes, sorted by id. Raises SettingError if there are none."""
         if selection.limit is not None and selection.limit < 1:
             raise SettingError(f"A limit of {selection.limit} episodes leaves nothing to play. Give 1 or more.")
         for family in selection.families:
@@ -166,7 +165,7 @@ class Pack:
         return chosen
 
     def _first(self, episodes: Sequence[Episode], limit: int) -> list[Episode]:
-        """Return so many episodes, evenly drawn; one fewer where only one of two twins would fit."""
+        """Return `limit` episodes, evenly drawn; one fewer if only one of two twins would fit."""
         found: list[Episode] = []
         for unit in balanced_units(episodes, self.suite_entries):
             if len(found) + len(unit) > limit:
@@ -208,7 +207,7 @@ class Pack:
 
 
 def asset_mismatch(what: str, wanted: str | None, given: str | None) -> str | None:
-    """Return what is wrong when `what` was made with the asset database `wanted`, and another or none is `given`."""
+    """Return the message for `what` made with asset database `wanted` while `given` is in use; None if they are equal."""
     if wanted == given:
         return None
     made, here = (
@@ -220,7 +219,7 @@ def asset_mismatch(what: str, wanted: str | None, given: str | None) -> str | No
 
 
 def find_pack(path: str | Path) -> Path:
-    """Return the folder of a pack: `path` itself, or the packaged pack of that name, without a version the newest.
+    """Return the folder of a pack: `path` itself, or the packaged pack of that name (the newest without a version).
 
     Raises PackMismatch.
     """
@@ -257,35 +256,35 @@ def packaged_names() -> list[str]:
 
 
 def manifest_of(path: str | Path) -> Manifest:
-    """Return what a pack says about itself; no other file of it is read. Raises PackMismatch."""
+    """Return the manifest of a pack without reading its other files. Raises PackMismatch."""
     return PackFiles.of(find_pack(path)).manifest
 
 
 def manifest_sha256(folder: Path) -> str:
-    """Return the hash by which a pack is known. Raises PackMismatch when there is no manifest."""
+    """Return the SHA-256 that identifies a pack. Raises PackMismatch if it has no manifest."""
     return PackFiles.of(folder).sha256
 
 
 def _aliases(folder: Path) -> list[str]:
-    """Return the other names that a pack goes by."""
+    """Return the other names of a pack."""
     return list(manifest_of(folder).meta.get("aliases", ()))
 
 
 def frozen_episodes(path: str | Path, sha256: str) -> list[Episode]:
-    """Return the episodes of the very pack with that hash, for readers who need none of its houses.
+    """Return the episodes of the pack with that hash, without loading its houses.
 
-    Raises PackMismatch when the pack at `path` is another one, or its episodes differ from its manifest.
+    Raises PackMismatch if the pack at `path` has another hash, or its episodes differ from its manifest.
     """
     return PackFiles.of(find_pack(path), sha256).rows(EPISODES, Episode)
 
 
 def frozen_table(path: str | Path, name: str, model: type[_Line]) -> list[_Line]:
-    """Return the rows of a further file of a pack, one JSON object a line, verified by hash. Raises PackMismatch."""
+    """Return the rows of a JSON-lines file of a pack, verified by hash. Raises PackMismatch or EpisodeError."""
     return PackFiles.of(find_pack(path)).rows(name, model)
 
 
 def count_rooms(folder: Path) -> dict[str, int]:
-    """Return how many rooms each house of the pack in `folder` has. Raises PackMismatch."""
+    """Return the number of rooms of each house of the pack in `folder`. Raises PackMismatch."""
     own_files = PackFiles.of(folder)
     found: dict[str, int] = {}
     for name in own_files.manifest.files:
@@ -298,7 +297,7 @@ def count_rooms(folder: Path) -> dict[str, int]:
 
 
 def count_families(episodes: Iterable[Episode]) -> dict[Family, int]:
-    """Return how many episodes each family has, in the order of the table; absent families are left out."""
+    """Return the number of episodes of each family, in the table's order; families without episodes are left out."""
     counts = dict.fromkeys(FAMILIES, 0)
     for episode in episodes:
         counts[episode.family] += 1
@@ -306,7 +305,7 @@ def count_families(episodes: Iterable[Episode]) -> dict[Family, int]:
 
 
 def check_house(episode: Episode, house: House) -> None:
-    """Raise PackMismatch or EpisodeError when an episode and its house do not belong together."""
+    """Raise PackMismatch or EpisodeError if an episode and its house do not match."""
     if house.sha256 != episode.house.sha256:
         raise PackMismatch(
             f"Episode {episode.id!r}: house {house.name!r} has SHA-256 {house.sha256[:12]}..., the episode was made "
@@ -326,9 +325,9 @@ def check_house(episode: Episode, house: House) -> None:
 
 
 def protocol_faults(episode: Episode, suite: str | None = None) -> list[str]:
-    """Return in what an episode departs from the table of families: budgets, start horizon, kind of goal.
+    """Return how an episode violates the table of families: its budgets, start horizon or kind of goal.
 
-    `suite` is that of the pack which it is for.
+    `suite` is the suite of the episode's pack; None if it is not of one.
     """
     spec = FAMILIES[episode.family]
     faults: list[str] = []

@@ -1,7 +1,7 @@
-"""Private packs: which seeds are secret, what stands in place of the names that they give, and which packs are private.
+"""Private packs: secret seeds, the names that do not reveal them, and the check whether a pack is private.
 
-A pack is private when its manifest tells no more of its seed than the hash (`seed_sha256`). Whatever writes something
-that is meant to leave the machine asks `is_private` here, or `check_revealed`. Decision 46.
+A pack is private if its manifest has only the hash of its seed (`seed_sha256`). All code that writes output meant to
+leave the machine calls `is_private` or `check_revealed`. Source: decision 46.
 """
 
 import hashlib
@@ -14,25 +14,25 @@ from typing import Any
 from vigil.errors import SettingError
 
 MIN_SECRET_SEED = 2**64
-"""Smaller seeds can be found by trying all of them."""
+"""Smallest secret seed; smaller ones can be found by trying all of them."""
 SEED_SHA256 = "seed_sha256"
-"""Under this name the `meta` of a manifest holds the hash of a secret seed; no other pack has it."""
+"""Key of the hash of a secret seed in a manifest's `meta`; only private packs have it."""
 REVEAL = "--reveal-private-pack"
 REVEAL_HELP = "Give a private pack away: write its instructions, ids, replies or frames all the same."
 NEW_SEED = "python3 -c 'import secrets; print(secrets.randbits(128))'"
 NAME_DIGITS = 20
-"""Of the keyed hash in the name of a private episode or house: 80 bits."""
+"""Number of hex digits of the keyed hash in the name of a private episode or house (80 bits)."""
 MAX_SEED_BYTES = 1024
 _SEED = re.compile(r"[0-9]{1,300}")
 
 
 def is_private(meta: Mapping[str, Any]) -> bool:
-    """Whether the pack whose manifest has this `meta` is private: its seed is to stay secret, and with it the pack."""
+    """Whether the pack whose manifest has this `meta` is private, so that its seed and content stay secret."""
     return SEED_SHA256 in meta
 
 
 def check_revealed(pack: str, private: bool, what: str, *, reveals: bool, by: str = REVEAL) -> None:
-    """Raise SettingError when `what` would give a private pack away and nobody said by `by` that it may."""
+    """Raise SettingError if `what` would reveal a private pack; `reveals` says that option `by` allowed it."""
     if private and not reveals:
         raise SettingError(
             f"Pack {pack!r} is private: it was made from a secret seed. {what} would give it away to whoever reads "
@@ -42,7 +42,7 @@ def check_revealed(pack: str, private: bool, what: str, *, reveals: bool, by: st
 
 
 def redact_ids(remarks: Iterable[str], ids: Iterable[str]) -> list[str]:
-    """Return remarks about a run in which none of some episodes is named."""
+    """Return `remarks` with all of the episode `ids` replaced."""
     any_id = re.compile("|".join(map(re.escape, sorted(ids, key=len, reverse=True))) or r"(?!)")
     return [any_id.sub("(an episode)", remark) for remark in remarks]
 
@@ -53,22 +53,22 @@ def is_secret(seed: int) -> bool:
 
 
 def seed_sha256(name: str, *seeds: int) -> str:
-    """Return the hash by which the secret seed of a pack can be proved once it is told: SHA-256 of "NAME SEED"."""
+    """Return the commitment to a pack's secret seed, checkable once it is published: SHA-256 of "NAME SEED"."""
     return hashlib.sha256(" ".join([name, *map(str, sorted(seeds))]).encode()).hexdigest()
 
 
 def secret_name(seed: int, kind: str, what: bytes) -> str:
-    """Return the name of a house or an episode, e.g. `house_1f0c...`, that tells nothing to who has not the seed."""
+    """Return the name of a house or episode, e.g. `house_1f0c...`, which reveals nothing without the seed."""
     return f"{kind}_{_keyed(seed, kind, what).hex()[:NAME_DIGITS]}"
 
 
 def secret_subseed(seed: int, kind: str, what: bytes) -> int:
-    """Return a seed of 128 bits for a part of what a secret seed makes; it tells nothing of the others."""
+    """Return a 128-bit seed derived from a secret seed for one part; it reveals nothing about the other seeds."""
     return MIN_SECRET_SEED + int.from_bytes(_keyed(seed, f"seed of {kind}", what)[:16], "big")
 
 
 def read_seed(path: Path) -> int:
-    """Return the secret seed in a file: one whole number. Raises SettingError."""
+    """Return the secret seed in a file, which holds one whole number. Raises SettingError."""
     try:
         with path.open("rb") as file:
             text = file.read(MAX_SEED_BYTES + 1).decode("ascii").strip()
@@ -85,7 +85,7 @@ def read_seed(path: Path) -> int:
 
 
 def chosen_seed(seed: int | None, file: Path | None) -> int | None:
-    """Return the seed that was given as a number or in a file; None without either. Raises SettingError on both."""
+    """Return the seed given as a number or in a file; None without either. Raises SettingError if both are given."""
     if seed is not None and file is not None:
         raise SettingError("--seed and --seed-file exclude each other. Leave one out.")
     return seed if file is None else read_seed(file)
