@@ -43,7 +43,7 @@ class Env:
         profile: Profile,
         clock: Callable[[], datetime] = lambda: datetime.now(UTC),
     ) -> None:
-        """`house_of` returns an episode's house; a house that is already loaded in the simulator is not loaded again."""
+        """`house_of` returns an episode's house; a house that is already loaded is not loaded again."""
         self.profile = profile
         self._simulator = simulator
         self._house_of = house_of
@@ -159,7 +159,7 @@ class Env:
     @staticmethod
     @contextmanager
     def _reject_invalid_facts() -> Iterator[None]:
-        """Raise SimulatorError if the simulator returns invalid state: a non-finite number must never enter a record."""
+        """Raise SimulatorError if the simulator returns invalid state: non-finite numbers must not enter a record."""
         try:
             yield
         except ValidationError as error:

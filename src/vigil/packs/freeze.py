@@ -94,7 +94,7 @@ def check_can_freeze(folder: Path, name: str) -> None:
 
 
 def _write(folder: Path, contents: Mapping[str, bytes]) -> None:
-    """Write a pack atomically: into a temporary sibling folder, then renamed. Leftovers of a killed process are removed."""
+    """Write a pack atomically: into a sibling folder that is then renamed. Remains of a killed process are deleted."""
     partial = folder.absolute().with_name(f".{folder.absolute().name}.partial")
     if partial.exists():
         shutil.rmtree(partial)

@@ -207,7 +207,7 @@ class Pack:
 
 
 def asset_mismatch(what: str, wanted: str | None, given: str | None) -> str | None:
-    """Return the message for `what` made with asset database `wanted` while `given` is in use; None if they are equal."""
+    """Return the message if `what` was made with database `wanted` but `given` is in use; None if they are equal."""
     if wanted == given:
         return None
     made, here = (

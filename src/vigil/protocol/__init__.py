@@ -1,1 +1,1 @@
-"""The words of the protocol: actions, observations, prompts, replies, goals, episodes, houses and their world."""
+"""Data types and rules of the protocol: actions, observations, prompts, replies, goals, episodes, houses, world."""

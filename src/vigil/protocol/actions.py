@@ -2,7 +2,7 @@
 
 The literal tables `SKILLS`, `INTENTS` and `STATUSES` feed both the prompt (`vigil.protocol.prompt`) and the parser
 (`vigil.protocol.replies`), so that the two cannot drift apart. Source: `protocol.md` sections 2.2 and 2.3; the paper's
-tables `action_specs`, `intents`, `report_statuses`, whose descriptions stand here verbatim.
+tables `action_specs`, `intents`, `report_statuses`, whose descriptions are copied verbatim.
 """
 
 import base64
@@ -28,8 +28,8 @@ HORIZON_DOWN_DEG = 60.0
 Coordinates = Literal["pixel", "normalized_1000"]
 ReplyPolicy = Literal["strict", "lenient"]
 ReplySource = Literal["agent", "server", "library"]
-"""Where a reply's text was taken: from the agent itself (a script, a program, a person), from the answer of a model's
-server as it arrived, or from a library's rendering of that answer, which may have cut or joined it."""
+"""Where a reply's text comes from: the agent itself (a script, a program, a person), the unmodified answer of a model's
+server, or a library's rendering of that answer, which may have cut or joined it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,14 +40,14 @@ class Argument:
     type: Literal["enum", "number", "int", "string"]
     description: str
     values: tuple[str, ...] = ()
-    """The vocabulary of an enum."""
+    """Allowed words of an enum."""
     unless_drop: bool = False
-    """Conditionally required: not for the intent `drop`."""
+    """Whether the argument is required except for the intent `drop`."""
 
 
 @dataclass(frozen=True, slots=True)
 class IntentSpec:
-    """What an intent means, and whether it needs a pixel."""
+    """The meaning of an intent, and whether it needs a pixel."""
 
     semantics: str
     needs_pixel: bool = True
@@ -89,7 +89,7 @@ INTENT_ALIASES: dict[str, Intent] = {
     "put_on": "place",
     "release": "drop",
 }
-"""Published: other words for an intent, taken at run time. Nothing else has aliases."""
+"""Published table: other words accepted for an intent. Only intents have aliases."""
 
 STATUSES: dict[Status, str] = {
     "success": "Agent claims the task goal has been achieved",
@@ -155,7 +155,7 @@ class InteractPixel(_Action):
 
 
 class Report(_Action):
-    """Close the episode. `raw_status` is what the agent wrote when it is not in the vocabulary."""
+    """Close the episode. `raw_status` is the agent's own word if it is not in the vocabulary."""
 
     skill_name: Literal["report"] = "report"
     status: Status
@@ -168,17 +168,17 @@ Action = Annotated[Navigate | Look | InteractPixel | Report, Field(discriminator
 
 
 class InvalidAction(_Action):
-    """A reply that is no action: data, not an error. Uses up a step and changes nothing."""
+    """A reply that is not an action: data, not an error. It uses up a step and changes nothing."""
 
     kind: Literal["protocol_failure", "malformed_action"]
     reason: str
-    """A short code, e.g. `not_json`, `several_objects`, `unknown_skill`, `pixel_outside_frame`."""
+    """Short code, e.g. `not_json`, `several_objects`, `unknown_skill`, `pixel_outside_frame`."""
     detail: str = ""
     would_parse_leniently: bool = False
 
 
 class ParsedReply(_Action):
-    """An action with what came along: kept verbatim, never scored."""
+    """An action with the other content of the reply, which is recorded verbatim and never scored."""
 
     action: Action
     thought: Any = None
@@ -187,27 +187,27 @@ class ParsedReply(_Action):
 
 
 class Usage(_Action):
-    """Tokens that one reply took."""
+    """Number of tokens of one reply."""
 
     input_tokens: int = 0
     output_tokens: int = 0
 
 
 class ReplyCut(_Action):
-    """What a reply was before it was cut for the record."""
+    """Size and hash of a reply before it was cut for the record."""
 
     text_bytes: int
     answer_bytes: int
-    """Without the reasoning: what the limit on a reply's length counts."""
+    """Length without the reasoning, to which the limit on replies applies."""
     sha256: str
-    """Of all its bytes."""
+    """SHA-256 of all bytes of the reply."""
 
 
 class Reply(_Action):
-    """What an agent's `act` returns: its raw text, with what the provider said about it.
+    """Return value of an agent's `act`: the raw text, with the provider's facts about it.
 
-    `text` takes any string or bytes; what UTF-8 cannot carry is replaced by U+FFFD, `is_utf8` is False, and the bytes
-    themselves are in `raw_base64` (of a string with lone surrogates: with these encoded like other characters).
+    `text` accepts any string or bytes. If it is not valid UTF-8, the invalid parts are replaced by U+FFFD, `is_utf8` is
+    False, and `raw_base64` holds the original bytes (lone surrogates of a string are encoded like other characters).
     """
 
     text: str
@@ -215,22 +215,22 @@ class Reply(_Action):
     raw_base64: str | None = None
     reply_source: ReplySource = "agent"
     finish_reason: str | None = None
-    """In the provider's own word: `stop`, `end_turn`, `length`, `MAX_TOKENS` ..."""
+    """The provider's own word: `stop`, `end_turn`, `length`, `MAX_TOKENS` ..."""
     reasoning_chars: int = 0
     reasoning: str = Field(default="", exclude=True, repr=False)
-    """That came apart from the text, where it is kept: beside the record (`vigil.records.reasoning_file`), never in
-    it."""
+    """Reasoning that came separately from the text, if it is stored: in a file next to the records
+    (`vigil.records.reasoning_file`), never in a record."""
     tool_call: str | None = Field(default=None, exclude_if=lambda name: name is None)
-    """Name of the tool that the server says the model called in the place of an answer; rows without one leave it
-    out, as all did before there was the field."""
+    """Name of the tool that the model called instead of answering, according to the server. The field is omitted from
+    rows without a tool call, as in rows written before it existed."""
     usage: Usage | None = None
     seconds: float = 0.0
     provider_rejected: bool = False
-    """The provider refused because of content or length, three times: a protocol failure."""
+    """Whether the provider refused three times because of content or length, which is a protocol failure."""
     agent_ended: str = ""
-    """What a program did instead of answering a frame: it ended, hung or wrote out of turn. A protocol failure."""
+    """What a program did instead of answering: it ended, hung or wrote out of turn, which is a protocol failure."""
     cut: ReplyCut | None = None
-    """Set when `text` is only a part of what was said, and was judged as: see `vigil.protocol.reply_truncation`."""
+    """Size of the original reply if `text` is only a part of it: see `vigil.protocol.reply_truncation`."""
 
     @model_validator(mode="before")
     @classmethod
@@ -247,5 +247,5 @@ class Reply(_Action):
 
     @property
     def raw(self) -> bytes:
-        """The bytes of the text as it came."""
+        """Original bytes of the text."""
         return self.text.encode() if self.raw_base64 is None else base64.b64decode(self.raw_base64)

@@ -1,7 +1,7 @@
-"""Episode and the eight families: what is asked, where, with which budgets.
+"""Episodes and the eight families: the task, the house and the budgets.
 
 The table `FAMILIES` is data: nothing branches on a family's name when an episode is scored. `register_family` adds
-families of one's own to it. Source: `protocol.md` section 4 and the paper's table `family_specs`.
+custom families to it. Source: `protocol.md` section 4 and the paper's table `family_specs`.
 """
 
 import re
@@ -36,11 +36,11 @@ Skill = Literal["navigate", "look", "interact_pixel", "interact_pixel(ground)", 
 DEFAULT_HORIZON_DEG = 30.0
 MAX_INSTRUCTION_CHARS = 2000
 MAX_FLOOR_M = 0.01
-"""Floors of houses are at height 0; an agent that starts further up or down stands on nothing."""
+"""Maximum distance of a start from height 0, where the floors of houses are."""
 MAX_COORDINATE_M = 200.0
-"""No place of an episode is further from the origin; the largest houses are some 50 m long."""
+"""Maximum coordinate in an episode; the largest houses are about 50 m long."""
 MAX_TURN_DEG = 360.0
-"""A direction or rotation beyond a whole turn is a typo."""
+"""Maximum rotation; more than a whole turn is a typo."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,7 @@ class FamilySpec:
     max_steps: int
     max_invalid: int
     skills: tuple[Skill, ...]
-    """Expected; a recorded solution uses no others."""
+    """Expected skills; a recorded solution uses no others."""
     goal_kinds: tuple[str, ...]
 
     @property
@@ -87,20 +87,20 @@ FAMILIES: dict[Family, FamilySpec] = {
 }
 
 EXTRA_GOAL_KINDS: dict[Family, tuple[str, ...]] = {"SM": ("all_of",)}
-"""Goals that a family may ask for besides the paper's: several things at their places, or in their states, at once."""
+"""Kinds of goals that a family may use in addition to the paper's: several places or states at once."""
 SUITE_GOAL_KINDS: dict[Family, tuple[str, ...]] = {"SI": ("all_of", "object_at_receptacle")}
-"""Goals that a family may ask for in the packs of a suite, and in no others (`vigil.packs.pack.protocol_faults`)."""
+"""Kinds of goals that a family may use only in the packs of a suite (`vigil.packs.pack.protocol_faults`)."""
 
 
 def allowed_goal_kinds(family: Family) -> tuple[str, ...]:
-    """Return the kinds of goals that a family may ask for in any pack."""
+    """Return the kinds of goals that a family may use in any pack."""
     return (*FAMILIES[family].goal_kinds, *EXTRA_GOAL_KINDS.get(family, ()))
 
 
 def register_family(name: str, spec: FamilySpec) -> None:
-    """Add a family of one's own to `FAMILIES`, in this process alone; its goals are of the kinds that there are.
+    """Add a custom family to `FAMILIES`, in this process only; its goals must be of the existing kinds.
 
-    Raises SettingError on a name that is taken or is not two capital letters, and on an unknown kind of goal.
+    Raises SettingError for a name that is taken or is not two capital letters, and for an unknown kind of goal.
     """
     if not re.fullmatch(r"[A-Z]{2}", name):
         raise SettingError(f"Family {name!r}: a family is named by two capital letters, as {', '.join(FAMILIES)} are.")
@@ -115,9 +115,9 @@ def register_family(name: str, spec: FamilySpec) -> None:
 
 
 def parse_families(names: Iterable[str]) -> tuple[Family, ...]:
-    """Return the families of these names in the table's order; a name may hold several, as in "PG,sm".
+    """Return the families of these names in the table's order; a name may list several, as in "PG,sm".
 
-    Raises SettingError on a name that is none.
+    Raises SettingError for a name that is not a family.
     """
     wanted = {word.strip().upper() for name in names for word in name.split(",")}
     for word in sorted(wanted - FAMILIES.keys()):
@@ -138,11 +138,11 @@ class HouseRef(_Model):
 
 
 class Provenance(_Model):
-    """Where an episode comes from and what has been done to it."""
+    """Origin of an episode, and its validation and review."""
 
     author: str = ""
     template: str = ""
-    """The authoring template, e.g. `reveal_pick` (SM) or `interlock` (CR)."""
+    """Name of the authoring template, e.g. `reveal_pick` (SM) or `interlock` (CR)."""
     seed: int | None = None
     validated: bool = False
     solution_steps: int | None = None

@@ -1,7 +1,7 @@
-"""Why a model stopped: the finish and stop reasons of all providers in one table, and what each means.
+"""Why a model stopped: one table of the finish and stop reasons of all providers, with their meanings.
 
-A provider's own word is recorded; what follows from it is decided here. A word that is not in the table, and none at
-all, are not the model's doing when nothing usable was said (`vigil.runner.models.ask`). Source: `protocol.md` section
+A provider's own word is recorded; its consequence is decided here. A missing word, or one that is not in the table, is
+not blamed on the model if the reply has nothing usable (`vigil.runner.models.ask`). Source: `protocol.md` section
 2.3, and the references of the providers.
 """
 
@@ -19,11 +19,11 @@ MEANINGS: dict[StopCause, str] = {
 
 
 class FinishReason(NamedTuple):
-    """What a finish reason means, and who sends it."""
+    """The meaning of a finish reason, and the providers that send it."""
 
     ending: StopCause
     senders: str
-    """Names in REFERENCES, with commas between."""
+    """Names in REFERENCES, separated by commas."""
 
 
 REFERENCES: dict[str, str] = {
@@ -45,7 +45,7 @@ REFERENCES: dict[str, str] = {
     "watsonx": "https://ibm.github.io/watsonx-ai-node-sdk/",
     "Inspect": "https://inspect.aisi.org.uk/reference/inspect_ai.model.html",
 }
-"""Where providers list their finish reasons. Those in OpenAI's style that are not named here list OpenAI's own."""
+"""URLs where providers list their finish reasons. OpenAI-compatible providers without an entry use OpenAI's list."""
 
 FINISH_REASONS: dict[str, FinishReason] = {
     "stop": FinishReason("finished", "OpenAI, Google, Inspect"),
@@ -109,11 +109,11 @@ FINISH_REASONS: dict[str, FinishReason] = {
     "modelunloaded": FinishReason("failed", "LM Studio"),
     "userstopped": FinishReason("failed", "LM Studio"),
 }
-"""By word, case-folded. What a provider does to an answer of its own accord is never the model's doing."""
+"""Case-folded word -> its meaning. What a provider itself does to an answer is never blamed on the model."""
 
 
 def stop_cause(finish_reason: str | None) -> StopCause | None:
-    """Return what a finish reason means; None for one that is not known, and where none was sent."""
+    """Return the meaning of a finish reason; None if it is unknown or missing."""
     found = FINISH_REASONS.get((finish_reason or "").strip().casefold().replace("-", "_"))
     return None if found is None else found.ending
 

@@ -1,6 +1,6 @@
 """Goals: what must be true in the hidden world for an episode to count as completed.
 
-The kinds of goals and constraints, whether each holds at one moment, and what it asks for in words.
+This module has the kinds of goals and constraints, whether each holds at one moment, and their descriptions in words.
 `vigil.scoring.goal_check` applies them to a record. Source: `protocol.md` section 4.1.
 """
 
@@ -22,7 +22,7 @@ TOLERANCE = 1e-6
 NEAR_M = 1.5
 """Distance threshold of `agent_near_target`, and the reach that progress is measured to."""
 MAX_PARTS = 24
-"""Parts of an `all_of` goal, at most: as many things as a home may have that stand open."""
+"""Maximum number of parts of an `all_of` goal; a home may have that many objects that can be open."""
 _STATES = {("is_open", True): "is open", ("is_open", False): "is closed"}
 _STATES |= {("is_toggled", True): "is on", ("is_toggled", False): "is off"}
 _CONSTRAINTS = {
@@ -35,16 +35,16 @@ _CONSTRAINTS = {
 
 
 class Constraint(BaseModel):
-    """What a constraint-resolving episode asks for besides its goal."""
+    """What a constraint-resolving episode requires in addition to its goal."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     kind: Literal["object_open", "object_closed", "object_on", "object_off", "object_moved", "object_released"]
-    """`object_moved`: taken up, or away from its place at reset by `distance_m` or more in the floor
+    """`object_moved`: picked up, or away from its place at reset by `distance_m` or more in the floor
     plane. `object_released`: no longer in the hand (the hand was emptied)."""
     object_id: str
     latched: bool
-    """True for an event (met once is met), false for a state (must be so at closure)."""
+    """True for an event (it stays met once met), false for a state (it must hold at closure)."""
     distance_m: float | None = Field(default=None, gt=0, allow_inf_nan=False)
 
     @model_validator(mode="after")
@@ -58,11 +58,11 @@ class _Goal(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     object_id: str
-    """The target."""
+    """Id of the target."""
     constraint: Constraint | None = None
-    """CR only: must be resolved too."""
+    """Constraint that must be resolved too; CR only."""
     chain: tuple["ChainLink", ...] = ()
-    """SM only: the ordered sub-conditions before the final one; they count for progress alone."""
+    """Ordered sub-conditions before the final one, which count only for progress; SM only."""
 
     def ids(self) -> set[str]:
         """Return the ids of all objects that the goal, its constraint and its chain name."""
@@ -104,9 +104,9 @@ class ObjectHeld(_Goal):
 
 
 class ObjectAtReceptacle(_Goal):
-    """The target lies on the receptacle: on a top or an open shelf of it, not within what opens of it or upon it.
+    """The target lies on the receptacle: on its top or an open shelf, not inside or on one of its openable parts.
 
-    With `inside`: on an interior surface of it, not on its top or rim.
+    With `inside`: on an interior surface of the receptacle, not on its top or rim.
     """
 
     kind: Literal["object_at_receptacle"] = "object_at_receptacle"
@@ -132,7 +132,7 @@ GoalPart = Annotated[ObjectInState | ObjectAtReceptacle, Field(discriminator="ki
 
 
 class AllOf(_Goal):
-    """Several things are each in the state, or in the place, that is asked for; `object_id` is the first of them."""
+    """Several objects are each in the required state or place; `object_id` is the first of them."""
 
     kind: Literal["all_of"] = "all_of"
     parts: tuple[GoalPart, ...] = Field(min_length=2, max_length=MAX_PARTS)
@@ -166,23 +166,23 @@ STATE_LABELS: dict[StateQuery, tuple[StateLabel, StateLabel]] = {
     "is_toggled": ("on", "off"),
     "is_open": ("open", "closed"),
 }
-"""State queried -> its two labels: of a state that is true, and of one that is false."""
+"""State queried -> its labels (if true, if false)."""
 
 
 def state_label(query: StateQuery, *, is_toggled: bool | None, openness: float | None) -> StateLabel:
-    """Return the label of a thing's state."""
+    """Return the label of an object's state."""
     positive, negative = STATE_LABELS[query]
     holds = bool(is_toggled) if query == "is_toggled" else (openness or 0.0) > OPEN_ABOVE
     return positive if holds else negative
 
 
 def is_observable(state: ObjectState) -> bool:
-    """Whether the object can be told in the frame."""
+    """Whether the object can be recognized in the frame."""
     return _is_recognizable(state, state.visible_px)
 
 
 def is_state_observable(state: ObjectState, query: StateQuery) -> bool:
-    """Whether the parts that show the queried state can be told in the frame."""
+    """Whether the parts that show the queried state can be recognized in the frame."""
     return _is_recognizable(state, state.state_px(query))
 
 
@@ -193,17 +193,17 @@ def _is_recognizable(state: ObjectState, pixels: int) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """What one row is judged on."""
+    """The state on which the truth of one row depends."""
 
     initial: WorldState
     world: WorldState
     closing: WorldState
-    """The world of the frame that the last reply answered."""
+    """World of the frame that the last reply answered."""
     last_ground: Effect | None
 
 
 def goal_truth(goal: Goal, moments: Sequence[Moment]) -> tuple[list[bool], list[bool]]:
-    """Return semantic and strict truth per row, without constraint and tampering."""
+    """Return (semantic, strict) truth per row, ignoring the constraint and tampering."""
     pairs = [_holds(goal, moment) for moment in moments]
     semantic, strict = [pair[0] for pair in pairs], [pair[0] and pair[1] for pair in pairs]
     if isinstance(goal, ObjectInState) and goal.state == "is_visible":
@@ -236,7 +236,7 @@ def _holds(goal: Goal, moment: Moment) -> tuple[bool, bool]:
 
 
 def grounding_truth(object_id: str, category: str, ground: Effect | None) -> tuple[bool, bool]:
-    """Return whether a click is on a thing or within 3 px of it and on no other of its category, and strictly."""
+    """Return (semantic, strict): a click on an object or within 3 px of it and not on another of its category."""
     if ground is None:
         return False, False
     is_own = ground.hit == object_id
@@ -266,7 +266,7 @@ def _in_state(goal: ObjectInState, state: ObjectState) -> tuple[bool, bool]:
 
 
 def tampered_since_reset(goal: Goal, moments: Sequence[Moment]) -> list[bool]:
-    """Return whether the queried state was ever changed, per row; always False without a query."""
+    """Return per row whether the queried state has ever changed; always False for other goals."""
     if not isinstance(goal, ReportStatus):
         return [False] * len(moments)
     states = [moment.world.objects[goal.object_id] for moment in moments]
@@ -277,13 +277,13 @@ def tampered_since_reset(goal: Goal, moments: Sequence[Moment]) -> list[bool]:
 
 
 def constraint_truth(constraint: Constraint, moments: Sequence[Moment]) -> list[bool]:
-    """Return whether the constraint is resolved, row by row."""
+    """Return per row whether the constraint is resolved."""
     met = [is_constraint_met(constraint, moment) for moment in moments]
     return latched(met) if constraint.latched else met
 
 
 def is_constraint_met(constraint: Constraint, moment: Moment) -> bool:
-    """Whether the constraint is met at one moment, whatever was before."""
+    """Whether the constraint is met at one moment, regardless of earlier moments."""
     state = moment.world.objects[constraint.object_id]
     match constraint.kind:
         case "object_open":
@@ -301,7 +301,7 @@ def is_constraint_met(constraint: Constraint, moment: Moment) -> bool:
 
 
 def displacement_m(constraint: Constraint, moment: Moment) -> float:
-    """Return how far the object is from its place at reset (m); as far as asked for while it is held."""
+    """Return the object's distance from its place at reset (m); the required distance while it is held."""
     state, first = moment.world.objects[constraint.object_id], moment.initial.objects[constraint.object_id]
     if state.is_held:
         return constraint.distance_m or 0.0
@@ -309,12 +309,12 @@ def displacement_m(constraint: Constraint, moment: Moment) -> float:
 
 
 def latched(values: Sequence[bool]) -> list[bool]:
-    """Return whether a value has been true so far, row by row."""
+    """Return per row whether a value has been true so far."""
     return list(accumulate(values, lambda before, now: before or now))
 
 
 def describe_goal(goal: Goal) -> str:
-    """Return what must be true at the end, with the ids of the objects."""
+    """Return in words what must be true at the end, with the ids of the objects."""
     text = _describe_final(goal)
     if goal.chain:
         text += "; for progress alone: " + ", ".join(_describe_final(link) for link in goal.chain)

@@ -1,8 +1,8 @@
 """House: a ProcTHOR house document (JSON, schema 1.0.0), loaded, saved and hashed.
 
-Unknown keys are kept, so that a house that was loaded and saved again is the same document. What AI2-THOR leaves to its
-defaults may be left out, or null. This module knows the document, not what the things in it look like or do
-(`vigil.scene.build`), nor what is done with the keys that it does not read (`vigil.scene.keys`).
+Unknown keys are preserved, so that a house that is loaded and saved again is the same document. Keys with a default in
+AI2-THOR may be missing or null. This module knows only the document: `vigil.scene.build` knows what the objects look
+like and do, and `vigil.scene.keys` lists what happens to the keys that this module does not read.
 """
 
 import hashlib
@@ -24,15 +24,15 @@ from vigil.protocol.house_conversion import euler_from_axis_angle, find_outdated
 MAX_HOUSE_BYTES = 32 * MIB
 MAX_OBJECTS = 5000
 MAX_OPENINGS = 300
-"""Doors and windows, which are compared with each other and hit by rays; far more than a house of ten rooms has."""
+"""Maximum number of doors and windows; far more than a house of ten rooms has."""
 MAX_MAGNITUDE = 10_000.0
-"""No coordinate (m) or angle (degrees) of a house is beyond this: a larger one is a typo or hostile input."""
+"""Maximum coordinate (m) or angle (degrees) in a house; a larger one is a typo or hostile input."""
 MAX_NESTING = 16
-"""How deep things may lie in things; in ProcTHOR's houses it is three."""
+"""Maximum nesting depth of objects; ProcTHOR's houses nest three deep."""
 LEVEL_TOLERANCE_M = 1e-4
-"""Corners of a wall that differ in height by less are as low."""
+"""Height tolerance (m) within which corners of a wall count as equally low."""
 EXTERIOR = "exterior"
-"""Stands for the outside where a room is named; null and "" do, too."""
+"""Room name that means the outside, as null and "" do."""
 ROOM_KINDS = {kind.lower(): kind for kind in ("Kitchen", "LivingRoom", "Bedroom", "Bathroom")}
 SCHEMA = "1.0.0"
 
@@ -51,7 +51,7 @@ class _Node(_Values):
 
 
 class Point(_Values):
-    """x, y, z in metres (THOR's frame); a point of a floor need not say its height."""
+    """x, y, z in metres (THOR's frame); y defaults to 0 for points of a floor."""
 
     x: float = Field(allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)
     y: float = Field(default=0.0, allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)
@@ -59,18 +59,18 @@ class Point(_Values):
 
     @property
     def vec(self) -> Vec3:
-        """The same as a tuple."""
+        """The point as a tuple."""
         return Vec3(self.x, self.y, self.z)
 
 
 class HolePoint(Point):
-    """x along a wall and y up, in metres; z means nothing."""
+    """x along a wall and y up, in metres; z is not used."""
 
     z: float = Field(default=0.0, allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)
 
 
 class Rotation(HolePoint):
-    """Euler angles in degrees, or `degrees` about an `axis`, which are made into angles."""
+    """Euler angles in degrees; `degrees` about an `axis` are converted to them."""
 
     x: float = Field(default=0.0, allow_inf_nan=False, ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)
 
@@ -97,14 +97,14 @@ class Color(_Values):
 
 
 class MaterialRef(_Node):
-    """A material by name, maybe tinted."""
+    """A material by name, with an optional tint."""
 
     name: str = ""
     color: Color | None = None
 
 
 class Ceiling(_Node):
-    """A ceiling of a room alone."""
+    """The ceiling of one room."""
 
     material: MaterialRef | None = None
 
@@ -120,12 +120,12 @@ class Room(_Node):
 
     @property
     def kind(self) -> str:
-        """Its type as ProcTHOR spells it, where it is one of ProcTHOR's: a "living room" is a LivingRoom."""
+        """Room type in ProcTHOR's spelling if ProcTHOR has it (a "living room" is a LivingRoom), else as written."""
         return ROOM_KINDS.get(re.sub(r"[^a-z]", "", self.room_type.lower()), self.room_type)
 
 
 class Wall(_Node):
-    """A wall panel: a vertical quad seen from one side; `empty` where two rooms are joined and nothing stands."""
+    """A wall panel: a vertical quad seen from one side; `empty` if it is an open boundary between two rooms."""
 
     id: str
     room_id: str = ""
@@ -135,19 +135,19 @@ class Wall(_Node):
 
     @property
     def ends(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Its first two bottom corners (x, z); the same twice where it stands on one point."""
+        """First two bottom corners (x, z) of the wall; the same point twice if it has only one."""
         bottom = min(corner.y for corner in self.polygon)
         low = [(corner.x, corner.z) for corner in self.polygon if corner.y <= bottom + LEVEL_TOLERANCE_M]
         return low[0], low[min(1, len(low) - 1)]
 
     @property
     def is_exterior(self) -> bool:
-        """Whether it is seen from outside the house."""
+        """Whether the panel faces outside the house."""
         return EXTERIOR in self.room_id or EXTERIOR in self.id.split("|")
 
 
 class Opening(_Node):
-    """A hole in a pair of wall panels, with what fills it. Coordinates run along `wall0`."""
+    """A hole in a pair of wall panels with the door or window in it. Coordinates run along `wall0`."""
 
     id: str
     asset_id: str
@@ -159,7 +159,7 @@ class Opening(_Node):
 
     @property
     def joins_rooms(self) -> bool:
-        """Whether it lies between two rooms; else it leads outside."""
+        """Whether the opening is between two rooms; otherwise it leads outside."""
         return self.room0 != self.room1 and not (is_outside(self.room0) or is_outside(self.room1))
 
 
@@ -175,7 +175,7 @@ class Window(Opening):
 
 
 class HouseObject(_Node):
-    """A thing; `position` is the centre of its bounding box."""
+    """An object; `position` is the centre of its bounding box."""
 
     id: str
     asset_id: str
@@ -189,7 +189,7 @@ class HouseObject(_Node):
 
     @property
     def name_in_house(self) -> str:
-        """What the house calls it: Holodeck's houses name their objects apart."""
+        """Name of the object in the house: Holodeck's houses have a separate `object_name`."""
         return self.object_name or self.id
 
 
@@ -211,7 +211,7 @@ class ProceduralParameters(_Node):
 
 
 class HouseDocument(_Node):
-    """The whole document as ProcTHOR writes it."""
+    """A whole document as ProcTHOR writes it."""
 
     rooms: list[Room] = Field(default_factory=list)
     walls: list[Wall] = Field(default_factory=list)
@@ -243,15 +243,15 @@ class House:
 
     @cached_property
     def sha256(self) -> str:
-        """SHA-256 of the canonical JSON (sorted keys, no white space). Raises HouseError when it has none."""
+        """SHA-256 of the canonical JSON (sorted keys, without white space). Raises HouseError if there is none."""
         return hashlib.sha256(self._canonical()).hexdigest()
 
     @property
     def start(self) -> Pose | None:
         """The start pose that the document proposes, on the floor; None without one.
 
-        It is `metadata.agent`, else the default one of `metadata.agentPoses`. Raises HouseError when what is there is
-        no pose.
+        It is `metadata.agent`, else the default of `metadata.agentPoses`. Raises HouseError if the value there is not a
+        pose.
         """
         agent, poses = (self.document.metadata.get(key) for key in ("agent", "agentPoses"))
         if agent is None and isinstance(poses, dict):
@@ -269,9 +269,9 @@ class House:
             ) from None
 
     def may_contain(self, object_id: str) -> bool:
-        """Whether the document names an object or opening, or some furniture of it may have a drawer with that id.
+        """Whether the document has an object or opening with that id, or furniture that may have a drawer with it.
 
-        Which drawers a piece has is known only where its shape is.
+        The document does not say which drawers a piece of furniture has; its shape does.
         """
         return object_id in self.ids or any(
             object_id.startswith(start) and object_id.removeprefix(start).isdecimal() for start in self._drawer_starts
@@ -279,7 +279,7 @@ class House:
 
     @cached_property
     def ids(self) -> frozenset[str]:
-        """The ids of all objects, doors and windows that the document names."""
+        """Ids of all objects, doors and windows in the document."""
         openings = [*self.document.doors, *self.document.windows]
         return frozenset(each.id for each in [*openings, *(node for node, _ in self.objects())])
 
@@ -300,7 +300,7 @@ class House:
         return found
 
     def save(self, path: Path) -> None:
-        """Write the document as canonical JSON. Raises HouseError when it has none."""
+        """Write the document as canonical JSON. Raises HouseError if it has no such form."""
         path.write_bytes(self._canonical() + b"\n")
 
     def _canonical(self) -> bytes:
@@ -318,9 +318,9 @@ class House:
 
     @classmethod
     def load(cls, path: Path, sha256: str | None = None) -> "House":
-        """Return the house in a JSON file, of that hash if one is given; its name is the file's stem.
+        """Return the house in a JSON file; its name is the file's stem.
 
-        Raises HouseError.
+        Raises HouseError, also if the house's hash is not `sha256`.
         """
         what = f"House file {str(path)!r}"
         if not path.exists():
@@ -335,7 +335,7 @@ class House:
 
     @classmethod
     def from_json(cls, name: str, data: bytes, what: str) -> "House":
-        """Return the house that a file holds; `what` names the file in messages. Raises HouseError."""
+        """Return the house in the bytes of a file; `what` names the file in messages. Raises HouseError."""
         try:
             found = read_json(data)
         except ValueError as error:
@@ -346,12 +346,12 @@ class House:
 
 
 def canonical_json(data: Any) -> bytes:
-    """Return the one byte form of a JSON value: sorted keys, no white space, UTF-8."""
+    """Return the canonical bytes of a JSON value: sorted keys, without white space, UTF-8."""
     return json.dumps(data, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False).encode()
 
 
 def drawer_id(chest_id: str, name: str) -> str:
-    """Return the object id of a drawer: "Drawer|2|5|Dresser0" is drawer 0 of "Dresser|2|5", and of no other."""
+    """Return the object id of a drawer: "Drawer|2|5|Dresser0" is drawer 0 of "Dresser|2|5"."""
     kind, _, rest = chest_id.partition("|")
     number = name.removeprefix("drawer")
     return f"Drawer|{rest}|{kind}{number}" if rest else f"Drawer|{chest_id}|{number}"

@@ -1,4 +1,4 @@
-"""Forms in which houses are written elsewhere: schemas older than 1.0.0, which are told, and turns about an axis."""
+"""Other forms of house documents: detects schemas older than 1.0.0, and converts rotations about an axis."""
 
 import math
 from collections.abc import Iterator
@@ -9,16 +9,16 @@ from pydantic.alias_generators import to_camel
 from vigil.base.geometry import Vec3
 
 _MATERIALS = ("floorMaterial", "ceilingMaterial", "material")
-"""Keys that hold an object with a name, and held the name alone."""
+"""Keys whose value is an object with a name in 1.0.0 and was only the name before."""
 _RENAMED = {"polygon": "p0", "holePolygon": "boundingBox"}
-"""Keys, with what stood in their place."""
+"""Key in 1.0.0 -> the older key that it replaced."""
 _CAMEL = frozenset(["proceduralParameters", "floorPolygon", "floorMaterial", "holePolygon", "assetId", "roomType"])
-"""Keys that were written with underscores."""
+"""Keys that older schemas wrote with underscores."""
 _LISTS = ("rooms", "walls", "doors", "windows", "objects")
 
 
 def find_outdated_part(data: dict[str, Any]) -> str | None:
-    """Return in what a house document is of a schema older than 1.0.0, with the place; None when in nothing."""
+    """Return the first part of a house document from a schema older than 1.0.0, with its place; None without one."""
     for place, node in _nodes(data):
         for key in _MATERIALS:
             if isinstance(node.get(key), str):
@@ -48,7 +48,7 @@ def _nodes(data: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def euler_from_axis_angle(axis: Vec3, degrees: float) -> Vec3:
-    """Return the Euler angles (deg), applied z, then x, then y, of a turn about an axis of any length."""
+    """Return the Euler angles (deg), applied z, then x, then y, of a rotation about an axis of any length."""
     length = math.hypot(*axis)
     x, y, z = (side / length for side in axis) if length > 0.0 else (0.0, 1.0, 0.0)
     sin, cos = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))

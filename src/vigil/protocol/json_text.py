@@ -1,7 +1,7 @@
 """JSON in a reply, strictly: no duplicate keys, no NaN, no lone surrogates, at most MAX_DEPTH levels.
 
-How deep a text is nested is found by a scan over its brackets before anything is decoded, so that the limit is the same
-on every machine and at every depth of Python's own stack. Source: `protocol.md` section 2.3.
+The nesting depth is found by scanning the brackets before anything is decoded, so that the limit is the same on every
+machine and does not depend on Python's stack. Source: `protocol.md` section 2.3.
 """
 
 import json
@@ -9,16 +9,16 @@ import re
 from typing import Any
 
 MAX_DEPTH = 64
-"""Levels of objects and lists, the outermost being level 1; a number or string inside of them adds none."""
+"""Maximum nesting of objects and lists; the outermost is level 1, and numbers and strings add no level."""
 MAX_INT_DIGITS = 300
-"""Longer integers are taken as floats (infinite), which no argument accepts."""
+"""Maximum digits of an integer; longer ones become infinite floats, which no argument accepts."""
 
 _TOKEN = re.compile(r'"(?:[^"\\]++|\\.)*+"?|[\[\]{}]', re.DOTALL)
-"""A string, which may hold brackets, or a bracket. Possessive, so that no text makes it go back."""
+"""Pattern of a string (which may hold brackets) or a bracket. Possessive, to prevent backtracking."""
 
 
 class JsonFault(Exception):
-    """Why a text is no strict JSON, as a short code."""
+    """The reason why a text is not strict JSON, as a short code."""
 
     def __init__(self, reason: str, detail: str = "") -> None:
         super().__init__(reason)
@@ -27,7 +27,7 @@ class JsonFault(Exception):
 
 
 def extent(text: str, start: int) -> tuple[int, int]:
-    """Return where the object or list that opens at `start` ends (-1: it never does), and how deep it goes."""
+    """Return the end of the object or list that opens at `start` (-1 if it never closes), and its nesting depth."""
     depth = deepest = 0
     for token in _TOKEN.finditer(text, start):
         mark = text[token.start()]
@@ -54,9 +54,9 @@ def decode(text: str, start: int = 0) -> tuple[Any, int]:
 
 
 def object_end(text: str, start: int) -> int:
-    """Return the end of the JSON object that begins at `start`, -1 when there is none.
+    """Return the end of the JSON object that begins at `start`; -1 if there is none.
 
-    Duplicate keys, NaN and too many levels make an object a bad one, but it is an object still.
+    An object with duplicate keys, NaN or too many levels is faulty, but still counts as an object.
     """
     if not text.startswith("{", start):
         return -1
@@ -67,7 +67,7 @@ def object_end(text: str, start: int) -> int:
 
 
 def is_one_value(text: str) -> bool:
-    """Whether a text as a whole, white space around it apart, is one JSON value."""
+    """Whether the whole text, without surrounding white space, is one JSON value."""
     text = text.strip()
     if text.startswith(("{", "[")):
         end, deepest = extent(text, 0)

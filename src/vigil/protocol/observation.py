@@ -1,6 +1,6 @@
-"""All that an agent may see of a step: one RGB frame and, in one profile, two booleans.
+"""What an agent may see of a step: one RGB frame and, in one profile, two booleans.
 
-Nothing hidden may enter these types. `protocol.md` section 2.1.
+These types must not contain hidden state. `protocol.md` section 2.1.
 """
 
 from collections.abc import Callable
@@ -12,11 +12,11 @@ from pydantic import BaseModel, ConfigDict
 FRAME_WIDTH = 640
 FRAME_HEIGHT = 480
 Quality = Literal["default", "fast"]
-"""How carefully a frame is drawn: with smooth edges and shade where things touch, or twice as many a second."""
+"""Rendering quality: `default` has smooth edges and contact shadows, `fast` draws twice as many frames per second."""
 
 
 class Feedback(BaseModel):
-    """The action-feedback profile's two booleans about the action just done."""
+    """The two booleans about the last action in the action-feedback profile."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -25,7 +25,7 @@ class Feedback(BaseModel):
 
 
 class Observation:
-    """One step's observation. The frame is drawn when first looked at, and only then."""
+    """One step's observation. The frame is drawn when `rgb` is first read, and only then."""
 
     __slots__ = ("_draw", "_rgb", "feedback")
 
@@ -36,7 +36,7 @@ class Observation:
 
     @property
     def rgb(self) -> np.ndarray:
-        """The current frame: (480, 640, 3) uint8, origin top left; read-only, for its hash is recorded."""
+        """The current frame: (480, 640, 3) uint8, origin top left; read-only, because its hash is recorded."""
         if self._rgb is None:
             self._rgb = self._draw().view()
             self._rgb.flags.writeable = False
@@ -44,5 +44,5 @@ class Observation:
 
     @property
     def is_drawn(self) -> bool:
-        """Whether somebody has looked at the frame."""
+        """Whether the frame has been drawn, that is, read by the agent."""
         return self._rgb is not None
