@@ -1,4 +1,4 @@
-"""Profile: under which of the published conditions an agent is evaluated.
+"""Profile: the published condition under which an agent is evaluated.
 
 Source: `protocol.md` sections 2.1, 2.3 and 2.4; the paper's section on reproducibility.
 """
@@ -12,10 +12,10 @@ from vigil.protocol.actions import Coordinates, ReplyPolicy
 from vigil.protocol.prompt_file import check_template, variant_of
 
 PromptVariant = Literal["default", "neutral_report"]
-"""The paper's own; any other prompt is of a file, and named after its text."""
+"""Prompt variants of the paper; any other prompt comes from a file and is named after its hash."""
 ImageFormat = Literal["png", "jpeg"]
 SystemRole = Literal["system", "user"]
-"""As what the system prompt is sent: a message of its own, or the beginning of the first message of the user."""
+"""Role of the system prompt: a separate message, or the beginning of the first user message."""
 
 ProfileName = Literal["pure_rgb_dialogue_history_baseline", "pure_rgb_dialogue_history_action_feedback"]
 BASELINE: ProfileName = "pure_rgb_dialogue_history_baseline"
@@ -40,9 +40,9 @@ class Profile(BaseModel):
 
     name: ProfileName = BASELINE
     prompt_variant: str = "default"
-    """One of the paper's, or that of `prompt_template`."""
+    """A variant of the paper, or the one that `prompt_template` makes."""
     prompt_template: str | None = None
-    """The text of a prompt file; None for the paper's variants."""
+    """Text of a prompt file; None for the paper's variants."""
     coordinates: Coordinates = "pixel"
     reply_policy: ReplyPolicy = "strict"
     image_format: ImageFormat = "png"
@@ -63,17 +63,17 @@ class Profile(BaseModel):
 
     @property
     def has_feedback(self) -> bool:
-        """Whether the agent is told `too_far` and `path_blocked` after each action."""
+        """Whether the agent gets `too_far` and `path_blocked` after each action."""
         return self.name == ACTION_FEEDBACK
 
     @property
     def has_custom_prompt(self) -> bool:
-        """Whether the prompt is of a file, not one of the paper's."""
+        """Whether the prompt comes from a file instead of the paper."""
         return self.prompt_template is not None
 
 
 class ModelCoordinates(NamedTuple):
-    """How models point whose names hold a pattern, and who says so."""
+    """The coordinate mode of models whose name matches a pattern, with its source."""
 
     pattern: str
     coordinates: Coordinates
@@ -101,11 +101,11 @@ COORDINATES_BY_MODEL: tuple[ModelCoordinates, ...] = (
 
 
 def coordinates_for(model: str) -> Coordinates:
-    """Return the coordinate mode that `model` was trained to point with; `pixel` when the table does not say."""
+    """Return the coordinate mode that `model` was trained with; `pixel` if the table does not have it."""
     return known_coordinates(model) or "pixel"
 
 
 def known_coordinates(model: str) -> Coordinates | None:
-    """Return the mode that the table has for `model`, or None."""
+    """Return the coordinate mode of `model` in the table; None if it is not there."""
     name = model.casefold()
     return next((one.coordinates for one in COORDINATES_BY_MODEL if re.search(one.pattern, name)), None)

@@ -1,8 +1,8 @@
 """The prompt: the system text that every agent gets, and the text around each frame.
 
-Four blocks in fixed order, verbatim from the paper; block 2 is rendered from the tables in `vigil.protocol.actions`. A
-prompt of one's own may use all but the first (`vigil.protocol.prompt_file`). Nothing hidden is known here. Source:
-`protocol.md` sections 2.1, 2.4 and 3.
+It has four blocks in fixed order, verbatim from the paper; block 2 is rendered from the tables in
+`vigil.protocol.actions`. A custom prompt may use all blocks but the first (`vigil.protocol.prompt_file`). This module
+has no access to hidden state. Source: `protocol.md` sections 2.1, 2.4 and 3.
 """
 
 import hashlib
@@ -60,14 +60,14 @@ OUTPUT_LINES = (
 
 
 class Turn(NamedTuple):
-    """A past step as it stays in the dialogue history: the observation's stub and the agent's answer to it."""
+    """A past step in the dialogue history: the observation's stub and the agent's answer to it."""
 
     stub: str
     reply: str
 
 
 def policy_text(profile: Profile) -> str:
-    """Return the system prompt with the instruction's slot unfilled."""
+    """Return the system prompt with an empty instruction slot."""
     blocks = {
         ACTIONS_SLOT: _action_schema(),
         GROUNDING_SLOT: _grounding_rules(profile.coordinates),
@@ -92,17 +92,17 @@ def policy_version(profile: Profile) -> str:
 
 
 def policy_sha256(profile: Profile) -> str:
-    """Return the SHA-256 of the prompt with the slot unfilled."""
+    """Return the SHA-256 of the prompt with an empty instruction slot."""
     return _sha256(policy_text(profile))
 
 
 def rendered_sha256(instruction: str, profile: Profile) -> str:
-    """Return the SHA-256 of the prompt with the slot filled."""
+    """Return the SHA-256 of the prompt with the instruction filled in."""
     return _sha256(system_prompt(instruction, profile))
 
 
 def frame_stub(role: Literal["current", "past"], feedback: Feedback | None) -> str:
-    """Return the JSON that stands beside a frame, with the feedback that the frame was shown with."""
+    """Return the JSON that accompanies a frame, including its feedback."""
     stub: dict[str, object] = {"frame": {"role": role}}
     if role == "current":
         stub["frame"] = {"role": role, "width": FRAME_WIDTH, "height": FRAME_HEIGHT}
@@ -112,18 +112,18 @@ def frame_stub(role: Literal["current", "past"], feedback: Feedback | None) -> s
 
 
 def past_turn(feedback: Feedback | None, reply_text: str, profile: Profile) -> Turn:
-    """Return what the history keeps of a step: its stub as past, the answer without reasoning, maybe cut."""
+    """Return a step as the history has it: its stub as past, and the answer without reasoning, cut if too long."""
     answer, _ = split_reasoning(reply_text)
     return Turn(frame_stub("past", feedback), answer[: profile.history_reply_chars])
 
 
 def is_truncated_in_history(reply_text: str, profile: Profile) -> bool:
-    """Whether a reply is longer than what the history keeps of it."""
+    """Whether a reply is longer than the history allows, so that it is cut there."""
     return len(split_reasoning(reply_text)[0]) > profile.history_reply_chars
 
 
 def recent_turns(turns: Sequence[Turn], profile: Profile) -> list[Turn]:
-    """Return the last turns, as many as the profile's history holds."""
+    """Return the last turns, at most as many as the profile's history allows."""
     return list(turns[max(0, len(turns) - profile.history_turns) :])
 
 

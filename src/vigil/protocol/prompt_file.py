@@ -1,7 +1,7 @@
-"""Prompt file: a system prompt of one's own, with placeholders, and the variant that it makes.
+"""Prompt file: a custom system prompt with placeholders, and the name of its prompt variant.
 
-A placeholder is a word in capitals within angle brackets. There are four, and none of them stands for anything hidden:
-the instruction, and the blocks that every agent is told.
+A placeholder is a word in capitals within angle brackets. There are four, and none of them reveals hidden state: the
+instruction, and the three blocks that every agent gets.
 """
 
 import hashlib
@@ -17,19 +17,19 @@ ACTIONS_SLOT: Final = "<ALLOWED_ACTIONS>"
 GROUNDING_SLOT: Final = "<GROUNDING_RULES>"
 OUTPUT_SLOT: Final = "<OUTPUT_FORMAT>"
 BLOCK_SLOTS = (ACTIONS_SLOT, GROUNDING_SLOT, OUTPUT_SLOT)
-"""May be left out; the instruction may not."""
+"""Optional placeholders; only the instruction is required."""
 MAX_BYTES = 64_000
 _SLOT = re.compile(r"<[A-Z][A-Z0-9_]*>")
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
 
 
 def variant_of(template: str) -> str:
-    """Return the prompt variant that a template makes: another text is another variant."""
+    """Return the name of a template's prompt variant, which depends on its text."""
     return f"file-{hashlib.sha256(template.encode()).hexdigest()[:12]}"
 
 
 def read_prompt_file(name: str) -> str:
-    """Return the template in a file, without a byte order mark and the newlines at its end. Raises SettingError."""
+    """Return the template in a file, without byte order mark and trailing newlines. Raises SettingError."""
     path = Path(name)
     if not path.is_file():
         raise SettingError(f"Prompt file {name!r} does not exist, or is no file. Give the path of a text file.")
@@ -48,7 +48,7 @@ def read_prompt_file(name: str) -> str:
 
 
 def check_template(template: str) -> None:
-    """Raise ValueError unless a template has the instruction once and no unknown placeholder."""
+    """Raise ValueError unless a template has the instruction once and only known placeholders, each at most once."""
     size = len(template.encode("utf-8", "surrogatepass"))
     if size > MAX_BYTES:
         raise ValueError(f"{size:,} bytes are too long for a prompt. Keep it within {MAX_BYTES:,}.")

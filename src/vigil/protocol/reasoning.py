@@ -1,7 +1,7 @@
-"""Reasoning at the head of a reply, which is not part of the answer.
+"""Reasoning at the start of a reply, which is not part of the answer.
 
-Many servers send a model's reasoning in the same text as its answer, closed by a marker; several leave out the opening
-marker, which their chat template has written into the prompt. Source: `protocol.md` section 2.3.
+Many servers send a model's reasoning in the same text as its answer, ended by a marker; several omit the opening marker
+because their chat template has already written it into the prompt. Source: `protocol.md` section 2.3.
 """
 
 import re
@@ -11,22 +11,22 @@ from typing import Literal
 from vigil.protocol.json_text import is_one_value, object_end
 
 Thinking = Literal["on", "off", "default"]
-"""What a run asks of a model: to reason before it answers, not to, or as the provider has it."""
+"""Thinking mode of a run: the model reasons before it answers, does not, or uses the provider's default."""
 CLOSING_MARKERS = ("</think>", "◁/think▷")
 MAX_MARKERS = 64
-"""Closing markers that are looked at, the last ones: more of them are no reasoning."""
+"""Number of closing markers that are considered, counted from the end of the text."""
 
 _MARKER = re.compile(r"<(?:think(?:\s[^<>]*+)?|/think)>|◁/?think▷")
 
 
 def split_reasoning(text: str) -> tuple[str, int]:
-    """Return the answer without the reasoning at its head, and the number of characters in that.
+    """Return the answer without the reasoning before it, and the number of characters of that reasoning.
 
-    The answer begins at the first JSON object that stands at the start of the text or directly after a closing marker,
-    and is not part of a reasoning. It is part of one when a closing marker after it has no opening marker after it. So
-    in `{...}</think>{...}` the first object is a draft, but in `{...}<think>...</think>{...}` both are answers. Without
-    such an object the text is cut at the last closing marker that a brace follows; if there is none, at the draft at
-    its start or, without a draft, at its last closing marker. A text that is one JSON value is never cut.
+    The answer begins at the first JSON object that is at the start of the text or directly after a closing marker and is
+    not part of the reasoning. An object is part of the reasoning if a closing marker after it has no opening marker
+    between them. So in `{...}</think>{...}` the first object is a draft, but in `{...}<think>...</think>{...}` both are
+    answers. Without such an object the text is cut at the last closing marker that is followed by a brace; without such
+    a marker, at the last draft; without a draft, at the last closing marker. A text that is one JSON value is not cut.
     """
     closings = [marker.end() for marker in _MARKER.finditer(text) if _is_closing(marker)]
     if not closings or is_one_value(text):
@@ -36,7 +36,7 @@ def split_reasoning(text: str) -> tuple[str, int]:
 
 
 def is_unclosed(text: str) -> bool:
-    """Whether a text begins with a reasoning that never ends."""
+    """Whether a text begins with reasoning that is never closed."""
     head = len(text) - len(text.lstrip())
     return _MARKER.match(text, head) is not None and not any(marker in text for marker in CLOSING_MARKERS)
 
@@ -57,7 +57,7 @@ def _cut(text: str, closings: list[int]) -> int:
 
 
 def _objects(text: str, starts: tuple[int, ...]) -> Iterator[tuple[int, int]]:
-    """Yield each of `starts` with an object directly behind it, and the end of that object."""
+    """Yield (start, end) for each of `starts` that is directly followed by an object, which ends at `end`."""
     for start in starts:
         space = len(text) - start - len(text[start:].lstrip())
         end = object_end(text, start + space)
@@ -66,7 +66,7 @@ def _objects(text: str, starts: tuple[int, ...]) -> Iterator[tuple[int, int]]:
 
 
 def _is_in_reasoning(text: str, position: int) -> bool:
-    """Whether a reasoning that was opened before `position` is closed behind it."""
+    """Whether reasoning that was opened before `position` is closed after it."""
     depth = 0
     for marker in _MARKER.finditer(text, position):
         depth += -1 if _is_closing(marker) else 1

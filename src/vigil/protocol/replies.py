@@ -1,8 +1,8 @@
-"""Replies: an agent's raw text -> an action, or the reason why it is none.
+"""Replies: parses an agent's raw text into an action, or the reason why it is not one.
 
-The grammar is strict and repairs nothing; the `lenient` policy is a named variant with a run identity of its own.
+The grammar is strict and repairs nothing; the `lenient` policy is a named variant that gives a run another identity.
 Words of a closed vocabulary (skill, mode, direction, intent, status) are stripped and case-folded; only intents have
-aliases. No reply of any bytes raises. Source: `protocol.md` section 2.3.
+aliases. No reply raises an exception, whatever its bytes. Source: `protocol.md` section 2.3.
 """
 
 import math
@@ -34,7 +34,7 @@ from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.reasoning import is_unclosed, split_reasoning
 
 MAX_REPLY_BYTES = 64 * 1024
-"""Of the answer: everything but the reasoning, white space included."""
+"""Maximum size of the answer: everything but the reasoning, including white space."""
 MAX_LENIENT_TRIES = 64
 
 _BRACE = re.compile(r"[{}]")
@@ -43,7 +43,7 @@ _REPLY_KEYS = ("skill_name", "arguments", "thought", "cognitive_state")
 
 
 class _Fault(Exception):
-    """Why a text is no action; never leaves this module."""
+    """The reason why a text is not an action; never raised outside this module."""
 
     def __init__(self, kind: Literal["protocol_failure", "malformed_action"], reason: str, detail: str = "") -> None:
         super().__init__(reason)
@@ -53,7 +53,7 @@ class _Fault(Exception):
 
 
 def parse_reply(reply: Reply, coordinates: Coordinates, policy: ReplyPolicy) -> ParsedReply | InvalidAction:
-    """Return what `reply` asks for, minding what its provider said about it."""
+    """Return the action in `reply`, or why it is invalid, taking the provider's facts about it into account."""
     if reply.provider_rejected:
         return InvalidAction(kind="protocol_failure", reason="provider_rejected")
     if reply.agent_ended:
@@ -71,7 +71,7 @@ def parse_reply(reply: Reply, coordinates: Coordinates, policy: ReplyPolicy) -> 
 
 
 def _describe_empty(reply: Reply) -> str:
-    """Return what came in the place of an answer; empty where nothing did."""
+    """Return what came instead of an answer; empty if nothing did."""
     if reply.tool_call is not None:
         return f"the server sent a tool call ({_quoted(reply.tool_call)}) in the place of text"
     if reply.reasoning_chars:
@@ -99,7 +99,7 @@ def parse_text(
 def _answer(text: str | bytes) -> str:
     try:
         whole = text.decode("utf-8") if isinstance(text, bytes) else text
-        whole.encode("utf-8")  # all of it, the reasoning too: a string may hold half characters, which bytes cannot
+        whole.encode("utf-8")  # the reasoning too: a string may hold lone surrogates, which UTF-8 cannot encode
     except UnicodeError:
         raise _Fault("protocol_failure", "not_utf8") from None
     answer = split_reasoning(whole)[0]
@@ -160,7 +160,7 @@ def _not_json_reason(text: str) -> str:
 
 
 def _parse_leniently(answer: str, coordinates: Coordinates) -> ParsedReply | InvalidAction | None:
-    """Return what one object in a code fence or in prose asks for; None when there is not exactly one."""
+    """Return the action of the object in a code fence or in prose; None unless there is exactly one object."""
     fences = _FENCE.findall(answer)
     found = _objects_in(fences[0] if len(fences) == 1 else answer)
     if len(found) != 1:
@@ -172,7 +172,7 @@ def _parse_leniently(answer: str, coordinates: Coordinates) -> ParsedReply | Inv
 
 
 def _objects_in(text: str) -> list[dict[str, Any]]:
-    """Return the outermost objects with the two required keys; none when a list, or a torn object, may hold them."""
+    """Return the outermost objects with both required keys; [] if they may be in a list or an unclosed object."""
     found: list[dict[str, Any]] = []
     if _is_list(text):
         return []
@@ -204,7 +204,7 @@ def _is_list(text: str) -> bool:
 
 
 def _past_brace(text: str, start: int) -> int:
-    """Return the place behind the brace that closes the one at `start`; -1 when none does."""
+    """Return the position after the brace that closes the one at `start`; -1 if none does."""
     depth = 0
     for brace in _BRACE.finditer(text, start):
         depth += 1 if brace[0] == "{" else -1
@@ -321,7 +321,7 @@ def _ill_typed(argument: Argument, value: Any) -> _Fault:
 
 
 def looks_like_other_coordinates(invalid: InvalidAction) -> bool:
-    """Whether an invalid action points, but in fractions or outside of the frame: in other coordinates, it seems."""
+    """Whether an invalid action gives fractions or a pixel outside the frame, probably in other coordinates."""
     is_fraction = invalid.reason == "ill_typed" and invalid.detail in ("x: float", "y: float")
     return is_fraction or invalid.reason == "pixel_outside_frame"
 

@@ -1,7 +1,7 @@
-"""How much of a reply a record keeps: all of it, unless it is far longer than any answer may be.
+"""How much of a reply a record stores: all of it, unless it is far longer than any valid answer.
 
-What is judged is always the whole; what a record keeps of an overlong one is judged again to the same verdict, because
-the record says how long the whole was. Source: `protocol.md` section 2.3.
+The whole reply is always what is parsed. The stored part of an overlong reply parses to the same result, because the
+record also has the length of the whole. Source: `protocol.md` section 2.3.
 """
 
 import hashlib
@@ -11,15 +11,15 @@ from vigil.protocol.reasoning import CLOSING_MARKERS, split_reasoning
 from vigil.protocol.replies import MAX_REPLY_BYTES
 
 RECORDED_ANSWER_BYTES = 2 * MAX_REPLY_BYTES
-"""Bytes kept of a reply whose answer is too long to be valid: of the answer's beginning, behind the closing marker."""
+"""Bytes stored of a reply whose answer is too long to be valid, from the closing marker of its reasoning on."""
 RECORDED_REASONING_BYTES = 1024 * 1024
-"""Bytes kept of the end of a reply whose answer is short enough, but whose reasoning is not."""
+"""Bytes stored from the end of a reply whose answer is short enough but whose reasoning is too long."""
 
 
 def truncate_for_record(reply: Reply) -> Reply:
-    """Return `reply` as a record keeps it, with `cut` set if that is not all of it.
+    """Return `reply` as a record stores it, with `cut` set if it was shortened.
 
-    The beginning of a reasoning can be left out, because its closing marker alone tells that it is one.
+    The beginning of the reasoning can be dropped, because its closing marker suffices to recognize it.
     """
     raw = reply.raw
     if len(raw) <= RECORDED_ANSWER_BYTES:

@@ -1,4 +1,4 @@
-"""Hidden facts: the world at a moment, what an action did, and what to change before the start.
+"""Hidden state: the world at a moment, the effect of an action, and the changes before the start.
 
 None of these types may reach an agent (see the import rules in `tests/test_imports.py`).
 """
@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from vigil.base.geometry import Box, Pose, Vec3
 
 StateQuery = Literal["is_open", "is_toggled"]
-"""The two kinds of state that a thing can have."""
+"""The two kinds of state that an object can have."""
 
 OPEN_ABOVE = 0.5
 CLOSED_BELOW = 0.1
@@ -22,7 +22,7 @@ RefusalCode = Literal[
     "not_toggleable",
     "not_pickupable",
     "not_a_receptacle",
-    "already_so",  # open what is open, start what runs ...
+    "already_so",  # e.g. opening an open object, starting a running one
     "interlock",  # e.g. a running microwave refuses to open
     "blocked_by_object",  # a leaf or drawer would hit something
     "blocked_by_agent",
@@ -45,53 +45,53 @@ class ObjectState(_Fact):
 
     category: str
     position: Vec3
-    """Centre of the object's box."""
+    """Centre of `box`."""
     box: Box
-    """The object's body without moving leaves; follows the object."""
+    """Box of the object's body without its moving leaves; it moves with the object."""
     openness: float | None = None
-    """0 closed .. 1 open; None when it cannot be opened."""
+    """Openness from 0 (closed) to 1 (open); None if the object cannot be opened."""
     is_toggled: bool | None = None
-    """None when it cannot be toggled."""
+    """Whether the object is on; None if it cannot be toggled."""
     is_held: bool = False
     visible: bool
-    """The simulator's own verdict (embedded: >= 200 px and >= 25 % unoccluded, or wholly in view)."""
+    """Visibility according to the simulator (embedded: >= 200 px and >= 25 % unoccluded, or wholly in view)."""
     visible_px: int
     """Pixels of the object in the frame."""
     open_px: int = 0
-    """Pixels in the frame of the parts that tell open from closed; 0 for what cannot be opened."""
+    """Pixels in the frame of the parts that show open or closed; 0 if the object cannot be opened."""
     toggle_px: int = 0
-    """Pixels in the frame of the parts that tell on from off; 0 for what cannot be toggled."""
+    """Pixels in the frame of the parts that show on or off; 0 if the object cannot be toggled."""
     nearest_visible_m: float | None = None
-    """Camera to its nearest visible point; None when no pixel is visible."""
+    """Distance (m) from the camera to the nearest visible point; None if no pixel is visible."""
     box_distance_m: float
-    """Floor-plane distance, body axis to the box."""
+    """Floor-plane distance (m) from the agent's body axis to the box."""
     center_distance_m: float
-    """Euclidean distance, agent position to object position, as the simulator reports it."""
+    """Euclidean distance (m) from agent to object position, as the simulator reports it."""
     parent: str | None = None
-    """Direct parent: the receptacle that it rests on or in; None on the floor or in the hand."""
+    """Receptacle that the object directly rests on or in; None on the floor or in the hand."""
     support_chain: tuple[str, ...] = ()
-    """Parent, parent's parent, ..."""
+    """The parent, its parent, and so on."""
     inside: tuple[str, ...] = ()
-    """What it lies inside of, nearest first: receptacles on whose interior surfaces (a shelf, a drawer, the floor of a
-    basin or a bowl) the object, or something below it in its support chain, rests."""
+    """Receptacles that contain the object, nearest first: the object, or something below it in its support chain, rests
+    on one of their interior surfaces (a shelf, a drawer, the bottom of a basin or bowl)."""
     not_on: tuple[str, ...] = Field(default=(), exclude_if=lambda ids: not ids)
-    """What bears it though it does not lie on it, nearest first: what has to be opened to reach it, open or shut (a
-    drawer, a cupboard, a box), with all that bears that; and what bears a fixed hollow that it lies in (the countertop
-    of a sink). Left out of what is written where there is none; rows of rules 1 and 2 never hold it."""
+    """Supports in the chain that the object does not count as lying on, nearest first: a container that opens (drawer,
+    cupboard, box) and holds it, with all supports below; and the support of a fixed hollow that holds it (the countertop
+    around a sink). Omitted from rows if empty; rows of rules 1 and 2 never have it."""
     over: tuple[str, ...] = ()
     """Receptacles among the reported objects that have a support surface on which the object lies
     within the tolerance of protocol.md section 4 (lowest point within 0.1 m above the surface,
     centre within the surface, grown by 0.1 m when the object has no known support)."""
     over_inside: tuple[str, ...] = ()
-    """The same for their interior surfaces alone, below their rim or ceiling and within the receptacle's box."""
+    """Like `over`, but for interior surfaces only, below their rim or ceiling and within the receptacle's box."""
 
     def state_px(self, state: StateQuery) -> int:
-        """Return the pixels in the frame that tell a state."""
+        """Return the number of pixels in the frame that show a state."""
         return self.open_px if state == "is_open" else self.toggle_px
 
 
 class WorldState(_Fact):
-    """The hidden world at a moment: the agent, and the objects that were asked about."""
+    """The hidden world at a moment: the agent and the requested objects."""
 
     agent: Pose
     held: str | None = None
@@ -99,17 +99,17 @@ class WorldState(_Fact):
 
 
 class Effect(_Fact):
-    """What the simulator did with one action."""
+    """The effect of one action in the simulator."""
 
     hit: str | None = None
     """Id of the object under the clicked pixel."""
     hit_category: str | None = None
     near: tuple[str, ...] = ()
-    """Ids of the objects within 3 px of the click, the hit one included, sorted; with a drawer what it is part of."""
+    """Ids of the objects within 3 px of the click, the hit one included, sorted; a drawer adds its furniture."""
     click_m: float | None = None
-    """Floor-plane distance, body axis to the clicked point; None when the ray met nothing."""
+    """Floor-plane distance (m) from the body axis to the clicked point; None if the ray hit nothing."""
     moved_m: float = 0.0
-    """Distance travelled (magnitude, also backward)."""
+    """Distance travelled (m), positive for backward moves too."""
     turned_deg: float = 0.0
     pitched_deg: float = 0.0
     too_far: bool = False
@@ -117,15 +117,15 @@ class Effect(_Fact):
     blocked_by: str | None = None
     """Id of the object (or wall) that stopped a movement or a leaf."""
     refusal: RefusalCode | None = None
-    """Why the action did nothing; None when it was carried out."""
+    """Reason why the action did nothing; None if it was executed."""
     changed: tuple[str, ...] = ()
     """Ids of the objects whose state or place changed."""
     capped: bool = False
-    """The magnitude exceeded 40 steps or 360 degrees and was executed as that cap."""
+    """Whether the magnitude exceeded 40 steps or 360 degrees and was reduced to that limit."""
 
 
 class Placement(_Fact):
-    """Where to put an object before the start: its box centre and its rotation (x, y, z; deg)."""
+    """The place of an object before the start: its box centre and its rotation (x, y, z; deg)."""
 
     position: Vec3
     rotation: Vec3 = Vec3(0.0, 0.0, 0.0)
@@ -133,19 +133,19 @@ class Placement(_Fact):
 
 
 class ObjectSetup(_Fact):
-    """What to change about one object before the start; None leaves it as the house says."""
+    """Changes to one object before the start; None leaves the state as the house has it."""
 
     openness: float | None = Field(default=None, ge=0.0, le=1.0)
     is_toggled: bool | None = None
     placement: Placement | None = None
     is_absent: bool = False
-    """The object is taken out of the scene (its children with it)."""
+    """Whether the object and its children are removed from the scene."""
     is_broken: bool = Field(default=False, exclude_if=lambda is_broken: not is_broken)
-    """The machine does not start, and a notice on its front says so; left out of what is written where it is not so."""
+    """Whether the machine does not start, as a notice on its front says; omitted from files if False."""
 
 
 class Setup(_Fact):
-    """What to change in a house before an episode starts."""
+    """Changes to a house before an episode starts."""
 
     objects: dict[str, ObjectSetup] = Field(default_factory=dict)
     held: str | None = None
@@ -167,7 +167,7 @@ class Setup(_Fact):
         return self
 
     def _check_parents(self, object_id: str) -> None:
-        """Raise ValueError when what an object is placed on rests on the object itself, is absent, or is held."""
+        """Raise ValueError if the support of a placed object rests on the object itself, is absent, or is held."""
         chain, parent = [object_id], self._parent(object_id)
         while parent is not None:
             if parent in chain:
