@@ -22,8 +22,8 @@ _MARKER = re.compile(r"<(?:think(?:\s[^<>]*+)?|/think)>|◁/?think▷")
 def split_reasoning(text: str) -> tuple[str, int]:
     """Return the answer without the reasoning before it, and the number of characters of that reasoning.
 
-    The answer begins at the first JSON object that is at the start of the text or directly after a closing marker and is
-    not part of the reasoning. An object is part of the reasoning if a closing marker after it has no opening marker
+    The answer begins at the first JSON object that is at the start of the text or directly after a closing marker, and
+    is not part of the reasoning. An object is part of the reasoning if a closing marker after it has no opening marker
     between them. So in `{...}</think>{...}` the first object is a draft, but in `{...}<think>...</think>{...}` both are
     answers. Without such an object the text is cut at the last closing marker that is followed by a brace; without such
     a marker, at the last draft; without a draft, at the last closing marker. A text that is one JSON value is not cut.

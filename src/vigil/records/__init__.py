@@ -1,1 +1,1 @@
-"""What a run wrote down: records, their files, shards and costs. No simulator, network or clock."""
+"""Data written by a run: records, their files, shards and costs. It uses no simulator, network or clock."""

@@ -1,7 +1,7 @@
-"""Costs: the tokens that replies took, and what they come to at given prices.
+"""Costs: the tokens of a run's replies, and their cost at given prices.
 
-What is counted is what providers said of each reply that is in a record. The check before a run, and requests and
-attempts that failed and were made again, took tokens too, but are in no record.
+Only tokens that providers reported for replies in records are counted. The check before a run, failed requests and
+repeated attempts used tokens too, but are not in any record.
 """
 
 import math
@@ -14,23 +14,23 @@ from vigil.errors import SettingError
 from vigil.protocol.actions import Usage
 
 TOKENS_PER_PRICE = 1_000_000
-"""Tokens for which a price is given."""
+"""Number of tokens that a price refers to."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tokens:
-    """The tokens of some replies; of those that the provider told none for, only the number is known."""
+    """The tokens of some replies, and the number of replies whose tokens are unknown."""
 
     input: int = 0
     output: int = 0
     reported: int = 0
-    """Replies whose tokens are known."""
+    """Number of replies whose tokens are known."""
     unreported: int = 0
-    """Replies whose tokens are not known: of scripted agents and programs, and of servers that do not count."""
+    """Number of replies whose tokens are unknown: those of scripts, programs and servers that do not report tokens."""
 
     @classmethod
     def of(cls, usages: Iterable[Usage | None]) -> "Tokens":
-        """Return the tokens of replies, given what was told of each."""
+        """Return the total of the usages of replies; None is a reply without reported usage."""
         found = list(usages)
         reported = [usage for usage in found if usage is not None]
         return cls(
@@ -53,23 +53,23 @@ class Tokens:
 
 
 class RunTokens:
-    """What the replies of a run took, told as its rows come in."""
+    """The tokens of a run's replies, added up as rows are read."""
 
     def __init__(self) -> None:
         self.total = Tokens()
         self.superseded = Tokens()
-        """Of rows whose place another has taken: an episode that ended as an error and was played again costs twice."""
+        """Tokens of superseded rows: an episode that ended as an error and was played again costs twice."""
         self._effective: dict[Hashable, Tokens] = {}
 
     def add(self, key: Hashable, tokens: Tokens) -> None:
-        """Take in what a row took that stands from now on, in the place of any row of its key before it."""
+        """Add the tokens of a row that becomes the effective one for its key; an earlier row is superseded."""
         self.total += tokens
         self.superseded += self._effective.get(key, Tokens())
         self._effective[key] = tokens
 
 
 class Prices(BaseModel):
-    """What a million tokens cost, in whatever money."""
+    """Prices of a million input and output tokens, in any currency."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -77,11 +77,11 @@ class Prices(BaseModel):
     output: float = Field(ge=0)
 
     def cost(self, tokens: Tokens) -> float | None:
-        """Return what the tokens that are known cost; None when those of no reply are."""
+        """Return the cost of the known tokens; None if no reply has known tokens."""
         return self.cost_of(tokens.input, tokens.output) if tokens.reported else None
 
     def cost_of(self, input_tokens: int, output_tokens: int) -> float:
-        """Return what so many tokens cost."""
+        """Return the cost of these numbers of tokens."""
         return (input_tokens * self.input + output_tokens * self.output) / TOKENS_PER_PRICE
 
     def __str__(self) -> str:
@@ -89,7 +89,7 @@ class Prices(BaseModel):
 
 
 def parse_prices(text: str) -> Prices:
-    """Return the prices that a text such as 2.5,10 gives. Raises SettingError."""
+    """Return the prices in a text such as "2.5,10". Raises SettingError."""
     try:
         low, high = (float(part) for part in text.split(","))
     except ValueError:
@@ -100,7 +100,7 @@ def parse_prices(text: str) -> Prices:
 
 
 def describe_costs(prices: Prices | None, tokens: RunTokens) -> str:
-    """Say what a run's replies took and cost, and how far that is known; without prices, the tokens alone."""
+    """Describe the tokens and the cost of a run's replies, and which are unknown; without prices, only the tokens."""
     total = tokens.total
     if not total.reported:
         return "not known: no reply in the records tells its tokens"

@@ -1,7 +1,7 @@
-"""Reasoning that came apart from a reply, kept beside the records of a run where it was asked for.
+"""Reasoning that came separately from a reply, stored next to the records of a run if requested.
 
-It is evidence for people and for training. A record holds only how long it was, and no history, request or score ever
-holds it: `vigil.protocol.actions.Reply` leaves it out of all that it is written as.
+It is evidence for people and for training. A record has only its length, and it never enters a history, a request or a
+score: `vigil.protocol.actions.Reply` excludes it from serialization.
 """
 
 from pathlib import Path
@@ -13,11 +13,11 @@ from vigil.records.record import EpisodeRecord
 
 REASONING_FILE = "reasoning.jsonl"
 MAX_CHARS = 1024 * 1024
-"""Kept of one reply's reasoning: its end, as of a reply that is too long."""
+"""Maximum characters stored of a reply's reasoning; of longer reasoning the end is stored."""
 
 
 class EpisodeReasoning(BaseModel):
-    """One line of the file: what came with the replies of one attempt at an episode."""
+    """One line of the file: the reasoning of the replies of one attempt at an episode."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -25,13 +25,13 @@ class EpisodeReasoning(BaseModel):
     epoch: int = Field(ge=1)
     attempt: int = Field(ge=1)
     steps: dict[int, str]
-    """By the index of the step; those without reasoning are left out."""
+    """Step index -> reasoning; steps without reasoning are left out."""
 
 
 def store_reasoning(folder: Path, record: EpisodeRecord) -> EpisodeRecord:
-    """Write the reasoning that came with a record's replies, if any, and return the record without it.
+    """Write the reasoning of a record's replies to the folder, if there is any, and return the record without it.
 
-    It is on disk when this returns. Raises RecordError when it cannot be written.
+    It is on disk on return. Raises RecordError if it cannot be written.
     """
     steps = {step.index: _utf8_tail(step.reply.reasoning) for step in record.steps if step.reply.reasoning}
     if not steps:
@@ -43,19 +43,19 @@ def store_reasoning(folder: Path, record: EpisodeRecord) -> EpisodeRecord:
 
 
 def _utf8_tail(reasoning: str) -> str:
-    """Return the end of a reasoning, with what UTF-8 cannot carry replaced."""
+    """Return the end of a reasoning text, with invalid UTF-8 replaced."""
     return reasoning[-MAX_CHARS:].encode("utf-8", "replace").decode()
 
 
 def reasoning_by_step(folder: Path, record: EpisodeRecord) -> dict[int, str]:
-    """Return the kept reasoning of a record's replies, by step; empty where none was kept. Raises RecordError."""
+    """Return the stored reasoning of a record's replies by step; empty if none was stored. Raises RecordError."""
     mine = (record.episode_id, record.epoch, record.attempt)
     found = read_reasoning(folder, record.episode_id)
     return next((one.steps for one in reversed(found) if (one.episode_id, one.epoch, one.attempt) == mine), {})
 
 
 def read_reasoning(folder: Path, episode_id: str = "") -> list[EpisodeReasoning]:
-    """Return what a run kept, of one episode where that is named; empty where it kept none. Raises RecordError."""
+    """Return the stored reasoning of a run, or of one episode of it; empty if there is none. Raises RecordError."""
     file, name = folder / REASONING_FILE, episode_id.encode()
     advice = "Restore the file from a copy, or take it away."
     return [

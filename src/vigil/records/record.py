@@ -1,4 +1,4 @@
-"""Records: what happened in an episode and under which settings, as facts on disk.
+"""Records: the events of an episode and the settings of its run, stored as facts.
 
 Verdicts (W, B, labels) are never stored here: `vigil.scoring.outcomes` computes them. Source: `protocol.md` section 7.
 """
@@ -25,11 +25,11 @@ from vigil.protocol.world import Effect, WorldState
 from vigil.records.costs import Prices, Tokens
 
 SCHEMA_VERSION = 2
-"""Of rows and headers; no other is read. It is raised by one when a field changes its meaning, its unit or its name, or
-goes away, so that an older reader would misunderstand a row; a new field with a default, which leaves old rows as they
-are, does not raise it. Any other is refused with what to do. `tests/release/test_old_files.py` guards it."""
+"""Schema version of rows and headers; files with any other version are refused with advice. It is raised by one when
+a field is removed or changes its name, unit or meaning, so that an older reader would misunderstand a row. A new field
+with a default, which leaves old rows valid, does not raise it. `tests/release/test_old_files.py` checks this."""
 MAX_EPOCHS = 10_000
-"""Plays of one episode, each of which is planned beforehand."""
+"""Maximum number of plays of one episode in a run."""
 EPISODES_FILE = "episodes.jsonl"
 HEADER_FILE = "run.json"
 FRAMES_FOLDER = "frames"
@@ -45,22 +45,22 @@ class _Record(BaseModel):
 
 
 class StepRecord(_Record):
-    """One reply and what it did. Exactly one of `action` and `invalid` is set."""
+    """One reply and its effect. Exactly one of `action` and `invalid` is set."""
 
     index: int = Field(ge=1)
-    """1 for the first reply."""
+    """Number of the step, counted from 1."""
     frame_sha256: str | None = Field(default=None, pattern=r"^[0-9a-f]{64}$")
-    """SHA-256 of the RGB bytes that the reply answered; None when nobody looked at the frame."""
+    """SHA-256 of the RGB bytes that the reply answered; None if the agent did not read the frame."""
     reply: Reply
     history_cut: bool = False
-    """The reply was longer than what enters the dialogue history."""
+    """Whether the reply was cut in the dialogue history because of its length."""
     action: Action | None = None
     invalid: InvalidAction | None = None
     ignored_keys: tuple[str, ...] = ()
     effect: Effect | None = None
-    """Hidden; None for reports and invalid actions."""
+    """Effect in the simulator (hidden from the agent); None for reports and invalid actions."""
     world: WorldState
-    """Hidden: the agent and the bound objects after the step."""
+    """State of the agent and the bound objects after the step (hidden from the agent)."""
 
     @model_validator(mode="after")
     def _is_action_or_invalid(self) -> "StepRecord":
@@ -70,7 +70,7 @@ class StepRecord(_Record):
 
 
 class ErrorFact(_Record):
-    """An infrastructure failure: where it came from and what it said."""
+    """An infrastructure failure: its origin and its message."""
 
     boundary: Boundary
     message: str
@@ -81,10 +81,10 @@ class EpisodeRecord(_Record):
 
     schema_version: int = SCHEMA_VERSION
     versions: Versions = Versions()
-    """Under which it was played."""
+    """Versions of rules, shapes and grammar under which the episode was played."""
     run_id: str
     run_sha256: str = ""
-    """Of the very run that it is a row of (`RunHeader.sha256`); empty for a record outside of one."""
+    """Hash of the run that the record belongs to (`RunHeader.sha256`); empty for a record outside a run."""
     episode_id: str
     epoch: int = Field(default=1, ge=1)
     attempt: int = Field(default=1, ge=1)
@@ -93,7 +93,7 @@ class EpisodeRecord(_Record):
     started: datetime
     ended: datetime
     initial: WorldState | None
-    """The world after the reset; None only when the simulator failed before it."""
+    """World after the reset; None only if the simulator failed before it."""
     steps: tuple[StepRecord, ...]
     end: End
     error: ErrorFact | None = None
@@ -110,29 +110,29 @@ class EpisodeRecord(_Record):
 
     @property
     def key(self) -> Key:
-        """What identifies an episode within a run."""
+        """Episode id and epoch, which identify a play within a run."""
         return self.episode_id, self.epoch
 
     @property
     def tokens(self) -> Tokens:
-        """What its replies took."""
+        """Tokens of the record's replies."""
         return Tokens.of(step.reply.usage for step in self.steps)
 
     @property
     def worlds(self) -> tuple[WorldState, ...]:
-        """The world at the reset and after every step. Raises RecordError when there was no reset."""
+        """Worlds at the reset and after every step. Raises RecordError if there was no reset."""
         if self.initial is None:
             raise RecordError(f"Record of episode {self.episode_id!r} has no initial world: it ended as an error.")
         return (self.initial, *(step.world for step in self.steps))
 
 
 class Shard(_Record):
-    """One of the parts of a run that are played apart from one another; `vigil.records.shards` says what is in it."""
+    """A part of a run that is played separately; `vigil.records.shards` selects its episodes."""
 
     index: int = Field(ge=1)
-    """1 for the first."""
+    """Number of the shard, counted from 1."""
     of: int = Field(ge=1)
-    """How many there are."""
+    """Total number of shards."""
 
     @model_validator(mode="after")
     def _is_within_count(self) -> "Shard":
@@ -145,56 +145,56 @@ class Shard(_Record):
 
 
 class RunSpec(_Record):
-    """What a run is: two runs with equal specs may share a folder; a resumed run must have the same."""
+    """The settings that identify a run; a run can only be resumed with an equal spec."""
 
     agent: str
     """Name of a scripted agent, `exec:COMMAND`, or `provider/model`."""
     agent_kind: AgentKind
     agent_files: dict[str, str] = Field(default_factory=dict)
-    """Of `exec:COMMAND`: SHA-256 of the program and of the code that the command names, by file name."""
+    """File name -> SHA-256 of the program and code that an `exec:COMMAND` names."""
     keep_program: bool | None = None
-    """Of `exec:COMMAND`: whether one process and folder play all episodes of a worker; None where nobody noted it."""
+    """Whether an `exec:COMMAND` keeps one process and folder for all episodes of a worker; None if not recorded."""
     beat_seconds: float | None = None
-    """Of `exec:COMMAND`: frames are handed over whole numbers of these after the reply; 0 or None: when ready."""
+    """Interval (s) to whose multiples frames for `exec:COMMAND` are delayed; 0 or None: sent as soon as ready."""
     base_url: str | None = None
     sampling: dict[str, Any] = Field(default_factory=dict)
-    """Only what the user set: temperature, top_p, max_tokens, reasoning_effort, extra_body ..."""
+    """Sampling settings that the user set: temperature, top_p, max_tokens, reasoning_effort, extra_body ..."""
     thinking: Thinking = "default"
-    """As the user set it; what was sent for it is in `sampling`."""
+    """Thinking mode set by the user; the parameters sent for it are in `sampling`."""
     model_args: dict[str, Any] = Field(default_factory=dict)
     profile: Profile = Field(default_factory=Profile)
     versions: Versions = Versions()
-    """Of the package that plays it."""
+    """Versions of the package that plays the run."""
     prompt_policy: str
-    """The policy's version string."""
+    """Version string of the prompt policy."""
     prompt_policy_sha256: str
     pack: str
     pack_sha256: str
     pack_versions: PackVersions = PackVersions()
-    """Under which the pack was made."""
+    """Versions under which the pack was made."""
     episode_ids: tuple[str, ...]
-    """The episodes to play, sorted; of a shard's run, those of all shards."""
+    """Ids of the episodes to play, sorted; a shard's run has those of all shards."""
     shard: Shard | None = None
-    """The part of them that is played here; None for all."""
+    """Part of the episodes that is played here; None for all of them."""
     epochs: int = Field(default=1, ge=1, le=MAX_EPOCHS)
     seed: int = 0
-    """For scheduling and scripted agents only."""
+    """Seed for scheduling and scripted agents only."""
     simulator: str = "mujoco"
-    """Backend as named on the command line."""
+    """Name of the backend, as on the command line."""
     asset_database_sha256: str | None = None
-    """Of the file with the sizes of THOR's assets; None when the project's own sizes are used."""
+    """SHA-256 of the file with the sizes of THOR's assets; None if the project's own sizes are used."""
     render_quality: Quality = "default"
 
     @property
     def name_suffix(self) -> str:
-        """What stands behind the agent's name in every table: that it could know more than its frames tell."""
+        """Suffix of the agent's name in tables if it could know more than its frames show; else empty."""
         if self.agent_kind == "privileged":
             return " (privileged)"
         return " (program kept)" if self.agent_kind == "exec" and self.keep_program is not False else ""
 
     @property
     def program_notes(self) -> tuple[str, ...]:
-        """What a reader must know of a program that could learn more than its frames tell."""
+        """Notes for readers if a program could learn more than its frames show."""
         notes: list[str] = []
         if self.agent_kind == "exec" and self.keep_program is not False:
             notes.append(
@@ -210,56 +210,56 @@ class RunSpec(_Record):
 
     @property
     def sha256(self) -> str:
-        """The hash of all that may not change in its folder: not address, program and number of episodes.
+        """SHA-256 of the settings that must not change in a run's folder: all but address, program and episodes.
 
-        What is as by default is left out, so that a later vigil with more settings finds the same hash.
+        Defaults are left out, so that a later vigil with more settings computes the same hash.
         """
         same = self.model_dump(mode="json", exclude={"base_url", "agent_files", "episode_ids"}, exclude_defaults=True)
         return hashlib.sha256(canonical_json(same)).hexdigest()
 
     @property
     def settings(self) -> dict[str, Any]:
-        """All settings by their place, e.g. `profile.coordinates`; a list is a tuple."""
+        """All settings by path, e.g. `profile.coordinates`; lists become tuples."""
         return dict(_flatten("", self.model_dump(mode="json")))
 
 
 class ProviderFacts(_Record):
-    """What a model's provider said about itself in its answers, those to the check before the run among them."""
+    """Facts from the answers of a model's provider, including those to the check before the run."""
 
     replies: int = 0
     models: dict[str, int] = Field(default_factory=dict)
-    """Names in the answers, with the number of replies: what an alias stood for."""
+    """Model name in the answers -> number of replies; shows what an alias referred to."""
     finish_reasons: dict[str, int] = Field(default_factory=dict)
     addresses: tuple[str, ...] = ()
-    """Where requests went, without logins and queries."""
+    """URLs of the requests, without logins and queries."""
     thinking: Literal["on", "off", "unknown"] = "unknown"
-    """On when reasoning came, whatever was set; else as it was set."""
+    """On if any reasoning came, whatever was set; otherwise as set."""
     thinking_set_by: str = ""
-    """What was sent for it; empty when nothing was."""
+    """Parameters that were sent to set thinking; empty if there were none."""
     replies_with_reasoning: int = 0
     check: dict[str, str] = Field(default_factory=dict)
-    """The check before the run by its parts (`sight`, `contract`): `passed`, `failed: ...`; empty when it was left
-    out."""
+    """Results of the check before the run by part (`sight`, `contract`): `passed` or `failed: ...`; empty if it was
+    skipped."""
     clients: dict[str, str] = Field(default_factory=dict)
     """Versions of the installed clients."""
 
 
 class Resumption(_Record):
-    """A later session of a run: what its rows were played with."""
+    """A later session of a run, with the circumstances of its rows."""
 
     started: datetime
     rows_before: int
-    """Rows of earlier sessions, the first ones in the file."""
+    """Number of rows from earlier sessions, which come first in the file."""
     episodes: int | None = None
-    """How many episodes the run was meant to play from then on: it may have grown; None where that was not noted."""
+    """Number of planned episodes from this session on, which may have grown; None if not recorded."""
     commit: str | None = None
     is_dirty: bool | None = None
     renderer: str = ""
     host: dict[str, str] = Field(default_factory=dict)
     answered: ProviderFacts | None = None
-    """Of a model's run."""
+    """Facts from the provider in this session; None unless a model played."""
     agent_files: dict[str, str] = Field(default_factory=dict)
-    """As in the spec; they may have changed since."""
+    """Hashes of the agent's files as in `RunSpec`, which may have changed since."""
 
 
 class RunHeader(_Record):
@@ -267,9 +267,9 @@ class RunHeader(_Record):
 
     schema_version: int = SCHEMA_VERSION
     run_id: str
-    """The name of its folder when it was begun; other runs may have the same."""
+    """Name of the run's folder when it started; not unique."""
     nonce: str = Field(pattern=r"^[0-9a-f]{32}$")
-    """Drawn once for each run, so that no other has its hash."""
+    """Random value drawn once per run, so that its hash is unique."""
     spec: RunSpec
     package_version: str
     commit: str | None = None
@@ -277,40 +277,40 @@ class RunHeader(_Record):
     """Whether the checkout had uncommitted changes; None outside a checkout."""
     simulator_version: str = ""
     renderer: str = ""
-    """GL renderer string; empty until known."""
+    """GL renderer string; empty until it is known."""
     started: datetime
     ended: datetime | None = None
     host: dict[str, str] = Field(default_factory=dict)
-    """The machine and where things lay on it: platform, python ..., `pack_folder`, `asset_database`."""
+    """Machine and paths on it: platform, python ..., `pack_folder`, `asset_database`."""
     prices: Prices | None = None
-    """At which its costs are told, as given last; no part of what the run is."""
+    """Prices for the costs, as given last; not part of the run's identity."""
     answered: ProviderFacts | None = None
-    """Of a model's run."""
+    """Facts from the provider in the first session; None unless a model played."""
     resumed: tuple[Resumption, ...] = ()
-    """Later sessions in order; what is said above holds for the first."""
+    """Later sessions in order; the fields above describe the first session."""
 
     @property
     def sha256(self) -> str:
-        """The hash of the very run, which its rows hold: of its id, its nonce and its spec."""
+        """SHA-256 of the run's id, nonce and spec, which its rows carry."""
         return hashlib.sha256(f"{self.run_id}\n{self.nonce}\n{self.spec.sha256}".encode()).hexdigest()
 
     def stamp(self, record: EpisodeRecord) -> EpisodeRecord:
-        """Return a record as a row of this run."""
+        """Return the record as a row of this run, with the run's id and hash."""
         return record.model_copy(update={"run_id": self.run_id, "run_sha256": self.sha256})
 
     @property
     def answering_models(self) -> tuple[str, ...]:
-        """The names under which the model answered, in all sessions."""
+        """Names under which the model answered in all sessions, sorted."""
         return tuple(sorted({name for answered in self._answered for name in answered.models}))
 
     @property
     def has_reasoning(self) -> bool:
-        """Whether reasoning came with any answer, in any session, however thinking was set."""
+        """Whether any answer in any session came with reasoning, whatever the thinking mode."""
         return self.replies_with_reasoning[0] > 0
 
     @property
     def replies_with_reasoning(self) -> tuple[int, int]:
-        """How many replies came with reasoning, of how many, in all sessions."""
+        """Number of replies with reasoning and number of all replies, over all sessions."""
         return sum(one.replies_with_reasoning for one in self._answered), sum(one.replies for one in self._answered)
 
     @property
@@ -320,17 +320,17 @@ class RunHeader(_Record):
 
     @property
     def hosts(self) -> tuple[dict[str, str], ...]:
-        """The machines of all sessions."""
+        """Machines of all sessions."""
         return self.host, *(session.host for session in self.resumed)
 
     @property
     def pack_folder(self) -> str:
-        """Where the pack was when the run began; empty when that was not noted."""
+        """Folder of the pack when the run started; empty if not recorded."""
         return self.host.get("pack_folder", "")
 
     @property
     def version_notes(self) -> tuple[str, ...]:
-        """What a reader must be told because the run, or its pack, was made under other versions than these."""
+        """Notes for readers if the run or its pack was made under other versions than this package's."""
         notes = (
             self.spec.versions.note(f"Run {self.run_id!r}"),
             self.spec.pack_versions.note(f"Its pack {self.spec.pack!r}"),
@@ -339,12 +339,12 @@ class RunHeader(_Record):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a reader must know of the run before any number."""
+        """Notes that readers need before the results of the run."""
         return (*self.version_notes, *self.spec.program_notes)
 
     @property
     def is_privileged(self) -> bool:
-        """Whether the agent had sight of hidden state."""
+        """Whether the agent had access to hidden state."""
         return self.spec.agent_kind == "privileged"
 
 
@@ -357,13 +357,13 @@ def _flatten(place: str, fields: dict[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 class RowResolver:
-    """Which row stands for each key, told as rows come in: the first without error, else the last."""
+    """Tracks the effective row per key as rows are read: the first without error, else the last."""
 
     def __init__(self) -> None:
         self._done: set[Key] = set()
 
     def accept(self, record: EpisodeRecord) -> bool:
-        """Take in a row. Returns whether it stands from now on, in the place of any row of its key before it."""
+        """Read a row and return whether it becomes the effective one for its key."""
         if self.is_done(record.key):
             return False
         if record.end != "error":
@@ -371,18 +371,18 @@ class RowResolver:
         return True
 
     def is_done(self, key: Key) -> bool:
-        """Whether a row without error stands for `key`, which then no later row replaces."""
+        """Whether `key` has a row without error, which no later row replaces."""
         return key in self._done
 
 
 def effective_records(records: Iterable[EpisodeRecord]) -> dict[Key, EpisodeRecord]:
-    """Return the row that stands for each key, sorted by key."""
+    """Return the effective row of each key, sorted by key."""
     rows = RowResolver()
     return dict(sorted({record.key: record for record in records if rows.accept(record)}.items()))
 
 
 def _advice(header: dict[str, Any]) -> str:
-    """Return what to do about a header with a fault; another version's may have fields that this one lacks."""
+    """Return what to do about an invalid header, which another vigil version with other fields may have written."""
     wrote = header.get("package_version")
     if not isinstance(wrote, str) or wrote == __version__:
         return "Restore it from a copy."

@@ -1,4 +1,4 @@
-"""Record files: the rows of an `episodes.jsonl`, and the one writer of it."""
+"""Record files: reading the rows of an `episodes.jsonl`, and its only writer."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -18,30 +18,30 @@ from vigil.records.row_check import REPEATED, UNREADABLE, LeftOutRow, RowCheck
 
 @dataclass(frozen=True, slots=True)
 class FileRow:
-    """One whole line of a file: a record, or why there is none."""
+    """One complete line of a file: a record, or the reason why it is not one."""
 
     line: Line
     found: EpisodeRecord | LeftOutRow
 
 
 def parse_rows(lines: Iterable[Line]) -> Iterator[FileRow]:
-    """Yield what stands in each line, one at a time."""
+    """Yield the row of each line, one at a time."""
     for line in lines:
         yield FileRow(line, _read(line))
 
 
 class RowFilter:
-    """Tells, as rows come in, which of them stand; those that are left out are kept with the reason."""
+    """Selects the effective rows as rows are read, and collects the rows that are left out with the reason."""
 
     def __init__(self, check: RowCheck | None) -> None:
-        """`check` tells the run's rows from others; without one all are."""
+        """`check` recognizes the run's rows; without it all rows count as the run's."""
         self._check = check
         self._resolver = RowResolver()
         self.tokens = RunTokens()
         self.left_out: list[LeftOutRow] = []
 
     def accept(self, row: FileRow) -> EpisodeRecord | None:
-        """Take in a row. Returns its record if it stands from now on, in the place of any of its key before it."""
+        """Read a row and return its record if it becomes the effective one for its key; None if it is left out."""
         found = row.found
         if isinstance(found, EpisodeRecord):
             found = self._fault(row.line.number, found) or found
@@ -59,9 +59,9 @@ class RowFilter:
 
 
 def read_records(path: Path) -> list[EpisodeRecord]:
-    """Return all complete rows of an `episodes.jsonl` in file order, of whichever run; the file is left alone.
+    """Return all complete rows of an `episodes.jsonl` in file order, of any run; the file is not changed.
 
-    A torn last line is passed over. Raises RecordError on any other unreadable line.
+    A partial last line is skipped. Raises RecordError on any other unreadable line.
     """
     records: list[EpisodeRecord] = []
     if not path.exists():
@@ -75,20 +75,20 @@ def read_records(path: Path) -> list[EpisodeRecord]:
 
 
 def missing_file_error(path: Path) -> RecordError:
-    """Return what is said when there is no record file."""
+    """Return the error for a missing record file."""
     return RecordError(f"Record file {str(path)!r} does not exist. Give the folder of a run.")
 
 
 class RecordLog:
-    """The one writer of an `episodes.jsonl`.
+    """The only writer of an `episodes.jsonl`.
 
-    `rows` are those that stand, by key, `tokens` what they and those before them took; `count` is the number of all
-    lines in the file; `left_out` are those that do not count (once `check` was told which run this is);
-    `made_folder` says that the folder was not there before.
+    `rows` are the effective rows by key; `tokens` are the tokens of these and of superseded rows; `count` is the number
+    of lines in the file; `left_out` are the rows that do not count (known after `check`); `made_folder` is True if the
+    folder did not exist before.
     """
 
     def __init__(self, path: Path) -> None:
-        """Open or creates the file and its folder, cutting a torn last line to a side file. Raises RecordError."""
+        """Open or creates the file and its folder, moving a partial last line to a side file. Raises RecordError."""
         self._file = AppendFile(path, makes_folder=True)
         self.made_folder = self._file.made_folder
         self._read = tuple(parse_rows(self._file.lines.complete))
@@ -101,17 +101,17 @@ class RecordLog:
             raise
 
     def check(self, check: RowCheck) -> None:
-        """Leave out the rows that are not the run's. Once, before anything is appended."""
+        """Leave out the rows that do not belong to the run. Call it once, before appending."""
         self._read_rows(check)
         self._read = ()
 
     @property
     def partial_line_file(self) -> Path | None:
-        """Where a torn last line was put aside."""
+        """Side file to which a partial last line was moved; None if there was none."""
         return self._file.partial_line_file
 
     def append(self, record: EpisodeRecord) -> None:
-        """Write one row. Raises RecordError when a row without error already stands for its key."""
+        """Append one row. Raises RecordError if its key already has a row without error."""
         if self.is_done(record.key):
             raise RecordError(f"Episode {record.episode_id!r} (epoch {record.epoch}) already has a row that stands.")
         self._file.append(dump_line(record))
@@ -120,7 +120,7 @@ class RecordLog:
         self.count += 1
 
     def is_done(self, key: Key) -> bool:
-        """Whether a row without error stands for `key`."""
+        """Whether `key` has a row without error."""
         row = self.rows.get(key)
         return row is not None and row.end != "error"
 
@@ -137,7 +137,7 @@ class RecordLog:
 
 
 def _read(line: Line) -> EpisodeRecord | LeftOutRow:
-    """Return the record in a line, or why there is none."""
+    """Return the record in a line, or the reason why it is not one."""
     try:
         record = EpisodeRecord.model_validate_json(line.data)
     except ValidationError as error:

@@ -1,6 +1,6 @@
-"""Row checks: which rows of a run's record file are the run's, and why the others are left out.
+"""Row checks: which rows of a record file belong to the run, and why the others are left out.
 
-Every reader of records (score, report, view, export, verify, and a run that goes on) asks here. A row that is left out
+Every reader of records (score, report, view, export, verify, and a resumed run) uses these checks. A row that is left out
 is never scored; the episode counts as not played. Source: `protocol.md` sections 2.3 and 7.
 """
 
@@ -14,7 +14,7 @@ from vigil.records.record import EpisodeRecord, RunHeader
 from vigil.records.shards import shard_episodes
 
 MAX_LISTED = 3
-"""How many rows of a kind are named one by one."""
+"""Maximum number of rows that are listed for a reason."""
 UNREADABLE = "cannot be read"
 REPEATED = "repeats one that stands"
 
@@ -24,11 +24,11 @@ class LeftOutRow:
     """A row that is not scored."""
 
     line: int
-    """Of the file, from 1."""
+    """Line number in the file, counted from 1."""
     reason: str
-    """The same words for all rows of a kind, e.g. `is of another run`."""
+    """Reason, worded equally for all such rows, e.g. `is of another run`."""
     detail: str
-    """What is so in this row."""
+    """What is wrong with this row."""
     episode_id: str = ""
 
     def __str__(self) -> str:
@@ -36,23 +36,23 @@ class LeftOutRow:
 
 
 class RowCheck:
-    """Tells the rows of one run from others."""
+    """Checks whether rows belong to a run and follow the protocol."""
 
     def __init__(self, header: RunHeader, episodes: Iterable[Episode]) -> None:
-        """`episodes` are those of the run's pack; only the run's own count."""
+        """`episodes` are those of the run's pack; only the run's own are used."""
         self._header = header
         self._sha256 = header.sha256
         wanted = set(header.spec.episode_ids)
         self.episodes = {episode.id: episode for episode in episodes if episode.id in wanted}
-        """The run's own, by id; of a shard's run, those of all shards."""
+        """Episodes of the run by id; a shard's run has those of all shards."""
         self.played_ids = {episode.id for episode in shard_episodes(self.episodes.values(), header.spec.shard)}
-        """The ids of those that are played here."""
+        """Ids of the episodes that are played here."""
         self._prompts: dict[str, str] = {}
         self._knows_prompt = policy_sha256(header.spec.profile) == header.spec.prompt_policy_sha256
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What could not be checked, and that the run is a part of another."""
+        """Notes about checks that were not possible, and about a run that is only a shard."""
         run, spec = f"run {self._header.run_id!r}", self._header.spec
         unchecked = f"The prompts of {run} were not checked: this vigil has another text of {spec.prompt_policy!r}."
         partial = (
@@ -63,7 +63,7 @@ class RowCheck:
         return tuple(note for note, is_so in said.items() if is_so)
 
     def rejection(self, line: int, record: EpisodeRecord) -> LeftOutRow | None:
-        """Return why a row is left out; None for a row of the run."""
+        """Return why a row is left out; None if it belongs to the run."""
         for reason, detail in self._faults(record):
             return LeftOutRow(line, reason, detail, record.episode_id)
         return None
@@ -97,7 +97,7 @@ class RowCheck:
 
 
 def protocol_violations(episode: Episode, record: EpisodeRecord) -> list[str]:
-    """Return in what a record contradicts the budgets, the ends or the bound objects of its episode."""
+    """Return how a record violates the budgets, the ending rules or the bound objects of its episode."""
     reports = [step.index for step in record.steps if isinstance(step.action, Report)]
     invalid = [step.index for step in record.steps if step.invalid is not None]
     steps, last = len(record.steps), episode.max_invalid + 1
@@ -132,7 +132,7 @@ def protocol_violations(episode: Episode, record: EpisodeRecord) -> list[str]:
 
 
 def summarize_left_out(left_out: Sequence[LeftOutRow]) -> list[str]:
-    """Return one line a reason: how many rows are left out for it, and the first of them."""
+    """Return one line per reason: the number of rows that are left out for it, and the first of them."""
     lines: list[str] = []
     for reason in dict.fromkeys(row.reason for row in left_out):
         rows = [row for row in left_out if row.reason == reason]

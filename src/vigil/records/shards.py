@@ -1,9 +1,9 @@
-"""Shards: the parts of a run that several machines play, each into a folder of its own.
+"""Shards: the parts of a run that several machines play, each into a separate folder.
 
-Part i of n has whole episodes, with all their epochs. It is drawn from the run's episodes alone, so that every machine
-draws the same parts: no two parts share an episode, and together they are all. How many episodes of a family a part has
-differs by at most one from part to part, and so does the number of all its episodes. Within a family the parts follow
-one another in the order of play, so that a part has few houses.
+Shard i of n has whole episodes, with all their epochs. It depends only on the run's episodes, so that every machine
+computes the same shards; they are disjoint and together have all episodes. The numbers of episodes per family, and in
+total, differ by at most one between shards. Within a family, shards are consecutive in the order of play, so that each
+shard has few houses.
 """
 
 import hashlib
@@ -18,7 +18,7 @@ _TEXT = re.compile(r"([1-9]\d{0,5})/([1-9]\d{0,5})", re.ASCII)
 
 
 def parse_shard(text: str) -> Shard:
-    """Return the shard that a text such as 2/8 names. Raises SettingError."""
+    """Return the shard in a text such as "2/8". Raises SettingError."""
     match = _TEXT.fullmatch(text)
     index, count = (int(part) for part in match.groups()) if match else (0, 0)
     if not 1 <= index <= count:
@@ -27,9 +27,9 @@ def parse_shard(text: str) -> Shard:
 
 
 def play_order(episodes: Iterable[Episode], pairs: Mapping[str, str] | None = None) -> list[Episode]:
-    """Return episodes house by house, so that a house is loaded once; of twins the second when all else is played.
+    """Return episodes house by house, so that a house is loaded once; second twins come after all other episodes.
 
-    `pairs` names the pair of each twin. Which of them comes first is as good as random: it does not tell the side.
+    `pairs` maps episode ids to pairs. Which twin comes first is pseudo-random, so that it does not reveal the side.
     """
     rounds: tuple[list[Episode], list[Episode]] = [], []
     begun: set[str] = set()
@@ -41,7 +41,7 @@ def play_order(episodes: Iterable[Episode], pairs: Mapping[str, str] | None = No
 
 
 def shard_episodes(episodes: Iterable[Episode], shard: Shard | None) -> list[Episode]:
-    """Return the episodes of a shard, sorted by id; all of them without one. Raises SettingError when it has none."""
+    """Return the episodes of a shard, or all if it is None, sorted by id. Raises SettingError for an empty shard."""
     everything = sorted(episodes, key=lambda episode: episode.id)
     if shard is None:
         return everything
@@ -62,5 +62,5 @@ def shard_episodes(episodes: Iterable[Episode], shard: Shard | None) -> list[Epi
 
 
 def _count_dealt_to(index: int, count: int, start: int, end: int) -> int:
-    """Return how many of the numbers from `start` to before `end` leave the remainder `index` when divided."""
+    """Return how many numbers in [start, end) have remainder `index` modulo `count`."""
     return (end - index + count - 1) // count - (start - index + count - 1) // count
