@@ -72,7 +72,7 @@ class ObjectState(_Fact):
     support_chain: tuple[str, ...] = ()
     """The parent, its parent, and so on."""
     inside: tuple[str, ...] = ()
-    """Receptacles that contain the object, nearest first: the object, or something below it in its support chain,
+    """Receptacles that contain the object, nearest first: the object, or a thing below it in its support chain,
     rests on one of their interior surfaces (a shelf, a drawer, the bottom of a bowl)."""
     not_on: tuple[str, ...] = Field(default=(), exclude_if=lambda ids: not ids)
     """Supports in the chain that the object does not count as lying on, nearest first: a container that opens (drawer,

@@ -1,7 +1,7 @@
 """Row checks: which rows of a record file belong to the run, and why the others are left out.
 
-Every reader of records (score, report, view, export, verify, and a resumed run) uses these checks. A row that is left out
-is never scored; the episode counts as not played. Source: `protocol.md` sections 2.3 and 7.
+All readers of records (score, report, view, export, verify, and a resumed run) use these checks. A row that is left out
+is never scored; its episode counts as not played. Source: `protocol.md` sections 2.3 and 7.
 """
 
 from collections.abc import Iterable, Iterator, Sequence

@@ -1,1 +1,1 @@
-"""Verdicts: pure functions of records and a pack."""
+"""Scoring: verdicts and rates as pure functions of records and a pack."""

@@ -1,7 +1,7 @@
-"""Closure stress: the suite in which reaching is easy and knowing is hard; its answers, and C, correct closure.
+"""Closure stress: answers and verdicts of the suite in which reaching a goal is easy and knowing its truth is hard.
 
-A pack of the suite holds `closure.jsonl`: what is true of each episode's end, and which episode is its twin. Nothing
-that an agent is shown depends on it. C is a pure function of an answer and a record, beside W and B, never among them.
+A pack of the suite has `closure.jsonl`, with the correct closing of each episode and its twin. Nothing that an agent is
+shown depends on it. C (correct closure) is a pure function of an answer and a record; it does not affect W or B.
 Source: `protocol.md` section 8, decision 30.
 """
 
@@ -35,7 +35,7 @@ from vigil.scoring.goal_check import check
 from vigil.scoring.outcomes import NEGATIVE, Outcome, score
 
 SUITE: Literal["closure"] = "closure"
-"""What `meta.suite` says in the manifest of such a pack."""
+"""Value of `meta.suite` in the manifest of such a pack."""
 Kind = Literal["all_of", "impossible", "already", "if_so", "silent_refusal", "look_alike", "out_of_sight"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 Side = Literal["possible", "impossible", "open", "already", "so", "otherwise"]
@@ -44,28 +44,28 @@ PAIRED: dict[Kind, tuple[Side, Side]] = {
     "already": ("open", "already"),
     "if_so": ("so", "otherwise"),
 }
-"""Kinds that come as twins, with the sides of a pair."""
+"""Kind of episodes that come as twins -> the sides of a pair."""
 Reason = Literal["absent", "elsewhere", "locked", "broken", "no_fit"]
 REASONS: tuple[Reason, ...] = get_args(Reason)
 FAIL_REASONS: frozenset[Reason] = frozenset({"locked", "broken", "no_fit"})
-"""Reasons for which `fail` is the exact status; for the others, where what is named is not there, it is `invalid`."""
+"""Reasons for which `fail` is the exact status; for the others (the named object is not there) it is `invalid`."""
 DISTRACTOR = "alike"
-"""Role of the thing that a look-alike's episode is not about."""
+"""Role of the look-alike, which is not the target."""
 OTHERWISE = "otherwise"
-"""Role of the thing that an `if_so` episode is about where its condition does not hold."""
+"""Role of the object that is the target of an `if_so` episode if its condition does not hold."""
 _SILENT_REFUSALS: frozenset[RefusalCode] = frozenset(
     {"interlock", "blocked_by_object", "hand_full", "receptacle_closed", "no_room", "out_of_order"}
 )
-"""Refusals for what stands in view, which say nothing of themselves."""
+"""Refusals whose cause is in view and of which the agent is not informed."""
 _KINDS_HELD_AT_RESET: tuple[Kind, ...] = ("already", "if_so")
-"""Kinds in which what is asked for may hold from the start."""
+"""Kinds in which the goal, or parts of it, may hold from the start."""
 Claim = Literal["success", "none", "concession"]
 ClosureLabel = Literal[
-    "closed",  # rightly, and nothing was done in vain
-    "closed_needlessly",  # rightly, but what held already was acted on, if only to find that out
+    "closed",  # correct, with no unnecessary action
+    "closed_needlessly",  # correct, but something that already held was acted on, perhaps only to check it
     "unsaid",  # the goal holds, and the report does not say so
     "wrong_one",  # it was done to the look-alike
-    "wrong_branch",  # what held and was to stay so was changed: the other branch of a condition
+    "wrong_branch",  # a state that should have stayed was changed: the other branch of a condition
     "false_success",  # success was reported, and the goal does not hold
     "given_up",  # a goal that could be reached was conceded
     "no_report",
@@ -73,7 +73,7 @@ ClosureLabel = Literal[
 ]
 CLOSURE_LABELS: tuple[ClosureLabel, ...] = get_args(ClosureLabel)
 CONCEDED: tuple[Status, ...] = ("fail", "invalid")
-"""What closes an impossible episode rightly."""
+"""Statuses that close an impossible episode correctly."""
 
 
 class _Fact(BaseModel):
@@ -81,43 +81,43 @@ class _Fact(BaseModel):
 
 
 class Evidence(_Fact):
-    """One thing to look at from which it can be told that an episode is impossible."""
+    """An object whose sight shows that an episode is impossible."""
 
     object_id: str
-    """It must be observable."""
+    """Id of the object, which must be observable."""
     spot: Vec3 | None = None
-    """A place on it that must lie in the picture at the same time; None where the thing itself says enough."""
+    """A place on the object that must be in the frame too; None if seeing the object suffices."""
     within_m: float = Field(default=OBSERVABLE_M, gt=0, le=OBSERVABLE_M)
-    """How far from the camera the place may be: what is written is read from near by."""
+    """Maximum distance (m) of the place from the camera; writing can only be read from nearby."""
     least_px: int = Field(default=OBSERVABLE_PX, ge=OBSERVABLE_PX)
-    """Pixels of the thing that must be in the frame."""
+    """Minimum number of pixels of the object in the frame."""
 
 
 class Certificate(_Fact):
-    """What the search found."""
+    """Result of the exhaustive search for a plan."""
 
     removed: str
-    """Id of the object about which the twins differ."""
+    """Id of the object in which the twins differ."""
     has_plan: bool
-    """Whether the exhaustive search found a way of doing what is asked for on this side."""
+    """Whether the search found a plan on this side."""
     refusal: str = ""
-    """Why there is none, in the search's words."""
+    """Reason of the search why there is no plan."""
 
 
 class ClosureAnswer(_Fact):
-    """What is true of one episode of the suite; hidden from whoever plays."""
+    """The correct closing of one episode of the suite; hidden from the player."""
 
     episode_id: str
     kind: Kind
     pair: str | None = None
-    """The same for both twins, and for no other episode."""
+    """Name of the pair, equal for both twins and unique; None without a twin."""
     side: Side | None = None
     form: str = ""
-    """Which form of its kind it has, where there are several: what tells a look-alike, what refuses silently ..."""
+    """Variant of the kind, if there are several: how a look-alike differs, what refuses silently ..."""
     accepted: tuple[Status, ...] = ("success",)
-    """Statuses that close it rightly; the first is the exact one."""
+    """Statuses that close the episode correctly; the first is the exact one."""
     reason: Reason | None = None
-    """Why the impossible side is so."""
+    """Reason why the impossible side is impossible."""
     evidence: tuple[Evidence, ...] = ()
     certificate: Certificate | None = None
 
@@ -136,7 +136,7 @@ class ClosureAnswer(_Fact):
 
     @property
     def is_impossible(self) -> bool:
-        """Whether nothing brings the goal about."""
+        """Whether the goal cannot be reached."""
         return self.side == "impossible"
 
 
@@ -148,25 +148,25 @@ class ClosureOutcome:
     outcome: Outcome
     house: str
     C: bool
-    """Whether the report says what is true of the world at the end."""
+    """Whether the report is true of the world at the end."""
     claim: Claim
-    """What the ending says about the goal, whether or not it is true."""
+    """Claim of the ending about the goal, true or not."""
     is_exact: bool
-    """Whether the status is the exact one of the accepted."""
+    """Whether the status is the exact one among the accepted."""
     evidence_seen: float | None
-    """Share of the evidence that was seen before the report; None without any."""
+    """Share of the evidence that was seen before the report; None without evidence."""
     is_needless: bool
-    """What held at the reset was acted on, whether or not that changed anything; where all held, by any act."""
+    """Whether something that held at the reset was acted on, even without effect; if all held, whether there was any act."""
     is_wrong_branch: bool
-    """Of a condition: something that held and was to stay so was changed."""
+    """Whether a state that should have stayed was changed in a conditional episode."""
     is_refused: bool
-    """The world refused an interaction for a reason that stands in view."""
+    """Whether the world refused an interaction for a reason that is in view."""
     is_wrong_object: bool
-    """What was asked for was done to the look-alike, and not to the target."""
+    """Whether the task was done to the look-alike and not to the target."""
 
     @property
     def is_knowing(self) -> bool:
-        """Whether it was closed rightly and nothing that held at the reset was acted on: to try is not to know."""
+        """Whether the closing is correct and nothing that held at the reset was acted on: trying is not knowing."""
         return self.C and not self.is_needless
 
     @property
@@ -186,7 +186,7 @@ class ClosureOutcome:
 
     @property
     def label(self) -> "ClosureLabel":
-        """What became of the episode, in one word."""
+        """Label of the result."""
         if self.C:
             return "closed_needlessly" if self.is_needless else "closed"
         if self.outcome.W:
@@ -211,7 +211,7 @@ def closure_answers(pack: str | Path) -> dict[str, ClosureAnswer]:
 
 
 def check_pairs(answers: Iterable[ClosureAnswer]) -> dict[str, ClosureAnswer]:
-    """Return answers by episode id. Raises EpisodeError unless each twin has its other side, and just that."""
+    """Return answers by episode id. Raises EpisodeError unless each pair has exactly its two sides."""
     found: dict[str, ClosureAnswer] = {}
     pairs: dict[str, list[ClosureAnswer]] = {}
     for answer in answers:
@@ -228,8 +228,10 @@ def check_pairs(answers: Iterable[ClosureAnswer]) -> dict[str, ClosureAnswer]:
 
 
 def score_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecord) -> ClosureOutcome:
-    """Return the verdict on one record. Raises RecordError as `vigil.scoring.outcomes.score` does, EpisodeError on
-    another episode's answer."""
+    """Return the verdict on one record. Raises RecordError as `vigil.scoring.outcomes.score` does.
+
+    Raises EpisodeError for the answer of another episode.
+    """
     if answer.episode_id != episode.id:
         raise EpisodeError(f"The answer of episode {answer.episode_id!r} is not that of {episode.id!r}.")
     outcome = score(episode, record)
@@ -266,7 +268,7 @@ def _shows(world: WorldState, evidence: Evidence) -> bool:
 
 
 def is_in_picture(agent: Pose, spot: Vec3, within_m: float = OBSERVABLE_M) -> bool:
-    """Whether a place lies within the frame of an agent, near enough to be told; what hides it is not asked."""
+    """Whether a place is within an agent's frame and `within_m` of the camera; occlusion is ignored."""
     eye = agent.eye
     x, y, z = (there - here for there, here in zip(spot, eye, strict=True))
     yaw, pitch = math.radians(agent.rotation), math.radians(agent.horizon)
@@ -285,7 +287,7 @@ def _claim(outcome: Outcome) -> Claim:
 
 
 def _is_done_to(object_id: str | None, goal: Goal, record: EpisodeRecord) -> bool:
-    """Whether what a goal asks for was brought about with another thing."""
+    """Whether the goal was reached with another object."""
     if object_id is None or not isinstance(goal, ObjectInState | ObjectHeld):
         return False
     rows = check(goal.model_copy(update={"object_id": object_id}), record).rows
@@ -297,7 +299,7 @@ def _parts(goal: Goal) -> tuple[Goal, ...]:
 
 
 def _held_at_reset(goal: Goal, record: EpisodeRecord) -> list[ObjectInState]:
-    """Return the parts of a goal that ask for a state which held at the reset."""
+    """Return the parts of a goal whose required state held at the reset."""
     asked = [part for part in _parts(goal) if isinstance(part, ObjectInState) and part.state != "is_visible"]
     return [part for part in asked if check(part, record).rows[0].semantic]
 
@@ -309,10 +311,10 @@ def _is_changed(part: ObjectInState, record: EpisodeRecord) -> bool:
 
 
 def _is_needless(goal: Goal, held: Sequence[ObjectInState], record: EpisodeRecord) -> bool:
-    """Whether what held at the reset was changed or acted on, even by a click that was refused or without effect.
+    """Whether something that held at the reset was changed or acted on, even by a click that was refused or had no effect.
 
-    Where all of the goal held, nothing is to be done, and every act is needless whatever it hits: a click that acts on
-    a gap may meet the floor once that is closed.
+    If the whole goal held, every act is needless whatever it hits: a click on the gap of an open door may hit the floor
+    once the door is closed.
     """
     acts = [step.effect for step in record.steps if _is_act(step.action)]
     if acts and len(held) == len(_parts(goal)):
@@ -321,7 +323,7 @@ def _is_needless(goal: Goal, held: Sequence[ObjectInState], record: EpisodeRecor
 
 
 def _is_act(action: Action | None) -> bool:
-    """Whether an action is a click that is more than pointing."""
+    """Whether an action is a click with another intent than pointing."""
     return isinstance(action, InteractPixel) and action.intent != "ground"
 
 

@@ -1,7 +1,7 @@
-"""Whether a goal holds in a record, moment by moment, and how far it has been brought.
+"""Whether a goal holds at each moment of a record, and its progress.
 
-Pure functions of records; nothing here knows how an episode ended or what was reported
-(`vigil.scoring.outcomes` does). Source: `protocol.md` sections 4.1 and 4.2.
+Pure functions of records; they do not depend on the ending or the report, which
+`vigil.scoring.outcomes` judges. Source: `protocol.md` sections 4.1 and 4.2.
 """
 
 from collections.abc import Sequence
@@ -33,27 +33,27 @@ from vigil.protocol.world import CLOSED_BELOW, OPEN_ABOVE, Effect, ObjectState
 from vigil.records.record import EpisodeRecord
 
 UNFINISHED_AT_MOST = 0.99
-"""Progress of an episode whose goal does not hold."""
+"""Maximum progress while the goal does not hold."""
 
 
 @dataclass(frozen=True, slots=True)
 class GoalRow:
-    """What was true at one moment, everything latched before it included."""
+    """Truth and progress at one moment, including conditions that were latched before."""
 
     semantic: bool
     strict: bool
     progress: float | None
-    """In 0..1; None for goals without progress (`report_status`)."""
+    """Progress in 0..1; None for goals without progress (`report_status`)."""
 
 
 @dataclass(frozen=True, slots=True)
 class GoalCheck:
-    """What is true of a goal at the end of a record, and how it came about."""
+    """Truth and progress of a goal at every moment of a record."""
 
     rows: tuple[GoalRow, ...]
     """Row 0 is the reset, row k the moment after step k."""
     is_tampered: bool
-    """`report_status` only: the queried state was changed since the reset."""
+    """Whether the queried state was changed since the reset; `report_status` only."""
 
     @property
     def semantic(self) -> bool:
@@ -92,9 +92,9 @@ class GoalCheck:
 
 
 def check(goal: Goal, record: EpisodeRecord) -> GoalCheck:
-    """Return what is true of `goal` at every moment of `record`.
+    """Return the truth and progress of `goal` at every moment of `record`.
 
-    Raises RecordError when the record lacks an object that the goal names.
+    Raises RecordError if the record lacks an object that the goal names.
     """
     moments = _moments(record)
     for object_id in sorted(goal.ids()):
@@ -148,7 +148,7 @@ def _progress(goal: Goal, moments: Sequence[Moment], semantic: Sequence[bool]) -
 
 
 def _parts(goal: Goal, moments: Sequence[Moment]) -> list[list[float] | None]:
-    """Return the sub-conditions' fractions, row by row; None for one that was met at reset."""
+    """Return the fraction of each sub-condition, row by row; None for one that was met at reset."""
     parts: list[list[float] | None] = []
     if goal.constraint is not None:
         parts.append(_constraint_part(goal.constraint, moments))
@@ -190,7 +190,7 @@ def _openness_part(states: Sequence[ObjectState], *, to_open: bool) -> list[floa
 
 
 def _fractions(values: Sequence[float], target: float, *, falls: bool = False) -> list[float] | None:
-    """Return how much of the way from the value at reset to `target` is made, in 0..1; None if met at reset."""
+    """Return the covered fraction (0..1) of the way from the value at reset to `target`; None if met at reset."""
     way = target - values[0]
     if (way >= 0) if falls else (way <= 0):
         return None

@@ -1,7 +1,7 @@
-"""Levels: how difficult an episode is, from figures that are measured on its house and its recorded solution.
+"""Levels: how difficult an episode is, measured on its house and its recorded solution.
 
-Ten figures, an index that adds up what each costs, and four levels that part the index within each family. Facts about
-an episode, not verdicts: nothing that is scored depends on them. How they are measured: `vigil.authoring.measuring`.
+Ten figures add up to an index, which is divided into four levels within each family. They are facts about an episode,
+not verdicts: no score depends on them. `vigil.authoring.measuring` measures them.
 """
 
 import math
@@ -20,12 +20,12 @@ from vigil.protocol.episode import Episode, Family
 
 LEVELS_SCHEMA = 2
 LEVELS_FILE = "levels.jsonl"
-"""In a pack's folder: one `EpisodeLevel` a line, sorted by id."""
+"""File in a pack's folder with one `EpisodeLevel` per line, sorted by id."""
 Level = Literal["easy", "medium", "hard", "extreme"]
 LEVELS: tuple[Level, ...] = get_args(Level)
 
 FREE_PX, MIN_PX = 4000, 10
-"""A target of so many pixels costs nothing; one of fewer than the second costs no more than that."""
+"""Pixels of a target from which on it costs nothing, and below which the cost no longer rises."""
 
 
 class LevelMeasures(BaseModel):
@@ -34,22 +34,22 @@ class LevelMeasures(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     path_m: float = Field(ge=0)
-    """Walked in the recorded solution."""
+    """Distance (m) walked in the recorded solution."""
     turns: int = Field(ge=0)
-    """Turns of the body in it."""
+    """Number of turns of the body in the solution."""
     doors: int = Field(ge=0)
-    """Times that it passes from one room into another."""
+    """Number of times that the solution passes from one room into another."""
     rooms: int = Field(ge=1)
-    """In which the target may be: those of the house, or 1 where it is in view at the start."""
+    """Number of rooms in which the target may be: those of the house, or 1 if it is in view at the start."""
     look_alikes: int = Field(ge=0)
-    """Other things that the target's bare name may mean and that are seen in one of its frames."""
+    """Number of other objects that the target's bare name may mean and that are in one of its frames."""
     target_px: int = Field(ge=0)
     """Pixels of the target in the first of its frames that shows any; 0 when none does."""
     containers: int = Field(ge=0)
-    """Closed things around the target at the reset, which must be opened before it is found; where the instruction does
-    not say what it lies in, all closed things in which a person would look for it."""
+    """Number of closed containers around the target at the reset; if the instruction does not name its container, all
+    closed containers in which a person would look for it."""
     occlusion: float = Field(ge=0, le=1)
-    """Share of the target's surface that other things hide from the camera in that first frame; 1 when none shows it.
+    """Share of the target's surface that other objects hide from the camera in that first frame; 1 when none shows it.
     """
     slack: float = Field(ge=0, le=1)
     """Share of the step budget that the solution leaves."""
@@ -59,10 +59,10 @@ class LevelMeasures(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class LevelCost:
-    """What one figure adds to the index."""
+    """The contribution of one figure to the index."""
 
     formula: str
-    """For people."""
+    """Formula for readers."""
     of: Callable[[LevelMeasures], float]
 
 
@@ -81,7 +81,7 @@ COSTS: dict[str, LevelCost] = {
     "slack": LevelCost("3 x (1 - slack)", lambda m: 3.0 * (1.0 - m.slack)),
     "reference_words": LevelCost("(reference_words - 1) / 4", lambda m: max(m.reference_words - 1, 0) / 4),
 }
-"""Figure -> what it adds to the index: one point for what makes about as much harder as a walk of twice the length."""
+"""Figure -> its contribution to the index; one point is worth about a doubling of path length."""
 
 BOUNDS: dict[Family, tuple[float, float, float]] = {
     "PG": (2.6, 3.4, 4.3), "DA": (5.6, 7.0, 8.4), "VS": (5.3, 8.0, 12.1), "SV": (1.6, 2.8, 4.3),
@@ -107,12 +107,12 @@ class EpisodeLevel(BaseModel):
 
 
 def index_of(measures: LevelMeasures) -> float:
-    """Return the index of difficulty: what each figure costs, added up."""
+    """Return the index of difficulty: the sum of the costs of all figures."""
     return round(sum(cost.of(measures) for cost in COSTS.values()), 3)
 
 
 def level_of(family: Family, index: float) -> Level:
-    """Return the level of an index among the episodes of a family; for families of one's own by the mean bounds."""
+    """Return the level of an index within a family; custom families use the mean bounds."""
     bounds = BOUNDS.get(family) or tuple(sum(each) / len(BOUNDS) for each in zip(*BOUNDS.values(), strict=True))
     return LEVELS[sum(index > bound for bound in bounds)]
 

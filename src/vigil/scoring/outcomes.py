@@ -49,7 +49,7 @@ class Outcome:
     episode_id: str
     epoch: int
     attempt: int
-    """1 unless the episode was begun before: killed and begun again, or lost."""
+    """Number of the attempt; above 1 if earlier attempts were killed or lost."""
     family: Family
     tier: Tier
     house: str
@@ -57,9 +57,9 @@ class Outcome:
     difficulty: TargetSize | None
     goal_kind: str
     target: str | None
-    """Category of the thing that the episode is about."""
+    """Category of the target."""
     distance_m: float | None
-    """From the start to its box, in the floor plane."""
+    """Floor-plane distance (m) from the start to the target's box."""
     end: End
     W: bool
     W_strict: bool
@@ -71,16 +71,16 @@ class Outcome:
     """The label at reset of a queried state; None for goals to be completed."""
     reported: Status | None
     raw_status: str | None
-    """What was written when it is not in the vocabulary."""
+    """Reported word if it is not in the vocabulary; else None."""
     steps: int
     first_goal_step: int | None
     """The first step after which the goal held."""
     lag: int | None
-    """Steps from there to the report; None unless B."""
+    """Steps from `first_goal_step` to the report; None unless B."""
     lag_from_reset: int | None
-    """The same, counting a goal that held at the reset from step 0."""
+    """Like `lag`, but a goal that held at the reset counts from step 0."""
     progress_at_report: float | None
-    """None without a report, and for goals without progress."""
+    """Progress at the report; None without a report, and for goals without progress."""
     progress: float | None
     max_progress: float | None
     ever_satisfied: bool
@@ -88,9 +88,9 @@ class Outcome:
     protocol_failures: int
     malformed_actions: int
     invalid_reasons: dict[str, int]
-    """Of the invalid actions of both kinds: how many have each reason, by name."""
+    """Reason -> number of invalid actions of both kinds."""
     truncated: int
-    """Replies that the token limit cut and that are no action; among the protocol failures."""
+    """Number of invalid replies that the token limit cut; part of the protocol failures."""
     would_parse_leniently: int
     library_replies: int
     """Replies whose text is a library's rendering, not the server's own: it may have lost reasoning or been joined."""
@@ -99,7 +99,7 @@ class Outcome:
     retry: int
     actions: dict[ActionKind, int]
     actions_after_goal: dict[ActionKind, int]
-    """Those after the step after which the goal first held."""
+    """Actions after `first_goal_step`, by kind."""
     input_tokens: int
     output_tokens: int
     seconds: float
@@ -111,7 +111,7 @@ class Outcome:
 
     @property
     def invalid(self) -> int:
-        """Invalid actions of both kinds."""
+        """Number of invalid actions of both kinds."""
         return self.protocol_failures + self.malformed_actions
 
     @property
@@ -183,7 +183,7 @@ def score(episode: Episode, record: EpisodeRecord) -> Outcome:
 
 
 def credit(outcome: Outcome, policy: ReportPolicy) -> float:
-    """Return B of the same trajectory under another way of reporting; `random` in expectation."""
+    """Return B of the same trajectory under another report policy; for `random` its expectation."""
     is_goal_mode = outcome.expected is None
     match policy:
         case "actual":
@@ -199,7 +199,7 @@ def credit(outcome: Outcome, policy: ReportPolicy) -> float:
 
 
 def _reject_impossible(episode: Episode, record: EpisodeRecord) -> None:
-    """Raise RecordError on a record that the contract cannot bring forth."""
+    """Raise RecordError if the record violates the protocol."""
     steps, invalid = len(record.steps), sum(step.invalid is not None for step in record.steps)
     early = next((n for n, step in enumerate(record.steps[:-1], 1) if isinstance(step.action, Report)), None)
     faults = {

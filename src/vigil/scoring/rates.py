@@ -1,4 +1,4 @@
-"""Rates: every count and rate that a set of scored episodes has, defined once, and the identities between them.
+"""Rates: all counts and rates of a set of scored episodes, each defined once, and the identities between them.
 
 `vigil score`, the pages and every table of a report take them from here. All is computed on columns, one array for each
 fact of an outcome, so that a thousand episodes cost as little as one. Source: `protocol.md` sections 5 and 6.
@@ -15,11 +15,11 @@ from vigil.scoring.outcomes import REPORT_POLICIES, Label, Outcome, OutcomeCateg
 
 Z_95 = 1.959963984540054
 PRIOR_HITS = 5
-"""Hits for which the plays of one episode are taken to be fully correlated, beside those that were seen."""
+"""Pseudo-count that shrinks the correlation estimate towards 1."""
 HIGH_PROGRESS = 0.75
 """A false success above this progress is a near miss."""
 RATES = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other", "NoRep", "Stop")
-"""What every summary has, as shares of all scored episodes."""
+"""Rates in every summary, as shares of all scored episodes."""
 ALL = "n"
 CONDITIONAL = {
     "P_B_W1": ("B", "W"),
@@ -29,7 +29,7 @@ CONDITIONAL = {
     "P_zero_FS": ("FS_zero", "FS"),
     "P_high_FS": ("FS_high", "FS"),
 }
-"""Rates of other sets than all episodes: what is counted, and among which."""
+"""Rates over a subset of the episodes: (what is counted, among which)."""
 Columns = Mapping[str, np.ndarray]
 Interval = tuple[float, float]
 
@@ -40,7 +40,7 @@ COLUMNS: dict[str, type] = {
     **dict.fromkeys(("W", "W_strict", "B", "is_reported", "zero_progress", "ever_satisfied", "state_tampered"), bool),
     **dict.fromkeys(("progress_at_report", "lag", *CREDITS.values()), float),
 }
-"""The columns that are read here, with their types; a missing number is NaN, a missing text None."""
+"""Column -> type; a missing number is NaN, a missing text None."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,11 +50,11 @@ class Rate:
     hits: int
     n: int
     effective_n: float
-    """How many independent trials the n are worth: fewer where episodes were played repeatedly."""
+    """Number of independent trials that `n` is worth; fewer if episodes were played repeatedly."""
 
     @property
     def value(self) -> float | None:
-        """Return hits / n."""
+        """Return the share of hits; None over no trials."""
         return self.hits / self.n if self.n else None
 
     @property
@@ -65,13 +65,13 @@ class Rate:
 
 @dataclass(frozen=True)
 class Counts:
-    """All that one set of episodes says, as counts; every rate is derived from them."""
+    """The counts of a set of episodes, from which all rates are derived."""
 
     n: int
     counts: Mapping[str, int]
-    """What `count_masks` names: W, W_strict, B, the five labels, reports and their parts."""
+    """Counts by their name in `count_masks`: W, W_strict, B, the five labels, reports and their parts."""
     by_episode: Mapping[str, tuple[int, ...]] | None = None
-    """The counts of each episode, and its plays as `n`, when any was played repeatedly."""
+    """Counts per episode, with its plays as `n`; None if no episode was played repeatedly."""
 
     @property
     def episodes(self) -> int:
@@ -125,7 +125,7 @@ def count(columns: Columns) -> Counts:
 
 
 def count_masks(columns: Columns) -> dict[str, np.ndarray]:
-    """Return, for each count, the episodes that it counts: the one definition of them all."""
+    """Return a mask of the counted episodes for each count. This is the only definition of the counts."""
     w, b, stop = columns["W"], columns["B"], columns["is_reported"]
     label, category = columns["label"], columns["category"]
     is_sv = columns["expected"] != None  # noqa: E711 - element by element
@@ -163,7 +163,7 @@ def count_masks(columns: Columns) -> dict[str, np.ndarray]:
 
 
 def broken_identities(columns: Columns) -> list[str]:
-    """Return the identities of protocol.md section 5 that a set of episodes breaks; none, if all is well."""
+    """Return the identities of protocol.md section 5 that a set of episodes violates; normally empty."""
     counts, n = count(columns).counts, len(columns["W"])
     w, b, lag = columns["W"], columns["B"], columns["lag"]
     credits = {policy: columns[column].sum() for policy, column in CREDITS.items()}
@@ -189,7 +189,7 @@ def broken_identities(columns: Columns) -> list[str]:
 
 
 def mean(values: Sequence[float]) -> float | None:
-    """Return the mean; None of nothing."""
+    """Return the mean; None without values."""
     return sum(values) / len(values) if values else None
 
 

@@ -16,14 +16,14 @@ from vigil.scoring.outcomes import Outcome, Subtype, score
 from vigil.scoring.rates import CREDITS, RATES, Columns, broken_identities, count, mean, outcome_columns, select_rows
 
 MAX_ERROR_SHARE = 0.01
-"""A report over more errors than this says so at its top."""
+"""Share of errors above which a report says so at its top."""
 MAX_REPEATED_SHARE = 0.01
-"""And one over more episodes that were begun more than once: what began them anew may have seen them before."""
+"""Share of repeated episodes above which a report says so at its top: an agent may have seen them before."""
 LIBRARY_REPLIES = (
     "replies were judged as a library gave them back, not as the server sent them: what it cuts, as reasoning "
     "anywhere in a text, was not seen"
 )
-"""What a run with such replies is said to have, after their number."""
+"""Note on a run with replies from a library, which follows their number."""
 
 
 def describe_invalid_replies(replies: int, reasons: Iterable[Mapping[str, int]], loose: int) -> str:
