@@ -76,8 +76,8 @@ class ObjectState(_Fact):
     rests on one of their interior surfaces (a shelf, a drawer, the bottom of a bowl)."""
     not_on: tuple[str, ...] = Field(default=(), exclude_if=lambda ids: not ids)
     """Supports in the chain that the object does not count as lying on, nearest first: a container that opens (drawer,
-    cupboard, box) and holds it, with all supports below; and the support of a fixed hollow that holds it (the countertop
-    around a sink). Omitted from rows if empty; rows of rules 1 and 2 never have it."""
+    cupboard, box) and holds it, with all supports below; and the support of a fixed hollow that holds it (the
+    countertop around a sink). Omitted from rows if empty; rows of rules 1 and 2 never have it."""
     over: tuple[str, ...] = ()
     """Receptacles among the reported objects that have a support surface on which the object lies
     within the tolerance of protocol.md section 4 (lowest point within 0.1 m above the surface,

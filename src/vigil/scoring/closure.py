@@ -156,7 +156,7 @@ class ClosureOutcome:
     evidence_seen: float | None
     """Share of the evidence that was seen before the report; None without evidence."""
     is_needless: bool
-    """Whether something that held at the reset was acted on, even without effect; if all held, whether there was any act."""
+    """Whether a state that held at the reset was acted on, even without effect; if all held, any act counts."""
     is_wrong_branch: bool
     """Whether a state that should have stayed was changed in a conditional episode."""
     is_refused: bool
@@ -311,7 +311,7 @@ def _is_changed(part: ObjectInState, record: EpisodeRecord) -> bool:
 
 
 def _is_needless(goal: Goal, held: Sequence[ObjectInState], record: EpisodeRecord) -> bool:
-    """Whether something that held at the reset was changed or acted on, even by a click that was refused or had no effect.
+    """Whether a state that held at the reset was changed or acted on, even by a refused or ineffective click.
 
     If the whole goal held, every act is needless whatever it hits: a click on the gap of an open door may hit the floor
     once the door is closed.

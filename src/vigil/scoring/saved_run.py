@@ -1,7 +1,7 @@
-"""Saved runs: a folder on disk -> the rows that stand, the verdicts on them, and what was left out and why.
+"""Saved runs: read a run's folder into its effective rows, their verdicts, and the rows that were left out and why.
 
-The one way from records to verdicts: `vigil score`, `report`, `verify`, `view` and `export` all read a run here.
-Nothing is written. A run that is still being played can be read on as it grows.
+`vigil score`, `report`, `verify`, `view` and `export` all read runs through this module, which writes nothing. A run
+that is still being played can be read further as it grows.
 """
 
 from collections.abc import Callable, Iterable
@@ -25,7 +25,7 @@ from vigil.scoring.summary import RunScores, Unscored, run_scores, score_or_erro
 
 @dataclass(frozen=True, slots=True)
 class EffectiveRow:
-    """Where a record that stands lies in its file, and the verdict on it."""
+    """The place of an effective record in its file, and the verdict on it."""
 
     line: int
     start: int
@@ -34,29 +34,29 @@ class EffectiveRow:
 
     @property
     def outcome(self) -> Outcome | None:
-        """None for an episode that ended as an error."""
+        """Outcome of the record; None for an episode that ended as an error."""
         return self.verdict if isinstance(self.verdict, Outcome) else None
 
 
 class RecordTable:
-    """The rows of a run's `episodes.jsonl` that stand, with the verdicts on them; the records stay in the file."""
+    """The effective rows of a run's `episodes.jsonl` with their verdicts; the records stay in the file."""
 
     def __init__(self, folder: Path, header: RunHeader, episodes: Iterable[Episode]) -> None:
-        """`episodes` are those of the run's pack; only the run's own count. Nothing is read yet."""
+        """`episodes` are those of the run's pack; only the run's own are used. Nothing is read yet."""
         self.path = folder / EPISODES_FILE
         self.check = RowCheck(header, episodes)
         self.is_missing = False
-        """Whether there is no file yet."""
+        """Whether the file does not exist yet."""
         self.stamp = (0, 0)
-        """Size of the file and when it was last written (ns); equal when nothing has been added."""
+        """Size of the file and its modification time (ns), which change when rows are added."""
         self._epochs = header.spec.epochs
         self._reset()
 
     def _reset(self, identity: tuple[int, int] = (0, 0)) -> None:
         self.rows: dict[Key, EffectiveRow] = {}
-        """By key, in the order of the file."""
+        """Effective rows by key, in the order of the file."""
         self.partial_line_number: int | None = None
-        """The number of a last line that is not finished: being written, or cut off by a crash."""
+        """Line number of a partial last line (being written, or cut off by a crash); None without one."""
         self._filter = RowFilter(self.check)
         self._seen = self._lines = 0
         self._lacks_newline = False
@@ -64,17 +64,17 @@ class RecordTable:
 
     @property
     def episodes(self) -> dict[str, Episode]:
-        """The episodes that the run is meant to play, by id."""
+        """Planned episodes of the run by id."""
         return self.check.episodes
 
     @property
     def planned(self) -> int:
-        """How many rows the run is meant to have; of a shard, for its own part."""
+        """Number of planned rows of the run; for a shard, of its own part."""
         return len(self.check.played_ids) * self._epochs
 
     @property
     def tokens(self) -> RunTokens:
-        """What the run's replies took, those of rows whose place others have taken included."""
+        """Tokens of the run's replies, including superseded rows."""
         return self._filter.tokens
 
     @property
@@ -84,7 +84,7 @@ class RecordTable:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a reader must know of the rows before any number."""
+        """Notes on the rows that readers need before any results."""
         torn = (
             f"Line {self.partial_line_number} of its records is not finished (torn) and is passed over: it is being "
             "written, or was cut off and is played again by the same command.",
@@ -96,9 +96,9 @@ class RecordTable:
         )
 
     def refresh(self) -> None:
-        """Read what is new in the file. Starts afresh when it was replaced, cut, or its last line went on.
+        """Read the new part of the file; all of it if it was replaced or cut, or its last line was continued.
 
-        Raises RecordError when it is there and cannot be read.
+        Raises RecordError if the file exists but cannot be read.
         """
         try:
             stat = self.path.stat()
@@ -125,7 +125,7 @@ class RecordTable:
         )
 
     def _read_rows(self, lines: LineReader) -> None:
-        """Take in what follows in the file."""
+        """Add the rows that follow in the file."""
         for row in parse_rows(lines):
             line, record = row.line, self._filter.accept(row)
             if record is not None:
@@ -136,11 +136,11 @@ class RecordTable:
         self.partial_line_number = self._lines + 1 if lines.partial_line else None
 
     def newest(self, count: int) -> list[EffectiveRow]:
-        """Return the rows that were written last, the newest first."""
+        """Return the last `count` rows, the newest first."""
         return nlargest(count, list(self.rows.values()), key=lambda row: row.line)
 
     def record(self, key: Key) -> EpisodeRecord:
-        """Return the record that stands for `key`. Raises RecordError."""
+        """Return the effective record of `key`. Raises RecordError."""
         row = self.rows.get(key)
         if row is None:
             raise RecordError(f"No readable record of episode {key[0]!r} (epoch {key[1]}) is in this run.")
@@ -161,17 +161,17 @@ class RecordTable:
 
 @dataclass(frozen=True, slots=True)
 class SavedRun:
-    """A run as it lies on disk."""
+    """A run on disk."""
 
     folder: Path
     header: RunHeader
     pack_folder: Path
-    """Where the very pack that it was played on lies now."""
+    """Current folder of the pack that the run was played on."""
     table: RecordTable
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a reader must know before any number."""
+        """Notes that readers need before any results."""
         return (*self.header.notes, *self.table.notes)
 
 
@@ -196,7 +196,7 @@ def open_run(
     pack: str | Path | None = None,
     episodes_of: Callable[[Path, str], Iterable[Episode]] = frozen_episodes,
 ) -> SavedRun:
-    """Return a run of which no row is read yet. Raises RecordError or PackMismatch."""
+    """Return a run without reading its rows. Raises RecordError or PackMismatch."""
     header = read_header(folder)
     place = pack_folder(header, pack)
     table = RecordTable(folder, header, episodes_of(place, header.spec.pack_sha256))
@@ -212,11 +212,11 @@ def load_run_pack(header: RunHeader, pack: str | Path | None = None) -> Pack:
 
 
 SEARCH_DEPTH = 3
-"""How deep under a given folder runs are looked for."""
+"""Depth to which subfolders are searched for runs."""
 
 
 def find_runs(folders: Iterable[Path]) -> list[Path]:
-    """Return the folders of runs among and under those given; one in which there is none stays, to be named."""
+    """Return the run folders among and under `folders`; a folder without any run is returned itself."""
     return [found for folder in folders for found in _runs_under(folder, SEARCH_DEPTH) or [folder]]
 
 

@@ -1,4 +1,4 @@
-"""Summary: the verdicts on a run, with what is missing -> rates per family and overall, with intervals.
+"""Summary: rates of a run per family and overall, with intervals, from its verdicts and missing episodes.
 
 All rates are fractions of the scored episodes; episodes that ended as `error` are counted, never scored. Source:
 `protocol.md` section 5.
@@ -54,12 +54,12 @@ class Unscored:
 
 @dataclass(frozen=True, slots=True)
 class RunScores:
-    """All verdicts on a run, with what is missing."""
+    """All verdicts on a run, its errors and its planned plays."""
 
     outcomes: tuple[Outcome, ...]
     errors: tuple[Unscored, ...] = ()
     planned: Mapping[Family, int] = field(default_factory=dict)
-    """Episodes (times epochs) that the run is meant to have."""
+    """Number of planned plays (episodes times epochs) per family."""
 
     @property
     def is_complete(self) -> bool:
@@ -68,19 +68,19 @@ class RunScores:
 
     @property
     def library_replies(self) -> int:
-        """Replies that were taken from a library, because the server's own text could not be had."""
+        """Number of replies taken from a library because the server's own text was not available."""
         return sum(outcome.library_replies for outcome in self.outcomes)
 
     @property
     def invalid_replies(self) -> str:
-        """Say how many replies were no action, and why; empty when all were actions."""
+        """Sentence on how many replies were invalid, and why; empty if none was."""
         replies = sum(outcome.steps for outcome in self.outcomes)
         loose = sum(outcome.would_parse_leniently for outcome in self.outcomes)
         return describe_invalid_replies(replies, (outcome.invalid_reasons for outcome in self.outcomes), loose)
 
     @property
     def subtypes(self) -> dict[Subtype, int]:
-        """How many reports are mismatched or not to be credited in each way, the most frequent first."""
+        """Number of mismatched or uncredited reports per subtype, the most frequent first."""
         counts: Counter[Subtype] = Counter(outcome.subtype for outcome in self.outcomes if outcome.subtype)
         return dict(counts.most_common())
 
@@ -91,7 +91,7 @@ class RunScores:
 
     @property
     def attempts(self) -> tuple[int, ...]:
-        """How often each episode was begun, those that ended as an error included."""
+        """Number of attempts at each episode, including those that ended as an error."""
         return tuple(row.attempt for row in (*self.outcomes, *self.errors))
 
     @property
@@ -111,7 +111,7 @@ def has_many_errors(errors: int, scored: int) -> bool:
 
 
 def repeats(attempts: Sequence[int]) -> str:
-    """Say how many of the episodes, each begun so often, were begun more than once; empty when none was."""
+    """Say how many episodes were begun more than once, given their numbers of attempts; empty if none was."""
     again = sum(count > 1 for count in attempts)
     if not again:
         return ""
@@ -120,12 +120,12 @@ def repeats(attempts: Sequence[int]) -> str:
 
 
 def has_many_repeats(attempts: Sequence[int]) -> bool:
-    """Whether more than 1 % of the episodes, each begun so often, were begun more than once."""
+    """Whether more than 1 % of the episodes were begun more than once, given their numbers of attempts."""
     return sum(count > 1 for count in attempts) > MAX_REPEATED_SHARE * len(attempts)
 
 
 def score_or_error(episode: Episode, record: EpisodeRecord) -> Outcome | Unscored:
-    """Return the verdict on a record that stands. Raises RecordError when it is another episode's."""
+    """Return the verdict on an effective record. Raises RecordError if it is another episode's."""
     if record.end != "error":
         return score(episode, record)
     boundary, message = (record.error.boundary, record.error.message) if record.error else ("runner", "")
@@ -133,7 +133,7 @@ def score_or_error(episode: Episode, record: EpisodeRecord) -> Outcome | Unscore
 
 
 def run_scores(verdicts: Mapping[Key, Outcome | Unscored], episodes: Iterable[Episode], epochs: int = 1) -> RunScores:
-    """Return the verdicts of a run, sorted by episode and epoch; `episodes` are those that it is meant to play."""
+    """Return the verdicts of a run, sorted by episode and epoch; `episodes` are the planned ones."""
     found = [verdict for _, verdict in sorted(verdicts.items())]
     planned: dict[Family, int] = {family: count * epochs for family, count in count_families(episodes).items()}
     return RunScores(
@@ -144,9 +144,9 @@ def run_scores(verdicts: Mapping[Key, Outcome | Unscored], episodes: Iterable[Ep
 
 
 def score_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epochs: int = 1) -> RunScores:
-    """Return the verdicts on the records that stand, sorted by episode and epoch.
+    """Return the verdicts on the effective records, sorted by episode and epoch.
 
-    `episodes` are those that the run is meant to play. Raises RecordError on a record of any other episode.
+    `episodes` are the planned ones. Raises RecordError for a record of any other episode.
     """
     by_id = {episode.id: episode for episode in episodes}
     verdicts: dict[Key, Outcome | Unscored] = {}

@@ -1,4 +1,4 @@
-"""Strata: the rules that grade a target's size and the distance to it, for making packs and for reading results."""
+"""Strata: the rules that classify a target's size and distance, for making packs and reading results."""
 
 from collections.abc import Mapping
 
@@ -9,22 +9,22 @@ SIZE_OF_CATEGORY: dict[str, TargetSize] = {
     **dict.fromkeys(("Microwave", "Cabinet"), "medium"),
     **dict.fromkeys(("Egg", "Pen", "Watch"), "small"),
 }
-"""The paper's own examples: these have their size whatever they measure."""
+"""The paper's own examples: they have this size whatever their dimensions."""
 LARGE_M, SMALL_M = 0.7, 0.22
-"""Every other category goes by its longest side: large from the first on, small up to the second."""
+"""Longest side (m) from which other categories are large, and up to which they are small."""
 DISTANCE_BANDS_M = (3.0, 4.0)
-"""Ends of the near and the middle band of a start's distance from its target."""
+"""Upper ends (m) of the near and the middle band of the distance from start to target."""
 _SIZE_ORDER = {"under": 0, "small": 0, "over": 2, "large": 2}
 
 
 def size_of(category: str, longest_side_m: float) -> TargetSize:
-    """Return how large a target is."""
+    """Return the size class of a target."""
     by_side: TargetSize = "large" if longest_side_m >= LARGE_M else "small" if longest_side_m <= SMALL_M else "medium"
     return SIZE_OF_CATEGORY.get(category, by_side)
 
 
 def distance_band(distance_m: float) -> str:
-    """Return how far a start is from its target."""
+    """Return the name of the band of a start's distance (m) from its target."""
     near, middle = DISTANCE_BANDS_M
     if distance_m < near:
         return f"under {near:g} m"
