@@ -163,7 +163,7 @@ class Env:
         try:
             yield
         except ValidationError as error:
-            raise SimulatorError(f"The simulator told no facts: {error.title}.{first_error(error)}.") from None
+            raise SimulatorError(f"The simulator returned invalid state: {error.title}.{first_error(error)}.") from None
 
     def _start(self, episode: Episode, house: House) -> None:
         if self._loaded != house.sha256:

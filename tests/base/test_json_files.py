@@ -10,12 +10,12 @@ from vigil.base.json_files import read_json
 @pytest.mark.parametrize(
     ("data", "said"),
     [
-        ('{"a": NaN}', "NaN and Infinity are no JSON"),
-        (b"[-Infinity]", "NaN and Infinity are no JSON"),
+        ('{"a": NaN}', "NaN and Infinity are not JSON"),
+        (b"[-Infinity]", "NaN and Infinity are not JSON"),
         (b"[" * 202 + b"]" * 202, "recursion limit exceeded"),
         (b'{"a":' * 100_000, "recursion limit exceeded"),
         (b"\xff", "line 1 column 1"),
-        ('"\ud800"', "half a character"),
+        ('"\ud800"', "an unpaired surrogate"),
         (b'"\\ud800"', "hex escape"),
         (b"{", "EOF"),
         (b"", "EOF"),

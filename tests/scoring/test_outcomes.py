@@ -276,7 +276,7 @@ def test_report_policies_on_states():
 def test_errors_and_strangers_are_not_settled():
     with pytest.raises(RecordError, match="never scored"):
         score(AI, undone().end("error"))
-    with pytest.raises(RecordError, match="cannot be settled as"):
+    with pytest.raises(RecordError, match="cannot be scored as"):
         score(episode("AI", id="other"), undone().report())
 
 

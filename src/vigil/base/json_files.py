@@ -14,7 +14,7 @@ def read_json(data: bytes | str) -> Any:
     try:
         raw = data.encode() if isinstance(data, str) else data
     except UnicodeEncodeError as error:
-        raise ValueError(f"half a character (a lone surrogate) at place {error.start}") from None
+        raise ValueError(f"an unpaired surrogate at position {error.start}") from None
     try:
         return from_json(raw, allow_inf_nan=False)
     except ValueError as error:
@@ -27,4 +27,4 @@ def _hint(data: bytes) -> str:
         from_json(data, allow_inf_nan=True)
     except ValueError:
         return ""
-    return " (NaN and Infinity are no JSON)"
+    return " (NaN and Infinity are not JSON)"

@@ -189,8 +189,8 @@ class AppendFile:
                 self._write(b"\n")
         except OSError as error:
             raise RecordError(
-                f"The torn last line of {str(self.path)!r} cannot be put aside: {error.strerror}. It is still there; "
-                "mend this and give the same command again."
+                f"The partial last line of {str(self.path)!r} cannot be moved: {error.strerror}. It is still there; "
+                "fix this and give the same command again."
             ) from None
         self._is_repaired, self.lines = True, Lines((), b"")
 
@@ -235,7 +235,7 @@ class AppendFile:
 def write_error(path: Path, error: OSError) -> RecordError:
     """Return the error for a file of a run that cannot be written."""
     return RecordError(
-        f"Cannot write to {str(path)!r}: {error.strerror}. What was written before is kept; mend this and give the "
+        f"Cannot write to {str(path)!r}: {error.strerror}. What was written before is kept; fix this and give the "
         "same command again."
     )
 

@@ -292,7 +292,9 @@ def count_rooms(folder: Path) -> dict[str, int]:
             try:
                 found[Path(name).stem] = len(read_json(own_files.read(name))["rooms"])
             except (ValueError, TypeError, KeyError) as error:
-                raise PackMismatch(f"{str(folder / name)!r} is no house ({error!r}). Freeze the pack again.") from None
+                raise PackMismatch(
+                    f"{str(folder / name)!r} is not a house ({error!r}). Freeze the pack again."
+                ) from None
     return found
 
 
@@ -309,7 +311,7 @@ def check_house(episode: Episode, house: House) -> None:
     if house.sha256 != episode.house.sha256:
         raise PackMismatch(
             f"Episode {episode.id!r}: house {house.name!r} has SHA-256 {house.sha256[:12]}..., the episode was made "
-            f"for {episode.house.sha256[:12]}.... Restore the house that it was made for, or author the episode anew."
+            f"for {episode.house.sha256[:12]}.... Restore the house that it was made for, or author the episode again."
         )
     parents = {change.placement.parent for change in episode.setup.objects.values() if change.placement}
     named = {

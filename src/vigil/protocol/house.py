@@ -308,12 +308,12 @@ class House:
             return canonical_json(self.data)
         except UnicodeEncodeError as error:
             raise HouseError(
-                f"House {self.name!r}: {error.object[error.start : error.end]!r} is half a character (a lone "
-                "surrogate), which UTF-8 cannot hold. Mend the string that has it."
+                f"House {self.name!r}: {error.object[error.start : error.end]!r} is an unpaired surrogate, "
+                "which UTF-8 cannot encode. Fix the string that contains it."
             ) from None
         except ValueError:
             raise HouseError(
-                f"House {self.name!r}: a number in it is NaN or infinite, which JSON does not have. Mend that number."
+                f"House {self.name!r}: a number in it is NaN or infinite, which JSON does not have. Fix that number."
             ) from None
 
     @classmethod

@@ -147,7 +147,7 @@ def read_levels(path: Path) -> dict[str, EpisodeLevel]:
     """Return the levels in a file by episode id. Raises SettingError naming the line that is wrong."""
     if not path.exists():
         raise SettingError(f"Levels file {str(path)!r} does not exist. `vigil pack levels PACK --out FILE` writes one.")
-    advice = "Write it anew with `vigil pack levels`."
+    advice = "Write it again with `vigil pack levels`."
     rows = [
         parse_line(line, EpisodeLevel, f"Levels file {str(path)!r}", advice, SettingError) for line in read_lines(path)
     ]

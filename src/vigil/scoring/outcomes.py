@@ -139,7 +139,7 @@ def report_matches(status: Status, expected: Status | None, holds: bool) -> bool
 def score(episode: Episode, record: EpisodeRecord) -> Outcome:
     """Return the verdict on one record. Raises RecordError for an error row or another episode's record."""
     if record.episode_id != episode.id:
-        raise RecordError(f"Record of episode {record.episode_id!r} cannot be settled as episode {episode.id!r}.")
+        raise RecordError(f"Record of episode {record.episode_id!r} cannot be scored as episode {episode.id!r}.")
     if record.end == "error":
         raise RecordError(f"Record of episode {episode.id!r} ended as an error; it is never scored. Run it again.")
     _reject_impossible(episode, record)

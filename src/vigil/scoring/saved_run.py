@@ -147,7 +147,7 @@ class RecordTable:
         with self._opened() as file:
             file.seek(row.start)
             line = Line(row.line, row.start, file.read(row.size))
-        changed = "The file was changed since it was read: read it anew."
+        changed = "The file was changed since it was read: read it again."
         record = parse_line(line, EpisodeRecord, repr(str(self.path)), changed)
         if record.key != key:
             raise RecordError(f"{str(self.path)!r} line {row.line}: {changed}")
