@@ -121,11 +121,11 @@ def test_runs_of_one_agent_are_told_apart_in_a_table(vigil: Vigil, pack: Path, t
         vigil("run", "--pack", pack, "--agent", "always_success", "--log-dir", tmp_path / name, *more)
     scored = vigil("score", tmp_path / "one", tmp_path / "two")
     differ = "episode_ids, profile.prompt_variant, prompt_policy, prompt_policy_sha256"
-    assert f"always_success stands for 2 runs; they differ in {differ}." in scored.err
+    assert f"2 runs are named always_success; they differ in {differ}." in scored.err
     assert all(name in scored.out for name in ("/one", "/two"))
     shutil.copytree(tmp_path / "one", tmp_path / "copy")
     assert "they differ in nothing but time" in vigil("score", tmp_path / "one", tmp_path / "copy").err
-    assert "stands for" not in vigil("score", tmp_path / "one").err
+    assert "runs are named" not in vigil("score", tmp_path / "one").err
 
 
 def test_a_prompt_file_stands_behind_the_name_of_its_run(vigil: Vigil, pack: Path, tmp_path: Path) -> None:

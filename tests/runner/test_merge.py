@@ -279,7 +279,7 @@ ALWAYS: dict[str, tuple[Callable[[Path], Any], str]] = {
     "row of another run": (lambda shard: spoil_first_row(shard, run_sha256="0" * 64), "line 1 is of another run: "),
     "torn": (
         lambda shard: (shard / EPISODES_FILE).write_bytes((shard / EPISODES_FILE).read_bytes()[:-9]),
-        "line 4 is torn",
+        "line 4 is incomplete",
     ),
     "no rows": (lambda shard: (shard / EPISODES_FILE).unlink(), f"has no {EPISODES_FILE}"),
     "no header": (lambda shard: (shard / HEADER_FILE).unlink(), f"has no {HEADER_FILE}"),

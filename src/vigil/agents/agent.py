@@ -18,10 +18,10 @@ class Agent(Protocol):
     """For run headers."""
 
     def start(self, instruction: str) -> None:
-        """Forgets the episode before and takes over the instruction of the next."""
+        """Forget the episode before and take over the instruction of the next."""
 
     def act(self, observation: Observation) -> Reply:
-        """Returns the reply to an observation. Raises InfrastructureError for what is not the agent's doing."""
+        """Return the reply to an observation. Raises InfrastructureError for what is not the agent's doing."""
         ...
 
 
@@ -30,7 +30,7 @@ class Resumable(Protocol):
     """An agent that can go on with an episode when the process in which it played is gone."""
 
     def resume(self, instruction: str) -> None:
-        """Takes over an episode that is going on, in place of `start`."""
+        """Take over an episode that is going on, in place of `start`."""
 
 
 @runtime_checkable
@@ -38,4 +38,4 @@ class Closeable(Protocol):
     """An agent that holds something (a process, a connection) to give back."""
 
     def close(self) -> None:
-        """Gives back what the agent holds."""
+        """Give back what the agent holds."""

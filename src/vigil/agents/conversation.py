@@ -31,7 +31,7 @@ class Conversation:
         self._turns: list[Turn] = []
 
     def messages(self, picture: EncodedFrame, feedback: Feedback | None) -> list[Message]:
-        """Returns all that the model is sent for the current observation."""
+        """Return all that the model is sent for the current observation."""
         messages: list[Message] = []
         for turn in recent_turns(self._turns, self._profile):
             messages += [Message("user", turn.stub), Message("assistant", turn.reply)]
@@ -42,5 +42,5 @@ class Conversation:
         return [replace(first, text=f"{self._system}\n\n{first.text}"), *messages[1:]]
 
     def add(self, feedback: Feedback | None, reply: str) -> None:
-        """Takes a finished turn into the history: its observation's stub and the raw reply to it."""
+        """Take a finished turn into the history: its observation's stub and the raw reply to it."""
         self._turns.append(past_turn(feedback, reply, self._profile))

@@ -88,7 +88,7 @@ class ExecAgent:
         """Whether the program has begun to read a frame of the episode."""
 
     def start(self, instruction: str) -> None:
-        """Starts the program unless it runs, and tells it that an episode begins."""
+        """Start the program unless it runs, and tell it that an episode begins."""
         self._prepare(instruction, has_seen_frame=False)
         if self._program is not None and not self._program.is_running:
             self._end()
@@ -99,13 +99,13 @@ class ExecAgent:
         self._pacer.begin()
 
     def resume(self, instruction: str) -> None:
-        """Takes over an episode of which a program was shown a frame before, in a process that is gone."""
+        """Take over an episode of which a program was shown a frame before, in a process that is gone."""
         self._end()
         self._prepare(instruction, has_seen_frame=True)
         self._pacer.begin()
 
     def act(self, observation: Observation) -> Reply:
-        """Returns the program's answer, or how it failed once it was shown a frame. Raises ModelAPIError before."""
+        """Return the program's answer, or how it failed once it was shown a frame. Raises ModelAPIError before."""
         picture = encode_frame(observation.rgb, self._profile.image_format)
         frame = {"media_type": picture.media_type, "width": FRAME_WIDTH, "height": FRAME_HEIGHT, "data": picture.base64}
         message: dict[str, Any] = {"type": "observation", "frame": frame}
@@ -128,7 +128,7 @@ class ExecAgent:
         return reply.model_copy(update={"reasoning_chars": split_reasoning(reply.text)[1]})
 
     def close(self) -> None:
-        """Closes the program's input, and kills it with all that it started when it does not end by itself."""
+        """Close the program's input, and kill it with all that it started when it does not end by itself."""
         self._end()
         self._working_folder.close()
 
@@ -145,7 +145,7 @@ class ExecAgent:
             program.close()
 
     def _open(self, deadline: float) -> Program:
-        """Returns the program, running and told that the episode begins. Raises ProgramFault."""
+        """Return the program, running and told that the episode begins. Raises ProgramFault."""
         if self._program is None:
             self._program = self._launch()
         self._program.send(self._start_message, deadline)
@@ -164,12 +164,12 @@ class ExecAgent:
             if self._has_seen_frame:
                 raise ProgramFault(what) from None
             raise SettingError(
-                f"Agent program {self._redact(self._arguments[0])!r} {what}. Give its path (./agent.sh), or the program "
-                "that runs it (exec:bash agent.sh)."
+                f"Agent program {self._redact(self._arguments[0])!r} {what}. Give its path (./agent.sh), or the "
+                "program that runs it (exec:bash agent.sh)."
             ) from None
 
     def _answer(self, message: bytes, deadline: float) -> tuple[bytes, ReplyCut | None]:
-        """Returns the program's line on a frame, and what it was if it is cut. Raises ProgramFault.
+        """Return the program's line on a frame, and what it was if it is cut. Raises ProgramFault.
 
         Notes whether the program has begun to read a frame.
         """
@@ -193,7 +193,7 @@ class ExecAgent:
 
 
 def file_hashes(agent: str, here: Path) -> dict[str, str]:
-    """Returns the SHA-256 of the program of an `exec:` agent and of the code that its command names in `here`.
+    """Return the SHA-256 of the program of an `exec:` agent and of the code that its command names in `here`.
 
     By file name; files that cannot be read, or are larger than MAX_HASHED_BYTES, are left out.
     """
@@ -219,7 +219,7 @@ def _split(command: str) -> list[str]:
 
 
 def _without_cut_character(line: bytes) -> str | bytes:
-    """Returns a line that was cut without the piece of a character at its end; as it is when it is no UTF-8."""
+    """Return a line that was cut without the piece of a character at its end; as it is when it is no UTF-8."""
     try:
         return codecs.getincrementaldecoder("utf-8")().decode(line)
     except UnicodeDecodeError:
@@ -227,7 +227,7 @@ def _without_cut_character(line: bytes) -> str | bytes:
 
 
 def _raw_reply(line: bytes) -> str | bytes:
-    """Returns the reply in a line: the `text` of a wrapped one, else the line itself."""
+    """Return the reply in a line: the `text` of a wrapped one, else the line itself."""
     try:
         value = json.loads(line)
     except (ValueError, RecursionError):

@@ -42,7 +42,7 @@ class EncodedFrame:
 
 
 def encode_frame(rgb: np.ndarray, image_format: ImageFormat = "png") -> EncodedFrame:
-    """Returns the frame (h, w, 3) uint8 as a file; the same pixels give the same bytes."""
+    """Return the frame (h, w, 3) uint8 as a file; the same pixels give the same bytes."""
     buffer = io.BytesIO()
     image = Image.fromarray(np.ascontiguousarray(rgb))
     if image_format == "png":
@@ -53,7 +53,7 @@ def encode_frame(rgb: np.ndarray, image_format: ImageFormat = "png") -> EncodedF
 
 
 def decode_frame(data: bytes) -> np.ndarray:
-    """Returns the pixels (h, w, 3) uint8 of a file that `encode_frame` made. Raises RecordError for any other."""
+    """Return the pixels (h, w, 3) uint8 of a file that `encode_frame` made. Raises RecordError for any other."""
     try:
         image = Image.open(io.BytesIO(data), formats=("PNG", "JPEG"))
         if image.width * image.height > MAX_FRAME_PIXELS:

@@ -21,11 +21,11 @@ class FramePacer:
         self._began = clock()
 
     def begin(self) -> None:
-        """Counts from now: the program has replied, or was told that an episode begins."""
+        """Count from now: the program has replied, or was told that an episode begins."""
         self._began = self._clock()
 
     def wait(self) -> None:
-        """Waits for the end of the period at hand, of the first at least."""
+        """Wait for the end of the period at hand, of the first at least."""
         if not self._seconds:
             return
         beats = max(1, math.ceil((self._clock() - self._began) / self._seconds))

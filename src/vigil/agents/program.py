@@ -70,7 +70,7 @@ class Program:
     """One running program. Every method but `close` raises ProgramFault when it ends, hangs or talks out of turn."""
 
     def __init__(self, arguments: Sequence[str], folder: Path, timeout_s: float, redact: Redact) -> None:
-        """Starts it with `folder` as its working directory. Raises OSError when it cannot be started.
+        """Start it with `folder` as its working directory. Raises OSError when it cannot be started.
 
         `timeout_s` is what messages say of the deadlines.
         """
@@ -102,7 +102,7 @@ class Program:
         return self._process.poll() is None
 
     def wait_until_read(self, deadline: float) -> None:
-        """Waits until the program has read all that was sent; a line's end may be left over."""
+        """Wait until the program has read all that was sent; a line's end may be left over."""
         while self.unread() > 1:
             ready, _, _ = select.select([_fileno(self._process.stdout)], [], [], _POLL_SECONDS)
             if ready:
@@ -111,7 +111,7 @@ class Program:
                 raise self.fault(f"does not read its input {self._duration}")
 
     def unread(self) -> int:
-        """Returns how many bytes of what was sent the program has not read."""
+        """Return how many bytes of what was sent the program has not read."""
         count = array.array("i", [0])
         fcntl.ioctl(_fileno(self._process.stdin), termios.FIONREAD, count)
         return count[0]
@@ -122,7 +122,7 @@ class Program:
         return self.unread() < self._sent if self._has_begun_to_read is None else self._has_begun_to_read
 
     def send(self, data: bytes, deadline: float) -> None:
-        """Writes `data`."""
+        """Write `data`."""
         left = memoryview(data)
         fd = _fileno(self._process.stdin)
         self._sent = 0
@@ -140,7 +140,7 @@ class Program:
             left = left[count:]
 
     def read_line(self, deadline: float) -> tuple[bytes, ReplyCut | None]:
-        """Returns the next line of output, cut to MAX_LINE_BYTES, and what it was if it was longer."""
+        """Return the next line of output, cut to MAX_LINE_BYTES, and what it was if it was longer."""
         kept, size, digest = bytearray(), 0, hashlib.sha256()
         while True:
             line, end, rest = self._pending.partition(b"\n")
@@ -160,7 +160,7 @@ class Program:
         return bytes(kept), cut
 
     def refuse_stray_output(self) -> None:
-        """Raises ProgramFault when the program has ended, or has written what nobody asked for."""
+        """Raise ProgramFault when the program has ended, or has written what nobody asked for."""
         ready, _, _ = select.select([_fileno(self._process.stdout)], [], [], 0)
         if ready and not self._read_chunk():
             raise self.ended()
@@ -169,13 +169,13 @@ class Program:
             raise self.fault(f"wrote {shown!r} when nothing was asked (standard output is for answers only)")
 
     def ended(self, if_running: str = "ended without an answer") -> ProgramFault:
-        """Returns the fault of a program that has closed a pipe; its exit code follows in a moment, if it ends."""
+        """Return the fault of a program that has closed a pipe; its exit code follows in a moment, if it ends."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout=EXIT_TIMEOUT_S)
         return self.fault(if_running if self.is_running else "ended without an answer")
 
     def fault(self, what: str) -> ProgramFault:
-        """Ends the program and returns the fault."""
+        """End the program and returns the fault."""
         self._has_begun_to_read = self.has_begun_to_read
         code = self._process.poll()
         partial_output = bytes(self._pending[:MAX_LINE_BYTES])
@@ -185,7 +185,7 @@ class Program:
         )
 
     def _copy_stderr(self, fd: int, redact: Redact) -> None:
-        """Copies what the program says to this process's own standard error, line by line and without secrets."""
+        """Copy what the program says to this process's own standard error, line by line and without secrets."""
         pending = b""
         while chunk := _read(fd):
             *lines, pending = (pending + chunk).split(b"\n")
@@ -203,7 +203,7 @@ class Program:
             _write_log(text)
 
     def close(self, timeout_s: float = EXIT_TIMEOUT_S) -> None:
-        """Closes its input, and kills it with all that it started when it does not end by itself."""
+        """Close its input, and kill it with all that it started when it does not end by itself."""
         process = self._process
         with contextlib.suppress(OSError):
             process.stdin.close() if process.stdin else None
@@ -243,19 +243,19 @@ class WorkingFolder:
         return self._folder
 
     def close(self) -> None:
-        """Removes the folder with all that is in it."""
+        """Remove the folder with all that is in it."""
         if self._folder is not None:
             shutil.rmtree(self._folder, ignore_errors=True)
             self._folder = None
 
 
 def resolve_paths(arguments: Sequence[str], here: Path) -> list[str]:
-    """Returns a command's words with relative paths of what exists in `here` made absolute, also behind a `=`."""
+    """Return a command's words with relative paths of what exists in `here` made absolute, also behind a `=`."""
     return [_program(arguments[0], here), *(_resolve_word(word, here) for word in arguments[1:])]
 
 
 def program_files(arguments: Sequence[str], here: Path) -> list[Path]:
-    """Returns the program that a command starts, if named by a path, and the code and settings that it is given.
+    """Return the program that a command starts, if named by a path, and the code and settings that it is given.
 
     What else it is given may change while it runs: notes, pictures, databases.
     """
@@ -266,7 +266,7 @@ def program_files(arguments: Sequence[str], here: Path) -> list[Path]:
 
 
 def program_environment(variables: Mapping[str, str], here: Path, folder: Path) -> dict[str, str]:
-    """Returns the environment of a program in `folder`: the user's own, without what is VIGIL's and places to write to.
+    """Return the environment of a program in `folder`: the user's own, without what is VIGIL's and places to write to.
 
     Packages of Python that the user has installed at home are still found.
     """

@@ -18,7 +18,7 @@ def is_known(name: str) -> bool:
 
 
 def make_agent(name: str, profile: Profile, seed: int = 0, program: ProgramSettings | None = None) -> Agent:
-    """Returns the agent of that name. Raises SettingError on an unknown one.
+    """Return the agent of that name. Raises SettingError on an unknown one.
 
     `seed` is for the scripted ones, `program` for programs.
     """

@@ -56,12 +56,12 @@ class ScriptedAgent:
         self._replies: Iterator[str] = iter(())
 
     def start(self, instruction: str) -> None:
-        """Starts the script anew; its randomness is a function of the seed and the instruction alone."""
+        """Start the script anew; its randomness is a function of the seed and the instruction alone."""
         digest = hashlib.sha256(f"{self._seed}\n{instruction}".encode()).digest()
         self._replies = self._script(np.random.default_rng(int.from_bytes(digest[:16], "big")), instruction)
 
     def act(self, observation: Observation) -> Reply:
-        """Returns the script's next reply."""
+        """Return the script's next reply."""
         return Reply(text=next(self._replies))
 
 
@@ -87,7 +87,7 @@ def _then_success(actions: tuple[Navigate | InteractPixel, ...]) -> Iterator[str
 
 
 def click_actions(instruction: str) -> tuple[Navigate | InteractPixel, ...]:
-    """Returns clicks along one row of the frame from two places ahead, with the intent that the words ask for."""
+    """Return clicks along one row of the frame from two places ahead, with the intent that the words ask for."""
     intent = _intent_of(instruction.lower())
     clicks = tuple(InteractPixel(intent=intent, x=x, y=CLICK_ROW_Y) for x in CLICK_ROW_X)
     ahead = Navigate(mode="forward", magnitude=4)
@@ -183,7 +183,7 @@ SCRIPTS: dict[str, Script] = {
 
 
 def scripted_agent(name: str, seed: int = 0) -> ScriptedAgent:
-    """Returns the scripted agent of that name. Raises SettingError on an unknown one."""
+    """Return the scripted agent of that name. Raises SettingError on an unknown one."""
     script = SCRIPTS.get(name)
     if script is None:
         raise SettingError(f"Scripted agent {name!r} does not exist. Choose one of: {', '.join(SCRIPTS)}.")

@@ -12,7 +12,7 @@ from vigil.scoring.saved_run import find_runs
 
 
 def _import_modules(names: list[str] | None) -> list[str] | None:
-    """Imports at once: options that come after it may name what the modules register."""
+    """Import at once: options that come after it may name what the modules register."""
     import_modules(names or ())
     return names
 

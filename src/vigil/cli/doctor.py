@@ -113,7 +113,7 @@ def thor_engine(
 
 
 def _thor_facts() -> dict[str, str]:
-    """Returns what AI2-THOR's own engine lacks on this machine, and whether its client works with another."""
+    """Return what AI2-THOR's own engine lacks on this machine, and whether its client works with another."""
     found, chosen = examine(), chosen_engine()
     other = "our engine" if chosen.command is None else f"{chosen.name} engine"
     return {
@@ -141,7 +141,7 @@ def _try_client(command: str) -> str:
 
 
 def _thor_checks() -> dict[str, str]:
-    """Returns which conformance checks hold with the chosen engine."""
+    """Return which conformance checks hold with the chosen engine."""
     with closing(make_simulator("thor", assets=AssetDatabase.default())) as simulator:
         harness = Harness(simulator)
         return {

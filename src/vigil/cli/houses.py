@@ -194,7 +194,7 @@ def export(
 
 
 def _houses(places: list[str]) -> Iterator[tuple[str, House | HouseError]]:
-    """Yields each house with what to call it, or why it is none."""
+    """Yield each house with what to call it, or why it is none."""
     for place in places:
         if not is_dataset(place) and not place.endswith((".jsonl", ".gz")):
             try:
@@ -212,7 +212,7 @@ def _houses(places: list[str]) -> Iterator[tuple[str, House | HouseError]]:
 
 
 def _examine(house: House, database: AssetDatabase, load: bool, shapes: bool) -> list[Fault | Mismatch]:
-    """Returns the house's faults. Raises HouseError when it cannot be loaded whole and without a warning."""
+    """Return the house's faults. Raises HouseError when it cannot be loaded whole and without a warning."""
     faults, flaws = check_house(house, database), []
     shapeless = next((fault for fault in faults if fault.rule in UNLOADABLE_RULES), None)
     if shapeless is not None:
@@ -226,7 +226,7 @@ def _examine(house: House, database: AssetDatabase, load: bool, shapes: bool) ->
 
 
 def _loaded(house: House, database: AssetDatabase) -> tuple[Scene, CompiledModel]:
-    """Returns the scene and what MuJoCo makes of it. Raises HouseError when something is missing or warned of."""
+    """Return the scene and what MuJoCo makes of it. Raises HouseError when something is missing or warned of."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         scene = build_scene(house, database)

@@ -103,7 +103,7 @@ def _verdict(model: str, found: PointingCalibration) -> str:
 
 
 def model_facts(model: str, base_url: str | None = None, api_key_env: str | None = None) -> dict[str, str]:
-    """Returns how a model would be asked. Raises SettingError when its name makes no sense."""
+    """Return how a model would be asked. Raises SettingError when its name makes no sense."""
     found = model_access(model, base_url, {}, api_key_env)
     return {
         "model": model,
@@ -116,20 +116,20 @@ def model_facts(model: str, base_url: str | None = None, api_key_env: str | None
 
 
 def source_of_coordinates(model: str) -> str:
-    """Returns why a model is asked to point as it is, unless told otherwise."""
+    """Return why a model is asked to point as it is, unless told otherwise."""
     if known_coordinates(model) is not None:
         return "published table; --coordinates overrides"
     return f"the table does not name this model; find out with: vigil calibrate --model {model}"
 
 
 def keys_of(name: str) -> tuple[str, ...]:
-    """Returns the variables that may hold a provider's key."""
+    """Return the variables that may hold a provider's key."""
     provider = parse_model_name(f"{name}/m").provider
     return provider.keys if provider.hosts else ()
 
 
 def switch_of(provider: Provider) -> str:
-    """Returns the field that turns thinking on and off, with both values; empty where none is known."""
+    """Return the field that turns thinking on and off, with both values; empty where none is known."""
     if provider.thinking is None:
         return ""
     on, off = (flatten_fields(fields)[0] for fields in (provider.thinking.on, provider.thinking.off))
@@ -160,7 +160,7 @@ def _facts(name: str) -> dict[str, str]:
 
 
 def _lines(facts: Sequence[Mapping[str, str]]) -> list[str]:
-    """Returns facts as lines of columns, which are not folded: addresses are there to be copied."""
+    """Return facts as lines of columns, which are not folded: addresses are there to be copied."""
     rows = [tuple(facts[0]), *(tuple(one.values()) for one in facts)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]

@@ -15,7 +15,7 @@ Function = Callable[..., None]
 
 
 def with_options(verb: Function) -> Function:
-    """Returns a verb's function as Typer takes it.
+    """Return a verb's function as Typer takes it.
 
     A parameter whose type is a dataclass of settings becomes an option for each setting of it; one that declares a
     `Setting` becomes an option; Typer's own options and arguments stay as they are. What is on by default gets the
@@ -52,7 +52,7 @@ def _own(parameter: inspect.Parameter) -> DeclaredSetting | None:
 
 
 def _parameters(parameter: inspect.Parameter, group: list[DeclaredSetting] | None) -> Iterator[inspect.Parameter]:
-    """Yields what Typer is to see of a parameter."""
+    """Yield what Typer is to see of a parameter."""
     one = _own(parameter)
     if group is None and one is None:
         yield parameter.replace(kind=parameter.KEYWORD_ONLY)
@@ -76,7 +76,7 @@ def _option(one: DeclaredSetting) -> Any:
 
 
 def _text_type(one: DeclaredSetting) -> Any:
-    """Returns the type that Typer is to make of an option's texts."""
+    """Return the type that Typer is to make of an option's texts."""
     if one.setting.read is not None:
         return list[str] | None if one.setting.repeats else str | None
     kinds = get_args(one.kind) if get_origin(one.kind) in (Union, UnionType) else (one.kind,)
@@ -87,7 +87,7 @@ def _text_type(one: DeclaredSetting) -> Any:
 
 
 def _shown(one: DeclaredSetting) -> Any:
-    """Returns the default that the help shows and Typer fills in."""
+    """Return the default that the help shows and Typer fills in."""
     if one.default is True:
         return False
     is_collection = one.setting.read is not None or get_origin(one.kind) is tuple
@@ -95,5 +95,5 @@ def _shown(one: DeclaredSetting) -> Any:
 
 
 def _value(one: DeclaredSetting, given: Any) -> Any:
-    """Returns the setting that Typer's value is."""
+    """Return the setting that Typer's value is."""
     return not given if one.default is True and given is not None else one.value(given)

@@ -153,7 +153,7 @@ def build(
     out: Annotated[Path, typer.Option(help="New or empty folder.")],
     drafts: Annotated[list[Path] | None, typer.Option(help="Drafts file; may be repeated.")] = None,
     kept: Annotated[
-        Path | None, typer.Option("--earlier-drafts", help="Drafts file of an earlier version's episodes, which enter first.")
+        Path | None, typer.Option("--earlier-drafts", help="Drafts of an earlier version; they enter first.")
     ] = None,
     version: Annotated[str, typer.Option(help="The pack's version.")] = "1",
     reviews: Reviews = None,
@@ -234,7 +234,7 @@ def _levels(
     verification: VerificationSettings,
     kept: DraftsFile | None,
 ) -> dict[str, EpisodeLevel] | None:
-    """Returns the level of every draft that may enter; None where the pack does not ask for levels."""
+    """Return the level of every draft that may enter; None where the pack does not ask for levels."""
     if not pack_request.levels:
         return None
     pool = [each for each in candidates(files, given, kept) if each.episode.family in pack_request.families]
@@ -252,7 +252,7 @@ def make(
     houses: HousePlaces = None,
     count: Annotated[int | None, typer.Option(min=1, help="Houses to draw; of --houses all, unless given.")] = None,
     one_family_per_house: Annotated[
-        bool, typer.Option("--one-family-per-house", help="Ask each house for one family alone, in turn: more houses in the time.")
+        bool, typer.Option("--one-family-per-house", help="Use each house for one family only, in turn.")
     ] = False,
     rooms: Rooms = "mixed",
     per_family: PerFamily = PER_FAMILY,
@@ -324,7 +324,7 @@ def make(
 
 
 def _seed_of(houses: list[str] | None, seed: int | None, seed_file: Path | None) -> int | None:
-    """Returns the seed that was given, which houses of others can do without. Raises SettingError."""
+    """Return the seed that was given, which houses of others can do without. Raises SettingError."""
     if houses and seed_file is not None:
         raise SettingError(SECRET_RECIPE)
     drawn_by = chosen_seed(seed, seed_file)
@@ -389,7 +389,7 @@ def _make(
     is_spread: bool,
     starts: int,
 ) -> Pack:
-    """Proposes in all houses, or goes on, and freezes the pack."""
+    """Propose in all houses, or go on, and freeze the pack."""
     file, settings = drafting_for_pack(out, pack_request, verification)
     settings = replace(settings, is_spread=is_spread, starts=starts)
     with progress("houses") as show:
@@ -406,7 +406,7 @@ def _make_suite(
     verification: VerificationSettings,
     given: list[Review],
 ) -> Pack:
-    """Proposes tasks of the suite in all houses, or goes on, and freezes the pack."""
+    """Propose tasks of the suite in all houses, or go on, and freeze the pack."""
     with progress("houses") as show:
         file = draft_suite(out, sources, pack_request, verification, progress_callback(show))
     drafts_summary(file)

@@ -110,7 +110,7 @@ def levels(
 
 
 def _print_levels(pack: Pack, found: list[EpisodeLevel]) -> None:
-    """Prints how many episodes of each family are of each level, and the means of what the index adds up."""
+    """Print how many episodes of each family are of each level, and the means of what the index adds up."""
     family_of = {episode.id: episode.family for episode in pack.episodes}
     counts = Counter((family_of[each.episode_id], each.level) for each in found)
     table = Table("family", *LEVELS, "index", *COSTS)
@@ -168,7 +168,7 @@ def _correlation_json(found: Correlation) -> dict[str, object]:
 
 
 def _number(value: float) -> float | None:
-    """Returns a number as JSON has it: none for NaN."""
+    """Return a number as JSON has it: none for NaN."""
     return value if np.isfinite(value) else None
 
 

@@ -92,7 +92,7 @@ def info(pack: PackArgument, as_json: AsJson = False) -> None:
 
 
 def _print_families(pack: Pack) -> None:
-    """Prints the paper's tables of families: how many episodes, which budgets, which skills."""
+    """Print the paper's tables of families: how many episodes, which budgets, which skills."""
     table = Table("family", "name", "layer", "visible", "episodes", "houses", "steps", "invalid", "skills", "templates")
     for family, spec in FAMILIES.items():
         episodes = [episode for episode in pack.episodes if episode.family == family]
@@ -113,7 +113,7 @@ def _print_families(pack: Pack) -> None:
 
 
 def _print_levels(pack: Pack) -> None:
-    """Prints how many episodes of each family are of each level, where the pack holds levels."""
+    """Print how many episodes of each family are of each level, where the pack holds levels."""
     levels = read_pack_levels(pack.folder)
     if not levels:
         return
@@ -161,7 +161,7 @@ def verify(
 
 
 def _with_assets(pack: str, assets: Path | None) -> tuple[Pack, AssetDatabase]:
-    """Returns a pack and the asset database that it was made with. Raises PackMismatch when another one is given."""
+    """Return a pack and the asset database that it was made with. Raises PackMismatch when another one is given."""
     loaded, database = Pack.load(pack), AssetDatabase.from_file(assets)
     print_notes(loaded.manifest.version_notes)
     loaded.check_assets(database)
@@ -169,7 +169,7 @@ def _with_assets(pack: str, assets: Path | None) -> tuple[Pack, AssetDatabase]:
 
 
 def _faulty_of(pack: Pack, findings: Iterable[Finding]) -> Counter[tuple[Family, str]]:
-    """Returns how many episodes of each family break each rule."""
+    """Return how many episodes of each family break each rule."""
     family_of = {episode.id: episode.family for episode in pack.episodes}
     broken = {(found.episode_id, found.rule) for found in findings}
     return Counter((family_of[name], rule) for name, rule in broken)

@@ -39,7 +39,7 @@ class _PlainProgress:
         self._text = ""
 
     def update(self, done: int, total: int, facts: str) -> str:
-        """Takes in how much is done, and returns the time left, estimated from what was done since the first time."""
+        """Take in how much is done, and return the time left, estimated from what was done since the first time."""
         now_s = time.monotonic()
         if self._first is None:
             self._first = now_s, done
@@ -50,21 +50,21 @@ class _PlainProgress:
         return left
 
     def print_line(self, least_s: float, more: str = "") -> None:
-        """Prints where the work stands, unless that was done less than so many seconds ago."""
+        """Print where the work stands, unless that was done less than so many seconds ago."""
         now_s = time.monotonic()
         if now_s - self._line_s >= least_s:
             self._line_s = now_s
             print(self._text + more, file=sys.stderr, flush=True)
 
     def print_heartbeat(self) -> None:
-        """Prints that the work goes on, unless something was printed lately."""
+        """Print that the work goes on, unless something was printed lately."""
         since = duration(time.monotonic() - self._began_s)
         self.print_line(QUIET_SECONDS, f"  (at it for {since})" if self._text else f"{self._label}: begun {since} ago")
 
 
 @contextmanager
 def progress(label: str, *, may_fork: bool = False) -> Iterator[ShowProgress]:
-    """Yields what is told how many of how many are done; nothing is shown before that, or before it takes long.
+    """Yield what is told how many of how many are done; nothing is shown before that, or before it takes long.
 
     Where the process `may_fork` no thread runs beside it: a bar changes only when something is told.
     """
@@ -107,13 +107,13 @@ def progress(label: str, *, may_fork: bool = False) -> Iterator[ShowProgress]:
 
 @contextmanager
 def run_progress(label: str) -> Iterator[OnProgress]:
-    """Yields what takes in where a run stands."""
+    """Yield what takes in where a run stands."""
     with progress(label) as show:
         yield lambda run: show(run.done + run.errors, run.total, progress_facts(run))
 
 
 def progress_facts(run: RunProgress) -> str:
-    """Returns what a run's progress says besides the number of its episodes."""
+    """Return what a run's progress says besides the number of its episodes."""
     return "  ".join(
         (
             f"W {percent(run.W)}",

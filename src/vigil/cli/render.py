@@ -85,7 +85,7 @@ def _view(house: House, start: Pose, setup: Setup, assets: AssetDatabase, qualit
 
 
 def _series(folder: Path, blind: int | None, variants: int, seed: int, distance: float | None) -> None:
-    """Writes the numbered pictures of --blind and their key, or the contact sheets of --catalog."""
+    """Write the numbered pictures of --blind and their key, or the contact sheets of --catalog."""
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise SettingError(f"--out {str(folder)!r} exists and is no empty folder. Give a new one.")
     if blind is None:

@@ -115,7 +115,7 @@ def _formats(names: list[str]) -> tuple[Format, ...]:
 def _further(
     found: Study, pack: str | Path | None, episodes: list[str], diagram: bool, frames: _Frames
 ) -> dict[str, tuple[Figure, str]]:
-    """Returns the figures that need frames, with their captions."""
+    """Return the figures that need frames, with their captions."""
     drawn: dict[str, tuple[Figure, str]] = {}
     for number, episode_id in enumerate(episodes, start=1):
         having = [run for run in found.runs if episode_id in set(run.rows["episode_id"])]

@@ -50,7 +50,7 @@ def run(
 
 
 def print_asked(settings: RunSettings) -> None:
-    """Says which model is asked, where, with which key, and how it points."""
+    """Say which model is asked, where, with which key, and how it points."""
     print(f"Model: {access_of(settings).description}.")
     mode = profile_of(settings).coordinates
     told = settings.coordinates is not None
@@ -103,7 +103,7 @@ def _play(settings: RunSettings) -> None:
 
 
 def _with_warnings(show: OnProgress) -> OnProgress:
-    """Returns `show`, with warnings beside it on standard error."""
+    """Return `show`, with warnings beside it on standard error."""
 
     def tell(where: RunProgress) -> None:
         show(where)
@@ -123,7 +123,7 @@ def merge(out: NewRun, shards: Shards, settings: MergeSettings) -> None:
 
 
 def _with_agent(settings: RunSettings) -> RunSettings:
-    """Returns the settings with the maker of an agent with hidden sight. Raises SettingError on an unknown agent."""
+    """Return the settings with the maker of an agent with hidden sight. Raises SettingError on an unknown agent."""
     name = settings.agent
     if name in PRIVILEGED:
         return replace(settings, agent_factory=privileged_agent)

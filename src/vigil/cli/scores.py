@@ -70,7 +70,7 @@ class _ScoredRun:
 
 
 def print_run(path: Path, pack: str | Path | None = None) -> None:
-    """Prints the table of a run that has just been played or joined: of the suite by kind, else by family."""
+    """Print the table of a run that has just been played or joined: of the suite by kind, else by family."""
     run = _scored_run(path, pack)
     if run.closure is None:
         print_families(run.name, run.scores)
@@ -103,7 +103,7 @@ def _scored_run(path: Path, pack: str | Path | None) -> _ScoredRun:
 
 
 def _with_unique_names(runs: list[_ScoredRun]) -> list[_ScoredRun]:
-    """Returns the runs under different names: those of one agent with their folders, and a note in what they differ."""
+    """Return the runs under different names: those of one agent with their folders, and a note in what they differ."""
     found: list[_ScoredRun] = []
     for run in runs:
         namesakes = [each for each in runs if each.name == run.name]
@@ -114,7 +114,8 @@ def _with_unique_names(runs: list[_ScoredRun]) -> list[_ScoredRun]:
                 for name in sorted({*chain(*values)})
                 if any(each.get(name) != values[0].get(name) for each in values)
             ]
-            note = f"{run.name} stands for {len(namesakes)} runs; they differ in {', '.join(differ) or 'nothing but time'}."
+            differences = ", ".join(differ) or "nothing but time"
+            note = f"{len(namesakes)} runs are named {run.name}; they differ in {differences}."
             notes = (note, *run.notes) if run is namesakes[0] else run.notes
             run = replace(run, name=f"{run.name} · {run.path}", notes=notes)
         found.append(run)
@@ -122,13 +123,13 @@ def _with_unique_names(runs: list[_ScoredRun]) -> list[_ScoredRun]:
 
 
 def run_label(header: RunHeader) -> str:
-    """Returns the name under which a run stands in tables: hidden sight, memory and a prompt of one's own are said."""
+    """Return the name under which a run stands in tables: hidden sight, memory and a prompt of one's own are said."""
     own_prompt = f" [{header.spec.profile.prompt_variant}]" if header.spec.profile.has_custom_prompt else ""
     return header.spec.agent + own_prompt + header.spec.name_suffix
 
 
 def print_families(name: str, scores: RunScores) -> None:
-    """Prints one run's table, a row a family."""
+    """Print one run's table, a row a family."""
     _warn(name, scores)
     summary = summarise(scores)
 
@@ -201,7 +202,7 @@ def _pair(rates: dict | None, is_full: bool) -> str:
 
 
 def _print_closure_tables(runs: Sequence["ClosureRun"]) -> None:
-    """Prints one run's table, a row a kind; of several, a row a run."""
+    """Print one run's table, a row a kind; of several, a row a run."""
     if len(runs) == 1:
         print_fitting(lambda is_full: _kinds(runs[0], is_full))
     else:
@@ -262,6 +263,6 @@ def _warn(name: str, scores: RunScores) -> None:
 
 
 def _last_line(message: str) -> str:
-    """Returns what a message (maybe a traceback) comes to, in one line."""
+    """Return what a message (maybe a traceback) comes to, in one line."""
     lines = message.strip().splitlines()
     return lines[-1][:MAX_REASON_CHARS] if lines else "(no message)"

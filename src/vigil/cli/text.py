@@ -13,25 +13,25 @@ COLUMNS = ("W", "W_strict", "B", "Delta", "FR", "NR", "IL", "Other")
 
 
 def console(stderr: bool = False) -> Console:
-    """Returns a console that shows text as it is, and does not fold tables when the output is no terminal."""
+    """Return a console that shows text as it is; it does not fold tables when the output is not a terminal."""
     stream = sys.stderr if stderr else sys.stdout
     width = None if stream.isatty() else PIPED_WIDTH
     return Console(stderr=stderr, width=width, highlight=False, markup=False, emoji=False)
 
 
 def print_notes(notes: Iterable[str]) -> None:
-    """Tells what a reader must know before any result, once each, beside the results: on standard error."""
+    """Tell what a reader must know before any result, once each, beside the results: on standard error."""
     for note in dict.fromkeys(notes):
         print(f"note: {note}", file=sys.stderr, flush=True)
 
 
 def print_note(note: str) -> None:
-    """Tells one note, beside the results."""
+    """Tell one note, beside the results."""
     print_notes([note])
 
 
 def print_fitting(build: Callable[[bool], Table]) -> None:
-    """Prints the full table, `build(True)`, where it fits on a line of the terminal, else the narrow one."""
+    """Print the full table, `build(True)`, where it fits on a line of the terminal, else the narrow one."""
     output = console()
     full = build(True)
     width = Measurement.get(output, output.options.update(max_width=UNBOUNDED_WIDTH), full).maximum
@@ -39,12 +39,12 @@ def print_fitting(build: Callable[[bool], Table]) -> None:
 
 
 def percent(rate: float | None) -> str:
-    """Returns a rate as a percentage; a dash where there is none."""
+    """Return a rate as a percentage; a dash where there is none."""
     return "-" if rate is None else f"{100 * rate:.1f}"
 
 
 def with_interval(rates: dict, name: str) -> str:
-    """Returns a rate with its 95 % interval."""
+    """Return a rate with its 95 % interval."""
     if rates[name] is None:
         return "-"
     low, high = rates["intervals"][name]
@@ -52,7 +52,7 @@ def with_interval(rates: dict, name: str) -> str:
 
 
 def duration(seconds: float | None) -> str:
-    """Returns a length of time as h:mm:ss or m:ss; a dash where there is none."""
+    """Return a length of time as h:mm:ss or m:ss; a dash where there is none."""
     if seconds is None:
         return "-"
     minutes, rest = divmod(round(seconds), 60)

@@ -176,21 +176,21 @@ class Verbs(TyperGroup):
         self._verbs = verbs
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[Any, Any, list[str]]:
-        """Returns the name that was called, its command and the arguments left."""
+        """Return the name that was called, its command and the arguments left."""
         name, command, rest = super().resolve_command(ctx, args)
         verb = self._verbs.get(name or "")
         return name, load(verb) if isinstance(verb, Verb) else command, rest
 
 
 def _listed(name: str, verb: Verb | Group) -> TyperCommand | TyperGroup:
-    """Returns what the list shows of a verb; a group is complete."""
+    """Return what the list shows of a verb; a group is complete."""
     if isinstance(verb, Group):
         return Verbs(name=name, help=verb.help, verbs=verb.verbs, no_args_is_help=True)
     return TyperCommand(name, help=verb.help, hidden=verb.is_hidden)
 
 
 def load(verb: Verb) -> Any:
-    """Returns the command of a verb."""
+    """Return the command of a verb."""
     module, _, function = verb.place.partition(":")
     found = getattr(import_module(f"vigil.cli.{module}"), function)
     holder = typer.Typer(add_completion=False)

@@ -113,7 +113,7 @@ def _of_pack(pack: str | Path, assets: Path | None) -> ReviewSet:
 
 
 def listen(address: Address) -> socket.socket:
-    """Returns a socket that listens there. Raises SettingError when the address is wrong, in use or without token."""
+    """Return a socket that listens there. Raises SettingError when the address is wrong, in use or without token."""
     address.check()
     family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)
@@ -134,7 +134,7 @@ def listen(address: Address) -> socket.socket:
 
 
 def serve(site: FastAPI, address: Address, listener: socket.socket, open_browser: bool) -> None:
-    """Serves a site until it is interrupted."""
+    """Serve a site until it is interrupted."""
     host = f"[{address.host}]" if ":" in address.host else address.host
     url = f"http://{host}:{address.port}/" + (f"?token={address.token}" if address.token else "")
     print(f"Serving {url} (Ctrl-C ends)", flush=True)
@@ -147,7 +147,7 @@ def serve(site: FastAPI, address: Address, listener: socket.socket, open_browser
 
 
 def open_page(url: str) -> None:
-    """Opens a page in the browser where there is one; else says that somebody has to."""
+    """Open a page in the browser where there is one; else say that somebody has to."""
     has_screen = sys.platform != "linux" or any(os.environ.get(name) for name in SCREENS)
     if not has_screen or not webbrowser.open(url):
         print("No browser was found here. Open the address yourself.", flush=True)

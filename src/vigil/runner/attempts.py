@@ -35,7 +35,7 @@ class Attempt(BaseModel):
 
 
 def read_attempts(path: Path, spec: RunSpec) -> list[Attempt]:
-    """Returns the attempts of one run in a file that may hold others' too; none when there is no file.
+    """Return the attempts of one run in a file that may hold others' too; none when there is no file.
 
     Raises RecordError when it cannot be read.
     """
@@ -48,7 +48,7 @@ class AttemptLog:
     """The attempts of one run. A run of other settings, which the folder may have held before, has its own count."""
 
     def __init__(self, path: Path, spec: RunSpec) -> None:
-        """Reads the file, if there is one; a torn last line counts nothing, as its episode showed nothing yet.
+        """Read the file, if there is one; a torn last line counts nothing, as its episode showed nothing yet.
 
         Raises RecordError when it cannot be read.
         """
@@ -57,7 +57,7 @@ class AttemptLog:
         self._count = Counter(attempt.key for attempt in read_attempts(path, spec))
 
     def count(self, key: Key) -> int:
-        """Returns how often an episode was begun."""
+        """Return how often an episode was begun."""
         return self._count[key]
 
     def begin(self, key: Key) -> None:

@@ -10,7 +10,7 @@ from vigil.runner.settings import RunSettings, access_of, sampling_of, secrets_o
 
 
 def calibrate_model(settings: RunSettings) -> PointingCalibration:
-    """Returns how the model of `settings` points. Raises SettingError and ModelAPIError."""
+    """Return how the model of `settings` points. Raises SettingError and ModelAPIError."""
     # Inspect takes a second or two to import, and nothing but a model needs it.
     from vigil.runner.models.inspect_model import Endpoint, sender  # noqa: PLC0415
 

@@ -30,7 +30,7 @@ class CostEstimate:
     output_tokens: tuple[int, int]
 
     def cost(self, prices: Prices) -> tuple[float, float]:
-        """Returns lowest and highest cost."""
+        """Return lowest and highest cost."""
         low, high = (
             prices.cost_of(taken, given) for taken, given in zip(self.input_tokens, self.output_tokens, strict=True)
         )
@@ -38,13 +38,13 @@ class CostEstimate:
 
 
 def estimate(settings: RunSettings) -> CostEstimate:
-    """Returns the bounds for a run of these settings. Raises InputError."""
+    """Return the bounds for a run of these settings. Raises InputError."""
     _, episodes, spec = plan_run(settings)
     return _estimate(shard_episodes(episodes, spec.shard), spec, output_tokens(settings))
 
 
 def output_tokens(settings: RunSettings) -> tuple[int, int]:
-    """Returns how many tokens one reply takes at least and at most, its reasoning included."""
+    """Return how many tokens one reply takes at least and at most, its reasoning included."""
     least, most = REPLY_TOKENS
     if may_think(settings.thinking, settings.reasoning_effort, settings.model or ""):
         least, most = least + REASONING_TOKENS[0], most + REASONING_TOKENS[1]
@@ -70,7 +70,7 @@ def _estimate(episodes: Sequence[Episode], spec: RunSpec, outputs: tuple[int, in
 
 
 def _input_tokens(episode: Episode, profile: Profile, calls: int, sizes: tuple[int, int]) -> int:
-    """Returns the tokens sent over the first `calls` calls of an episode; `sizes` are those of an answer and a frame.
+    """Return the tokens sent over the first `calls` calls of an episode; `sizes` are those of an answer and a frame.
 
     Reasoning is not part of it: it enters no history.
     """

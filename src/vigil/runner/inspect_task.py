@@ -80,7 +80,7 @@ def evaluate(
     *,
     keep_samples: bool = True,
 ) -> None:
-    """Plays all `assignments`. Raises what `play_one` raises, or KeyboardInterrupt when it was interrupted.
+    """Play all `assignments`. Raises what `play_one` raises, or KeyboardInterrupt when it was interrupted.
 
     Without samples, as of a private pack, the log holds rates alone, and numbers in place of ids.
     """
@@ -112,7 +112,7 @@ def evaluate(
 
 @contextmanager
 def _no_warnings() -> Iterator[None]:
-    """Keeps off the terminal what pydantic warns of when a server's answer is of an unusual form."""
+    """Keep off the terminal what pydantic warns of when a server's answer is of an unusual form."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Pydantic serializer warnings", category=UserWarning)
         yield
@@ -120,7 +120,7 @@ def _no_warnings() -> Iterator[None]:
 
 @contextmanager
 def _rare_garbage_collection() -> Iterator[None]:
-    """Lets the collector of cycles run rarely: it took a quarter of this process, mostly over what was imported."""
+    """Let the collector of cycles run rarely: it took a quarter of this process, mostly over what was imported."""
     gc.collect()
     gc.freeze()
     usual = gc.get_threshold()
@@ -179,7 +179,7 @@ def _task(
     is_numbered: bool = False,
     **more: Any,
 ) -> Task:
-    """Returns Inspect's task; its samples are numbered where ids must not be told."""
+    """Return Inspect's task; its samples are numbered where ids must not be told."""
     pairs = enumerate(assignments, start=1) if is_numbered else ((_sample_id(each), each) for each in assignments)
     by_id = {str(name): assignment for name, assignment in pairs}
     samples = [
@@ -204,7 +204,7 @@ def _agent(
     ask_of: Callable[[], Ask],
     stop: list[VigilError] | None = None,
 ) -> Solver:
-    """Returns Inspect's solver; what stops the run is put into `stop`, or raised for Inspect to tell without one."""
+    """Return Inspect's solver; what stops the run is put into `stop`, or raised for Inspect to tell without one."""
 
     @solver(name="vigil_agent")
     def vigil_agent() -> Solver:
@@ -232,7 +232,7 @@ def _agent(
 
 
 def _dialogue(record: EpisodeRecord) -> list[ChatMessage]:
-    """Returns the episode as Inspect's viewer shows it."""
+    """Return the episode as Inspect's viewer shows it."""
     messages: list[ChatMessage] = []
     for step in record.steps:
         messages.append(ChatMessageUser(content=frame_stub("past", None)))
@@ -242,7 +242,7 @@ def _dialogue(record: EpisodeRecord) -> list[ChatMessage]:
 
 @scorer(name=f"{_PREFIX}vigil_score", metrics={"*": [grouped(mean(), "family")]})
 def vigil_score() -> Scorer:
-    """Scores a sample from its record alone, so that `inspect score` can do so again."""
+    """Score a sample from its record alone, so that `inspect score` can do so again."""
 
     async def score_sample(state: TaskState, target: Target) -> Score | None:
         if "record" not in state.metadata:
@@ -259,7 +259,7 @@ def vigil_score() -> Scorer:
 
 
 def _with_parameters(make: Callable[..., Task]) -> Callable[..., Task]:
-    """Returns `make` with the parameters that Inspect is to know: TASK_SETTINGS, by the names of their options."""
+    """Return `make` with the parameters that Inspect is to know: TASK_SETTINGS, by the names of their options."""
     parameters = [inspect.Parameter(name, _KEYWORD_ONLY, default=one.default) for name, one in TASK_SETTINGS.items()]
     make.__signature__ = inspect.Signature(parameters)  # pyright: ignore[reportFunctionMemberAccess]
     return make
@@ -292,7 +292,7 @@ def vigil(**given: Any) -> Task:
 
 
 def task_settings(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns settings of a run, by field, from the arguments of the task. Raises SettingError."""
+    """Return settings of a run, by field, from the arguments of the task. Raises SettingError."""
     found = {}
     for name, text in given.items():
         if name not in TASK_SETTINGS:
@@ -343,7 +343,7 @@ class _InspectSession:
         return record
 
     def model(self) -> Model:
-        """Returns the model that Inspect was started with, with the key that it may have. Raises SettingError."""
+        """Return the model that Inspect was started with, with the key that it may have. Raises SettingError."""
         active = get_model()
         name = str(active)
         if name not in self._models:
@@ -353,14 +353,14 @@ class _InspectSession:
         return self._models[name]
 
     async def _close_models(self) -> None:
-        """Closes the clients made here; Inspect's own, which it may use again, are not ours to close."""
+        """Close the clients made here; Inspect's own, which it may use again, are not ours to close."""
         made = [self._models.pop(name) for name in sorted(self._made)]
         self._made.clear()
         for model in made:
             await model.api.aclose()
 
     def ask(self) -> Ask:
-        """Returns what asks it for a reply."""
+        """Return what asks it for a reply."""
         return with_retries(sender(self.model()), RetryPolicy())
 
     async def _check(self, model: Model, profile: Profile) -> None:
@@ -374,7 +374,7 @@ class _InspectSession:
 
 
 def _with_key(active: Model, api_key_env: str | None) -> Model:
-    """Returns `active`, or the same with another key where Inspect would send a provider's key to a foreign host."""
+    """Return `active`, or the same with another key where Inspect would send a provider's key to a foreign host."""
     if not parse_model_name(str(active)).is_known:
         return active
     found = model_access(str(active), active.api.base_url, active.model_args, api_key_env)

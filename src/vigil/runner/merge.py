@@ -71,7 +71,7 @@ class _ShardRun:
 
 
 def merge_runs(out: Path, shards: Sequence[Path], settings: MergeSettings | None = None) -> RunHeader:
-    """Joins the shards of one run into the new folder `out` and returns its header.
+    """Join the shards of one run into the new folder `out` and return its header.
 
     Raises RecordError, with nothing left at `out`, when they are not the shards of one run, overlap, are not all there,
     or hold what cannot be read.
@@ -92,7 +92,7 @@ def merge_runs(out: Path, shards: Sequence[Path], settings: MergeSettings | None
 
 
 def _check_headers(headers: dict[Path, RunHeader], given: int, settings: MergeSettings) -> None:
-    """Raises RecordError unless the headers are of shards of one run, each there once."""
+    """Raise RecordError unless the headers are of shards of one run, each there once."""
     seen: dict[int, Path] = {}
     for folder, header in headers.items():
         shard = header.spec.shard
@@ -116,7 +116,7 @@ def _check_headers(headers: dict[Path, RunHeader], given: int, settings: MergeSe
 
 
 def _check_same(headers: dict[Path, RunHeader], settings: MergeSettings) -> None:
-    """Raises RecordError when shards are of different runs."""
+    """Raise RecordError when shards are of different runs."""
     facts = {folder: _identity(header, settings) for folder, header in headers.items()}
     differ: list[str] = []
     for name in sorted(set().union(*facts.values())):
@@ -136,7 +136,7 @@ def _check_same(headers: dict[Path, RunHeader], settings: MergeSettings) -> None
 
 
 def _identity(header: RunHeader, settings: MergeSettings) -> dict[str, Any]:
-    """Returns all in which the shards of one run must be equal."""
+    """Return all in which the shards of one run must be equal."""
     found = {name: value for name, value in header.spec.settings.items() if name not in _SHARD_SPECIFIC}
     found["package_version"] = header.package_version
     found["simulator_version"] = header.simulator_version
@@ -145,7 +145,7 @@ def _identity(header: RunHeader, settings: MergeSettings) -> dict[str, Any]:
 
 
 def _read(folder: Path, settings: MergeSettings, stack: ExitStack) -> _ShardRun:
-    """Returns a shard; nobody writes to it until `stack` is closed. Raises RecordError when a row of it is no good."""
+    """Return a shard; nobody writes to it until `stack` is closed. Raises RecordError when a row of it is no good."""
     refuse_outward_links(folder, RecordError)
     run = open_run(folder, settings.pack)
     path = run.table.path
@@ -155,8 +155,8 @@ def _read(folder: Path, settings: MergeSettings, stack: ExitStack) -> _ShardRun:
     run.table.refresh()
     if run.table.partial_line_number is not None:
         raise RecordError(
-            f"{str(path)!r}: line {run.table.partial_line_number} is torn, as its run was cut off. Give the shard's own command "
-            "again, which mends it."
+            f"{str(path)!r}: line {run.table.partial_line_number} is incomplete because its run was interrupted. "
+            "Repeat the shard's own command, which repairs it."
         )
     if run.table.left_out:
         fault = run.table.left_out[0]
@@ -171,17 +171,17 @@ def _read(folder: Path, settings: MergeSettings, stack: ExitStack) -> _ShardRun:
 
 
 def _check_finished(parts: Sequence[_ShardRun]) -> None:
-    """Raises RecordError when a shard has episodes left to play."""
+    """Raise RecordError when a shard has episodes left to play."""
     unfinished = [f"{part.shard} ({part.missing}, in {str(part.run.folder)!r})" for part in parts if part.missing]
     if unfinished:
         raise RecordError(
-            f"Shards with episodes that were not played or ended as errors: {_listed(unfinished)}. Give each shard's own "
-            "command again, or join what there is with --partial."
+            f"Shards with episodes that were not played or ended as errors: {_listed(unfinished)}. Repeat each shard's "
+            "own command, or join what there is with --partial."
         )
 
 
 def _joined_header(run_id: str, parts: Sequence[_ShardRun]) -> RunHeader:
-    """Returns the header of the joined run: that of its first shard, with the sessions of all."""
+    """Return the header of the joined run: that of its first shard, with the sessions of all."""
     first = parts[0].header
     sessions = tuple(chain.from_iterable(_sessions(part, before) for part, before in _with_rows_before(parts)))
     count = parts[0].shard.of
@@ -212,7 +212,7 @@ def _with_rows_before(parts: Sequence[_ShardRun]) -> Iterator[tuple[_ShardRun, i
 
 
 def _sessions(part: _ShardRun, before: int) -> Iterator[Resumption]:
-    """Yields the sessions of a shard, which follow `before` rows of the shards before it."""
+    """Yield the sessions of a shard, which follow `before` rows of the shards before it."""
     header = part.header
     yield Resumption(
         started=header.started,
@@ -230,7 +230,7 @@ def _sessions(part: _ShardRun, before: int) -> Iterator[Resumption]:
 
 
 def _write(out: Path, header: RunHeader, parts: Sequence[_ShardRun]) -> None:
-    """Writes the joined run whole or not at all. Raises RecordError."""
+    """Write the joined run whole or not at all. Raises RecordError."""
     try:
         out.absolute().parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.absolute().parent) as beside:
@@ -252,7 +252,7 @@ def _write(out: Path, header: RunHeader, parts: Sequence[_ShardRun]) -> None:
 
 
 def _attempt_lines(parts: Sequence[_ShardRun], spec_hash: str) -> list[bytes]:
-    """Returns the lines of the attempts of all shards in the order of time, as attempts of the joined run."""
+    """Return the lines of the attempts of all shards in the order of time, as attempts of the joined run."""
     found = [
         attempt.model_copy(update={"spec_sha256": spec_hash})
         for part in parts
@@ -262,7 +262,7 @@ def _attempt_lines(parts: Sequence[_ShardRun], spec_hash: str) -> list[bytes]:
 
 
 def _copy_files(part: _ShardRun, folder: Path) -> None:
-    """Copies kept frames, named by what they show, kept reasoning, and logs into a folder of the shard's own."""
+    """Copy kept frames, named by what they show, kept reasoning, and logs into a folder of the shard's own."""
     found = read_reasoning(part.run.folder)
     if found:
         with (folder / REASONING_FILE).open("ab") as file:

@@ -10,12 +10,12 @@ from vigil.runner.models.redaction import Secrets, without_option_secrets
 
 
 def public_name(agent: str) -> str:
-    """Returns an agent's name without the secrets in the command line of a program."""
+    """Return an agent's name without the secrets in the command line of a program."""
     return Secrets.of_command("").redact(without_option_secrets(agent)) if is_exec(agent) else agent
 
 
 def single_value(option: str) -> Callable[[Sequence[str]], str]:
-    """Returns the function that takes the one text of an option, and refuses several."""
+    """Return the function that takes the one text of an option, and refuses several."""
 
     def read(texts: Sequence[str]) -> str:
         if len(texts) == 1:
@@ -30,7 +30,7 @@ def single_value(option: str) -> Callable[[Sequence[str]], str]:
 
 
 def read_model_args(pairs: Sequence[str]) -> dict[str, Any]:
-    """Returns K=V pairs as a mapping; a value that is no JSON is a text."""
+    """Return K=V pairs as a mapping; a value that is no JSON is a text."""
     found: dict[str, Any] = {}
     for pair in pairs:
         name, sign, value = pair.partition("=")
@@ -45,7 +45,7 @@ def read_model_args(pairs: Sequence[str]) -> dict[str, Any]:
 
 
 def read_extra_body(text: str) -> dict[str, Any]:
-    """Returns the JSON object that a text is."""
+    """Return the JSON object that a text is."""
     try:
         found = read_json(text)
     except ValueError as error:

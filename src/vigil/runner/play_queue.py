@@ -15,7 +15,7 @@ class PlayQueue:
         self._pairs = pairs
 
     def take(self, last: Assignment | None) -> Assignment | None:
-        """Returns what comes next for a worker that has played `last`; None when nothing is left.
+        """Return what comes next for a worker that has played `last`; None when nothing is left.
 
         Its twin, and the same episode in another epoch, come later, unless nothing else is left.
         """

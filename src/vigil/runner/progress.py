@@ -84,12 +84,12 @@ class ProgressCounter:
                 self._count_replies(record)
 
     def start(self) -> None:
-        """Starts the clock and tells where the run stands."""
+        """Start the clock and tell where the run stands."""
         self._started = time.monotonic()
         self._report(None)
 
     def count(self, episode: Episode, record: EpisodeRecord) -> None:
-        """Takes in an episode that has just ended, and tells where the run stands."""
+        """Take in an episode that has just ended, and tell where the run stands."""
         self._retry_reason = None
         self._played_now += 1
         self._steps += len(record.steps)
@@ -111,7 +111,7 @@ class ProgressCounter:
         )
 
     def note_retry(self, retry_reason: str) -> None:
-        """Tells that something has failed and is tried again."""
+        """Tell that something has failed and is tried again."""
         self._retry_reason = retry_reason
         self._report(None)
 
@@ -121,7 +121,7 @@ class ProgressCounter:
         return f"Episode {record.episode_id!r} ended as an error at the {record.error.boundary}: {record.error.message}"
 
     def _invalid_replies_warning(self) -> str | None:
-        """Returns the sentence on invalid replies, once, when they are more than half after the first episodes."""
+        """Return the sentence on invalid replies, once, when they are more than half after the first episodes."""
         invalid = self._reasons.total()
         is_due = self._seen_episodes >= EPISODES_BEFORE_WARNING and invalid > WARNING_SHARE * self._seen_replies
         if self._has_warned_of_invalid_replies or not is_due:
@@ -136,7 +136,7 @@ class ProgressCounter:
         )
 
     def _cut_dialogue_warning(self, record: EpisodeRecord) -> str | None:
-        """Returns the sentence on a server that cuts dialogues, once."""
+        """Return the sentence on a server that cuts dialogues, once."""
         found = None if self._has_warned_of_cut else find_shrunk_request(record)
         if found is None:
             return None
@@ -148,7 +148,7 @@ class ProgressCounter:
         )
 
     def _coordinates_warning(self) -> str | None:
-        """Returns the sentence on a model that points in other coordinates than it was asked for, once."""
+        """Return the sentence on a model that points in other coordinates than it was asked for, once."""
         is_due = self._clicks_out_of_frame >= CLICKS_BEFORE_WARNING
         is_due &= self._clicks_out_of_frame > WARNING_OUT_OF_FRAME_SHARE * self._clicks
         if self._has_warned_of_coordinates or not is_due:
@@ -160,7 +160,7 @@ class ProgressCounter:
         )
 
     def _count_replies(self, record: EpisodeRecord) -> None:
-        """Counts replies, for the warnings about them."""
+        """Count replies, for the warnings about them."""
         out_of_frame = sum(
             step.invalid is not None and looks_like_other_coordinates(step.invalid) for step in record.steps
         )

@@ -52,7 +52,7 @@ class RayCluster:
 
 @contextmanager
 def connect_cluster(address: str | None, plan: WorkerPlan) -> Iterator[RayCluster]:
-    """Connects to a cluster for a while: that at `address`, else RAY_ADDRESS, else this machine's, else a new one.
+    """Connect to a cluster for a while: that at `address`, else RAY_ADDRESS, else this machine's, else a new one.
 
     Raises SettingError when there is none, or when one of its nodes cannot play the run.
     """
@@ -71,7 +71,7 @@ def connect_cluster(address: str | None, plan: WorkerPlan) -> Iterator[RayCluste
 
 
 def node_facts(plan: WorkerPlan, folder: Path) -> dict[str, str]:
-    """Returns what must be the same on each node, as it is here; `folder` is where the run was started."""
+    """Return what must be the same on each node, as it is here; `folder` is where the run was started."""
     facts = {"vigil": package_version(), "vigil's code": _code_sha256()[:_HASH_DIGITS]}
     facts |= {name: version(name) for name in ("numpy", "mujoco")}
     if plan.pack is not None:
@@ -88,7 +88,7 @@ def node_facts(plan: WorkerPlan, folder: Path) -> dict[str, str]:
 
 
 def node_objection(plan: WorkerPlan, folder: Path, wanted: Mapping[str, str]) -> str:
-    """Returns in what this node differs from what is wanted, in a sentence; an empty string when in nothing."""
+    """Return in what this node differs from what is wanted, in a sentence; an empty string when in nothing."""
     found = node_facts(plan, folder)
     wrong = [
         f"{name} is {found.get(name, MISSING)} there, {value} here"
@@ -102,7 +102,7 @@ def node_objection(plan: WorkerPlan, folder: Path, wanted: Mapping[str, str]) ->
 
 
 def _connect(address: str | None) -> None:
-    """Raises SettingError when there is no cluster at the address."""
+    """Raise SettingError when there is no cluster at the address."""
     where = "A local Ray" if address is None else f"Ray at {address!r}"
     if address not in (None, "auto", "local"):
         _check_answers(address)
@@ -115,7 +115,7 @@ def _connect(address: str | None) -> None:
 
 
 def _check_answers(address: str) -> None:
-    """Raises SettingError when nothing answers at an address, or in text: Ray itself tries for two minutes."""
+    """Raise SettingError when nothing answers at an address, or in text: Ray itself tries for two minutes."""
     host, _, port = address.rpartition(":")
     if not host or not port.isdecimal() or "/" in host:
         raise SettingError(
@@ -133,7 +133,7 @@ def _check_answers(address: str) -> None:
 
 
 def _nodes() -> list[dict[str, Any]]:
-    """Returns the nodes that can hold a simulator. Raises SettingError when there is none."""
+    """Return the nodes that can hold a simulator. Raises SettingError when there is none."""
     found = [node for node in ray.nodes() if node["Alive"] and node["Resources"].get("CPU", 0) >= CPUS]
     if not found:
         raise SettingError("No node of the Ray cluster has a CPU for a simulator. Add one with `ray start`.")
@@ -141,7 +141,7 @@ def _nodes() -> list[dict[str, Any]]:
 
 
 def _check_nodes(nodes: list[dict[str, Any]], check: partial[str]) -> None:
-    """Raises SettingError when a node cannot play the run; asks all at once. One that is lost meanwhile is left out."""
+    """Raise SettingError when a node cannot play the run; asks all at once. One that is lost meanwhile is left out."""
     asked = ray.remote(num_cpus=0, max_retries=0)(node_objection)
     coming = []
     for node in nodes:
@@ -164,7 +164,7 @@ def _check_nodes(nodes: list[dict[str, Any]], check: partial[str]) -> None:
 
 
 def _with_absolute_paths(plan: WorkerPlan) -> WorkerPlan:
-    """Returns the plan with paths that hold in any folder."""
+    """Return the plan with paths that hold in any folder."""
     return replace(
         plan,
         pack=plan.pack and _portable_path(plan.pack),
@@ -174,12 +174,12 @@ def _with_absolute_paths(plan: WorkerPlan) -> WorkerPlan:
 
 
 def _portable_path(pack: Path) -> Path:
-    """Returns where a pack is; one that comes with the package goes by its name."""
+    """Return where a pack is; one that comes with the package goes by its name."""
     return Path(pack.name) if pack.parent == PACKAGED else pack.absolute()
 
 
 def _code_sha256() -> str:
-    """Returns the hash of the package's own code."""
+    """Return the hash of the package's own code."""
     root = Path(vigil.__file__).parent
     digest = hashlib.sha256()
     for file in sorted(root.rglob("*.py")):
@@ -202,7 +202,7 @@ def _file_sha256(path: Path) -> str:
 
 
 def _run_identity(folder: Path) -> str:
-    """Returns by what a run's folder is known on all machines that share it."""
+    """Return by what a run's folder is known on all machines that share it."""
     try:
         return f"of the run begun {read_header(folder).started.isoformat()}"
     except RecordError:

@@ -93,7 +93,7 @@ class _RunSession:
     secrets: Secrets
 
     def pending(self) -> list[Assignment]:
-        """Returns what is still to be played, epoch by epoch, house by house, twins far from one another."""
+        """Return what is still to be played, epoch by epoch, house by house, twins far from one another."""
         return [
             Assignment(episode, epoch)
             for epoch in range(1, self.spec.epochs + 1)
@@ -102,7 +102,7 @@ class _RunSession:
         ]
 
     def save(self, assignment: Assignment, record: EpisodeRecord) -> None:
-        """Writes a row and tells about it. Raises InfrastructureError when nothing works any more."""
+        """Write a row and tell about it. Raises InfrastructureError when nothing works any more."""
         self.folder.append(record)
         self.progress.count(assignment.episode, record)
         if self.progress.errors_in_a_row >= MAX_ERRORS_IN_A_ROW and record.error is not None:
@@ -114,7 +114,7 @@ class _RunSession:
 
 
 def run_pack(settings: RunSettings, *, on_progress: OnProgress = lambda _: None) -> RunResult:
-    """Runs the selected episodes of a pack and returns what stands afterwards.
+    """Run the selected episodes of a pack and return what stands afterwards.
 
     Raises InputError (bad settings, another run in the folder), ModelAPIError when pictures do not reach the model,
     SimulatorError when no simulator starts, KeyboardInterrupt; what was played until then is kept.
@@ -173,7 +173,7 @@ def _play_all(run: _RunSession, assignments: list[Assignment]) -> None:
 
 @contextmanager
 def _pool(run: _RunSession, plan: WorkerPlan, most: int) -> Iterator[SimulatorPool]:
-    """Starts at most so many workers, where the settings say. Raises SettingError when Ray cannot be had."""
+    """Start at most so many workers, where the settings say. Raises SettingError when Ray cannot be had."""
     settings = run.settings
     timeout_s = settings.timeout_s + (settings.reply_seconds if run.spec.agent_kind == "exec" else 0.0)
     if settings.executor == "local":
@@ -193,7 +193,7 @@ def _pool(run: _RunSession, plan: WorkerPlan, most: int) -> Iterator[SimulatorPo
 
 
 async def _play_in_workers(run: _RunSession, pool: SimulatorPool, assignments: list[Assignment]) -> None:
-    """Plays with the agent inside the workers, as many episodes at once as there are workers."""
+    """Play with the agent inside the workers, as many episodes at once as there are workers."""
     waiting = PlayQueue(assignments, run.pack.pairs)
 
     async def work(worker: Worker) -> None:
@@ -217,7 +217,7 @@ async def _play_in_worker(
 
 
 def _play_with_model(run: _RunSession, pool: SimulatorPool, assignments: list[Assignment]) -> None:
-    """Plays with a model in this process."""
+    """Play with a model in this process."""
     # Inspect takes a second or two to import, and nothing but a model's run needs it.
     from vigil.runner.inspect_task import evaluate  # noqa: PLC0415
     from vigil.runner.models.inspect_model import Endpoint, preflight  # noqa: PLC0415
@@ -263,7 +263,7 @@ def _play_with_model(run: _RunSession, pool: SimulatorPool, assignments: list[As
 
 
 def _identity_log(run: _RunSession) -> ModelIdentityLog:
-    """Returns what takes in who answers; another model than in earlier sessions is refused unless told to go on."""
+    """Return what takes in who answers; another model than in earlier sessions is refused unless told to go on."""
     settings = run.settings
     found, effort = access_of(settings).model_name, settings.reasoning_effort
     set_by = f"--reasoning-effort {effort}" if effort else ""
@@ -279,14 +279,14 @@ def _identity_log(run: _RunSession) -> ModelIdentityLog:
 
 
 def _on_first_frame(assignment: Assignment, run: _RunSession) -> Callable[[], None]:
-    """Returns what notes that the agent is about to be shown the first frame of an attempt."""
+    """Return what notes that the agent is about to be shown the first frame of an attempt."""
     return lambda: run.folder.attempts.begin((assignment.episode.id, assignment.epoch))
 
 
 async def _play_with_retries(
     assignment: Assignment, run: _RunSession, play: Callable[[Assignment], Awaitable[EpisodeRecord]]
 ) -> EpisodeRecord:
-    """Plays an episode until it ends without error, at most ATTEMPTS times, waiting longer each time.
+    """Play an episode until it ends without error, at most ATTEMPTS times, waiting longer each time.
 
     A model's failure is not tried again: every single request was. Neither is an episode of which a program was shown a
     frame and whose worker was lost again and again: it would be played with knowledge.
@@ -318,7 +318,7 @@ def _last_attempt(state: RetryCallState) -> tuple[EpisodeRecord, bool]:
 
 
 def _without_secrets(record: EpisodeRecord, secrets: Secrets) -> EpisodeRecord:
-    """Returns the record with no secret in the message of its error; replies are evidence, and stay as they are."""
+    """Return the record with no secret in the message of its error; replies are evidence, and stay as they are."""
     if record.error is None:
         return record
     error = record.error.model_copy(update={"message": secrets.redact(record.error.message)})

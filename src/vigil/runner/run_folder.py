@@ -71,7 +71,7 @@ class RunFolder:
         *,
         force: bool = False,
     ) -> "RunFolder":
-        """Returns the folder of the run `spec`, new or to be continued; `input_paths` go into its header.
+        """Return the folder of the run `spec`, new or to be continued; `input_paths` go into its header.
 
         `force`: also by a program that has changed since.
 
@@ -128,7 +128,7 @@ class RunFolder:
         return self.path / INSPECT_FOLDER
 
     def records(self) -> list[EpisodeRecord]:
-        """Returns the rows that stand, sorted by episode and epoch."""
+        """Return the rows that stand, sorted by episode and epoch."""
         return [self._log.rows[key] for key in sorted(self._log.rows)]
 
     def is_done(self, episode_id: str, epoch: int) -> bool:
@@ -141,18 +141,18 @@ class RunFolder:
         return self._log.tokens
 
     def cost(self) -> float | None:
-        """Returns what they cost; None without prices, or when no tokens are known."""
+        """Return what they cost; None without prices, or when no tokens are known."""
         return None if self.header.prices is None else self.header.prices.cost(self.tokens.total)
 
     def append(self, record: EpisodeRecord) -> None:
-        """Writes one row of this run, and beside it the reasoning that is kept; both are on disk when this returns.
+        """Write one row of this run, and beside it the reasoning that is kept; both are on disk when this returns.
 
         Raises RecordError when it cannot be written.
         """
         self._log.append(store_reasoning(self.path, self.header.stamp(record)))
 
     def note_facts(self, facts: SimulatorFacts) -> None:
-        """Completes the header with what the backend says about itself; from now on the run goes on.
+        """Complete the header with what the backend says about itself; from now on the run goes on.
 
         Raises RecordError when the run was begun with another version of the simulator.
         """
@@ -165,7 +165,7 @@ class RunFolder:
         self._update(simulator_version=facts.simulator, ended=None, **self._session(facts.renderer))
 
     def _session(self, renderer: str) -> dict[str, Any]:
-        """Returns the fields of the header that say with what the rows from now on are played."""
+        """Return the fields of the header that say with what the rows from now on are played."""
         rows = self._log.count
         self._is_resumed = rows > 0
         if not rows:
@@ -184,7 +184,7 @@ class RunFolder:
         return {"resumed": (*self.header.resumed, session)}
 
     def note_provider(self, answered: ProviderFacts) -> None:
-        """Completes what the header says of this session with what answered."""
+        """Complete what the header says of this session with what answered."""
         if not self._is_resumed:
             self._update(answered=answered)
             return
@@ -192,17 +192,17 @@ class RunFolder:
         self._update(resumed=(*earlier, session.model_copy(update={"answered": answered})))
 
     def note_prices(self, prices: Prices) -> None:
-        """Completes the header with the prices at which costs are told from now on."""
+        """Complete the header with the prices at which costs are told from now on."""
         if self.header.prices != prices:
             self._update(prices=prices)
 
     def note_end(self) -> None:
-        """Completes the header with the time at which the run ended, unless it had ended before."""
+        """Complete the header with the time at which the run ended, unless it had ended before."""
         if self.header.ended is None:
             self._update(ended=datetime.now(UTC))
 
     def close(self) -> None:
-        """Releases the folder to other processes; a new one in which nothing was recorded or said goes."""
+        """Release the folder to other processes; a new one in which nothing was recorded or said goes."""
         try:
             is_empty = not self._log.count and not any(file.stat().st_size for file in self._other_files())
             if self._log.made_folder and is_empty:
@@ -211,13 +211,13 @@ class RunFolder:
             self._log.close()
 
     def _remove(self) -> None:
-        """Removes the folder while it is locked: first its name, all at once, so that nobody begins in half of it."""
+        """Remove the folder while it is locked: first its name, all at once, so that nobody begins in half of it."""
         gone = self.path.with_name(f"{self.path.name}.empty-{os.getpid()}")
         self.path.rename(gone)
         shutil.rmtree(gone)
 
     def _other_files(self) -> Iterator[Path]:
-        """Yields the files beside header and rows: frames, logs and what else was written."""
+        """Yield the files beside header and rows: frames, logs and what else was written."""
         for file in self.path.rglob("*"):
             if file.is_file() and file.name not in (HEADER_FILE, EPISODES_FILE):
                 yield file
@@ -228,7 +228,7 @@ class RunFolder:
 
 
 def write_header(path: Path, header: RunHeader) -> None:
-    """Writes `run.json` whole or not at all. Raises RecordError when it cannot be written."""
+    """Write `run.json` whole or not at all. Raises RecordError when it cannot be written."""
     partial = path / f"{HEADER_FILE}.{os.getpid()}"
     try:
         with partial.open("wb") as file:
@@ -241,17 +241,17 @@ def write_header(path: Path, header: RunHeader) -> None:
 
 
 def new_nonce() -> str:
-    """Returns what tells a run from all others, those of the same name and settings too."""
+    """Return what tells a run from all others, those of the same name and settings too."""
     return secrets.token_hex(16)
 
 
 def package_version() -> str:
-    """Returns the version of the installed distribution."""
+    """Return the version of the installed distribution."""
     return version(DISTRIBUTION)
 
 
 def source_state() -> tuple[str | None, bool | None]:
-    """Returns the commit of VIGIL's own checkout and whether it is dirty; (None, None) outside one."""
+    """Return the commit of VIGIL's own checkout and whether it is dirty; (None, None) outside one."""
     root = Path(__file__).parents[3]
     if not (root / ".git").exists():
         return None, None
@@ -261,7 +261,7 @@ def source_state() -> tuple[str | None, bool | None]:
 
 
 def host_facts() -> dict[str, str]:
-    """Returns what may matter about this machine when two runs are compared."""
+    """Return what may matter about this machine when two runs are compared."""
     return {
         "platform": platform.platform(),
         "machine": platform.machine(),
@@ -273,7 +273,7 @@ def host_facts() -> dict[str, str]:
 
 
 def _processor() -> str:
-    """Returns the kind of processor: its name, and a hash of what it can do, for libraries compute by that."""
+    """Return the kind of processor: its name, and a hash of what it can do, for libraries compute by that."""
     try:
         text = CPU_FACTS.read_text()
     except OSError:
@@ -342,7 +342,7 @@ def _resume(path: Path, spec: RunSpec, force: bool) -> RunHeader:
 
 
 def _with_more_episodes(header: RunHeader, spec: RunSpec) -> RunHeader:
-    """Returns the header with the episodes of `spec`, if those are all that it names and more.
+    """Return the header with the episodes of `spec`, if those are all that it names and more.
 
     A shard does not grow: of more episodes, its part would be another.
     """

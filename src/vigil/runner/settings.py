@@ -1,8 +1,8 @@
-"""Settings of a run, and what they come to: the pack, the episodes, the profile, the run's identity."""
+"""Settings of a run, and what follows from them: the pack, the episodes, the profile, the run's identity."""
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
@@ -59,37 +59,46 @@ RUNS_FOLDER = Path("runs")
 
 
 ReasoningEffort = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
-_EFFORT_HELP = f"{', '.join(get_args(ReasoningEffort))}. Not sent unless given."
-_SAMPLING = Setting("Not sent unless given.")
+_EFFORT_HELP = f"How much a model reasons: {', '.join(get_args(ReasoningEffort))}. The provider's default if unset."
+_DEFAULT = "the provider's default if unset."
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSettings:
-    """All that `vigil run` takes. Exactly one of `agent` and `model` is set.
+    """The settings of `vigil run`. Exactly one of `agent` and `model` is set.
 
-    A field with a `Setting` is an option of the command line too. Raises SettingError on a value out of its bounds.
+    A field with a `Setting` is also an option of the command line. Raises SettingError when a value is out of bounds.
     """
 
     pack: PackName = "starter"
     agent: Annotated[
         str | None,
         Setting(
-            "solver, random, noop ... or exec:COMMAND.", metavar="NAME", read=single_value("--agent"), repeats=True
+            "Agent that plays: solver, random, noop ... or exec:COMMAND.",
+            metavar="NAME",
+            read=single_value("--agent"),
+            repeats=True,
         ),
     ] = None
     """A scripted agent, `exec:COMMAND`, or a privileged one that `agent_factory` makes."""
     agent_factory: PrivilegedFactory | None = None
     model: Annotated[
         str | None,
-        Setting("provider/model, as Inspect names it.", metavar="MODEL", read=single_value("--model"), repeats=True),
+        Setting(
+            "Model that plays: provider/model, as Inspect names it.",
+            metavar="MODEL",
+            read=single_value("--model"),
+            repeats=True,
+        ),
     ] = None
     base_url: BaseUrl = None
     api_key_env: ApiKeyEnv = None
-    """The variable that holds the key; None for the provider's own, which goes to its own hosts alone."""
+    """Environment variable that holds the key; None for the provider's own variable, whose key is sent only to the
+    provider's hosts."""
     log_dir: LogDir = None
-    """None for a folder under `runs/` that the same settings find again."""
+    """Folder of the run; None for one under `runs/` that depends only on the settings."""
     limit: Annotated[
-        int | None, Setting("Only N episodes, evenly drawn from families or kinds.", minimum=1, metavar="N")
+        int | None, Setting("Play only N episodes, drawn evenly from the families or kinds.", minimum=1, metavar="N")
     ] = None
     families: Families = ()
     episode_ids: EpisodeIds = ()
@@ -98,82 +107,98 @@ class RunSettings:
         Literal["local", "ray"], Setting("Where simulators run: here, or on the nodes of a Ray cluster.")
     ] = "local"
     ray_address: Annotated[
-        str | None, Setting("Of a Ray cluster.", metavar="HOST:PORT", unset="RAY_ADDRESS, or a local Ray")
+        str | None, Setting("Address of a Ray cluster.", metavar="HOST:PORT", unset="RAY_ADDRESS, or a local Ray")
     ] = None
-    max_connections: Annotated[int, Setting("Episodes and requests at once.", minimum=1, metavar="N")] = 16
+    max_connections: Annotated[
+        int, Setting("Maximum number of episodes and requests at the same time.", minimum=1, metavar="N")
+    ] = 16
     profile: ProfileOption = "baseline"
     prompt_variant: PromptVariantOption = "default"
     prompt_template: PromptFileOption = None
     coordinates: CoordinatesOption = None
-    """None takes the published table's entry for the model."""
-    reply_policy: Annotated[ReplyPolicy, Setting("lenient strips a fence or prose.")] = "strict"
+    """Coordinate system of the model's clicks; None for the published table's entry for the model."""
+    reply_policy: Annotated[
+        ReplyPolicy, Setting("How replies are read; lenient strips a code fence or prose around the JSON.")
+    ] = "strict"
     system_role: SystemRoleOption = "system"
     shard: Annotated[
-        Shard | None, Setting("Only part I of N of the episodes, e.g. 2/8.", metavar="I/N", read=parse_shard)
+        Shard | None, Setting("Play only part I of N of the episodes, e.g. 2/8.", metavar="I/N", read=parse_shard)
     ] = None
-    """To be joined with the other parts by `vigil.runner.merge`."""
-    epochs: Annotated[int, Setting("Play each episode so often.", minimum=1, maximum=MAX_EPOCHS, metavar="N")] = 1
-    temperature: Annotated[float | None, _SAMPLING] = None
-    top_p: Annotated[float | None, _SAMPLING] = None
-    max_tokens: Annotated[int | None, replace(_SAMPLING, minimum=1, metavar="N")] = None
+    """Part of the episodes to play; `vigil.runner.merge` joins the parts."""
+    epochs: Annotated[
+        int, Setting("Number of times to play each episode.", minimum=1, maximum=MAX_EPOCHS, metavar="N")
+    ] = 1
+    temperature: Annotated[float | None, Setting(f"Sampling temperature; {_DEFAULT}")] = None
+    top_p: Annotated[float | None, Setting(f"Nucleus sampling probability; {_DEFAULT}")] = None
+    max_tokens: Annotated[int | None, Setting(f"Maximum tokens of a reply; {_DEFAULT}", minimum=1, metavar="N")] = None
     reasoning_effort: Annotated[ReasoningEffort | None, Setting(_EFFORT_HELP, metavar="LEVEL")] = None
     thinking: ThinkingOption = "default"
     model_args: Annotated[
         Mapping[str, Any],
         Setting(
-            "K=V for the provider; may be repeated.", "model-arg", metavar="K=V", read=read_model_args, repeats=True
+            "Argument of the provider's client, as K=V; may be repeated.",
+            "model-arg",
+            metavar="K=V",
+            read=read_model_args,
+            repeats=True,
         ),
     ] = field(default_factory=dict)
     extra_body: Annotated[
         Mapping[str, Any], Setting("JSON object added to every request.", metavar="JSON", read=read_extra_body)
     ] = field(default_factory=dict)
-    image_format: Annotated[ImageFormat, Setting("How frames are sent.")] = "png"
+    image_format: Annotated[ImageFormat, Setting("Format in which frames are sent.")] = "png"
     render_quality: RenderQuality = "default"
     prices: PricesOption = None
-    save_frames: Annotated[bool, Setting("Keep every frame, by content hash.")] = False
+    save_frames: Annotated[bool, Setting("Save every frame, named by its content hash.")] = False
     keep_reasoning: Annotated[
-        bool, Setting("Keep what a model reasons apart from its replies, in reasoning.jsonl.")
+        bool, Setting("Save the reasoning that a model returns apart from its replies, in reasoning.jsonl.")
     ] = False
     backend: Backend = "mujoco"
     simulator_factory: SimulatorFactory | None = None
-    """Makes a simulator of one's own, which `backend` then only names in the header. Must be picklable."""
+    """Factory of a custom simulator; `backend` is then only its name in the header. Must be picklable."""
     asset_database: AssetFile = None
-    reply_seconds: Annotated[int, Setting("How long one reply may take.", minimum=1, metavar="SECONDS")] = REPLY_SECONDS
-    """Of a model or a program."""
+    reply_seconds: Annotated[int, Setting("Time limit of one reply.", minimum=1, metavar="SECONDS")] = REPLY_SECONDS
+    """Time limit of one reply of a model or a program."""
     beat_seconds: Annotated[
         float,
         Setting(
-            "A program's next frame comes a whole number of these after its reply; 0: as soon as it is ready.",
+            "A program gets its next frame a whole number of these periods after its reply; 0: as soon as it is ready.",
             minimum=0,
             maximum=60,
             metavar="SECONDS",
         ),
     ] = FRAME_INTERVAL_SECONDS
     keep_program: Annotated[
-        bool, Setting("One process and folder of a program for all episodes of a worker, not one for each.")
+        bool, Setting("Use one process and folder of a program for all episodes of a worker, not one for each episode.")
     ] = False
-    seed: Annotated[int, Setting("For scheduling and scripted agents.")] = 0
-    preflight: Annotated[bool, Setting("Do not first check that the model sees pictures and answers in form.")] = True
+    seed: Annotated[int, Setting("Random seed of the schedule and the scripted agents.")] = 0
+    preflight: Annotated[
+        bool, Setting("Skip the check that the model sees pictures and answers in the required form.")
+    ] = True
     force: Annotated[
-        bool, Setting("Go on although the check's example failed, or another model or program answers than before.")
+        bool,
+        Setting("Continue although the check's example failed, or a different model or program answers than before."),
     ] = False
     reveal_private_pack: Annotated[bool, Setting(REVEAL_HELP, is_option=False)] = False
     """Whether Inspect's log may hold the episodes of a private pack; only `inspect eval` takes it."""
-    retries: Annotated[int, Setting("Tries of a request after the first.", minimum=0, is_option=False)] = 8
+    retries: Annotated[int, Setting("Retries of a failed request.", minimum=0, is_option=False)] = 8
     first_wait_s: float = 1.0
+    """Wait before the first retry of a request, in seconds."""
     longest_wait_s: float = 60.0
-    """Between two tries of a request, whatever the provider asks for."""
+    """Maximum wait between two attempts at a request, in seconds, even if the provider asks for more."""
     timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:
-        """Holds the values against their declarations."""
+        """Check the values against their declarations."""
         check_settings(self)
         if self.ray_address is not None and self.executor != "ray":
             raise SettingError("--ray-address is for --executor ray: give both, or neither.")
         if self.prompt_template is None:
             return
         if self.prompt_variant != "default":
-            raise SettingError("A prompt file is a variant of its own: leave out --prompt-variant or --prompt-file.")
+            raise SettingError(
+                "A prompt file replaces the prompt variant: leave out --prompt-variant or --prompt-file."
+            )
         try:
             check_template(self.prompt_template)
         except ValueError as error:
@@ -181,12 +206,12 @@ class RunSettings:
 
     @property
     def player(self) -> str:
-        """Who plays, as headers and tables name it: without secrets."""
+        """Name of the player in headers and tables, without secrets."""
         return self.model or public_name(self.agent or "")
 
 
 def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
-    """Returns the pack, the episodes to play (of a shard, those of all shards) and the run's identity.
+    """Return the pack, the episodes to play (for a shard, the episodes of all shards) and the run's identity.
 
     Raises InputError.
     """
@@ -217,7 +242,7 @@ def plan_run(settings: RunSettings) -> tuple[Pack, list[Episode], RunSpec]:
 
 
 def run_spec(pack: Pack, profile: Profile, **facts: Any) -> RunSpec:
-    """Returns the identity of a run on `pack` under `profile`, made here and now; `facts` are its other fields."""
+    """Return the identity of a run on `pack` under `profile` with the current versions; `facts` are other fields."""
     return RunSpec(
         profile=profile,
         versions=Versions.current(),
@@ -231,7 +256,7 @@ def run_spec(pack: Pack, profile: Profile, **facts: Any) -> RunSpec:
 
 
 def input_paths(pack: Pack, asset_database: Path | None) -> dict[str, str]:
-    """Returns where what a run is played on lies, for `vigil verify` on the same machine."""
+    """Return the paths of a run's inputs, for `vigil verify` on the same machine."""
     places = {"pack_folder": str(pack.folder.resolve())}
     if asset_database is not None:
         places["asset_database"] = str(asset_database.resolve())
@@ -239,7 +264,7 @@ def input_paths(pack: Pack, asset_database: Path | None) -> dict[str, str]:
 
 
 def sampling_of(settings: RunSettings) -> dict[str, Any]:
-    """Returns what is sent with each request beside the messages: only what was set, and what turns thinking on or off.
+    """Return the fields that each request carries besides its messages: those that were set, and the thinking switch.
 
     Raises SettingError when settings contradict each other.
     """
@@ -255,7 +280,7 @@ def sampling_of(settings: RunSettings) -> dict[str, Any]:
 
 
 def profile_of(settings: RunSettings) -> Profile:
-    """Returns the condition of evaluation that the settings ask for."""
+    """Return the evaluation profile that the settings ask for."""
     asked = settings.profile
     if asked not in PROFILE_NAMES:
         hint = did_you_mean(asked, PROFILE_NAMES)
@@ -276,7 +301,7 @@ def profile_of(settings: RunSettings) -> Profile:
 def worker_plan(
     settings: RunSettings, pack: Pack, profile: Profile, *, run_id: str = "", frames: Path | None = None
 ) -> WorkerPlan:
-    """Returns what the simulator workers are told."""
+    """Return the plan that every simulator worker gets."""
     return WorkerPlan(
         pack=pack.folder,
         run_id=run_id,
@@ -297,7 +322,7 @@ def worker_plan(
 
 
 def log_dir(settings: RunSettings, spec: RunSpec) -> Path:
-    """Returns the run's folder: as set, or one under `runs/` named after what the run is."""
+    """Return the run's folder: as set, or one under `runs/` named after the run's identity."""
     if settings.log_dir is not None:
         return settings.log_dir
     identity = spec.model_copy(update={"base_url": None, "agent_files": {}}).model_dump_json()
@@ -308,7 +333,7 @@ def log_dir(settings: RunSettings, spec: RunSpec) -> Path:
 
 
 def _public_address(settings: RunSettings) -> str | None:
-    """Returns where the model is served, as the header keeps it; None when the provider decides."""
+    """Return the address of the model's server for the header, without credentials; None for the provider's default."""
     if settings.model is None:
         return None
     url = access_of(settings).base_url
@@ -316,12 +341,12 @@ def _public_address(settings: RunSettings) -> str | None:
 
 
 def access_of(settings: RunSettings) -> ModelAccess:
-    """Returns how the run's model is reached. Raises SettingError."""
+    """Return the address and the key of the run's model. Raises SettingError."""
     return model_access(settings.model or "", settings.base_url, settings.model_args, settings.api_key_env)
 
 
 def secrets_of(settings: RunSettings) -> Secrets:
-    """Returns the values that no file, message or table of the run may hold. Raises SettingError."""
+    """Return the values that no file, message or table of the run may hold. Raises SettingError."""
     found = access_of(settings) if settings.model is not None else None
     return Secrets.of(
         command=settings.agent or "",
@@ -332,7 +357,7 @@ def secrets_of(settings: RunSettings) -> Secrets:
 
 
 def _program_identity(settings: RunSettings) -> dict[str, Any]:
-    """Returns what a run is by the program that plays it, as fields of its identity; none without a program."""
+    """Return the fields of the run's identity that depend on the program that plays; empty without a program."""
     if settings.agent is None or _agent_kind(settings) != "exec":
         return {}
     return {

@@ -13,44 +13,60 @@ from vigil.protocol.reasoning import Thinking
 from vigil.records.costs import Prices, parse_prices
 
 PackName = Annotated[str | Path, Setting("A pack's folder, or the name of a packaged one.", metavar="PACK")]
-PackLocation = Annotated[str | Path | None, Setting("Where the pack is now.", metavar="PACK", unset="as recorded")]
+PackLocation = Annotated[
+    str | Path | None, Setting("Folder or name of the run's pack.", metavar="PACK", unset="as recorded")
+]
 Families = Annotated[
     tuple[Family, ...],
-    Setting("Only this family; may be repeated.", name="family", metavar="FAMILY", read=parse_families, repeats=True),
+    Setting(
+        "Use only this family; may be repeated.", name="family", metavar="FAMILY", read=parse_families, repeats=True
+    ),
 ]
-EpisodeIds = Annotated[tuple[str, ...], Setting("Only this episode; may be repeated.", name="episode", metavar="ID")]
-BaseUrl = Annotated[str | None, Setting("Address of an OpenAI-style server.", metavar="URL")]
+EpisodeIds = Annotated[
+    tuple[str, ...], Setting("Use only this episode; may be repeated.", name="episode", metavar="ID")
+]
+BaseUrl = Annotated[str | None, Setting("Address of an OpenAI-compatible server.", metavar="URL")]
 ApiKeyEnv = Annotated[
     str | None,
-    Setting("Variable with the key for this model, e.g. at an address not its provider's own.", metavar="VAR"),
+    Setting("Environment variable that holds the key for this model, e.g. for a server at --base-url.", metavar="VAR"),
 ]
-ProfileOption = Annotated[str, Setting("baseline or action_feedback, or a profile's full name.", metavar="NAME")]
-PromptVariantOption = Annotated[PromptVariant, Setting("System prompt.", name="prompt-variant")]
+ProfileOption = Annotated[
+    str, Setting("Evaluation profile: baseline, action_feedback, or a profile's full name.", metavar="NAME")
+]
+PromptVariantOption = Annotated[PromptVariant, Setting("Variant of the system prompt.", name="prompt-variant")]
 PromptFileOption = Annotated[
     str | None,
-    Setting("System prompt of your own, with placeholders.", name="prompt-file", metavar="FILE", read=read_prompt_file),
+    Setting(
+        "File with a custom system prompt, with placeholders.",
+        name="prompt-file",
+        metavar="FILE",
+        read=read_prompt_file,
+    ),
 ]
-CoordinatesOption = Annotated[Coordinates | None, Setting("How it points.", unset="by model")]
+CoordinatesOption = Annotated[Coordinates | None, Setting("Coordinate system of the model's clicks.", unset="by model")]
 SystemRoleOption = Annotated[
-    SystemRole, Setting("user: the system prompt begins the first user message, for models without the role.")
+    SystemRole, Setting("Role of the system prompt; user puts it at the start of the first user message.")
 ]
-ThinkingOption = Annotated[Thinking, Setting("Turn thinking on or off, in the provider's own way.")]
+ThinkingOption = Annotated[Thinking, Setting("Turn thinking on or off, with the provider's own switch.")]
 PricesOption = Annotated[
-    Prices | None, Setting("Of a million tokens: what replies cost is told.", metavar="IN,OUT", read=parse_prices)
+    Prices | None,
+    Setting(
+        "Prices per million tokens, input and output; prints the cost so far.", metavar="IN,OUT", read=parse_prices
+    ),
 ]
-LogDir = Annotated[Path | None, Setting("The run's folder; the same command continues it.")]
+LogDir = Annotated[Path | None, Setting("Folder of the run; the same command continues it.")]
 Backend = Annotated[str, Setting("Simulator: mujoco, thor (AI2-THOR), or fake (no engine).", metavar="NAME")]
 RenderQuality = Annotated[
-    Quality, Setting("Quality of the picture; fast draws twice as many frames a second.", name="render-quality")
+    Quality, Setting("Quality of the frames; fast draws about twice as many per second.", name="render-quality")
 ]
 Workers = Annotated[
     int | None,
-    Setting("Worker processes; the result is the same with any number.", minimum=1, metavar="N", unset="one a CPU"),
+    Setting("Number of worker processes; it does not change the result.", minimum=1, metavar="N", unset="one per CPU"),
 ]
 AssetFile = Annotated[
     Path | None,
     Setting(
-        "AI2-THOR's asset database, for houses that use THOR's assets. Without it: typical sizes.",
+        "AI2-THOR's asset database, for houses with THOR's assets. Without it, sizes are typical ones.",
         name="assets",
         metavar="FILE",
         env="VIGIL_ASSETS",

@@ -48,7 +48,7 @@ class VerifySettings:
     timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:
-        """Holds the values against their declarations, and against each other."""
+        """Hold the values against their declarations, and against each other."""
         check_settings(self)
         if self.records_only and self.frames:
             raise SettingError("Frames are drawn by a simulator, which records-only does without: give one of the two.")
@@ -82,7 +82,7 @@ class Verification:
 def verify_run(
     path: Path, settings: VerifySettings | None = None, *, on_progress: Callable[[int, int], None] = lambda *_: None
 ) -> Verification:
-    """Returns how the records of a run compare with their replies carried out again.
+    """Return how the records of a run compare with their replies carried out again.
 
     `on_progress` is told (done, total). Raises RecordError, PackMismatch or SimulatorError.
     """
@@ -112,7 +112,7 @@ def verify_run(
 
 
 def check_replies(record: EpisodeRecord, profile: Profile) -> Iterator[FactDifference]:
-    """Yields what is recorded of a reply's meaning and does not follow from the reply."""
+    """Yield the recorded facts about a reply's meaning that do not follow from the reply."""
     for step in record.steps:
         parsed = parse_reply(step.reply, profile.coordinates, profile.reply_policy)
         is_invalid = isinstance(parsed, InvalidAction)

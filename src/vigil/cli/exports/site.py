@@ -16,7 +16,7 @@ FILM_FORMS: dict[str, FilmForm] = {".gif": "gif", ".webp": "webp", ".mp4": "mp4"
 def write_site(
     folder: Path, out: Path, key: Key | None, packs: list[str], assets: Path | None, *, reveals: bool
 ) -> Path:
-    """Writes the run in `folder`, or the one episode of `key`, and returns what to open.
+    """Write the run in `folder`, or the one episode of `key`, and return what to open.
 
     Raises RecordError, and SettingError on a private pack unless it `reveals` that.
     """
@@ -30,7 +30,7 @@ def write_site(
 
 
 def _only_run(library: Library, folder: Path) -> LibraryRun:
-    """Returns the run of a folder. Raises RecordError when it is none, several, or cannot be read."""
+    """Return the run of a folder. Raises RecordError when it is none, several, or cannot be read."""
     found = library.runs()
     if len(found) > 1:
         names = ", ".join(str(each.folder) for each in found[:5])

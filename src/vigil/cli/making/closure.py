@@ -36,12 +36,12 @@ SMALL_HOUSES = ("2", "kitchen", "2", "bedroom", "2", "living-room")
 
 
 def suite_settings(settings: GenerationSettings) -> GenerationSettings:
-    """Returns settings as the suite's drafts are generated with them."""
+    """Return settings as the suite's drafts are generated with them."""
     return replace(settings, families=(FAMILY,), author=AUTHOR)
 
 
 def refuse_with_suite(**given: object) -> None:
-    """Raises SettingError on options that a suite does not have, by name."""
+    """Raise SettingError on options that a suite does not have, by name."""
     for name, value in given.items():
         if value:
             option = name.replace("_", "-")
@@ -49,13 +49,13 @@ def refuse_with_suite(**given: object) -> None:
 
 
 def refuse_without_suite(kind: Sequence[str] | None) -> None:
-    """Raises SettingError on kinds of a suite that is not asked for."""
+    """Raise SettingError on kinds of a suite that is not asked for."""
     if kind:
         raise SettingError("--kind is of a suite's pack: give --suite closure too, or --family instead.")
 
 
 def parse_tasks(names: Sequence[str], per_kind: int) -> dict[Kind, int]:
-    """Returns how many tasks of which kinds are asked for, in the table's order: `KIND` for so many of it, or
+    """Return how many tasks of which kinds are asked for, in the table's order: `KIND` for so many of it, or
     `KIND:TASKS`; without a name all kinds. Raises SettingError."""
     found: dict[str, int] = {}
     for name in names:
@@ -75,7 +75,7 @@ def build_suite(
     reviews: Sequence[Review],
     verification: VerificationSettings,
 ) -> Pack:
-    """Freezes a pack of the suite and says what it holds; what reviewers reworded is certified anew."""
+    """Freeze a pack of the suite and say what it holds; what reviewers reworded is certified anew."""
 
     def check(task: ClosureDraft) -> list[Finding]:
         simulator = verification.simulator()
@@ -100,7 +100,7 @@ def draft_suite(
     verification: VerificationSettings,
     on_progress: Callable[[GenerationProgress], None],
 ) -> DraftsFile:
-    """Proposes the suite's tasks in all houses, or goes on, and returns the drafts beside the pack."""
+    """Propose the suite's tasks in all houses, or go on, and return the drafts beside the pack."""
     file, settings = drafting_for_pack(out, pack_request, verification)
     generate_drafts(
         file,
@@ -114,7 +114,7 @@ def draft_suite(
 
 
 def suite_request(pack_request: PackRequest, tasks: Mapping[Kind, int]) -> ClosureRequest:
-    """Returns which pack of the suite is asked for by what is asked of any pack, and so many tasks of each kind."""
+    """Return which pack of the suite is asked for by what is asked of any pack, and so many tasks of each kind."""
     return ClosureRequest(
         pack_request.name,
         pack_request.per_family,

@@ -26,17 +26,17 @@ FormsOption = Annotated[
 
 
 def forms_named(name: FormsName) -> Forms:
-    """Returns the half of the sentence forms that an option names."""
+    """Return the half of the sentence forms that an option names."""
     return "held_out" if name == "held-out" else name
 
 
 def progress_callback(show: Callable[[int, int, str], None]) -> Callable[[GenerationProgress], None]:
-    """Returns what takes in how far the generation of drafts has come, and shows it."""
+    """Return a callback that shows the progress of draft generation."""
     return lambda now: show(now.houses, now.of, f"{now.kept} drafts  {now.rejected} rejected")
 
 
 def drafts_summary(file: DraftsFile) -> None:
-    """Prints what a drafts file holds, and what was rejected by which rule."""
+    """Print what a drafts file holds, and what was rejected by which rule."""
     proposed = file.read()
     for family in FAMILIES:
         done = [row for row in proposed.done if row.family == family]
@@ -52,7 +52,7 @@ def drafts_summary(file: DraftsFile) -> None:
 def drafting_for_pack(
     out: Path, pack_request: PackRequest, verification: VerificationSettings
 ) -> tuple[DraftsFile, GenerationSettings]:
-    """Returns the drafts file beside a pack, and what to generate it with."""
+    """Return the drafts file beside a pack, and what to generate it with."""
     out.parent.mkdir(parents=True, exist_ok=True)
     settings = GenerationSettings(
         pack_request.families,

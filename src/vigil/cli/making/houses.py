@@ -24,7 +24,7 @@ SECRET_RECIPE = (
 def generated_sources(
     seed: int, count: int | None, per_family: int, specs: Sequence[str], report: OnDownload
 ) -> list[HouseSource]:
-    """Returns houses to generate, drawn by a seed; `report` is told when the seed can be found by trying."""
+    """Return houses to generate, drawn by a seed; `report` is told when the seed can be found by trying."""
     if not is_secret(seed):
         report(SHORT_SEED)
     return houses_drawn_from(seed, count or max(MIN_HOUSES, round(HOUSES_PER_EPISODE * per_family)), specs)
@@ -33,14 +33,14 @@ def generated_sources(
 def requested_sources(
     houses: list[str], seeds: str | None, specs: list[str], limit: int | None, secret: int | None, report: OnDownload
 ) -> Sequence[HouseSource]:
-    """Returns houses out of files, or to generate for `seeds` or, with a secret seed, for those numbers."""
+    """Return houses out of files, or to generate for `seeds` or, with a secret seed, for those numbers."""
     if bool(houses) == (seeds is not None):
         raise SettingError("Give either --houses or --seeds.")
     return houses_from(houses, limit, report) if seeds is None else houses_from_seeds(seeds, specs, secret)
 
 
 def parse_specs(rooms: str, suite: str | None = None) -> list[str]:
-    """Returns the specs of houses that an option names."""
+    """Return the specs of houses that an option names."""
     if suite is not None and rooms == "mixed":
         return list(SMALL_HOUSES)
     return [name.strip() for name in rooms.split(",")]

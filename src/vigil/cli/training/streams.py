@@ -65,7 +65,7 @@ def stream(
 
 
 def house_range(given: str) -> tuple[int, int | None]:
-    """Returns the first house and the one after the last, of FIRST:END or FIRST:. Raises SettingError."""
+    """Return the first house and the one after the last, of FIRST:END or FIRST:. Raises SettingError."""
     first, colon, last = given.partition(":")
     if not (colon and first.isdecimal() and (last.isdecimal() or not last)):
         raise SettingError(f"Houses {given!r}: expected FIRST:END or FIRST:, e.g. 0:100.")

@@ -70,7 +70,7 @@ class ModelAccess:
         return f"{self.served_name!r} at {where}, {key}"
 
     def check(self) -> None:
-        """Raises SettingError when the provider's client, or the key that it wants, is not there, nor a way to it."""
+        """Raise SettingError when the provider's client, or the key that it wants, is not there, nor a way to it."""
         if self.missing:
             raise SettingError(self.missing)
         check_network(self.base_url or "")
@@ -83,19 +83,19 @@ class ModelAccess:
         provider = self.model_name.provider
         if not provider.is_installed:
             return (
-                f"Model {self.display_name!r} needs the client of {provider.title}, which is not installed: pip install "
-                f"'vigil-bench[{provider.extra}]' (in a checkout: make setup EXTRAS={provider.extra})"
+                f"Model {self.display_name!r} needs the client of {provider.title}, which is not installed: pip "
+                f"install 'vigil-bench[{provider.extra}]' (in a checkout: make setup EXTRAS={provider.extra})"
             )
         if not provider.can_sign_in and not os.environ.get(self.key_variable):
             return (
-                f"Model {self.display_name!r} is signed in to with this machine's account, which needs a client that is not "
-                f"installed: pip install 'vigil-bench[azure]' (in a checkout: make setup EXTRAS=azure). Or export "
-                f"{self.key_variable}=..."
+                f"Model {self.display_name!r} is signed in to with this machine's account, which needs a client that "
+                f"is not installed: pip install 'vigil-bench[azure]' (in a checkout: make setup EXTRAS=azure). Or "
+                f"export {self.key_variable}=..."
             )
         if provider.needs_key and not self.is_foreign and not os.environ.get(self.key_variable):
             return (
-                f"Model {self.display_name!r} needs a key of {provider.title}: export {self.key_variable}=..., or name the "
-                "variable that holds it with --api-key-env."
+                f"Model {self.display_name!r} needs a key of {provider.title}: export {self.key_variable}=..., or name "
+                "the variable that holds it with --api-key-env."
             )
         return ""
 
@@ -103,7 +103,7 @@ class ModelAccess:
 def model_access(
     model: str, base_url: str | None, model_args: Mapping[str, Any], api_key_env: str | None = None
 ) -> ModelAccess:
-    """Returns how `model` is reached, and with which key.
+    """Return how `model` is reached, and with which key.
 
     A provider's own key, from its usual variable, goes to its own hosts alone; to any other address goes the value of
     the variable `api_key_env`, or none. Raises SettingError on a name, an address or a variable that makes no sense.
@@ -154,7 +154,7 @@ def _unknown(model: str) -> str:
 
 @contextmanager
 def hiding_other_keys(found: ModelAccess) -> Iterator[None]:
-    """Takes all secrets out of the environment for as long as a model is served from an address not its provider's.
+    """Take all secrets out of the environment for as long as a model is served from an address not its provider's.
 
     Several clients take a key from there by themselves, even where they are given another. For a server on this machine
     proxies go as well.
@@ -169,7 +169,7 @@ def hiding_other_keys(found: ModelAccess) -> Iterator[None]:
 
 
 def _from_environment(found: ModelName) -> str | None:
-    """Returns the address that the environment names for a provider, or for all."""
+    """Return the address that the environment names for a provider, or for all."""
     variables = (*found.provider.addresses, _GENERAL_ADDRESS) if found.provider.addresses else (_GENERAL_ADDRESS,)
     return next(filter(None, map(os.environ.get, variables)), None) if found.prefix != "mockllm" else None
 
@@ -180,8 +180,8 @@ def _key_in(variable: str | None) -> str | None:
     key = os.environ.get(variable)
     if not key:
         raise SettingError(
-            f"--api-key-env names {without_key_patterns(variable)!r}, which is not set in the environment. Give the name of "
-            f"the variable that holds the key, e.g. `export MY_KEY=...` and --api-key-env MY_KEY."
+            f"--api-key-env names {without_key_patterns(variable)!r}, which is not set in the environment. Give the "
+            f"name of the variable that holds the key, e.g. `export MY_KEY=...` and --api-key-env MY_KEY."
         )
     return key
 

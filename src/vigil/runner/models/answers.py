@@ -60,7 +60,7 @@ class ModelAnswer:
 
 
 def read_answer(wire: Wire, body: bytes) -> ModelAnswer:
-    """Returns the reply in a body. Raises NoAnswer.
+    """Return the reply in a body. Raises NoAnswer.
 
     Whether it is a stream of events is told by the body: servers get their content types wrong.
     """
@@ -93,7 +93,7 @@ def _documents(body: bytes) -> Iterator[dict[str, Any]]:
 
 
 def _events(text: str) -> Iterator[dict[str, Any]]:
-    """Yields the data of server-sent events; `[DONE]` is the document `{"done": true}`."""
+    """Yield the data of server-sent events; `[DONE]` is the document `{"done": true}`."""
     lines: list[str] = []
     for line in (*text.replace("\r\n", "\n").replace("\r", "\n").split("\n"), ""):
         if line.startswith("data:"):
@@ -158,7 +158,7 @@ def _chat(answer: ModelAnswer, part: dict[str, Any]) -> None:
 
 
 def _add_content(answer: ModelAnswer, content: Any) -> None:
-    """Takes in a content: a text, or a list of parts of which those of text and refusal count."""
+    """Take in a content: a text, or a list of parts of which those of text and refusal count."""
     if content is None or isinstance(content, str):
         _append_text(answer.parts, content)
         return
@@ -178,7 +178,7 @@ def _add_content(answer: ModelAnswer, content: Any) -> None:
 
 
 def _reasoning_field(message: dict[str, Any]) -> str:
-    """Returns the reasoning beside a message. Several servers send the same text in two fields."""
+    """Return the reasoning beside a message. Several servers send the same text in two fields."""
     fields = (message.get("reasoning_content"), message.get("reasoning"))
     text = next((one for one in fields if isinstance(one, str) and one), None)
     if text is not None:
@@ -193,7 +193,7 @@ def _reasoning_of(part: dict[str, Any]) -> str:
 
 
 def _tool_name(message: dict[str, Any]) -> str | None:
-    """Returns the name of the tool that a message of OpenAI's calls, the older way included."""
+    """Return the name of the tool that a message of OpenAI's calls, the older way included."""
     calls = message.get("tool_calls")
     first = calls[0] if isinstance(calls, list) and calls else None
     called = first.get("function") if isinstance(first, dict) else message.get("function_call")
@@ -203,7 +203,7 @@ def _tool_name(message: dict[str, Any]) -> str | None:
 
 
 def _finish_reason(choice: dict[str, Any]) -> str | None:
-    """Returns why an answer ended: in the words of whoever a router passed it on from, where these say of a failure."""
+    """Return why an answer ended: in the words of whoever a router passed it on from, where these say of a failure."""
     own = _reason_text(choice.get("finish_reason"))
     beside = choice.get("provider_specific_fields")
     native = choice.get("native_finish_reason") or (isinstance(beside, dict) and beside.get("native_finish_reason"))
@@ -211,7 +211,7 @@ def _finish_reason(choice: dict[str, Any]) -> str | None:
 
 
 def _reason_text(found: Any) -> str | None:
-    """Returns a finish reason as a text; SGLang's own are objects with a type."""
+    """Return a finish reason as a text; SGLang's own are objects with a type."""
     if isinstance(found, dict):
         found = found.get("type")
     return None if found in (None, "", False) else str(found)[:200]
@@ -278,7 +278,7 @@ def _anthropic(answer: ModelAnswer, part: dict[str, Any]) -> None:
 
 
 def _anthropic_usage(usage: Any, before: Usage | None) -> Usage | None:
-    """Returns Anthropic's usage, of which a stream tells the input first and the output last."""
+    """Return Anthropic's usage, of which a stream tells the input first and the output last."""
     if not isinstance(usage, dict):
         return before
     names = ("input_tokens", "cache_creation_input_tokens", "cache_read_input_tokens")
@@ -314,7 +314,7 @@ def _google(answer: ModelAnswer, part: dict[str, Any]) -> None:
 
 
 def _name(found: Any) -> str | None:
-    """Returns a model's name as an answer has it, at most 200 characters of it."""
+    """Return a model's name as an answer has it, at most 200 characters of it."""
     return found[:200] if isinstance(found, str) and found else None
 
 

@@ -86,7 +86,7 @@ def is_rejection(status: int | None, message: str) -> bool:
 
 
 def parse_answer(wire: Wire, body: bytes) -> ModelAnswer:
-    """Returns what a body of HTTP 200 says, whatever a library made of it. Raises AttemptFailed without a reply."""
+    """Return what a body of HTTP 200 says, whatever a library made of it. Raises AttemptFailed without a reply."""
     try:
         answer = read_answer(wire, body)
     except NoAnswer as fault:
@@ -98,7 +98,7 @@ def parse_answer(wire: Wire, body: bytes) -> ModelAnswer:
 
 
 def check_ending(finish_reason: str | None, text: str, tool_call: str | None) -> None:
-    """Raises AttemptFailed when an answer ended by no doing of the model's.
+    """Raise AttemptFailed when an answer ended by no doing of the model's.
 
     So it did when its finish reason says so, and when that is none that is known and nothing usable was said.
     """
@@ -113,7 +113,7 @@ def check_ending(finish_reason: str | None, text: str, tool_call: str | None) ->
 
 
 def reply_from_answer(answer: ModelAnswer, seconds: float, *, keep_reasoning: bool = False) -> Reply:
-    """Returns a server's own answer as a reply, with the reasoning beside it if that is to be kept."""
+    """Return a server's own answer as a reply, with the reasoning beside it if that is to be kept."""
     text, reasoning = answer.text, "".join(answer.reasoning)
     return Reply(
         text=text,
@@ -138,14 +138,14 @@ class RetryPolicy:
     """Takes in what goes wrong and is tried again, in a line."""
 
     def wait_s(self, state: RetryCallState) -> float:
-        """Returns how long to wait after a failed attempt: half of it fixed, half of it drawn."""
+        """Return how long to wait after a failed attempt: half of it fixed, half of it drawn."""
         half = {"multiplier": self.first_wait_s / 2, "max": self.longest_wait_s / 2}
         own = (wait_exponential(**half) + wait_random_exponential(**half))(state)
         asked_s = getattr(_failure(state), "wait_s", None)
         return own if asked_s is None else max(own, min(asked_s, self.longest_wait_s))
 
     def report_retry(self, state: RetryCallState) -> None:
-        """Tells of a failed attempt before the wait."""
+        """Tell of a failed attempt before the wait."""
         self.on_retry(f"try {state.attempt_number + 1} in {state.upcoming_sleep:.0f} s after {_failure(state)}")
 
 
@@ -154,7 +154,7 @@ def _failure(state: RetryCallState) -> BaseException | None:
 
 
 def with_retries(send: Send, retry_policy: RetryPolicy) -> Ask:
-    """Returns `send` with retries."""
+    """Return `send` with retries."""
 
     async def ask(messages: Sequence[Message]) -> Reply:
         failures = rejections = 0

@@ -14,7 +14,7 @@ from vigil.runner.models.redaction import Secrets, redacted_errors
 def open_completion(
     model: str, base_url: str | None, retry_policy: RetryPolicy | None = None, *, api_key_env: str | None = None
 ) -> Iterator[Callable[[str], str]]:
-    """Yields the function that answers a text; the answer to one that the provider rejects is empty.
+    """Yield the function that answers a text; the answer to one that the provider rejects is empty.
 
     The function raises ModelAPIError when the provider fails for good.
 

@@ -31,19 +31,19 @@ CONTEXT_ERROR = re.compile(
 
 
 def max_tokens_of(messages: Sequence[Message]) -> int:
-    """Returns the tokens that a request takes at most."""
+    """Return the tokens that a request takes at most."""
     text = sum(len(message.text) for message in messages) / CHARS_PER_TOKEN
     return round(text) + PICTURE_TOKENS[1] * sum(message.picture is not None for message in messages)
 
 
 def needed_context(messages: Sequence[Message]) -> int:
-    """Returns a context size in which an episode fits that begins with these messages: a power of two."""
+    """Return a context size in which an episode fits that begins with these messages: a power of two."""
     tokens = max_tokens_of(messages) + (HISTORY_TURNS + 1) * (REPLY_TOKENS[1] + 20)
     return 1 << (tokens - 1).bit_length()
 
 
 def size_hint(messages: Sequence[Message]) -> str:
-    """Returns a sentence on the context that the server of a model needs."""
+    """Return a sentence on the context that the server of a model needs."""
     return (
         f"The server's context is too small: the first request of this episode takes about {max_tokens_of(messages):,} "
         f"tokens. Start the server with a context of {needed_context(messages):,} tokens or more ({CONTEXT_OPTIONS}), "
@@ -52,7 +52,7 @@ def size_hint(messages: Sequence[Message]) -> str:
 
 
 def find_shrunk_request(record: EpisodeRecord) -> tuple[int, int] | None:
-    """Returns the input tokens of two requests in a row of which the later took fewer; None without such two.
+    """Return the input tokens of two requests in a row of which the later took fewer; None without such two.
 
     While the history is not full a dialogue only grows: then a server has cut it without a word.
     """

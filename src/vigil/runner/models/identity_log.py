@@ -36,7 +36,7 @@ class ModelIdentityLog:
     with_reasoning: int = 0
 
     def note(self, reply: Reply, model: str | None, address: str) -> None:
-        """Takes in an answer. Raises RecordError when another model answers than in earlier sessions."""
+        """Take in an answer. Raises RecordError when another model answers than in earlier sessions."""
         model, address = self.redact(model or ""), self.redact(address)
         if model and self.earlier_names and model not in self.earlier_names:
             names = " or ".join(map(repr, sorted(self.earlier_names)))
@@ -56,7 +56,7 @@ class ModelIdentityLog:
             self.on_new_identity()
 
     def provider_facts(self) -> ProviderFacts:
-        """Returns what was taken in, as a run's header keeps it."""
+        """Return what was taken in, as a run's header keeps it."""
         state = {"on": "on", "off": "off"}.get(self.asked, "unknown")
         if self.effort is not None:
             state = "off" if self.effort == "none" else "on"
@@ -76,7 +76,7 @@ class ModelIdentityLog:
 
 
 def client_versions() -> dict[str, str]:
-    """Returns the versions of the installed clients of models."""
+    """Return the versions of the installed clients of models."""
     found = {}
     for name in CLIENTS:
         try:

@@ -74,7 +74,7 @@ class Endpoint:
     keep_reasoning: bool = False
 
     def model(self) -> Model:
-        """Returns a client of its own. Raises SettingError when the provider cannot be used."""
+        """Return a client of its own. Raises SettingError when the provider cannot be used."""
         try:
             config = GenerateConfig(
                 **self.sampling,
@@ -97,7 +97,7 @@ class Endpoint:
             raise SettingError(f"Model {self.access.display_name!r} cannot be used: {_plain(error)}{hint}") from error
 
     def loggable(self, model: Model) -> Model:
-        """Returns what Inspect may log of `model`: the same, with its address and settings as the run header has them.
+        """Return what Inspect may log of `model`: the same, with its address and settings as the run header has them.
 
         It is for the log alone; requests go through `model`.
         """
@@ -108,7 +108,7 @@ class Endpoint:
 
 
 def _plain(error: Exception) -> str:
-    """Returns in one line what an error says; Inspect marks up those that it means for a terminal."""
+    """Return in one line what an error says; Inspect marks up those that it means for a terminal."""
     text = Text.from_markup(str(error)).plain if isinstance(error, PrerequisiteError) else str(error)
     lines = [" ".join(line.split()) for line in text.strip().removeprefix("ERROR:").splitlines() if line.strip()]
     return " ".join(line if line[-1] in ".:" else f"{line}." for line in lines)
@@ -118,10 +118,10 @@ class _EventSink:
     """Takes Inspect's model events and drops them: they would hold every frame in memory."""
 
     def on_pending(self, event: ModelEvent) -> None:
-        """Does nothing."""
+        """Do nothing."""
 
     def on_complete(self, event: ModelEvent) -> None:
-        """Does nothing."""
+        """Do nothing."""
 
 
 def sender(
@@ -131,7 +131,7 @@ def sender(
     *,
     keep_reasoning: bool = False,
 ) -> Send:
-    """Returns the function that sends messages to `model` once; `config` overrides the model's own.
+    """Return the function that sends messages to `model` once; `config` overrides the model's own.
 
     `identity_log` takes in what answers. The reply is the server's own text where that can be had, else the library's;
     `reply_source` tells which.
@@ -204,7 +204,7 @@ def _attempt_failure(model: Model, error: Exception, exchanges: Sequence[Exchang
 
 
 def _with_causes(error: BaseException) -> str:
-    """Returns what an error says and the errors beneath it: that of a connection says nothing by itself."""
+    """Return what an error says and the errors beneath it: that of a connection says nothing by itself."""
     said: list[str] = []
     cause: BaseException | None = error
     while cause is not None and len(said) < 5:
@@ -214,7 +214,7 @@ def _with_causes(error: BaseException) -> str:
 
 
 def _library_reply(output: ModelOutput, *, keep_reasoning: bool) -> Reply:
-    """Returns the reply as Inspect has it, or raises ModelTrouble."""
+    """Return the reply as Inspect has it, or raise ModelTrouble."""
     if output.empty:
         raise AttemptFailed("The provider's answer holds no reply.", can_retry=True)
     is_refused_request = output.stop_reason == "model_length" and output.usage is None
@@ -244,7 +244,7 @@ def _usage(usage: ModelUsage | None) -> Usage | None:
 
 
 async def preflight(endpoint: Endpoint, name: str, profile: Profile, *, force: bool = False) -> None:
-    """Makes the check before a run (`vigil.runner.models.preflight`), and notes what came of it.
+    """Make the check before a run (`vigil.runner.models.preflight`), and note what came of it.
 
     Raises ModelAPIError.
     """

@@ -25,7 +25,7 @@ _ADVICE = "Unset it, or correct it, and give the same command again."
 
 
 def check_network(address: str) -> None:
-    """Raises SettingError, with the variable and its value, when no client can be made for an address as things are."""
+    """Raise SettingError, with the variable and its value, when no client can be made for an address as things are."""
     _check_certificates()
     if is_loopback(address):
         return
@@ -36,7 +36,7 @@ def check_network(address: str) -> None:
 
 @contextmanager
 def without_proxies(address: str) -> Iterator[None]:
-    """Takes the proxies out of the environment for as long as a server on this machine is asked."""
+    """Take the proxies out of the environment for as long as a server on this machine is asked."""
     names = [case for name in _PROXIES.values() for case in (name, name.lower())] if is_loopback(address) else []
     kept = {name: os.environ.pop(name) for name in names if name in os.environ}
     try:
@@ -46,7 +46,7 @@ def without_proxies(address: str) -> Iterator[None]:
 
 
 def proxy_note(address: str) -> str:
-    """Returns in words through which proxy requests to an address go; empty when they go past any."""
+    """Return in words through which proxy requests to an address go; empty when they go past any."""
     parts = urlsplit(address)
     proxies = getproxies()
     kind = parts.scheme if parts.scheme in proxies else "all"
@@ -92,12 +92,12 @@ def _check_certificates() -> None:
 
 
 def _variable(name: str) -> str:
-    """Returns the variable as it is written in the environment: libraries read it in lower case too, and first."""
+    """Return the variable as it is written in the environment: libraries read it in lower case too, and first."""
     return name.lower() if os.environ.get(name.lower()) else name
 
 
 def disable_redirects(api: Any) -> None:
-    """Makes a provider's client take a redirect as an answer, now and whenever it is made anew."""
+    """Make a provider's client take a redirect as an answer, now and whenever it is made anew."""
     original_initialize = api.initialize
 
     def initialize() -> None:
@@ -114,7 +114,7 @@ def _set_no_redirects(api: Any) -> None:
 
 
 def _clients(api: Any) -> Iterator[Any]:
-    """Yields the HTTP clients of a provider, as far as it keeps them."""
+    """Yield the HTTP clients of a provider, as far as it keeps them."""
     own = getattr(api, "client", None)
     for holder in (getattr(api, "http_client", None), getattr(own, "_client", None), own):
         if isinstance(getattr(holder, "follow_redirects", None), bool):

@@ -61,7 +61,7 @@ class PointingCalibration:
         return sum(answer is not None for answer in self.answers)
 
     def errors(self, convention: str) -> list[float]:
-        """Returns the distances in pixels of the points that were answered, read by a convention."""
+        """Return the distances in pixels of the points that were answered, read by a convention."""
         scale = CONVENTIONS[convention]
         pairs = [(spot, answer) for spot, answer in zip(SPOTS, self.answers, strict=True) if answer is not None]
         return [float(np.hypot(answer.x * scale.x - spot.x, answer.y * scale.y - spot.y)) for spot, answer in pairs]
@@ -85,7 +85,7 @@ class PointingCalibration:
 
 
 def draw_spot(spot: FramePoint) -> np.ndarray:
-    """Returns a frame with a wall, a floor and a magenta disc, (480, 640, 3) uint8."""
+    """Return a frame with a wall, a floor and a magenta disc, (480, 640, 3) uint8."""
     image = Image.new("RGB", (FRAME_WIDTH, FRAME_HEIGHT), "#cfd3d6")
     draw = ImageDraw.Draw(image)
     draw.rectangle((0, FRAME_HEIGHT // 2, FRAME_WIDTH, FRAME_HEIGHT), fill="#7a6a58")
@@ -94,19 +94,19 @@ def draw_spot(spot: FramePoint) -> np.ndarray:
 
 
 def question(spot: FramePoint, system_role: SystemRole = "system") -> Sequence[Message]:
-    """Returns what a model is sent for a spot."""
+    """Return what a model is sent for a spot."""
     return Conversation(Profile(system_role=system_role), INSTRUCTION).messages(
         encode_frame(draw_spot(spot), "png"), None
     )
 
 
 def point_in(text: str) -> FramePoint | None:
-    """Returns the first x and y in an answer, or None."""
+    """Return the first x and y in an answer, or None."""
     answer = split_reasoning(text)[0]
     x, y = _X.search(answer), _Y.search(answer)
     return FramePoint(float(x[1]), float(y[1])) if x and y else None
 
 
 async def calibrate(ask: Ask, system_role: SystemRole = "system") -> PointingCalibration:
-    """Returns how a model points. Raises ModelAPIError."""
+    """Return how a model points. Raises ModelAPIError."""
     return PointingCalibration(tuple([point_in((await ask(question(spot, system_role))).text) for spot in SPOTS]))

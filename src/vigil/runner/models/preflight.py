@@ -47,12 +47,12 @@ _THINKING_HINT = "or turn thinking off with --thinking off (chat template argume
 
 
 def number_for(name: str) -> str:
-    """Returns the four digits that `name` (of a model) is asked to read."""
+    """Return the four digits that `name` (of a model) is asked to read."""
     return str(1000 + int.from_bytes(hashlib.sha256(name.encode()).digest()[:4], "big") % 9000)
 
 
 def draw_number(number: str) -> np.ndarray:
-    """Returns a frame with `number` in the middle, (480, 640, 3) uint8."""
+    """Return a frame with `number` in the middle, (480, 640, 3) uint8."""
     image = Image.new("RGB", (FRAME_WIDTH, FRAME_HEIGHT), "white")
     middle = (FRAME_WIDTH / 2, FRAME_HEIGHT / 2)
     ImageDraw.Draw(image).text(middle, number, fill="black", font=ImageFont.load_default(FONT_PX), anchor="mm")
@@ -60,7 +60,7 @@ def draw_number(number: str) -> np.ndarray:
 
 
 def draw_example() -> np.ndarray:
-    """Returns a frame with a wall, a floor and a red box on it, (480, 640, 3) uint8."""
+    """Return a frame with a wall, a floor and a red box on it, (480, 640, 3) uint8."""
     image = Image.new("RGB", (FRAME_WIDTH, FRAME_HEIGHT), "#d9d4c8")
     draw = ImageDraw.Draw(image)
     draw.rectangle((0, FRAME_HEIGHT // 2, FRAME_WIDTH, FRAME_HEIGHT), fill="#8a6a48")
@@ -73,7 +73,7 @@ def draw_example() -> np.ndarray:
 async def check_model(
     ask: Ask, model: str, profile: Profile, address: str = "", *, force: bool = False
 ) -> dict[str, str]:
-    """Returns what came of the check, by its parts. Raises ModelAPIError when the model cannot be run so.
+    """Return what came of the check, by its parts. Raises ModelAPIError when the model cannot be run so.
 
     `address` is where it is served, if that is known. With `force` a failed example is only noted.
     """
@@ -82,7 +82,7 @@ async def check_model(
 
 
 async def check_sight(ask: Ask, model: str, image_format: ImageFormat, address: str = "") -> None:
-    """Raises ModelAPIError unless the model, served at `address` if that is known, reads the number in a picture."""
+    """Raise ModelAPIError unless the model, served at `address` if that is known, reads the number in a picture."""
     number = number_for(model)
     try:
         reply = await ask([Message("user", QUESTION, encode_frame(draw_number(number), image_format))])
@@ -103,7 +103,7 @@ async def check_sight(ask: Ask, model: str, image_format: ImageFormat, address: 
 
 
 async def check_contract(ask: Ask, model: str, profile: Profile, *, force: bool = False) -> str:
-    """Returns `passed`, or how the answer to an example observation failed twice.
+    """Return `passed`, or how the answer to an example observation failed twice.
 
     Raises ModelAPIError in the latter case, unless `force`.
     """
@@ -123,7 +123,7 @@ async def check_contract(ask: Ask, model: str, profile: Profile, *, force: bool 
 
 
 async def _try_example(ask: Ask, model: str, profile: Profile) -> tuple[Reply, InvalidAction | None]:
-    """Returns the reply to the example, and why it is no action. Raises ModelAPIError."""
+    """Return the reply to the example, and why it is no action. Raises ModelAPIError."""
     picture = encode_frame(draw_example(), profile.image_format)
     messages = Conversation(profile, EXAMPLE_INSTRUCTION).messages(picture, None)
     try:
@@ -136,7 +136,7 @@ async def _try_example(ask: Ask, model: str, profile: Profile) -> tuple[Reply, I
 
 
 def advice(invalid: InvalidAction, reply: Reply) -> str:
-    """Returns what may help against an invalid reply."""
+    """Return what may help against an invalid reply."""
     if invalid.reason == "truncated":
         return (
             f"The token limit cut it{_after(reply)}: give a larger --max-tokens, a larger context to the server "
@@ -145,7 +145,10 @@ def advice(invalid: InvalidAction, reply: Reply) -> str:
     if invalid.reason == "unclosed_reasoning" or (invalid.reason == "empty" and reply.reasoning_chars):
         return f"{_PARSER_HINT}, {_THINKING_HINT}."
     if _UNKNOWN_REASONING.search(reply.text):
-        return f"It seems to begin with reasoning in a form that is no part of the protocol. {_PARSER_HINT}, {_THINKING_HINT}."
+        return (
+            f"It seems to begin with reasoning in a form that is not part of the protocol. {_PARSER_HINT}, "
+            f"{_THINKING_HINT}."
+        )
     if reply.tool_call is not None and invalid.reason == "empty":
         return (
             "The server sent a tool call in the place of text, although no tools are offered: start it without its "

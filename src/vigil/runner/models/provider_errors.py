@@ -23,13 +23,13 @@ _MAX_MESSAGES = 20
 
 
 def error_message_of(body: bytes) -> str:
-    """Returns what the body of an error answer says; a body in no known form is itself what it says."""
+    """Return what the body of an error answer says; a body in no known form is itself what it says."""
     text = body.decode("utf-8", "replace").strip()
     return error_message_in(_json_in(text) or text)
 
 
 def error_message_in(found: Any) -> str:
-    """Returns what JSON of an error says, at most MAX_CHARS of it: its sentences, and a code in words behind them."""
+    """Return what JSON of an error says, at most MAX_CHARS of it: its sentences, and a code in words behind them."""
     sentences: list[str] = []
     for sentence in islice(_messages(found, _MAX_DEPTH), _MAX_MESSAGES):
         if sentence and not any(sentence in before for before in sentences):
@@ -40,7 +40,7 @@ def error_message_in(found: Any) -> str:
 
 
 def _as_text(found: Any) -> str:
-    """Returns JSON in which no sentence was found as a text."""
+    """Return JSON in which no sentence was found as a text."""
     try:
         return found if isinstance(found, str) else json.dumps(found, ensure_ascii=False)
     except RecursionError:
@@ -48,7 +48,7 @@ def _as_text(found: Any) -> str:
 
 
 def error_status_in(found: Any, depth: int = _MAX_DEPTH) -> int | None:
-    """Returns the HTTP status that JSON of an error tells; None where it tells none."""
+    """Return the HTTP status that JSON of an error tells; None where it tells none."""
     if isinstance(found, list) and depth:
         return next((status for one in found if (status := error_status_in(one, depth - 1)) is not None), None)
     if not isinstance(found, dict) or not depth:
@@ -62,7 +62,7 @@ def error_status_in(found: Any, depth: int = _MAX_DEPTH) -> int | None:
 
 
 def _messages(found: Any, depth: int) -> Iterator[str]:
-    """Yields the sentences in a value that is one, or may hold some."""
+    """Yield the sentences in a value that is one, or may hold some."""
     if depth == 0:
         return
     if isinstance(found, str):
@@ -80,7 +80,7 @@ def _messages(found: Any, depth: int) -> Iterator[str]:
 
 
 def _codes(found: Any, depth: int) -> Iterator[str]:
-    """Yields the codes of an error that are words, e.g. `context_length_exceeded`."""
+    """Yield the codes of an error that are words, e.g. `context_length_exceeded`."""
     if isinstance(found, list):
         for one in found:
             yield from _codes(one, depth - 1)
@@ -91,7 +91,7 @@ def _codes(found: Any, depth: int) -> Iterator[str]:
 
 
 def _json_in(text: str) -> Any:
-    """Returns the object or list that a text is; None for any other text."""
+    """Return the object or list that a text is; None for any other text."""
     if not text.lstrip().startswith(("{", "[")):
         return None
     try:
@@ -136,5 +136,5 @@ HINTS: tuple[tuple[str, str], ...] = (
 
 
 def hint_for(message: str) -> str | None:
-    """Returns what to do about a refusal, as a sentence without its full stop; None where its words do not tell."""
+    """Return what to do about a refusal, as a sentence without its full stop; None where its words do not tell."""
     return next((hint for words, hint in HINTS if re.search(words, message, re.IGNORECASE | re.DOTALL)), None)

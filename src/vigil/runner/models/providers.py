@@ -27,7 +27,7 @@ class ThinkingSwitch:
 
     @classmethod
     def body(cls, on: Fields, off: Fields) -> "ThinkingSwitch":
-        """Returns a switch in the body of the request."""
+        """Return a switch in the body of the request."""
         return cls({"extra_body": on}, {"extra_body": off})
 
 
@@ -108,7 +108,7 @@ def _is_importable(module: str) -> bool:
 
 
 def _local_server(title: str, address: str, thinking: ThinkingSwitch | None = TEMPLATE_SWITCH) -> Provider:
-    """Returns a server of one's own at its usual address."""
+    """Return a server of one's own at its usual address."""
     return Provider(title, address=address, is_openai_style=True, thinking=thinking)
 
 
@@ -320,7 +320,7 @@ class ModelName:
 
 
 def parse_model_name(model: str) -> ModelName:
-    """Returns the provider that a model's name begins with, and the rest of the name."""
+    """Return the provider that a model's name begins with, and the rest of the name."""
     prefix, _, name = model.partition("/")
     if prefix == ANY_SERVICE:
         prefix, _, name = name.partition("/")
@@ -338,7 +338,7 @@ def parse_model_name(model: str) -> ModelName:
 
 
 def _with_usual_variables(prefix: str, provider: Provider) -> Provider:
-    """Returns a provider with the variables that bear its name, where the table has none."""
+    """Return a provider with the variables that bear its name, where the table has none."""
     stem = prefix.upper().replace("-", "_")
     keys = () if provider.signs_in or prefix == "mockllm" else (f"{stem}_API_KEY",)
     addresses = () if prefix == "mockllm" else (f"{stem}_BASE_URL",)
@@ -346,6 +346,6 @@ def _with_usual_variables(prefix: str, provider: Provider) -> Provider:
 
 
 def provider_hint(model: str) -> str:
-    """Returns " Did you mean 'x'?" for a provider that is nearly a known one; empty for a known one, or none near."""
+    """Return " Did you mean 'x'?" for a provider that is nearly a known one; empty for a known one, or none near."""
     prefix, known = model.partition("/")[0], {*PROVIDERS, ANY_SERVICE}
     return "" if prefix in known else did_you_mean(prefix.casefold(), known)

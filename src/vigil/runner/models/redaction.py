@@ -87,26 +87,26 @@ def is_secret_name(name: str) -> bool:
 
 
 def without_login(url: str) -> str:
-    """Returns an address without user name, password and query, fit for a run header."""
+    """Return an address without user name, password and query, fit for a run header."""
     parts = urlsplit(url)
     return urlunsplit((parts.scheme, parts.netloc.rpartition("@")[2], parts.path, "", ""))
 
 
 def without_secrets(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns `settings` with secrets blanked, however deep they are, fit for a run header."""
+    """Return `settings` with secrets blanked, however deep they are, fit for a run header."""
     found: list[str] = []
     return {name: _redact_value(name, value, found) for name, value in sorted(settings.items())}
 
 
 def without_key_patterns(text: str, found: list[str] | None = None) -> str:
-    """Returns a text without what looks like a key or a login; `found` takes those in."""
+    """Return a text without what looks like a key or a login; `found` takes those in."""
     for form in _KEY_PATTERNS:
         text = form.sub(lambda match: _redact_match(match, found), text)
     return text
 
 
 def without_option_secrets(command: str, found: list[str] | None = None) -> str:
-    """Returns a command line without the values of options, variables and headers with secrets' names."""
+    """Return a command line without the values of options, variables and headers with secrets' names."""
     command = without_key_patterns(command, found)
     text, start = "", 0
     while match := _NAMED.search(command, start):
@@ -129,14 +129,14 @@ class Secrets:
 
     @classmethod
     def of_command(cls, command: str) -> "Secrets":
-        """Returns those in an agent's command line and in the environment."""
+        """Return those in an agent's command line and in the environment."""
         return cls((*_secrets_in_command(command), *environment_secrets(os.environ).values()))
 
     @classmethod
     def of(
         cls, *, command: str = "", url: str | None = None, settings: Iterable[Mapping[str, Any]] = (), key: str = ""
     ) -> "Secrets":
-        """Returns those in a command line, an address, settings and the environment, with `key`."""
+        """Return those in a command line, an address, settings and the environment, with `key`."""
         found = [*_secrets_in_command(command), *environment_secrets(os.environ).values(), key]
         for mapping in settings:
             for name, value in mapping.items():
@@ -145,14 +145,14 @@ class Secrets:
         return cls(found)
 
     def redact(self, text: str) -> str:
-        """Returns `text` without secrets."""
+        """Return `text` without secrets."""
         known = text if self._pattern is None else self._pattern.sub(REDACTED, text)
         return without_key_patterns(known)
 
 
 @contextmanager
 def redacted_errors(secrets: Secrets) -> Iterator[None]:
-    """Takes the secrets out of the messages of errors that pass."""
+    """Take the secrets out of the messages of errors that pass."""
     try:
         yield
     except VigilError as error:
@@ -163,7 +163,7 @@ def redacted_errors(secrets: Secrets) -> Iterator[None]:
 
 
 def environment_secrets(environment: Mapping[str, str]) -> dict[str, str]:
-    """Returns the variables with secrets' names, and the logins in those that hold addresses."""
+    """Return the variables with secrets' names, and the logins in those that hold addresses."""
     found = {
         name: value
         for name, value in environment.items()
@@ -183,7 +183,7 @@ def _secrets_in_command(command: str) -> list[str]:
 
 
 def _secrets_in_url(url: str) -> list[str]:
-    """Returns what logs in at an address: user name and password, also as a header has them, and the query."""
+    """Return what logs in at an address: user name and password, also as a header has them, and the query."""
     try:
         query = urlsplit(url).query
     except ValueError:
@@ -205,7 +205,7 @@ def _secrets_in_login(url: str) -> list[str]:
 
 
 def _redact_value(name: str, value: Any, found: list[str], *, is_hidden: bool = False) -> Any:
-    """Returns `value` with secrets blanked; `found` takes them in."""
+    """Return `value` with secrets blanked; `found` takes them in."""
     is_hidden = is_hidden or is_secret_name(name)
     if isinstance(value, Mapping):
         return _redact_mapping(name, value, found, is_hidden)
@@ -258,7 +258,7 @@ def _unquoted(word: str) -> str:
 
 
 def _encodings_of(value: str) -> Iterator[str]:
-    """Yields a value as it may stand in a text: as it is, in an address, in JSON, in Python."""
+    """Yield a value as it may stand in a text: as it is, in an address, in JSON, in Python."""
     yield value
     yield quote(value, safe="")
     yield quote(value)

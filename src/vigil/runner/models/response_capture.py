@@ -40,7 +40,7 @@ _KEY = "vigil_exchange"
 
 @contextlib.contextmanager
 def capture_exchanges(api: Any) -> Iterator[list[Exchange]]:
-    """Yields a list that takes in the exchanges of one call of Inspect's model `api`, in order.
+    """Yield a list that takes in the exchanges of one call of Inspect's model `api`, in order.
 
     It stays empty when the provider uses no client that can be listened to, or speaks none of the four formats.
     Requests that ask for no message (Anthropic's count of tokens) are left out.
@@ -75,20 +75,20 @@ class _GoogleClients:
         self._settings = default_client_kwargs()
 
     def model_client(self, http_options: Any = None) -> Any:
-        """Returns a client, as Inspect's function of that name does."""
+        """Return a client, as Inspect's function of that name does."""
         if http_options is not None and http_options.httpx_async_client is None:
             http_options.httpx_async_client = httpx2.AsyncClient(**self._settings)
             _hook_client(http_options.httpx_async_client)
         return self._make(http_options)
 
     async def aclose(self) -> None:
-        """Closes the shared connections, and what Inspect closes."""
+        """Close the shared connections, and what Inspect closes."""
         await httpx2.AsyncClient(**self._settings).aclose()
         await self._close()
 
 
 def wire_of(path: str) -> Wire | None:
-    """Returns the format of the answers at an address; None for one that is not known here."""
+    """Return the format of the answers at an address; None for one that is not known here."""
     path = path.rstrip("/")
     if path.endswith("/chat/completions"):
         return "chat"
@@ -118,7 +118,7 @@ _Read = Callable[[int | None], AsyncGenerator[bytes]]
 
 
 def _copying(read: _Read, exchange: Exchange) -> Callable[..., AsyncGenerator[bytes]]:
-    """Returns `read`, a response's reader of decompressed bytes, copying what passes the first time."""
+    """Return `read`, a response's reader of decompressed bytes, copying what passes the first time."""
     is_read = False
 
     async def aiter_bytes(chunk_size: int | None = None) -> AsyncGenerator[bytes]:

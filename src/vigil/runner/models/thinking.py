@@ -9,7 +9,7 @@ from vigil.runner.models.providers import ModelName
 
 
 def with_thinking(sampling: Mapping[str, Any], thinking: Thinking, model: ModelName) -> dict[str, Any]:
-    """Returns the settings of sampling with those that turn thinking on or off at a model's provider.
+    """Return the settings of sampling with those that turn thinking on or off at a model's provider.
 
     Raises SettingError where no way is known, or where the settings say otherwise already.
     """
@@ -40,7 +40,7 @@ def may_think(thinking: Thinking, effort: str | None, model: str) -> bool:
 
 
 def describe_switch(thinking: Thinking, model: ModelName) -> str:
-    """Returns in a few words what is sent for --thinking, e.g. `extra_body.enable_thinking=True`."""
+    """Return in a few words what is sent for --thinking, e.g. `extra_body.enable_thinking=True`."""
     switch = model.provider.thinking
     if thinking == "default" or switch is None:
         return ""
@@ -48,7 +48,7 @@ def describe_switch(thinking: Thinking, model: ModelName) -> str:
 
 
 def flatten_fields(fields: Mapping[str, Any], place: str = "") -> list[str]:
-    """Returns each value in nested fields with the path to it, e.g. `extra_body.thinking.type=enabled`."""
+    """Return each value in nested fields with the path to it, e.g. `extra_body.thinking.type=enabled`."""
     found: list[str] = []
     for name, value in fields.items():
         where = f"{place}.{name}".lstrip(".")

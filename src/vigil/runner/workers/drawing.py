@@ -26,7 +26,7 @@ class DrawingHandler:
         self._renderer: _MomentRenderer | None = None
 
     def answer(self, request: DrawingRequest) -> object:
-        """Returns what `request` asks for. Raises VigilError."""
+        """Return what `request` asks for. Raises VigilError."""
         renderer = self._renderer_of(request.moment.render_settings)
         simulator = renderer.go_to(request.moment)
         match request:
@@ -39,7 +39,7 @@ class DrawingHandler:
                 return simulator.object_at(x, y)
 
     def close(self) -> None:
-        """Frees the simulator."""
+        """Free the simulator."""
         if self._renderer is not None:
             self._renderer.simulator.close()
             self._renderer = None
@@ -63,7 +63,7 @@ class _MomentRenderer:
         self._moment: EpisodeMoment | None = None
 
     def go_to(self, moment: EpisodeMoment) -> Simulator:
-        """Returns the simulator at that moment."""
+        """Return the simulator at that moment."""
         if self._loaded_house != moment.house_sha256:
             self._moment = self._loaded_house = None
             self.simulator.load(House.load(moment.house, moment.house_sha256))
@@ -79,12 +79,12 @@ class _MomentRenderer:
         return self.simulator
 
     def try_action(self, action: PhysicalAction) -> Effect:
-        """Carries out an action that no moment has: what comes next begins anew."""
+        """Carry out an action that no moment has: what comes next begins anew."""
         self._moment = None
         return self.simulator.step(action)
 
     def _count_done(self, moment: EpisodeMoment) -> int | None:
-        """Returns how many of the moment's actions are done already; None when it must begin anew."""
+        """Return how many of the moment's actions are done already; None when it must begin anew."""
         current = self._moment
         if current is None or _start_of(current) != _start_of(moment):
             return None

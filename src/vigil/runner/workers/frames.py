@@ -28,7 +28,7 @@ MAX_FRAME_BYTES = 4 * MIB
 
 
 def frame_sha256(rgb: np.ndarray) -> str:
-    """Returns the SHA-256 of a frame's RGB bytes, by which records name it."""
+    """Return the SHA-256 of a frame's RGB bytes, by which records name it."""
     return hashlib.sha256(np.ascontiguousarray(rgb).tobytes()).hexdigest()
 
 
@@ -39,11 +39,11 @@ class FrameStore:
         self._folder = folder
 
     def path(self, sha256: str) -> Path:
-        """Returns where the frame with that hash lies, or would."""
+        """Return where the frame with that hash lies, or would."""
         return self._folder / sha256[:2] / f"{sha256}.png"
 
     def save(self, rgb: np.ndarray) -> str:
-        """Writes a frame unless it is there, and returns its hash."""
+        """Write a frame unless it is there, and return its hash."""
         sha256 = frame_sha256(rgb)
         path = self.path(sha256)
         if not path.exists():
@@ -54,14 +54,14 @@ class FrameStore:
         return sha256
 
     def file(self, sha256: str | None) -> bytes | None:
-        """Returns the file that is named by that hash; None where there is none in the run's folder."""
+        """Return the file that is named by that hash; None where there is none in the run's folder."""
         path = None if sha256 is None else self.path(sha256)
         if path is None or not path.is_file() or not is_inside(path, self._folder.parent):
             return None
         return read_file(path, repr(str(path)), RecordError, MAX_FRAME_BYTES)
 
     def frame(self, sha256: str | None) -> tuple[bytes, np.ndarray] | None:
-        """Returns the kept frame with that hash, as its file and (480, 640, 3) uint8; None when it was not kept.
+        """Return the kept frame with that hash, as its file and (480, 640, 3) uint8; None when it was not kept.
 
         Raises RecordError when the file holds other pixels.
         """
@@ -75,7 +75,7 @@ class FrameStore:
 
 
 def redraw(episode: Episode, record: EpisodeRecord, env: Env) -> Iterator[np.ndarray]:
-    """Yields the frame that each recorded reply answered, by carrying out the replies again in `env`."""
+    """Yield the frame that each recorded reply answered, by carrying out the replies again in `env`."""
     observation = env.reset(episode)
     for step in record.steps:
         if observation is None:
@@ -89,7 +89,7 @@ def redraw(episode: Episode, record: EpisodeRecord, env: Env) -> Iterator[np.nda
 def frames_of_record(
     folder: Path, spec: RunSpec, pack: Pack, record: EpisodeRecord, assets: Path | None
 ) -> list[np.ndarray]:
-    """Returns the frame that each reply answered: as the run in `folder` kept it, else drawn again."""
+    """Return the frame that each reply answered: as the run in `folder` kept it, else drawn again."""
     store = FrameStore(folder / FRAMES_FOLDER)
     kept = [store.frame(step.frame_sha256) for step in record.steps]
     if all(kept):
@@ -101,7 +101,7 @@ def frames_of_record(
 
 
 def first_frames(pack: Pack, episodes: Mapping[Family, Episode], assets: Path | None) -> dict[Family, np.ndarray]:
-    """Returns the frame that each of some episodes of a pack starts with."""
+    """Return the frame that each of some episodes of a pack starts with."""
     database = AssetDatabase.from_file(assets)
     pack.check_assets(database)
     with closing(make_simulator("mujoco", assets=database)) as simulator:

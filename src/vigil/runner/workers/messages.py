@@ -138,7 +138,7 @@ class GetSimulatorFacts:
     """-> SimulatorFacts."""
 
     drawn: Assignment | None = None
-    """An episode whose first frame is drawn, so that a machine that cannot draw is noticed before anything is played."""
+    """An episode whose first frame is drawn, to find out before anything is played whether the machine can draw."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,7 @@ def play(
     observer: EpisodeObserver = EpisodeObserver(),
     earlier: Sequence[Reply] | None = None,
 ) -> None:
-    """Plays `episode` to its end in `env`, which then has the record.
+    """Play `episode` to its end in `env`, which then has the record.
 
     The agent sees observations and the instruction, nothing else. Its failures end the episode as `error`. `earlier`
     are the replies that were given before, in a process that is gone: they are carried out first, and the agent goes on

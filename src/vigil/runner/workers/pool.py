@@ -55,14 +55,14 @@ _RETRY_ON_ANOTHER: dict[str, Any] = {
 
 
 def usable_cpus() -> int:
-    """Returns how many CPUs this process may use."""
+    """Return how many CPUs this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def worker_count(asked: int | None) -> int:
-    """Returns how many workers there are to be: as many as were asked for, else one for each CPU."""
+    """Return how many workers there are to be: as many as were asked for, else one for each CPU."""
     return asked or usable_cpus()
 
 
@@ -98,14 +98,14 @@ class SimulatorPool:
         self.close()
 
     def close(self) -> None:
-        """Ends all workers."""
+        """End all workers."""
         for worker in self.workers:
             worker.close()
         for worker in self.workers:
             worker.join()
 
     def facts(self, drawn: Assignment | None = None) -> SimulatorFacts:
-        """Returns what the backend says about itself; starts all workers that there is room for.
+        """Return what the backend says about itself; starts all workers that there is room for.
 
         Each worker draws the first frame of `drawn`, if given. Raises SimulatorError when a worker cannot start or
         draw, or when there is room for none.
@@ -126,10 +126,10 @@ class SimulatorPool:
         may_resume: bool,
         worker: Worker | None = None,
     ) -> EpisodeRecord:
-        """Returns the record of an episode played by the agent inside `worker`, if it is free. Raises WorkerLost.
+        """Return the record of an episode played by the agent inside `worker`, if it is free. Raises WorkerLost.
 
-        `on_first_frame` is called before the agent is shown the first frame. With `may_resume`, an agent whose worker is lost after
-        that plays on in another one from where it was; without, the loss is raised at once.
+        `on_first_frame` is called before the agent is shown the first frame. With `may_resume`, an agent whose worker
+        is lost after that goes on in another worker from where it was; without it, the loss is raised at once.
         """
         earlier: tuple[Reply, ...] | None = None
         for left in range(MAX_RESTORES, -1, -1):
@@ -144,11 +144,11 @@ class SimulatorPool:
     async def resimulate(
         self, assignment: Assignment, record: EpisodeRecord, *, frames: bool, exact: bool
     ) -> list[FactDifference]:
-        """Returns the differences between a record and its replies carried out again. Raises SimulatorError."""
+        """Return the differences between a record and its replies carried out again. Raises SimulatorError."""
         return await self._request(Resimulate(assignment, record, frames, exact))
 
     def live(self, assignment: Assignment) -> "LiveEpisode":
-        """Returns an episode to be played from outside, not begun yet."""
+        """Return an episode to be played from outside, not begun yet."""
         return LiveEpisode(self, assignment, next(self._sessions))
 
     async def _request(
@@ -164,7 +164,7 @@ class SimulatorPool:
             self.release(worker)
 
     def acquire(self, wanted: Worker | None = None) -> Worker:
-        """Returns the least busy worker that there is room for, counted as busier by one until it is given back.
+        """Return the least busy worker that there is room for, counted as busier by one until it is given back.
 
         Of several it is the one that is wanted.
         """
@@ -177,7 +177,7 @@ class SimulatorPool:
         return worker
 
     def release(self, worker: Worker) -> None:
-        """Counts `worker` as less busy by one."""
+        """Count `worker` as less busy by one."""
         self._load[worker] -= 1
 
 
@@ -194,7 +194,7 @@ class LiveEpisode:
         self._restores = 0
 
     async def begin(self) -> EncodedObservation | EpisodeRecord:
-        """Returns the first view, or the record when the reset failed. Raises SimulatorError."""
+        """Return the first view, or the record when the reset failed. Raises SimulatorError."""
         while True:
             try:
                 return await self._begin()
@@ -202,7 +202,7 @@ class LiveEpisode:
                 self._count_restore()
 
     async def advance(self, reply: Reply) -> EncodedObservation | EpisodeRecord:
-        """Returns the next view, or the record when `reply` ended the episode. Raises SimulatorError."""
+        """Return the next view, or the record when `reply` ended the episode. Raises SimulatorError."""
         self._replies.append(reply)
         try:
             return await self._ask(AdvanceEpisode(self._session, reply))
@@ -211,14 +211,14 @@ class LiveEpisode:
         return await self._restore()
 
     async def fail(self, boundary: Boundary, message: str) -> EpisodeRecord | None:
-        """Returns the record so far, ended as an error; None when it is lost with its worker."""
+        """Return the record so far, ended as an error; None when it is lost with its worker."""
         try:
             return await self._ask(FailEpisode(self._session, boundary, message))
         except VigilError:
             return None
 
     def close(self) -> None:
-        """Lets the worker forget the episode."""
+        """Let the worker forget the episode."""
         worker, self._worker = self._worker, None
         if worker is not None:
             worker.submit(DropEpisode(self._session), self._generation)
@@ -240,7 +240,7 @@ class LiveEpisode:
         return (await asyncio.wrap_future(self._worker.submit(request, self._generation)))[1]
 
     async def _restore(self) -> EncodedObservation | EpisodeRecord:
-        """Returns what follows the last reply, after carrying out all replies in another process."""
+        """Return what follows the last reply, after carrying out all replies in another process."""
         while True:
             try:
                 answer = await self._begin()
@@ -251,7 +251,7 @@ class LiveEpisode:
                 self._count_restore()
 
     def _count_restore(self) -> None:
-        """Raises the WorkerLost at hand when the episode was carried over too often."""
+        """Raise the WorkerLost at hand when the episode was carried over too often."""
         self._restores += 1
         if self._restores > MAX_RESTORES:
             raise

@@ -58,18 +58,18 @@ class WorkerProcess(Protocol):
         ...
 
     def connect(self) -> Connection:
-        """Returns both ways of messages to it. Raises NoRoom, or OSError when it is gone."""
+        """Return both ways of messages to it. Raises NoRoom, or OSError when it is gone."""
         ...
 
     def wait(self, timeout: float | None = None) -> int | None:
-        """Returns its exit code; None where nobody knows. Raises subprocess.TimeoutExpired."""
+        """Return its exit code; None where nobody knows. Raises subprocess.TimeoutExpired."""
         ...
 
     def terminate(self) -> None:
-        """Asks it to end."""
+        """Ask it to end."""
 
     def kill(self) -> None:
-        """Ends it at once."""
+        """End it at once."""
 
 
 class LocalProcess:
@@ -78,7 +78,7 @@ class LocalProcess:
     has_started = True
 
     def __init__(self, log: Path | None, environment: dict[str, str]) -> None:
-        """Starts it. Its standard error goes to the end of `log`."""
+        """Start it. Its standard error goes to the end of `log`."""
         ours, theirs = socket.socketpair()
         with ours, theirs:
             self._process = launch(theirs.fileno(), log, environment)
@@ -89,7 +89,7 @@ class LocalProcess:
         self.kill = self._process.kill
 
     def connect(self) -> Connection:
-        """Returns our end of the socket pair."""
+        """Return our end of the socket pair."""
         return self._connection
 
 
@@ -157,7 +157,7 @@ class Worker:
     def submit(
         self, request: Request, generation: int | None = None, on_first_frame: Callable[[], None] | None = None
     ) -> "Future[tuple[int, Any]]":
-        """Returns the future of (generation, value). With `generation`, raises WorkerLost if that process is gone.
+        """Return the future of (generation, value). With `generation`, raises WorkerLost if that process is gone.
 
         The future raises WorkerLost too when the process hangs or dies over the request, and after `close` or `kill`.
         `on_first_frame` is called, in the worker's thread, before an agent inside is shown the first frame.
@@ -171,14 +171,14 @@ class Worker:
         return job.future
 
     def close(self) -> None:
-        """Ends the process when the requests before are done."""
+        """End the process when the requests before are done."""
         with self._lock:
             if not self._is_closed:
                 self._is_closed = True
                 self._jobs.put(None)
 
     def kill(self) -> None:
-        """Ends the process at once, with the agents' programs that it started; requests at work and waiting fail."""
+        """End the process at once, with the agents' programs that it started; requests at work and waiting fail."""
         with self._lock:
             self._is_killed = True
             process = self._process
@@ -190,7 +190,7 @@ class Worker:
             late.start()
 
     def join(self) -> None:
-        """Waits for the end of the process."""
+        """Wait for the end of the process."""
         self._thread.join()
 
     def _serve(self) -> None:
@@ -243,7 +243,7 @@ class Worker:
                 return message.value
 
     def _call_on_first_frame(self, on_first_frame: Callable[[], None]) -> None:
-        """Calls `on_first_frame`; the worker, which waits for leave, is ended when that fails."""
+        """Call `on_first_frame`; the worker, which waits for leave, is ended when that fails."""
         try:
             on_first_frame()
         except BaseException:
@@ -285,7 +285,7 @@ class Worker:
 
 
 def launch(fd: int, log: Path | None, environment: dict[str, str]) -> "subprocess.Popen[bytes]":
-    """Starts a worker process on its end of a socket pair; this process's environment goes before what is given."""
+    """Start a worker process on its end of a socket pair; this process's environment goes before what is given."""
     command = [sys.executable, "-m", "vigil.runner.workers.worker", str(fd)]
     one_thread = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     with open(log or os.devnull, "ab") as output:

@@ -41,7 +41,7 @@ class WorkerActor:
             os.chdir(folder)
 
     def listen(self, key: bytes, node_check: NodeCheck) -> tuple[str, tuple[str, int], int]:
-        """Returns what is wrong with this node, where to connect to, and the process id."""
+        """Return what is wrong with this node, where to connect to, and the process id."""
         self._listener = Listener((ray.util.get_node_ip_address(), 0), authkey=key)
         host, port = self._listener.address
         try:
@@ -51,7 +51,7 @@ class WorkerActor:
         return node_check(), (str(host), int(port)), os.getpid()
 
     def serve(self) -> None:
-        """Answers requests until the main process closes the connection."""
+        """Answer requests until the main process closes the connection."""
         with self._listener:
             connection = self._listener.accept()
         _send_at_once(connection)
@@ -62,7 +62,7 @@ class RayProcess:
     """A worker in an actor: `vigil.runner.workers.process.WorkerProcess`."""
 
     def __init__(self, node_check: NodeCheck, log: Path | None, environment: dict[str, str]) -> None:
-        """Asks Ray for an actor. `log` gets what Ray says of its end; its standard error goes to Ray's own logs."""
+        """Ask Ray for an actor. `log` gets what Ray says of its end; its standard error goes to Ray's own logs."""
         one_thread = {"LP_NUM_THREADS": str(CPUS), "OPENBLAS_NUM_THREADS": str(CPUS)}
         actor = ray.remote(WorkerActor).options(
             num_cpus=CPUS, max_restarts=0, max_task_retries=0, scheduling_strategy="SPREAD"
@@ -82,7 +82,7 @@ class RayProcess:
         return _is_ready(self._listen_ref, 0.0)
 
     def connect(self) -> Connection:
-        """Returns the connection to the actor. Raises NoRoom, OSError, or SettingError when its node is another."""
+        """Return the connection to the actor. Raises NoRoom, OSError, or SettingError when its node is another."""
         if not _is_ready(self._listen_ref, PLACEMENT_TIMEOUT_S):
             raise NoCapacity("The Ray cluster has no free CPU for a simulator; `ray status` says what it is used for.")
         try:
@@ -98,7 +98,7 @@ class RayProcess:
         return connection
 
     def wait(self, timeout: float | None = None) -> None:
-        """Waits until the worker has left, and frees its CPU. Raises subprocess.TimeoutExpired."""
+        """Wait until the worker has left, and free its CPU. Raises subprocess.TimeoutExpired."""
         if self._is_ended:
             return
         if self._connection is not None and not _is_ready(self._serve_ref, timeout):
@@ -111,7 +111,7 @@ class RayProcess:
         self.kill()
 
     def terminate(self) -> None:
-        """Asks the worker to leave, with its agents' programs; an actor that has not started will not."""
+        """Ask the worker to leave, with its agents' programs; an actor that has not started will not."""
         if self._connection is None:
             self.kill()
             return
@@ -119,7 +119,7 @@ class RayProcess:
             line.shutdown(socket.SHUT_RDWR)
 
     def kill(self) -> None:
-        """Ends the actor at once."""
+        """End the actor at once."""
         if not self._is_ended:
             self._is_ended = True
             ray.kill(self._actor)

@@ -54,7 +54,7 @@ class ComparisonSettings:
 
 
 def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: ComparisonSettings) -> list[FactDifference]:
-    """Returns how `record` differs from its replies carried out again."""
+    """Return how `record` differs from its replies carried out again."""
     observation = env.reset(episode)
     for step in record.steps:
         if observation is None:
@@ -72,7 +72,7 @@ def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: Comp
 def differences(
     recorded: EpisodeRecord, found: EpisodeRecord, settings: ComparisonSettings
 ) -> Iterator[FactDifference]:
-    """Yields what differs between two records of one episode, times left aside."""
+    """Yield what differs between two records of one episode, times left aside."""
     compare = _FactComparison(settings.exact, recorded.versions.rules).compare
 
     def report(step: int, faults: Iterator[tuple[str, Any, Any]]) -> Iterator[FactDifference]:
@@ -107,7 +107,7 @@ class _FactComparison:
     """The version of the rules that the record was made under."""
 
     def compare(self, place: str, old: Any, new: Any, key: str = "") -> Iterator[tuple[str, Any, Any]]:
-        """Yields (place, old, new) for each leaf that differs; `key` is the nearest name above it."""
+        """Yield (place, old, new) for each leaf that differs; `key` is the nearest name above it."""
         if isinstance(old, dict) and isinstance(new, dict):
             for name in sorted(name for name in old.keys() | new.keys() if _RECORDED_SINCE.get(name, 0) <= self.rules):
                 yield from self.compare(f"{place}.{name}".lstrip("."), old.get(name), new.get(name), name)

@@ -87,11 +87,11 @@ class WorkerChannel:
         self._connection = connection
 
     def send_heartbeat(self, reply: Reply | None = None) -> None:
-        """Says that the worker is alive, and what the agent in it has replied."""
+        """Say that the worker is alive, and what the agent in it has replied."""
         self._connection.send(Heartbeat(reply))
 
     def on_first_frame(self) -> None:
-        """Says that the agent is about to be shown the first frame, and waits until that is on disk."""
+        """Say that the agent is about to be shown the first frame, and wait until that is on disk."""
         self._connection.send(AboutToShowFrame())
         self._connection.recv()
 
@@ -115,7 +115,7 @@ class RequestHandler:
         self._agents: dict[int, Agent] = {}
 
     def answer(self, request: EpisodeRequest) -> object:
-        """Returns what `request` asks for. Raises VigilError."""
+        """Return what `request` asks for. Raises VigilError."""
         match request:
             case GetSimulatorFacts(drawn):
                 return self._facts(drawn)
@@ -139,7 +139,7 @@ class RequestHandler:
                 raise SimulatorError(f"A worker that plays episodes does not answer {type(request).__name__}.")
 
     def close(self) -> None:
-        """Ends the agents' programs and frees the simulators."""
+        """End the agents' programs and free the simulators."""
         self._close_agents()
         for slot in [*self._live.values(), *self._idle]:
             slot.simulator.close()
@@ -180,7 +180,7 @@ class RequestHandler:
 
     @contextmanager
     def _agent_for(self, assignment: Assignment, simulator: Simulator) -> Iterator[Agent]:
-        """Yields the agent that plays an episode; a program ends with it, unless the run keeps programs."""
+        """Yield the agent that plays an episode; a program ends with it, unless the run keeps programs."""
         plan = self._plan
         if plan.agent_factory is not None:
             if not isinstance(simulator, PrivilegedSimulator):
@@ -223,7 +223,7 @@ class RequestHandler:
         self._release(slot)
 
     def _release(self, slot: EnvSlot) -> None:
-        """Keeps a simulator for the next episode, unless there is one already or something went wrong on it."""
+        """Keep a simulator for the next episode, unless there is one already or something went wrong on it."""
         slot.observation = None
         if self._idle or slot.env.end in (None, "error"):
             slot.simulator.close()
@@ -245,14 +245,14 @@ class RequestHandler:
         return slot
 
     def _house_of(self, episode: Episode) -> House:
-        """Returns the house of the episode that begins. Raises HouseError."""
+        """Return the house of the episode that begins. Raises HouseError."""
         if self._house is not None:
             return self._house
         assert self._pack is not None
         return self._pack.house_of(episode)
 
     def _take_slot(self) -> EnvSlot:
-        """Returns a free simulator; one is kept at hand, since building a simulator takes time and memory."""
+        """Return a free simulator; one is kept at hand, since building a simulator takes time and memory."""
         if self._idle:
             return self._idle.pop()
         plan = self._plan
@@ -264,14 +264,14 @@ class RequestHandler:
 
 
 def _epoch_seed(seed: int, epoch: int) -> int:
-    """Returns the seed of an epoch: the run's own in the first, none of a run with a seed beside it in the others."""
+    """Return the seed of an epoch: the run's own in the first, none of a run with a seed beside it in the others."""
     if epoch == 1:
         return seed
     return int.from_bytes(hashlib.sha256(f"{seed}:{epoch}".encode()).digest()[:4], "big")
 
 
 def serve(connection: Connection) -> None:
-    """Answers requests until the other end closes the connection."""
+    """Answer requests until the other end closes the connection."""
     gc.freeze()  # what is imported stays; playing need not look through it for garbage
     is_ending = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: None if is_ending.is_set() else sys.exit())
@@ -304,7 +304,7 @@ def _handler(plan: Plan, channel: WorkerChannel) -> RequestHandler | DrawingHand
 
 
 def _end_with_main_process(fd: int, is_ending: threading.Event) -> None:
-    """Ends a worker that is at a request when the other end is closed: it unwinds, or else goes as it is."""
+    """End a busy worker when the other end is closed: it unwinds, or else the process exits as it is."""
     other_end = select.poll()
     other_end.register(fd, POLL_END)
     other_end.poll()
