@@ -1,7 +1,7 @@
-"""`attempts.jsonl`: which episodes were begun, noted on disk before their first frame is shown.
+"""`attempts.jsonl`: the episodes that were begun, written to disk before their first frame is shown.
 
-A row in `episodes.jsonl` is written when an episode is over. One that was killed in between leaves none, and is begun
-anew by the same command; here it is counted all the same. The number goes into the row as `attempt`.
+A row in `episodes.jsonl` is written when an episode is over. An episode that was killed earlier leaves no row, and the
+same command starts it again; this file counts it nevertheless. The number goes into the row as `attempt`.
 """
 
 import json
@@ -23,19 +23,19 @@ class Attempt(BaseModel):
     episode_id: str
     epoch: int = Field(ge=1)
     attempt: int = Field(ge=1)
-    """1 for the first."""
+    """Number of the attempt, from 1."""
     spec_sha256: str
-    """Of the run's settings (`RunSpec.sha256`)."""
+    """Hash of the run's settings (`RunSpec.sha256`)."""
     started: datetime
 
     @property
     def key(self) -> Key:
-        """Which episode was begun."""
+        """Episode and epoch of the attempt."""
         return self.episode_id, self.epoch
 
 
 def read_attempts(path: Path, spec: RunSpec) -> list[Attempt]:
-    """Return the attempts of one run in a file that may hold others' too; none when there is no file.
+    """Return the attempts of one run from a file that may hold other runs' too; empty without a file.
 
     Raises RecordError when it cannot be read.
     """
@@ -45,10 +45,10 @@ def read_attempts(path: Path, spec: RunSpec) -> list[Attempt]:
 
 
 class AttemptLog:
-    """The attempts of one run. A run of other settings, which the folder may have held before, has its own count."""
+    """Attempts of one run. An earlier run in the folder with other settings has its own count."""
 
     def __init__(self, path: Path, spec: RunSpec) -> None:
-        """Read the file, if there is one; a torn last line counts nothing, as its episode showed nothing yet.
+        """Read the file, if it exists; an incomplete last line does not count, because its episode showed no frame.
 
         Raises RecordError when it cannot be read.
         """
@@ -57,11 +57,11 @@ class AttemptLog:
         self._count = Counter(attempt.key for attempt in read_attempts(path, spec))
 
     def count(self, key: Key) -> int:
-        """Return how often an episode was begun."""
+        """Return the number of attempts at an episode."""
         return self._count[key]
 
     def begin(self, key: Key) -> None:
-        """Notes that an episode begins, on disk when this returns. Raises RecordError when it cannot be written."""
+        """Record on disk that an episode begins. Raises RecordError when it cannot be written."""
         fields = {
             "episode_id": key[0],
             "epoch": key[1],

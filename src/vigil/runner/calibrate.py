@@ -1,4 +1,4 @@
-"""Calibrating a model that settings name: the same client, keys and retries as in a run."""
+"""Pointing calibration of a model, with the same client, keys and retries as in a run."""
 
 import asyncio
 
@@ -10,7 +10,7 @@ from vigil.runner.settings import RunSettings, access_of, sampling_of, secrets_o
 
 
 def calibrate_model(settings: RunSettings) -> PointingCalibration:
-    """Return how the model of `settings` points. Raises SettingError and ModelAPIError."""
+    """Return the pointing calibration of the model of `settings`. Raises SettingError and ModelAPIError."""
     # Inspect takes a second or two to import, and nothing but a model needs it.
     from vigil.runner.models.inspect_model import Endpoint, sender  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""What a run would cost: bounds on calls and tokens, without calling anything.
+"""Cost of a run: bounds on calls and tokens, without sending a request.
 
 Tokens are estimates (`vigil.runner.models.context`).
 """
@@ -20,17 +20,17 @@ from vigil.runner.settings import RunSettings, plan_run
 
 @dataclass(frozen=True, slots=True)
 class CostEstimate:
-    """Bounds on what a run takes of a model; an agent that reports early stays far below the highest."""
+    """Bounds on the calls and tokens of a run; an agent that reports early stays far below the upper ones."""
 
     episodes: int
-    """Times epochs."""
+    """Number of episodes, times epochs."""
     calls: tuple[int, int]
-    """At least one reply an episode; at most its budget of steps."""
+    """Number of calls: at least one reply per episode; at most its budget of steps."""
     input_tokens: tuple[int, int]
     output_tokens: tuple[int, int]
 
     def cost(self, prices: Prices) -> tuple[float, float]:
-        """Return lowest and highest cost."""
+        """Return the lowest and the highest cost."""
         low, high = (
             prices.cost_of(taken, given) for taken, given in zip(self.input_tokens, self.output_tokens, strict=True)
         )
@@ -44,7 +44,7 @@ def estimate(settings: RunSettings) -> CostEstimate:
 
 
 def output_tokens(settings: RunSettings) -> tuple[int, int]:
-    """Return how many tokens one reply takes at least and at most, its reasoning included."""
+    """Return the least and the most tokens of one reply, including reasoning."""
     least, most = REPLY_TOKENS
     if may_think(settings.thinking, settings.reasoning_effort, settings.model or ""):
         least, most = least + REASONING_TOKENS[0], most + REASONING_TOKENS[1]
@@ -72,7 +72,7 @@ def _estimate(episodes: Sequence[Episode], spec: RunSpec, outputs: tuple[int, in
 def _input_tokens(episode: Episode, profile: Profile, calls: int, sizes: tuple[int, int]) -> int:
     """Return the tokens sent over the first `calls` calls of an episode; `sizes` are those of an answer and a frame.
 
-    Reasoning is not part of it: it enters no history.
+    Reasoning is not included, because it does not enter the history.
     """
     conversation = Conversation(profile, episode.instruction)
     reply = "x" * int(sizes[0] * CHARS_PER_TOKEN)

@@ -64,12 +64,12 @@ _SHARED_SETTINGS = {
 TASK_SETTINGS = {
     one.option.replace("-", "_"): one for one in declared_settings(RunSettings) if one.name in _SHARED_SETTINGS
 }
-"""Those of a run's settings that Inspect has none of its own for, by the names of their options."""
+"""Settings of a run that Inspect does not have itself, by the names of their options."""
 _KEYWORD_ONLY = inspect.Parameter.KEYWORD_ONLY
 PLACEHOLDER_MODEL = "mockllm/model"
-"""Named in settings that are made before Inspect tells its model."""
+"""Model named in settings that are made before Inspect's model is known."""
 PlayOne = Callable[[Assignment, Ask], Awaitable[EpisodeRecord]]
-"""Plays one episode with a model and keeps the record. Raises VigilError to stop the run."""
+"""Plays one episode with a model and saves the record. Raises VigilError to stop the run."""
 
 
 def evaluate(
@@ -82,7 +82,7 @@ def evaluate(
 ) -> None:
     """Play all `assignments`. Raises what `play_one` raises, or KeyboardInterrupt when it was interrupted.
 
-    Without samples, as of a private pack, the log holds rates alone, and numbers in place of ids.
+    Without samples (for a private pack) the log holds only rates, and numbers instead of ids.
     """
     model = endpoint.model()
     send = sender(model, identity_log=endpoint.identity_log, keep_reasoning=endpoint.keep_reasoning)
@@ -112,7 +112,7 @@ def evaluate(
 
 @contextmanager
 def _no_warnings() -> Iterator[None]:
-    """Keep off the terminal what pydantic warns of when a server's answer is of an unusual form."""
+    """Suppress pydantic's warnings about unusual answers of a server."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Pydantic serializer warnings", category=UserWarning)
         yield
@@ -120,7 +120,7 @@ def _no_warnings() -> Iterator[None]:
 
 @contextmanager
 def _rare_garbage_collection() -> Iterator[None]:
-    """Let the collector of cycles run rarely: it took a quarter of this process, mostly over what was imported."""
+    """Run the garbage collector rarely: it took a quarter of this process's time, mostly over imported modules."""
     gc.collect()
     gc.freeze()
     usual = gc.get_threshold()
@@ -141,7 +141,7 @@ class _ConnectionCloser:
         self._left = episodes
         self._alive = 0
         self.played = 0
-        """Episodes that were played to their end, be it an error of the infrastructure."""
+        """Number of episodes that have ended, including infrastructure errors."""
 
     async def play_one(self, assignment: Assignment, ask: Ask) -> EpisodeRecord:
         self._left -= 1
@@ -179,7 +179,7 @@ def _task(
     is_numbered: bool = False,
     **more: Any,
 ) -> Task:
-    """Return Inspect's task; its samples are numbered where ids must not be told."""
+    """Return Inspect's task; its samples have numbers where ids must not be revealed."""
     pairs = enumerate(assignments, start=1) if is_numbered else ((_sample_id(each), each) for each in assignments)
     by_id = {str(name): assignment for name, assignment in pairs}
     samples = [
@@ -204,7 +204,7 @@ def _agent(
     ask_of: Callable[[], Ask],
     stop: list[VigilError] | None = None,
 ) -> Solver:
-    """Return Inspect's solver; what stops the run is put into `stop`, or raised for Inspect to tell without one."""
+    """Return Inspect's solver; an error that stops the run is appended to `stop`, or raised when `stop` is None."""
 
     @solver(name="vigil_agent")
     def vigil_agent() -> Solver:
@@ -259,7 +259,7 @@ def vigil_score() -> Scorer:
 
 
 def _with_parameters(make: Callable[..., Task]) -> Callable[..., Task]:
-    """Return `make` with the parameters that Inspect is to know: TASK_SETTINGS, by the names of their options."""
+    """Return `make` with the signature that Inspect reads: TASK_SETTINGS, by the names of their options."""
     parameters = [inspect.Parameter(name, _KEYWORD_ONLY, default=one.default) for name, one in TASK_SETTINGS.items()]
     make.__signature__ = inspect.Signature(parameters)  # pyright: ignore[reportFunctionMemberAccess]
     return make
@@ -292,7 +292,7 @@ def vigil(**given: Any) -> Task:
 
 
 def task_settings(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings of a run, by field, from the arguments of the task. Raises SettingError."""
+    """Return a run's settings, by field, from the arguments of the task. Raises SettingError."""
     found = {}
     for name, text in given.items():
         if name not in TASK_SETTINGS:
@@ -305,10 +305,10 @@ def task_settings(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 class _InspectSession:
-    """Plays inside an evaluation that Inspect itself has started: simulators are made when first needed.
+    """Plays inside an evaluation that Inspect itself has started; simulators are made when first needed.
 
-    Before a model's first episode it is checked, as `vigil run` does. Clients that are made here
-    are closed, while the event loop still runs, whenever no episode is being played.
+    A model is checked before its first episode, as by `vigil run`. Clients that are made here are closed, while the
+    event loop still runs, whenever no episode is being played.
     """
 
     def __init__(self, settings: RunSettings) -> None:
@@ -317,7 +317,7 @@ class _InspectSession:
         self._checked: set[str] = set()
         self._models: dict[str, Model] = {}
         self._made: set[str] = set()
-        """Names of the models that are not Inspect's own."""
+        """Models whose clients were made here, not by Inspect, by name."""
         self._alive = 0
         self._one_at_a_time = asyncio.Lock()
 
@@ -343,7 +343,7 @@ class _InspectSession:
         return record
 
     def model(self) -> Model:
-        """Return the model that Inspect was started with, with the key that it may have. Raises SettingError."""
+        """Return the model that Inspect was started with, with the key that may be sent to it. Raises SettingError."""
         active = get_model()
         name = str(active)
         if name not in self._models:
@@ -353,14 +353,14 @@ class _InspectSession:
         return self._models[name]
 
     async def _close_models(self) -> None:
-        """Close the clients made here; Inspect's own, which it may use again, are not ours to close."""
+        """Close the clients made here; Inspect may still use its own."""
         made = [self._models.pop(name) for name in sorted(self._made)]
         self._made.clear()
         for model in made:
             await model.api.aclose()
 
     def ask(self) -> Ask:
-        """Return what asks it for a reply."""
+        """Return the function that asks the model for a reply."""
         return with_retries(sender(self.model()), RetryPolicy())
 
     async def _check(self, model: Model, profile: Profile) -> None:
@@ -374,7 +374,7 @@ class _InspectSession:
 
 
 def _with_key(active: Model, api_key_env: str | None) -> Model:
-    """Return `active`, or the same with another key where Inspect would send a provider's key to a foreign host."""
+    """Return `active`, or a copy with another key where Inspect would send a provider's key to a foreign host."""
     if not parse_model_name(str(active)).is_known:
         return active
     found = model_access(str(active), active.api.base_url, active.model_args, api_key_env)

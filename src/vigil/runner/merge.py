@@ -1,7 +1,7 @@
 """Joining the shards of a run into the run that one machine would have played: rows, attempts, frames and logs.
 
-The joined folder is written beside its place and moved there when it is whole. Its rows come shard by shard, each
-shard's in its own order, and its header names every session that played them. The shards stay as they are.
+The joined folder is written under a temporary name and renamed when it is complete. Its rows are those of the shards
+in turn, each in its own order, and its header names every session that played them. The shards are not changed.
 """
 
 import shutil
@@ -36,18 +36,18 @@ from vigil.runner.shared_settings import PackLocation
 from vigil.scoring.saved_run import SavedRun, open_run
 
 MAX_LISTED = 5
-"""How many differences, shards and episodes a message names."""
+"""Maximum number of differences, shards and episodes that a message names."""
 _SHARD_SPECIFIC = {"shard.index", "base_url"}
 """Settings in which the shards of one run may differ."""
 _UNKNOWN_UNTIL_PLAYED = {"simulator_version", "answering models"}
-"""Facts that a shard lacks until it was played."""
+"""Facts that a shard lacks before it is played."""
 _PLAYER_FACTS = ("agent_files", "answering models")
-"""What says who answered; another one may be joined when that is asked for."""
+"""Facts about who answered; with `force` shards may differ in them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MergeSettings:
-    """How shards are joined."""
+    """Settings for joining shards."""
 
     partial: Annotated[bool, Setting("Join what there is; `vigil run --log-dir OUT` plays the rest.")] = False
     force: Annotated[bool, Setting("Join shards that different models or programs answered.")] = False
@@ -145,7 +145,7 @@ def _identity(header: RunHeader, settings: MergeSettings) -> dict[str, Any]:
 
 
 def _read(folder: Path, settings: MergeSettings, stack: ExitStack) -> _ShardRun:
-    """Return a shard; nobody writes to it until `stack` is closed. Raises RecordError when a row of it is no good."""
+    """Return a shard; nobody writes to it until `stack` is closed. Raises RecordError when a row is invalid."""
     refuse_outward_links(folder, RecordError)
     run = open_run(folder, settings.pack)
     path = run.table.path
@@ -161,7 +161,7 @@ def _read(folder: Path, settings: MergeSettings, stack: ExitStack) -> _ShardRun:
     if run.table.left_out:
         fault = run.table.left_out[0]
         raise RecordError(
-            f"{str(path)!r} line {fault.line} {fault}. Take the line out, and give the shard's own command again."
+            f"{str(path)!r} line {fault.line} {fault}. Remove the line, and repeat the shard's own command."
         )
     spec = run.header.spec
     assert spec.shard is not None
@@ -230,7 +230,7 @@ def _sessions(part: _ShardRun, before: int) -> Iterator[Resumption]:
 
 
 def _write(out: Path, header: RunHeader, parts: Sequence[_ShardRun]) -> None:
-    """Write the joined run whole or not at all. Raises RecordError."""
+    """Write the joined run atomically. Raises RecordError."""
     try:
         out.absolute().parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.absolute().parent) as beside:
@@ -246,13 +246,13 @@ def _write(out: Path, header: RunHeader, parts: Sequence[_ShardRun]) -> None:
             folder.rename(out)
     except OSError as error:
         raise RecordError(
-            f"The shards cannot be joined into {str(out)!r}: {error.strerror or error}. Nothing is left there; mend "
-            "this and give the same command again."
+            f"The shards cannot be joined into {str(out)!r}: {error.strerror or error}. Nothing is left "
+            "there; fix the cause and repeat the command."
         ) from error
 
 
 def _attempt_lines(parts: Sequence[_ShardRun], spec_hash: str) -> list[bytes]:
-    """Return the lines of the attempts of all shards in the order of time, as attempts of the joined run."""
+    """Return the lines of all shards' attempts in order of time, as attempts of the joined run."""
     found = [
         attempt.model_copy(update={"spec_sha256": spec_hash})
         for part in parts
@@ -262,7 +262,7 @@ def _attempt_lines(parts: Sequence[_ShardRun], spec_hash: str) -> list[bytes]:
 
 
 def _copy_files(part: _ShardRun, folder: Path) -> None:
-    """Copy kept frames, named by what they show, kept reasoning, and logs into a folder of the shard's own."""
+    """Copy saved frames (named by content), saved reasoning, and logs (into a separate folder per shard)."""
     found = read_reasoning(part.run.folder)
     if found:
         with (folder / REASONING_FILE).open("ab") as file:

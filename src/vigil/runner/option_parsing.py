@@ -1,4 +1,4 @@
-"""Settings of a run from the texts of a command line. Messages name the option, and no secret."""
+"""Settings of a run from the texts of a command line. Messages name the option but do not reveal secrets."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -15,22 +15,22 @@ def public_name(agent: str) -> str:
 
 
 def single_value(option: str) -> Callable[[Sequence[str]], str]:
-    """Return the function that takes the one text of an option, and refuses several."""
+    """Return a reader for an option that may be given only once."""
 
     def read(texts: Sequence[str]) -> str:
         if len(texts) == 1:
             return texts[0]
         given = ", ".join(map(public_name, texts))
         raise SettingError(
-            f"{option} is given {len(texts)} times ({given}); a run has one. Run each into a --log-dir of its own, "
-            "then put them side by side: vigil score RUN RUN."
+            f"{option} is given {len(texts)} times ({given}); a run has one. Run each into a separate --log-dir, "
+            "then compare them: vigil score RUN RUN."
         )
 
     return read
 
 
 def read_model_args(pairs: Sequence[str]) -> dict[str, Any]:
-    """Return K=V pairs as a mapping; a value that is no JSON is a text."""
+    """Return K=V pairs as a mapping; a value that is not JSON is a string."""
     found: dict[str, Any] = {}
     for pair in pairs:
         name, sign, value = pair.partition("=")
@@ -45,7 +45,7 @@ def read_model_args(pairs: Sequence[str]) -> dict[str, Any]:
 
 
 def read_extra_body(text: str) -> dict[str, Any]:
-    """Return the JSON object that a text is."""
+    """Return the JSON object in `text`. Raises SettingError."""
     try:
         found = read_json(text)
     except ValueError as error:

@@ -1,4 +1,4 @@
-"""Play queue: the assignments that are still to be played, so that no worker plays a twin right after the other."""
+"""Queue of the assignments that remain; no worker plays both twins of a pair in a row."""
 
 from collections import deque
 from collections.abc import Iterable, Mapping
@@ -7,17 +7,17 @@ from vigil.runner.workers.messages import Assignment
 
 
 class PlayQueue:
-    """Assignments in their order, but for what a worker must not play next."""
+    """Queue of assignments in order, except that it skips what a worker must not play next."""
 
     def __init__(self, assignments: Iterable[Assignment], pairs: Mapping[str, str]) -> None:
-        """`pairs` names the pair of each episode that has a twin."""
+        """`pairs` maps each episode that has a twin to its pair."""
         self._waiting = deque(assignments)
         self._pairs = pairs
 
     def take(self, last: Assignment | None) -> Assignment | None:
-        """Return what comes next for a worker that has played `last`; None when nothing is left.
+        """Return the next assignment for a worker that has played `last`; None when nothing is left.
 
-        Its twin, and the same episode in another epoch, come later, unless nothing else is left.
+        The twin of `last`, and the same episode in another epoch, come later unless nothing else is left.
         """
         if not self._waiting:
             return None

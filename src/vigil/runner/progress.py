@@ -1,4 +1,4 @@
-"""Live progress of a run: counts, time left, and W and B so far (settled by the same code as any report)."""
+"""Live progress of a run: counts, time left, and W and B so far (computed by the same code as in reports)."""
 
 import time
 from collections import Counter
@@ -16,31 +16,31 @@ from vigil.scoring.outcomes import Outcome, score
 
 @dataclass(frozen=True, slots=True)
 class RunProgress:
-    """Where a run stands."""
+    """State of a run."""
 
     total: int
-    """Episodes, times epochs."""
+    """Number of episodes, times epochs."""
     done: int
-    """With a row without error."""
+    """Number of plays with a row that is not an error."""
     errors: int
     W: float | None
-    """Rates over the episodes that are done; None before the first."""
+    """Rates over the finished episodes; None before the first."""
     B: float | None
     steps: int
-    """Replies taken in this session."""
+    """Number of replies in this session."""
     elapsed_s: float
-    """Since the simulators were ready in this session."""
+    """Seconds since the simulators were ready in this session."""
     eta_s: float | None
-    """None before anything is done in this session."""
+    """Estimated seconds left; None before the first episode of this session has ended."""
     cost: float | None
-    """Of all replies in the run's records, earlier sessions included; None where it is not known."""
+    """Cost of all replies in the run's records, including earlier sessions; None if unknown."""
     latest: Outcome | None
-    """The episode that has just ended; None for one that ended as an error, and when none has."""
+    """Outcome of the episode that has just ended; None for an error, and before the first."""
     retry_reason: str | None = None
-    """What is tried again since an episode ended last; None when nothing is."""
+    """Failure that is being retried since the last episode ended; None without one."""
     warning: str | None = None
-    """What must be said aloud, told once each: the first error, that most replies are invalid, that the server seems to
-    cut the dialogue, that the model seems to point in other coordinates."""
+    """Warning for the user, each given once: the first error, mostly invalid replies, a server that seems to cut the
+    dialogue, a model that seems to use other coordinates."""
 
 
 OnProgress = Callable[[RunProgress], None]
@@ -52,7 +52,7 @@ WARNING_OUT_OF_FRAME_SHARE = 0.2
 
 
 class ProgressCounter:
-    """Counts what is done and tells it onwards."""
+    """Counts finished episodes and reports progress."""
 
     def __init__(
         self,
@@ -62,7 +62,7 @@ class ProgressCounter:
         on_progress: OnProgress,
         cost: Callable[[], float | None],
     ) -> None:
-        """`records` are the rows that stand already; `cost` tells what was spent so far."""
+        """`records` are the effective rows so far; `cost` returns the cost so far."""
         self._by_id = {episode.id: episode for episode in episodes}
         self._total = len(episodes) * epochs
         self._on_progress = on_progress
@@ -73,9 +73,9 @@ class ProgressCounter:
         self._retry_reason: str | None = None
         self._seen_episodes = self._seen_replies = 0
         self._reasons: Counter[str] = Counter()
-        """Of the invalid replies; like the two above over all sessions, since a warning is about the run."""
+        """Reasons of the invalid replies; counts cover all sessions, because a warning is about the run."""
         self._clicks = self._clicks_out_of_frame = 0
-        """Those that point outside of the frame or in fractions, and all of them."""
+        """Number of clicks outside of the frame or in fractions, and of all clicks."""
         self._has_warned_of_invalid_replies = self._has_warned_of_cut = self._has_warned_of_coordinates = False
         self._started = time.monotonic()
         for record in records:
@@ -84,12 +84,12 @@ class ProgressCounter:
                 self._count_replies(record)
 
     def start(self) -> None:
-        """Start the clock and tell where the run stands."""
+        """Start the clock and report progress."""
         self._started = time.monotonic()
         self._report(None)
 
     def count(self, episode: Episode, record: EpisodeRecord) -> None:
-        """Take in an episode that has just ended, and tell where the run stands."""
+        """Count an episode that has just ended, and report progress."""
         self._retry_reason = None
         self._played_now += 1
         self._steps += len(record.steps)
@@ -111,7 +111,7 @@ class ProgressCounter:
         )
 
     def note_retry(self, retry_reason: str) -> None:
-        """Tell that something has failed and is tried again."""
+        """Report that something has failed and is retried."""
         self._retry_reason = retry_reason
         self._report(None)
 
@@ -121,7 +121,7 @@ class ProgressCounter:
         return f"Episode {record.episode_id!r} ended as an error at the {record.error.boundary}: {record.error.message}"
 
     def _invalid_replies_warning(self) -> str | None:
-        """Return the sentence on invalid replies, once, when they are more than half after the first episodes."""
+        """Return the warning about invalid replies, once, when they are more than half after the first episodes."""
         invalid = self._reasons.total()
         is_due = self._seen_episodes >= EPISODES_BEFORE_WARNING and invalid > WARNING_SHARE * self._seen_replies
         if self._has_warned_of_invalid_replies or not is_due:
@@ -136,7 +136,7 @@ class ProgressCounter:
         )
 
     def _cut_dialogue_warning(self, record: EpisodeRecord) -> str | None:
-        """Return the sentence on a server that cuts dialogues, once."""
+        """Return the warning about a server that cuts dialogues, once."""
         found = None if self._has_warned_of_cut else find_shrunk_request(record)
         if found is None:
             return None
@@ -148,7 +148,7 @@ class ProgressCounter:
         )
 
     def _coordinates_warning(self) -> str | None:
-        """Return the sentence on a model that points in other coordinates than it was asked for, once."""
+        """Return the warning about a model that uses other coordinates than requested, once."""
         is_due = self._clicks_out_of_frame >= CLICKS_BEFORE_WARNING
         is_due &= self._clicks_out_of_frame > WARNING_OUT_OF_FRAME_SHARE * self._clicks
         if self._has_warned_of_coordinates or not is_due:

@@ -1,4 +1,4 @@
-"""Ray clusters: connecting to one, and asking each node before any episode starts whether it can play the run."""
+"""Ray clusters: the connection, and the check of each node before any episode starts."""
 
 import hashlib
 import logging
@@ -29,13 +29,13 @@ from vigil.runner.workers.process import StartProcess
 from vigil.runner.workers.ray_worker import CPUS, RayProcess
 
 CONNECT_TIMEOUT_S = 10.0
-"""How long an address may take to answer."""
+"""Time limit for an address to answer, in seconds."""
 NODE_TIMEOUT_S = 120.0
-"""How long a node may take to say what it has."""
+"""Time limit for a node to report its facts, in seconds."""
 HTTP2_PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
-"""With which a client of Ray's begins. Ray answers it in bytes that are no text, servers of another kind in text."""
+"""First bytes of a Ray client. Ray answers them in binary, other servers in text."""
 MAX_LISTED = 5
-"""Of the nodes that cannot play."""
+"""Maximum number of unfit nodes that a message names."""
 MISSING = "missing"
 _HASH_DIGITS = 12
 
@@ -45,14 +45,14 @@ class RayCluster:
     """A cluster whose nodes can play the run."""
 
     plan: WorkerPlan
-    """What its workers are to be told."""
+    """Plan for the workers on its nodes."""
     cpus: int
     start: StartProcess
 
 
 @contextmanager
 def connect_cluster(address: str | None, plan: WorkerPlan) -> Iterator[RayCluster]:
-    """Connect to a cluster for a while: that at `address`, else RAY_ADDRESS, else this machine's, else a new one.
+    """Connect to a cluster: the one at `address`, else at RAY_ADDRESS, else this machine's, else a new one.
 
     Raises SettingError when there is none, or when one of its nodes cannot play the run.
     """
@@ -71,7 +71,7 @@ def connect_cluster(address: str | None, plan: WorkerPlan) -> Iterator[RayCluste
 
 
 def node_facts(plan: WorkerPlan, folder: Path) -> dict[str, str]:
-    """Return what must be the same on each node, as it is here; `folder` is where the run was started."""
+    """Return the facts that must be the same on each node; `folder` is where the run was started."""
     facts = {"vigil": package_version(), "vigil's code": _code_sha256()[:_HASH_DIGITS]}
     facts |= {name: version(name) for name in ("numpy", "mujoco")}
     if plan.pack is not None:
@@ -88,7 +88,7 @@ def node_facts(plan: WorkerPlan, folder: Path) -> dict[str, str]:
 
 
 def node_objection(plan: WorkerPlan, folder: Path, wanted: Mapping[str, str]) -> str:
-    """Return in what this node differs from what is wanted, in a sentence; an empty string when in nothing."""
+    """Return a sentence on how this node differs from `wanted`; an empty string when it does not."""
     found = node_facts(plan, folder)
     wrong = [
         f"{name} is {found.get(name, MISSING)} there, {value} here"
@@ -109,17 +109,17 @@ def _connect(address: str | None) -> None:
     try:
         ray.init(address, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR)
     except SystemExit:
-        raise SettingError(f"{where} does not answer as a Ray cluster does. `ray start` says the right port.") from None
+        raise SettingError(f"{where} does not answer like a Ray cluster. `ray start` prints the right port.") from None
     except (OSError, ValueError, RuntimeError, RayError) as error:
         raise SettingError(f"{where} cannot be used: {shorten(str(error), MAX_FAULT_CHARS)}") from None
 
 
 def _check_answers(address: str) -> None:
-    """Raise SettingError when nothing answers at an address, or in text: Ray itself tries for two minutes."""
+    """Raise SettingError when nothing, or another kind of server, answers. Ray itself would try for two minutes."""
     host, _, port = address.rpartition(":")
     if not host or not port.isdecimal() or "/" in host:
         raise SettingError(
-            f"Ray address {address!r} is not HOST:PORT, e.g. 10.0.0.1:6379, as `ray start` says it, or auto. Ray "
+            f"Ray address {address!r} is not HOST:PORT, e.g. 10.0.0.1:6379, as `ray start` prints it, or auto. Ray "
             "Client (ray://) is not served: give the command on a node of the cluster."
         )
     try:
@@ -129,7 +129,7 @@ def _check_answers(address: str) -> None:
     except (OSError, OverflowError) as error:
         raise SettingError(f"Nothing answers at Ray address {address!r} ({error}). Is `ray start` running?") from None
     if answer >= b" ":
-        raise SettingError(f"What answers at Ray address {address!r} is not Ray. `ray start` says the right port.")
+        raise SettingError(f"What answers at Ray address {address!r} is not Ray. `ray start` prints the right port.")
 
 
 def _nodes() -> list[dict[str, Any]]:
@@ -141,7 +141,7 @@ def _nodes() -> list[dict[str, Any]]:
 
 
 def _check_nodes(nodes: list[dict[str, Any]], check: partial[str]) -> None:
-    """Raise SettingError when a node cannot play the run; asks all at once. One that is lost meanwhile is left out."""
+    """Raise SettingError when a node cannot play the run; ask all at once and leave out a node that is lost."""
     asked = ray.remote(num_cpus=0, max_retries=0)(node_objection)
     coming = []
     for node in nodes:
@@ -164,7 +164,7 @@ def _check_nodes(nodes: list[dict[str, Any]], check: partial[str]) -> None:
 
 
 def _with_absolute_paths(plan: WorkerPlan) -> WorkerPlan:
-    """Return the plan with paths that hold in any folder."""
+    """Return the plan with absolute paths."""
     return replace(
         plan,
         pack=plan.pack and _portable_path(plan.pack),
@@ -174,7 +174,7 @@ def _with_absolute_paths(plan: WorkerPlan) -> WorkerPlan:
 
 
 def _portable_path(pack: Path) -> Path:
-    """Return where a pack is; one that comes with the package goes by its name."""
+    """Return the location of a pack; for a packaged one, its name."""
     return Path(pack.name) if pack.parent == PACKAGED else pack.absolute()
 
 
@@ -202,7 +202,7 @@ def _file_sha256(path: Path) -> str:
 
 
 def _run_identity(folder: Path) -> str:
-    """Return by what a run's folder is known on all machines that share it."""
+    """Return the text that identifies a run's folder on all machines that share it."""
     try:
         return f"of the run begun {read_header(folder).started.isoformat()}"
     except RecordError:

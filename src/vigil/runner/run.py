@@ -45,29 +45,29 @@ from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.runner.workers.process import Worker
 
 ATTEMPTS = 3
-"""How often an episode is played at most before its `error` row is written."""
+"""Maximum number of attempts at an episode before its `error` row is written."""
 MAX_ERRORS_IN_A_ROW = 25
-"""After so many the run stops: the server is gone, or no simulator works."""
+"""Number of consecutive errors after which the run stops: the server is gone, or no simulator works."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunResult:
-    """What a run left behind."""
+    """Result of a run."""
 
     folder: Path
     header: RunHeader
     episodes: tuple[Episode, ...]
-    """Those that the run was meant to play; of a shard, its part of them."""
+    """Episodes that the run plans to play; for a shard, its part of them."""
     records: tuple[EpisodeRecord, ...]
-    """The rows that stand, errors included."""
+    """Effective rows, including errors."""
     resumed: int
-    """How many of them were there before."""
+    """Number of rows from earlier sessions."""
     tokens: RunTokens
-    """What the replies in its rows took, as far as it was told."""
+    """Tokens of the replies in the rows, as far as the provider reported them."""
     partial_line_file: Path | None = None
-    """Where the torn last line of a killed run was put aside; None when there was none."""
+    """File with the incomplete last line of a killed run; None when there was none."""
     notes: tuple[str, ...] = ()
-    """What is to be known of the rows that were there before: which of them do not count, and why."""
+    """Notes on rows from earlier sessions: which of them do not count, and why."""
 
     @property
     def errors(self) -> int:
@@ -82,7 +82,7 @@ class RunResult:
 
 @dataclass(frozen=True, slots=True)
 class _RunSession:
-    """One session of a run: what the parts below share."""
+    """State of one session of a run."""
 
     settings: RunSettings
     pack: Pack
@@ -93,7 +93,7 @@ class _RunSession:
     secrets: Secrets
 
     def pending(self) -> list[Assignment]:
-        """Return what is still to be played, epoch by epoch, house by house, twins far from one another."""
+        """Return the assignments that remain, by epoch and house, with twins far from each other."""
         return [
             Assignment(episode, epoch)
             for epoch in range(1, self.spec.epochs + 1)
@@ -102,22 +102,22 @@ class _RunSession:
         ]
 
     def save(self, assignment: Assignment, record: EpisodeRecord) -> None:
-        """Write a row and tell about it. Raises InfrastructureError when nothing works any more."""
+        """Write a row and report progress. Raises InfrastructureError after MAX_ERRORS_IN_A_ROW consecutive errors."""
         self.folder.append(record)
         self.progress.count(assignment.episode, record)
         if self.progress.errors_in_a_row >= MAX_ERRORS_IN_A_ROW and record.error is not None:
             raise InfrastructureError(
                 f"{MAX_ERRORS_IN_A_ROW} episodes in a row ended as an error, the last one at the "
                 f"{record.error.boundary}: {record.error.message} What agents and simulators wrote to standard error "
-                f"is in {str(self.folder.logs)!r}. What was played is kept; mend this and give the same command again."
+                f"is in {str(self.folder.logs)!r}. What was played is saved; fix the cause and repeat the command."
             )
 
 
 def run_pack(settings: RunSettings, *, on_progress: OnProgress = lambda _: None) -> RunResult:
-    """Run the selected episodes of a pack and return what stands afterwards.
+    """Run the selected episodes of a pack and return the result.
 
     Raises InputError (bad settings, another run in the folder), ModelAPIError when pictures do not reach the model,
-    SimulatorError when no simulator starts, KeyboardInterrupt; what was played until then is kept.
+    SimulatorError when no simulator starts, KeyboardInterrupt; what was played until then is saved.
     """
     secrets = secrets_of(settings)
     with redacted_errors(secrets):
@@ -173,7 +173,7 @@ def _play_all(run: _RunSession, assignments: list[Assignment]) -> None:
 
 @contextmanager
 def _pool(run: _RunSession, plan: WorkerPlan, most: int) -> Iterator[SimulatorPool]:
-    """Start at most so many workers, where the settings say. Raises SettingError when Ray cannot be had."""
+    """Start at most `most` workers, locally or on Ray. Raises SettingError when Ray is not available."""
     settings = run.settings
     timeout_s = settings.timeout_s + (settings.reply_seconds if run.spec.agent_kind == "exec" else 0.0)
     if settings.executor == "local":
@@ -182,7 +182,7 @@ def _pool(run: _RunSession, plan: WorkerPlan, most: int) -> Iterator[SimulatorPo
             yield pool
         return
     if find_spec("ray") is None:
-        raise SettingError('Ray is not installed here. Give: pip install "vigil-bench[ray]".')
+        raise SettingError('Ray is not installed here. Run: pip install "vigil-bench[ray]".')
     from vigil.runner.ray_cluster import connect_cluster  # noqa: PLC0415
 
     with connect_cluster(settings.ray_address, plan) as cluster:
@@ -263,7 +263,7 @@ def _play_with_model(run: _RunSession, pool: SimulatorPool, assignments: list[As
 
 
 def _identity_log(run: _RunSession) -> ModelIdentityLog:
-    """Return what takes in who answers; another model than in earlier sessions is refused unless told to go on."""
+    """Return the log of answering models; it refuses a model that differs from earlier sessions, unless forced."""
     settings = run.settings
     found, effort = access_of(settings).model_name, settings.reasoning_effort
     set_by = f"--reasoning-effort {effort}" if effort else ""
@@ -279,7 +279,7 @@ def _identity_log(run: _RunSession) -> ModelIdentityLog:
 
 
 def _on_first_frame(assignment: Assignment, run: _RunSession) -> Callable[[], None]:
-    """Return what notes that the agent is about to be shown the first frame of an attempt."""
+    """Return the callback that records an attempt just before the agent sees its first frame."""
     return lambda: run.folder.attempts.begin((assignment.episode.id, assignment.epoch))
 
 
@@ -288,8 +288,8 @@ async def _play_with_retries(
 ) -> EpisodeRecord:
     """Play an episode until it ends without error, at most ATTEMPTS times, waiting longer each time.
 
-    A model's failure is not tried again: every single request was. Neither is an episode of which a program was shown a
-    frame and whose worker was lost again and again: it would be played with knowledge.
+    A model's failure is not retried here, because each of its requests was. Neither is an episode whose program saw a
+    frame and whose worker was lost repeatedly: the program would play it with knowledge of it.
     """
     key, attempts = (assignment.episode.id, assignment.epoch), run.folder.attempts
     wait_s = RetryPolicy(first_wait_s=run.settings.first_wait_s).wait_s
@@ -318,7 +318,7 @@ def _last_attempt(state: RetryCallState) -> tuple[EpisodeRecord, bool]:
 
 
 def _without_secrets(record: EpisodeRecord, secrets: Secrets) -> EpisodeRecord:
-    """Return the record with no secret in the message of its error; replies are evidence, and stay as they are."""
+    """Return the record with secrets removed from its error message; replies are evidence and stay unchanged."""
     if record.error is None:
         return record
     error = record.error.model_copy(update={"message": secrets.redact(record.error.message)})

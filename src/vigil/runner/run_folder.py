@@ -1,7 +1,7 @@
 """A run's folder: `run.json` says what the run is, the append-only `episodes.jsonl` decides what has been played.
 
-The same command continues a run, one that names more episodes lets it grow; a command with other settings is refused by
-name of the difference.
+The same command continues a run, and a command that names more episodes extends it. A command with other settings is
+refused with a message that names the difference.
 """
 
 import hashlib
@@ -43,16 +43,16 @@ INSPECT_FOLDER = "inspect"
 DISTRIBUTION = "vigil-bench"
 CPU_FACTS, FEATURE_DIGITS = Path("/proc/cpuinfo"), 8
 GIT_TIMEOUT_S = 60.0
-"""How long Git may take to say where its checkout stands; one that hangs is not waited for."""
+"""Time limit of a Git command, in seconds."""
 _IGNORED_DIFFERENCES = frozenset({"base_url"})
-"""A model that is served from another address is the same model."""
+"""Fields that do not identify a run: a model that is served from another address is the same model."""
 
 
 class RunFolder:
     """A run on disk, open for writing. Use `create_or_resume`, and close it."""
 
     def __init__(self, path: Path, header: RunHeader, log: RecordLog, notes: tuple[str, ...] = ()) -> None:
-        """`notes`: what could not be checked of the rows."""
+        """`notes` say which rows could not be checked."""
         self.path = path
         self.header = header
         self._log = log
@@ -73,10 +73,9 @@ class RunFolder:
     ) -> "RunFolder":
         """Return the folder of the run `spec`, new or to be continued; `input_paths` go into its header.
 
-        `force`: also by a program that has changed since.
-
-        `episodes` are those of its pack: rows of the file that are not this run's do not count. A run of which nothing
-        was recorded gives way to any other. Raises RecordError when another run is there.
+        `force` continues a run even if its program has changed. `episodes` are those of the pack: rows that do not
+        belong to this run do not count. A folder without recorded rows may be reused. Raises RecordError when the
+        folder holds another run.
         """
         rows = path / EPISODES_FILE
         refuse_outward_links(path, RecordError)
@@ -99,12 +98,12 @@ class RunFolder:
 
     @property
     def partial_line_file(self) -> Path | None:
-        """Where the torn last line of a killed run was put aside; None when there was none."""
+        """File with the incomplete last line of a killed run; None when there was none."""
         return self._log.partial_line_file
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What is to be known of the rows that were there: which of them do not count, and why."""
+        """Notes on the rows of the file: which of them do not count, and why."""
         names = self.header.answering_models
         several = f"The provider answered under several names: {', '.join(names)}." if len(names) > 1 else ""
         sessions = (self.header.answered, *(session.answered for session in self.header.resumed))
@@ -114,47 +113,47 @@ class RunFolder:
 
     @property
     def frames(self) -> Path:
-        """Where frames are kept when asked."""
+        """Folder of the saved frames."""
         return self.path / FRAMES_FOLDER
 
     @property
     def logs(self) -> Path:
-        """Where simulator workers write what they have to say."""
+        """Folder of the simulator workers' logs."""
         return self.path / LOGS_FOLDER
 
     @property
     def inspect_logs(self) -> Path:
-        """Where Inspect's own log of a model's run goes."""
+        """Folder of Inspect's own log of a model's run."""
         return self.path / INSPECT_FOLDER
 
     def records(self) -> list[EpisodeRecord]:
-        """Return the rows that stand, sorted by episode and epoch."""
+        """Return the effective rows, sorted by episode and epoch."""
         return [self._log.rows[key] for key in sorted(self._log.rows)]
 
     def is_done(self, episode_id: str, epoch: int) -> bool:
-        """Whether a row without error stands."""
+        """Whether the effective row of this play exists and is not an error."""
         return self._log.is_done((episode_id, epoch))
 
     @property
     def tokens(self) -> RunTokens:
-        """What the replies in its rows took, earlier sessions included."""
+        """Tokens of the replies in the rows, including earlier sessions."""
         return self._log.tokens
 
     def cost(self) -> float | None:
-        """Return what they cost; None without prices, or when no tokens are known."""
+        """Return the cost of the replies; None without prices, or when no tokens are known."""
         return None if self.header.prices is None else self.header.prices.cost(self.tokens.total)
 
     def append(self, record: EpisodeRecord) -> None:
-        """Write one row of this run, and beside it the reasoning that is kept; both are on disk when this returns.
+        """Write one row of this run and its saved reasoning; both are on disk when this returns.
 
         Raises RecordError when it cannot be written.
         """
         self._log.append(store_reasoning(self.path, self.header.stamp(record)))
 
     def note_facts(self, facts: SimulatorFacts) -> None:
-        """Complete the header with what the backend says about itself; from now on the run goes on.
+        """Complete the header with the backend's facts; the session begins.
 
-        Raises RecordError when the run was begun with another version of the simulator.
+        Raises RecordError when the run began with another version of the simulator.
         """
         recorded = self.header.simulator_version
         if recorded and recorded != facts.simulator:
@@ -165,7 +164,7 @@ class RunFolder:
         self._update(simulator_version=facts.simulator, ended=None, **self._session(facts.renderer))
 
     def _session(self, renderer: str) -> dict[str, Any]:
-        """Return the fields of the header that say with what the rows from now on are played."""
+        """Return the header fields that describe this session's software and machine."""
         rows = self._log.count
         self._is_resumed = rows > 0
         if not rows:
@@ -184,7 +183,7 @@ class RunFolder:
         return {"resumed": (*self.header.resumed, session)}
 
     def note_provider(self, answered: ProviderFacts) -> None:
-        """Complete what the header says of this session with what answered."""
+        """Complete this session in the header with the facts about the provider that answered."""
         if not self._is_resumed:
             self._update(answered=answered)
             return
@@ -192,17 +191,17 @@ class RunFolder:
         self._update(resumed=(*earlier, session.model_copy(update={"answered": answered})))
 
     def note_prices(self, prices: Prices) -> None:
-        """Complete the header with the prices at which costs are told from now on."""
+        """Complete the header with the prices for the cost of the run."""
         if self.header.prices != prices:
             self._update(prices=prices)
 
     def note_end(self) -> None:
-        """Complete the header with the time at which the run ended, unless it had ended before."""
+        """Complete the header with the time at which the run ended, unless it has one."""
         if self.header.ended is None:
             self._update(ended=datetime.now(UTC))
 
     def close(self) -> None:
-        """Release the folder to other processes; a new one in which nothing was recorded or said goes."""
+        """Release the folder to other processes; remove a new folder in which nothing was recorded or logged."""
         try:
             is_empty = not self._log.count and not any(file.stat().st_size for file in self._other_files())
             if self._log.made_folder and is_empty:
@@ -211,13 +210,13 @@ class RunFolder:
             self._log.close()
 
     def _remove(self) -> None:
-        """Remove the folder while it is locked: first its name, all at once, so that nobody begins in half of it."""
+        """Remove the folder while it is locked. It is renamed first, so that no process opens it half removed."""
         gone = self.path.with_name(f"{self.path.name}.empty-{os.getpid()}")
         self.path.rename(gone)
         shutil.rmtree(gone)
 
     def _other_files(self) -> Iterator[Path]:
-        """Yield the files beside header and rows: frames, logs and what else was written."""
+        """Yield the files other than header and rows: frames, logs and the rest."""
         for file in self.path.rglob("*"):
             if file.is_file() and file.name not in (HEADER_FILE, EPISODES_FILE):
                 yield file
@@ -228,7 +227,7 @@ class RunFolder:
 
 
 def write_header(path: Path, header: RunHeader) -> None:
-    """Write `run.json` whole or not at all. Raises RecordError when it cannot be written."""
+    """Write `run.json` atomically. Raises RecordError when it cannot be written."""
     partial = path / f"{HEADER_FILE}.{os.getpid()}"
     try:
         with partial.open("wb") as file:
@@ -241,7 +240,7 @@ def write_header(path: Path, header: RunHeader) -> None:
 
 
 def new_nonce() -> str:
-    """Return what tells a run from all others, those of the same name and settings too."""
+    """Return a random string that distinguishes a run from others of the same name and settings."""
     return secrets.token_hex(16)
 
 
@@ -261,7 +260,7 @@ def source_state() -> tuple[str | None, bool | None]:
 
 
 def host_facts() -> dict[str, str]:
-    """Return what may matter about this machine when two runs are compared."""
+    """Return facts about this machine that may matter when two runs are compared."""
     return {
         "platform": platform.platform(),
         "machine": platform.machine(),
@@ -273,7 +272,7 @@ def host_facts() -> dict[str, str]:
 
 
 def _processor() -> str:
-    """Return the kind of processor: its name, and a hash of what it can do, for libraries compute by that."""
+    """Return the processor's name and a hash of its features, because libraries compute differently by these."""
     try:
         text = CPU_FACTS.read_text()
     except OSError:
@@ -342,9 +341,9 @@ def _resume(path: Path, spec: RunSpec, force: bool) -> RunHeader:
 
 
 def _with_more_episodes(header: RunHeader, spec: RunSpec) -> RunHeader:
-    """Return the header with the episodes of `spec`, if those are all that it names and more.
+    """Return the header with the episodes of `spec`, if these include all of the header's.
 
-    A shard does not grow: of more episodes, its part would be another.
+    A shard does not grow: its part of more episodes would be a different one.
     """
     if header.spec.shard is None and set(header.spec.episode_ids) < set(spec.episode_ids):
         return header.model_copy(update={"spec": header.spec.model_copy(update={"episode_ids": spec.episode_ids})})

@@ -1,6 +1,6 @@
-"""Verifying a whole run: every recorded episode is played again by its recorded replies, in simulator workers.
+"""Verifying a whole run: every recorded episode is simulated again from its recorded replies, in simulator workers.
 
-Where the run's simulator is not there, the records alone are checked: that each reply reads as its recorded action.
+Without the run's simulator only the records are checked: each reply must parse to its recorded action.
 """
 
 import asyncio
@@ -27,64 +27,64 @@ from vigil.scoring.saved_run import read_run
 from vigil.sim.thor.start import require_engine
 
 SAME_HOST = ("machine", "python", "numpy", "processor")
-"""What must be alike for numbers to be equal to the last bit: libraries compute by what a processor can do."""
+"""Host facts that must be equal for bit-identical numbers, because libraries compute by processor features."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VerifySettings:
-    """How to verify a run. What is None is taken from the run's header."""
+    """Settings for verifying a run. A field that is None is taken from the run's header."""
 
-    frames: Annotated[bool, Setting("Compare kept frames too; they are only equal on the same renderer.")] = False
+    frames: Annotated[bool, Setting("Compare saved frames too; they are equal only on the same renderer.")] = False
     records_only: Annotated[
-        bool, Setting("Start no simulator: check replies, budgets, ends, prompts and identities alone.")
+        bool, Setting("Do not start a simulator: check only replies, budgets, ends, prompts and identities.")
     ] = False
-    limit: Annotated[int | None, Setting("Only the first N records.", minimum=1, metavar="N")] = None
+    limit: Annotated[int | None, Setting("Verify only the first N records.", minimum=1, metavar="N")] = None
     workers: Workers = None
     pack: PackLocation = None
     asset_database: AssetFile = None
     backend: str | None = None
     exact: bool | None = None
-    """Whether numbers must be equal to the last bit; None means: on the machine type that made the run."""
+    """Whether numbers must be bit-identical; None: only on the type of machine that made the run."""
     timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:
-        """Hold the values against their declarations, and against each other."""
+        """Check the values against their declarations and against each other."""
         check_settings(self)
         if self.records_only and self.frames:
-            raise SettingError("Frames are drawn by a simulator, which records-only does without: give one of the two.")
+            raise SettingError("Frames need a simulator, and records-only does not use one: give only one of the two.")
 
 
 @dataclass(frozen=True, slots=True)
 class Verification:
-    """What came out."""
+    """Result of verifying a run."""
 
     header: RunHeader
     checked: int
     errors: int
-    """Rows that ended as an error: there is nothing to verify in them."""
+    """Number of rows that ended as an error; they hold nothing to verify."""
     is_exact: bool
     is_records_only: bool
-    """Whether no simulator was asked, so that nothing is known of hidden states."""
+    """Whether only the records were checked, without a simulator and thus without hidden states."""
     differences: tuple[FactDifference, ...]
     frames: int = 0
-    """How many frames were compared; 0 when that was not asked, or nobody looked at any during the run."""
+    """Number of frames compared; 0 when not requested, or when no frame was viewed during the run."""
     notes: tuple[str, ...] = ()
-    """What is to be known of the rows: which of them are not the run's, and why."""
+    """Notes on rows that do not belong to the run, and why."""
     left_out: int = 0
-    """How many rows are not the run's; they are not scored, and a file that has any is not verified."""
+    """Number of rows that do not belong to the run; they are not scored, and a file with any is not verified."""
 
     @property
     def is_verified(self) -> bool:
-        """Whether everything came out as recorded, and nothing else is in the file."""
+        """Whether everything was reproduced as recorded, and the file holds no other rows."""
         return self.checked > 0 and not self.differences and not self.left_out
 
 
 def verify_run(
     path: Path, settings: VerifySettings | None = None, *, on_progress: Callable[[int, int], None] = lambda *_: None
 ) -> Verification:
-    """Return how the records of a run compare with their replies carried out again.
+    """Return how the records of a run compare with a new simulation of their replies.
 
-    `on_progress` is told (done, total). Raises RecordError, PackMismatch or SimulatorError.
+    `on_progress` is called with (done, total). Raises RecordError, PackMismatch or SimulatorError.
     """
     settings = settings or VerifySettings()
     saved = read_run(path, settings.pack)

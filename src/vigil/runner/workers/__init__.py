@@ -1,1 +1,1 @@
-"""Workers: simulators in processes of their own, and episodes played in them."""
+"""Workers: simulators in separate processes, and the episodes played in them."""

@@ -1,4 +1,4 @@
-"""Drawing in a worker: moments of episodes, each gone on to from where the simulator stands when that can be."""
+"""Drawing in a worker: moments of episodes, each reached from the simulator's current state where possible."""
 
 from vigil.agents.frame_encoding import encode_frame
 from vigil.assets.database import AssetDatabase
@@ -20,13 +20,13 @@ from vigil.sim.protocol import Simulator
 
 
 class DrawingHandler:
-    """Answers requests for drawings; holds the one simulator that was asked for last."""
+    """Answers drawing requests; holds the simulator of the latest request."""
 
     def __init__(self) -> None:
         self._renderer: _MomentRenderer | None = None
 
     def answer(self, request: DrawingRequest) -> object:
-        """Return what `request` asks for. Raises VigilError."""
+        """Return the answer to `request`. Raises VigilError."""
         renderer = self._renderer_of(request.moment.render_settings)
         simulator = renderer.go_to(request.moment)
         match request:
@@ -52,14 +52,14 @@ class DrawingHandler:
 
 
 class _MomentRenderer:
-    """A simulator, and the moment of an episode that it shows."""
+    """Simulator with the moment of an episode that it shows."""
 
     def __init__(self, settings: RenderSettings) -> None:
         self.settings = settings
         assets = AssetDatabase.from_file(settings.asset_database)
         self.simulator: Simulator = make_simulator(settings.backend, assets=assets, quality=settings.quality)
         self._loaded_house: str | None = None
-        """The hash of the house that is."""
+        """Hash of the loaded house."""
         self._moment: EpisodeMoment | None = None
 
     def go_to(self, moment: EpisodeMoment) -> Simulator:
@@ -79,12 +79,12 @@ class _MomentRenderer:
         return self.simulator
 
     def try_action(self, action: PhysicalAction) -> Effect:
-        """Carry out an action that no moment has: what comes next begins anew."""
+        """Carry out an action that is not part of a moment; the next request starts from a reset."""
         self._moment = None
         return self.simulator.step(action)
 
     def _count_done(self, moment: EpisodeMoment) -> int | None:
-        """Return how many of the moment's actions are done already; None when it must begin anew."""
+        """Return how many of the moment's actions are already done; None when a reset is needed."""
         current = self._moment
         if current is None or _start_of(current) != _start_of(moment):
             return None

@@ -1,8 +1,7 @@
-"""Frames by content: kept as files when asked, else drawn again later from the recorded actions.
+"""Frames by content hash: saved as files on request, otherwise drawn again from the recorded actions.
 
-A figure's frames are drawn in the process that asks for it, without the watchdog of the pool: they are of an episode or
-a few, somebody waits for them and can stop it, and nothing else is lost. Pages, which serve several people for hours,
-ask a worker (`vigil.web.drawing`).
+A figure's frames are drawn in the calling process, without the pool's watchdog: they are few, and the user waits for
+them and can interrupt. Pages, which serve several people for hours, ask a worker (`vigil.web.drawing`).
 """
 
 import hashlib
@@ -28,7 +27,7 @@ MAX_FRAME_BYTES = 4 * MIB
 
 
 def frame_sha256(rgb: np.ndarray) -> str:
-    """Return the SHA-256 of a frame's RGB bytes, by which records name it."""
+    """Return the SHA-256 of a frame's RGB bytes, its name in records."""
     return hashlib.sha256(np.ascontiguousarray(rgb).tobytes()).hexdigest()
 
 
@@ -39,11 +38,11 @@ class FrameStore:
         self._folder = folder
 
     def path(self, sha256: str) -> Path:
-        """Return where the frame with that hash lies, or would."""
+        """Return the path of the frame with that hash; the file may not exist."""
         return self._folder / sha256[:2] / f"{sha256}.png"
 
     def save(self, rgb: np.ndarray) -> str:
-        """Write a frame unless it is there, and return its hash."""
+        """Write a frame unless its file exists, and return its hash."""
         sha256 = frame_sha256(rgb)
         path = self.path(sha256)
         if not path.exists():
@@ -54,14 +53,14 @@ class FrameStore:
         return sha256
 
     def file(self, sha256: str | None) -> bytes | None:
-        """Return the file that is named by that hash; None where there is none in the run's folder."""
+        """Return the bytes of the file with that hash; None if the run's folder does not have it."""
         path = None if sha256 is None else self.path(sha256)
         if path is None or not path.is_file() or not is_inside(path, self._folder.parent):
             return None
         return read_file(path, repr(str(path)), RecordError, MAX_FRAME_BYTES)
 
     def frame(self, sha256: str | None) -> tuple[bytes, np.ndarray] | None:
-        """Return the kept frame with that hash, as its file and (480, 640, 3) uint8; None when it was not kept.
+        """Return the saved frame with that hash, as file bytes and (480, 640, 3) uint8; None when it was not saved.
 
         Raises RecordError when the file holds other pixels.
         """
@@ -89,7 +88,7 @@ def redraw(episode: Episode, record: EpisodeRecord, env: Env) -> Iterator[np.nda
 def frames_of_record(
     folder: Path, spec: RunSpec, pack: Pack, record: EpisodeRecord, assets: Path | None
 ) -> list[np.ndarray]:
-    """Return the frame that each reply answered: as the run in `folder` kept it, else drawn again."""
+    """Return the frame that each reply answered: as saved by the run in `folder`, otherwise drawn again."""
     store = FrameStore(folder / FRAMES_FOLDER)
     kept = [store.frame(step.frame_sha256) for step in record.steps]
     if all(kept):
@@ -101,7 +100,7 @@ def frames_of_record(
 
 
 def first_frames(pack: Pack, episodes: Mapping[Family, Episode], assets: Path | None) -> dict[Family, np.ndarray]:
-    """Return the frame that each of some episodes of a pack starts with."""
+    """Return the first frame of each of `episodes` of a pack."""
     database = AssetDatabase.from_file(assets)
     pack.check_assets(database)
     with closing(make_simulator("mujoco", assets=database)) as simulator:

@@ -20,7 +20,7 @@ from vigil.runner.workers.process import WorkerLost
 async def play_live(
     live: LiveEpisode, profile: Profile, ask: Ask, run_id: str, on_first_frame: Callable[[], None] = lambda: None
 ) -> EpisodeRecord:
-    """Return the record of one episode; whatever fails around the agent ends it as `error`. Raises InputError.
+    """Return the record of one episode; a failure outside of the agent ends it as `error`. Raises InputError.
 
     `on_first_frame` is called before the agent is shown the first frame.
     """
@@ -51,7 +51,7 @@ async def _play(live: LiveEpisode, profile: Profile, ask: Ask, on_first_frame: C
 
 
 async def _reply(ask: Ask, messages: Sequence[Message], *, has_replied: bool) -> Reply:
-    """Return the agent's reply. A request that was rejected is one, unless the agent has said nothing yet."""
+    """Return the agent's reply. A rejected request counts as a reply once the agent has replied before."""
     try:
         reply = await ask(messages)
     except RequestRejected as error:
@@ -65,7 +65,7 @@ async def _reply(ask: Ask, messages: Sequence[Message], *, has_replied: bool) ->
 
 
 def boundary_of(error: InfrastructureError) -> Boundary:
-    """Return where a failure came from."""
+    """Return the boundary at which a failure happened."""
     if isinstance(error, WorkerLost):
         return "worker"
     return "simulator" if isinstance(error, SimulatorError) else "model"
@@ -74,7 +74,7 @@ def boundary_of(error: InfrastructureError) -> Boundary:
 def error_record(
     assignment: Assignment, run_id: str, boundary: Boundary, message: str, started: datetime
 ) -> EpisodeRecord:
-    """Return the record of an episode of which nothing is left but how it failed."""
+    """Return the record of an episode of which only the failure is known."""
     return EpisodeRecord(
         versions=Versions.current(),
         run_id=run_id,

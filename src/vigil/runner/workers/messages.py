@@ -1,8 +1,8 @@
-"""What crosses between the main process and a simulator worker.
+"""Messages between the main process and a simulator worker.
 
-A worker either plays episodes or draws for the pages; the plan that it is sent first says which. To an agent in the
-main process only a `EncodedObservation` crosses: the encoded frame and the feedback. Records, which hold hidden state,
-go from the worker straight to the run folder. A worker that plays draws for nobody else.
+A worker either plays episodes or draws for the pages; the plan that it gets first says which. An agent in the main
+process gets only an `EncodedObservation`: the encoded frame and the feedback. Records, which hold hidden state,
+go from the worker directly to the run folder.
 """
 
 from collections.abc import Callable
@@ -26,41 +26,41 @@ from vigil.sim.protocol import Simulator
 PrivilegedFactory = Callable[[str, Episode, PrivilegedSimulator], Agent]
 """Makes a privileged agent for one episode: (name, episode, simulator). Must be picklable."""
 SimulatorFactory = Callable[[AssetDatabase, Quality], Simulator]
-"""Makes a simulator of one's own, as those in `vigil.sim.BACKENDS`. Must be picklable."""
+"""Makes a custom simulator, like those in `vigil.sim.BACKENDS`. Must be picklable."""
 
 
 @dataclass(frozen=True, slots=True)
 class WorkerPlan:
-    """What a worker that plays episodes is told once, when it starts."""
+    """Settings that a worker for playing episodes gets once, when it starts."""
 
     pack: Path | None
-    """None where every assignment brings its house."""
+    """Folder of the pack; None when every assignment includes its house."""
     run_id: str
     profile: Profile
     backend: str = "mujoco"
     simulator_factory: SimulatorFactory | None = None
-    """Makes the simulator in place of the backend of that name."""
+    """Factory of the simulator, used instead of the backend."""
     quality: Quality = "default"
     asset_database: Path | None = None
     frames: Path | None = None
-    """Folder to keep frames in; None keeps none."""
+    """Folder for saved frames; None saves none."""
     agent: str = ""
     """Name of the agent that plays inside the worker; empty when agents play outside."""
     agent_factory: PrivilegedFactory | None = None
     reply_seconds: float = REPLY_SECONDS
-    """How long the agent may take for a reply when it is a program."""
+    """Time limit of a program's reply."""
     beat_seconds: float = FRAME_INTERVAL_SECONDS
-    """And when it is handed the next frame."""
+    """Period of a program's frames: the next one comes a whole number of periods after the reply."""
     keep_program: bool = False
-    """Whether it goes on from one episode to the next, instead of being started for each."""
+    """Whether one program plays all episodes of the worker, instead of being started for each."""
     seed: int = 0
     pack_sha256: str | None = None
-    """Of the very pack that is played, wherever it lies."""
+    """Hash of the pack that is played."""
 
 
 @dataclass(frozen=True, slots=True)
 class DrawingPlan:
-    """A worker that draws for the pages; each request names its simulator."""
+    """Plan of a worker that draws for the pages; each request names its simulator."""
 
 
 Plan = WorkerPlan | DrawingPlan
@@ -74,12 +74,12 @@ class Assignment:
     epoch: int = 1
     attempt: int = 1
     house: House | None = None
-    """Of an episode that is in no pack."""
+    """House of an episode that does not belong to a pack."""
 
 
 @dataclass(frozen=True, slots=True)
 class EncodedObservation:
-    """All that an agent may see of a step, as it crosses."""
+    """Everything that an agent may see of a step."""
 
     picture: EncodedFrame
     feedback: Feedback | None
@@ -87,7 +87,7 @@ class EncodedObservation:
 
 @dataclass(frozen=True, slots=True)
 class SimulatorFacts:
-    """What a backend says about itself, for the run header."""
+    """Facts about a backend, for the run header."""
 
     simulator: str
     renderer: str
@@ -95,7 +95,7 @@ class SimulatorFacts:
 
 @dataclass(frozen=True, slots=True)
 class RenderSettings:
-    """Which backend draws, at which quality, with which assets."""
+    """Backend, quality and assets for drawing."""
 
     backend: str = "mujoco"
     quality: Quality = "default"
@@ -104,7 +104,7 @@ class RenderSettings:
 
 @dataclass(frozen=True, slots=True)
 class EpisodeMoment:
-    """A house at the start of an episode, and what has been done since."""
+    """House at the start of an episode, with the actions since."""
 
     render_settings: RenderSettings
     house: Path
@@ -123,7 +123,7 @@ class EpisodeMoment:
 
 @dataclass(frozen=True, slots=True)
 class WalkResult:
-    """Where one action led, and what is seen from there."""
+    """Pose, effect and frame after one action."""
 
     pose: Pose
     effect: Effect
@@ -147,7 +147,7 @@ class PlayEpisode:
 
     assignment: Assignment
     earlier: tuple[Reply, ...] | None = None
-    """The replies given before in a worker that was lost, to go on from; None to begin."""
+    """Replies from before the worker was lost, to continue from; None to begin."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,7 +194,7 @@ class Resimulate:
 
 @dataclass(frozen=True, slots=True)
 class DrawFrame:
-    """Draw what is seen at a moment -> the frame (bytes of a PNG)."""
+    """Draw the view at a moment -> the frame (bytes of a PNG)."""
 
     moment: EpisodeMoment
 
@@ -209,7 +209,7 @@ class TryAction:
 
 @dataclass(frozen=True, slots=True)
 class IdentifyPixel:
-    """Tell what is under a pixel at a moment -> the object's id; None for structure and sky."""
+    """Identify the object under a pixel at a moment -> its id; None for structure and sky."""
 
     moment: EpisodeMoment
     x: int
@@ -228,31 +228,31 @@ Request = EpisodeRequest | DrawingRequest
 
 @dataclass(frozen=True, slots=True)
 class Heartbeat:
-    """The worker is alive and at work on the request."""
+    """Sign that the worker is alive and works on the request."""
 
     reply: Reply | None = None
-    """What the agent in the worker has just replied."""
+    """Latest reply of the agent in the worker."""
 
 
 @dataclass(frozen=True, slots=True)
 class AboutToShowFrame:
-    """The agent in the worker is about to be shown the first frame; the worker waits for `Proceed`."""
+    """Notice that the agent in the worker will see the first frame; the worker waits for `Proceed`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Proceed:
-    """That this is the beginning of an attempt is on disk."""
+    """Confirmation that the beginning of the attempt is on disk."""
 
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """The request's value."""
+    """Result of a request."""
 
     value: object
 
 
 @dataclass(frozen=True, slots=True)
 class Failed:
-    """The request raised."""
+    """Exception that a request raised."""
 
     error: Exception

@@ -14,12 +14,12 @@ from vigil.protocol.observation import Observation
 
 @dataclass(frozen=True, slots=True)
 class EpisodeObserver:
-    """Who is told how an episode goes."""
+    """Callbacks that report on an episode while it is played."""
 
     on_first_frame: Callable[[], None] = lambda: None
     """Called before the agent is shown the first frame."""
     on_reply: Callable[[Observation, Reply], None] = lambda _observation, _reply: None
-    """Called with each observation and the agent's reply to it, before that is carried out."""
+    """Called with each observation and the agent's reply to it, before the reply is carried out."""
 
 
 def play(
@@ -31,9 +31,9 @@ def play(
 ) -> None:
     """Play `episode` to its end in `env`, which then has the record.
 
-    The agent sees observations and the instruction, nothing else. Its failures end the episode as `error`. `earlier`
-    are the replies that were given before, in a process that is gone: they are carried out first, and the agent goes on
-    from there. Raises InputError for what makes no sense.
+    The agent sees only observations and the instruction. Its failures end the episode as `error`. `earlier` are the
+    replies of a process that is gone: they are carried out first, and the agent continues from there. Raises
+    InputError for invalid input.
     """
     observation = env.reset(episode)
     try:

@@ -1,8 +1,8 @@
 """Simulator workers: processes that hold Env and simulator, with a watchdog.
 
-Each worker (`vigil.runner.workers.process`) has one GL context and any number of live episodes. An episode that was
-alive in a lost worker is restored in another one by carrying out its replies again: the simulator is deterministic, so
-the result is the same.
+Each worker (`vigil.runner.workers.process`) has one GL context and any number of live episodes. An episode of a
+lost worker is restored in another one by carrying out its replies again: the simulator is deterministic, so the result
+is the same.
 """
 
 import asyncio
@@ -45,24 +45,24 @@ from vigil.runner.workers.process import (
 from vigil.runner.workers.resimulation import FactDifference
 
 MAX_RESTORES = 2
-"""How often one episode is carried over to another worker before it counts as lost."""
+"""Maximum number of times that an episode is restored in another worker before it counts as lost."""
 _RETRY_ON_ANOTHER: dict[str, Any] = {
     "retry": retry_if_exception_type(NoCapacity),
     "stop": stop_after_delay(START_TIMEOUT_S),
     "reraise": True,
 }
-"""Has a request go to another worker while there is no room for one."""
+"""Sends a request to another worker while the cluster has no capacity for one."""
 
 
 def usable_cpus() -> int:
-    """Return how many CPUs this process may use."""
+    """Return the number of CPUs that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
 def worker_count(asked: int | None) -> int:
-    """Return how many workers there are to be: as many as were asked for, else one for each CPU."""
+    """Return the number of workers: `asked`, or one for each CPU."""
     return asked or usable_cpus()
 
 
@@ -78,7 +78,7 @@ class SimulatorPool:
         logs: Path | None = None,
         start: StartProcess = LocalProcess,
     ) -> None:
-        """`logs` is the folder for what the workers write to standard error; None drops it. `start` starts each."""
+        """`logs` is the folder for the workers' standard error; None discards it. `start` starts each worker."""
         if workers < 1:
             raise SettingError(f"A run needs at least one simulator worker, not {workers}.")
         if logs is not None:
@@ -105,10 +105,10 @@ class SimulatorPool:
             worker.join()
 
     def facts(self, drawn: Assignment | None = None) -> SimulatorFacts:
-        """Return what the backend says about itself; starts all workers that there is room for.
+        """Return the backend's facts; this starts all workers for which there is capacity.
 
         Each worker draws the first frame of `drawn`, if given. Raises SimulatorError when a worker cannot start or
-        draw, or when there is room for none.
+        draw, or when there is no capacity.
         """
         return Retrying(**_RETRY_ON_ANOTHER)(self._facts, drawn)
 
@@ -144,11 +144,11 @@ class SimulatorPool:
     async def resimulate(
         self, assignment: Assignment, record: EpisodeRecord, *, frames: bool, exact: bool
     ) -> list[FactDifference]:
-        """Return the differences between a record and its replies carried out again. Raises SimulatorError."""
+        """Return the differences between a record and a new simulation of its replies. Raises SimulatorError."""
         return await self._request(Resimulate(assignment, record, frames, exact))
 
     def live(self, assignment: Assignment) -> "LiveEpisode":
-        """Return an episode to be played from outside, not begun yet."""
+        """Return an episode for an agent in the main process; it has not begun."""
         return LiveEpisode(self, assignment, next(self._sessions))
 
     async def _request(
@@ -164,9 +164,9 @@ class SimulatorPool:
             self.release(worker)
 
     def acquire(self, wanted: Worker | None = None) -> Worker:
-        """Return the least busy worker that there is room for, counted as busier by one until it is given back.
+        """Return the least busy worker with capacity; its load counts one more until `release`.
 
-        Of several it is the one that is wanted.
+        Among equally busy workers, `wanted` is preferred.
         """
 
         def rank(worker: Worker) -> tuple[bool, int, bool]:
@@ -177,7 +177,7 @@ class SimulatorPool:
         return worker
 
     def release(self, worker: Worker) -> None:
-        """Count `worker` as less busy by one."""
+        """Reduce the load of `worker` by one."""
         self._load[worker] -= 1
 
 
@@ -211,7 +211,7 @@ class LiveEpisode:
         return await self._restore()
 
     async def fail(self, boundary: Boundary, message: str) -> EpisodeRecord | None:
-        """Return the record so far, ended as an error; None when it is lost with its worker."""
+        """Return the record so far, ended as an error; None when it was lost with its worker."""
         try:
             return await self._ask(FailEpisode(self._session, boundary, message))
         except VigilError:
@@ -240,7 +240,7 @@ class LiveEpisode:
         return (await asyncio.wrap_future(self._worker.submit(request, self._generation)))[1]
 
     async def _restore(self) -> EncodedObservation | EpisodeRecord:
-        """Return what follows the last reply, after carrying out all replies in another process."""
+        """Return the view or record after the last reply, carrying out all replies in another process."""
         while True:
             try:
                 answer = await self._begin()
@@ -251,7 +251,7 @@ class LiveEpisode:
                 self._count_restore()
 
     def _count_restore(self) -> None:
-        """Raise the WorkerLost at hand when the episode was carried over too often."""
+        """Raise the current WorkerLost when the episode was restored too often."""
         self._restores += 1
         if self._restores > MAX_RESTORES:
             raise

@@ -1,7 +1,7 @@
-"""One simulator worker: a process, the pipe to it, and the thread that sends requests and watches over the answers.
+"""One simulator worker: a process, the pipe to it, and the thread that sends requests and waits for answers.
 
-The process handles one request at a time. It is ended when it does not answer in time, and a process that ended is
-started again for the next request; what was alive in it is lost (`WorkerLost`).
+The process handles one request at a time. It is killed when it does not answer in time, and restarted for the
+next request; its live episodes are lost (`WorkerLost`).
 """
 
 import os
@@ -25,51 +25,51 @@ from vigil.runner.workers.messages import AboutToShowFrame, Failed, Heartbeat, P
 from vigil.sim.protocol import WORKER_NUMBER
 
 WORKER_TIMEOUT_S = 120.0
-"""How long a worker may be silent over one request, or over one step of a whole episode."""
+"""Time limit for one request, or for one step of a whole episode, in seconds."""
 START_TIMEOUT_S = 120.0
-"""How long a process may take to start and to load its pack, however short the patience."""
+"""Minimum time limit for a process to start and load its pack, in seconds."""
 SHUTDOWN_TIMEOUT_S = 20.0
-"""How long a process may take to leave before it is killed: it ends agents' programs first."""
+"""Time limit for a process to exit before it is killed, in seconds; it ends agents' programs first."""
 _LOG_TAIL = 2000
 
 
 class WorkerLost(SimulatorError):
-    """The worker hung or died; what was alive in it is gone."""
+    """The worker hung or died, and its live episodes are lost."""
 
     replies: tuple[Reply, ...] | None = None
-    """What the agent inside had replied since the request; None when it was shown no frame."""
+    """Replies of the agent inside since the request; None when it saw no frame."""
 
 
 class NoCapacity(WorkerLost):
-    """The cluster has no CPU for the worker; it starts once there is one, and until then others are to be asked."""
+    """The cluster has no CPU for the worker yet; until it starts, other workers must be asked."""
 
 
 class WorkerProcess(Protocol):
-    """A process that becomes a worker, and the way to it."""
+    """Process of a worker, and the connection to it."""
 
     @property
     def pid(self) -> int | None:
-        """Its id on the machine on which it runs; None before it has started."""
+        """Process id on the machine on which it runs; None before it has started."""
         ...
 
     @property
     def has_started(self) -> bool:
-        """Whether `connect` does not wait for room."""
+        """Whether `connect` returns without waiting for capacity."""
         ...
 
     def connect(self) -> Connection:
-        """Return both ways of messages to it. Raises NoRoom, or OSError when it is gone."""
+        """Return the connection to it. Raises NoCapacity, or OSError when the process is gone."""
         ...
 
     def wait(self, timeout: float | None = None) -> int | None:
-        """Return its exit code; None where nobody knows. Raises subprocess.TimeoutExpired."""
+        """Return its exit code; None if unknown. Raises subprocess.TimeoutExpired."""
         ...
 
     def terminate(self) -> None:
-        """Ask it to end."""
+        """Ask the process to exit."""
 
     def kill(self) -> None:
-        """End it at once."""
+        """Kill the process."""
 
 
 class LocalProcess:
@@ -78,7 +78,7 @@ class LocalProcess:
     has_started = True
 
     def __init__(self, log: Path | None, environment: dict[str, str]) -> None:
-        """Start it. Its standard error goes to the end of `log`."""
+        """Start the process. Its standard error is appended to `log`."""
         ours, theirs = socket.socketpair()
         with ours, theirs:
             self._process = launch(theirs.fileno(), log, environment)
@@ -94,18 +94,18 @@ class LocalProcess:
 
 
 StartProcess = Callable[[Path | None, dict[str, str]], WorkerProcess]
-"""Starts a worker process, here or elsewhere, from the path of its log and what its environment is to have."""
+"""Starts a worker process, here or elsewhere, from the path of its log and its environment."""
 
 
 @dataclass(frozen=True, slots=True)
 class WorkerSettings:
-    """How workers are run."""
+    """Settings of workers."""
 
     timeout_s: float = WORKER_TIMEOUT_S
     threads: int = 1
-    """For a software renderer."""
+    """Number of threads of a software renderer."""
     logs: Path | None = None
-    """Folder for what they write to standard error; None drops it."""
+    """Folder for the workers' standard error; None discards it."""
     start: StartProcess = LocalProcess
 
 
@@ -135,7 +135,7 @@ class Worker:
         self._has_answered = False
         self._is_closed = self._is_killed = False
         self._lock = threading.Lock()
-        """Of the two flags, and of the start of a process."""
+        """Guards the two flags and the start of a process."""
         self._process: WorkerProcess | None = None
         self._connection: Connection | None = None
         self._replies: list[Reply] | None = None
@@ -171,14 +171,14 @@ class Worker:
         return job.future
 
     def close(self) -> None:
-        """End the process when the requests before are done."""
+        """End the process after the requests before this."""
         with self._lock:
             if not self._is_closed:
                 self._is_closed = True
                 self._jobs.put(None)
 
     def kill(self) -> None:
-        """End the process at once, with the agents' programs that it started; requests at work and waiting fail."""
+        """Kill the process and the agents' programs that it started; running and waiting requests fail."""
         with self._lock:
             self._is_killed = True
             process = self._process
@@ -243,7 +243,7 @@ class Worker:
                 return message.value
 
     def _call_on_first_frame(self, on_first_frame: Callable[[], None]) -> None:
-        """Call `on_first_frame`; the worker, which waits for leave, is ended when that fails."""
+        """Call `on_first_frame`; when it fails, end the worker, which waits for permission."""
         try:
             on_first_frame()
         except BaseException:
@@ -285,7 +285,7 @@ class Worker:
 
 
 def launch(fd: int, log: Path | None, environment: dict[str, str]) -> "subprocess.Popen[bytes]":
-    """Start a worker process on its end of a socket pair; this process's environment goes before what is given."""
+    """Start a worker process on its end of a socket pair; this process's environment overrides `environment`."""
     command = [sys.executable, "-m", "vigil.runner.workers.worker", str(fd)]
     one_thread = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     with open(log or os.devnull, "ab") as output:

@@ -1,8 +1,8 @@
 """Simulator workers as actors of a Ray cluster: the same worker, messages and watchdog, in a process that Ray starts.
 
-Ray chooses the node and starts the process; what is said then goes over a connection of its own between the main
-process and the actor, as it does to a worker on this machine. Ray restarts nothing and tries nothing again: an actor
-that is lost with its node is a lost worker, and the run plays again what was alive in it.
+Ray chooses the node and starts the process; messages then use a direct connection between the main process and the
+actor, as for a worker on this machine. Ray does not restart or retry anything: an actor that is lost with its node is a
+lost worker, and the run replays its live episodes.
 """
 
 import os
@@ -24,24 +24,24 @@ from vigil.runner.workers.process import NoCapacity
 from vigil.runner.workers.worker import serve
 
 PLACEMENT_TIMEOUT_S = 10.0
-"""How long a request waits for an actor to be placed and started before another worker is asked."""
+"""Time that a request waits for an actor to start before another worker is asked, in seconds."""
 CPUS = 1
-"""Of the cluster's, for each actor."""
+"""Number of the cluster's CPUs for each actor."""
 NodeCheck = Callable[[], str]
-"""Says why the node on which it is called cannot play the run; an empty string when it can. Must be picklable."""
+"""Returns why the node on which it is called cannot play the run; an empty string when it can. Must be picklable."""
 
 
 class WorkerActor:
-    """What Ray runs: a worker in the actor's own process."""
+    """Ray actor with a worker in its process."""
 
     def __init__(self, environment: dict[str, str], folder: str) -> None:
-        """`environment` gives way to the node's own; `folder` is where the run was started."""
+        """The node's own environment overrides `environment`; `folder` is where the run was started."""
         os.environ.update({**environment, **os.environ})
         if os.path.isdir(folder):
             os.chdir(folder)
 
     def listen(self, key: bytes, node_check: NodeCheck) -> tuple[str, tuple[str, int], int]:
-        """Return what is wrong with this node, where to connect to, and the process id."""
+        """Return the fault of this node, the address to connect to, and the process id."""
         self._listener = Listener((ray.util.get_node_ip_address(), 0), authkey=key)
         host, port = self._listener.address
         try:
@@ -59,10 +59,10 @@ class WorkerActor:
 
 
 class RayProcess:
-    """A worker in an actor: `vigil.runner.workers.process.WorkerProcess`."""
+    """Worker in an actor; implements `vigil.runner.workers.process.WorkerProcess`."""
 
     def __init__(self, node_check: NodeCheck, log: Path | None, environment: dict[str, str]) -> None:
-        """Ask Ray for an actor. `log` gets what Ray says of its end; its standard error goes to Ray's own logs."""
+        """Ask Ray for an actor. `log` gets Ray's message about its end; its standard error goes to Ray's logs."""
         one_thread = {"LP_NUM_THREADS": str(CPUS), "OPENBLAS_NUM_THREADS": str(CPUS)}
         actor = ray.remote(WorkerActor).options(
             num_cpus=CPUS, max_restarts=0, max_task_retries=0, scheduling_strategy="SPREAD"
@@ -78,13 +78,13 @@ class RayProcess:
 
     @property
     def has_started(self) -> bool:
-        """Whether the actor is there, or will never be."""
+        """Whether the actor has started or failed to start."""
         return _is_ready(self._listen_ref, 0.0)
 
     def connect(self) -> Connection:
-        """Return the connection to the actor. Raises NoRoom, OSError, or SettingError when its node is another."""
+        """Return the connection to the actor. Raises NoCapacity, OSError, or SettingError when its node is unfit."""
         if not _is_ready(self._listen_ref, PLACEMENT_TIMEOUT_S):
-            raise NoCapacity("The Ray cluster has no free CPU for a simulator; `ray status` says what it is used for.")
+            raise NoCapacity("The Ray cluster has no free CPU for a simulator; `ray status` shows what uses them.")
         try:
             wrong, address, self.pid = ray.get(self._listen_ref)
             if wrong:
@@ -98,7 +98,7 @@ class RayProcess:
         return connection
 
     def wait(self, timeout: float | None = None) -> None:
-        """Wait until the worker has left, and free its CPU. Raises subprocess.TimeoutExpired."""
+        """Wait until the worker has exited, and free its CPU. Raises subprocess.TimeoutExpired."""
         if self._is_ended:
             return
         if self._connection is not None and not _is_ready(self._serve_ref, timeout):
@@ -111,7 +111,7 @@ class RayProcess:
         self.kill()
 
     def terminate(self) -> None:
-        """Ask the worker to leave, with its agents' programs; an actor that has not started will not."""
+        """Ask the worker to exit with its agents' programs; an actor that has not started never starts."""
         if self._connection is None:
             self.kill()
             return
@@ -119,7 +119,7 @@ class RayProcess:
             line.shutdown(socket.SHUT_RDWR)
 
     def kill(self) -> None:
-        """End the actor at once."""
+        """Kill the actor."""
         if not self._is_ended:
             self._is_ended = True
             ray.kill(self._actor)
@@ -135,6 +135,6 @@ def _is_ready(coming: Any, timeout: float | None) -> bool:
 
 
 def _send_at_once(connection: Connection) -> None:
-    """Has a connection by TCP send each message at once, however small, instead of waiting for more to send."""
+    """Make a TCP connection send each message at once, however small, instead of waiting for more data."""
     with socket.socket(fileno=os.dup(connection.fileno())) as line:
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -1,4 +1,4 @@
-"""Verification: recorded replies are carried out again, and every recorded fact is compared with what happens now.
+"""Verification: recorded replies are simulated again, and every recorded fact is compared with the result.
 
 Positions may differ by 1 mm and angles by 0.01 degrees (another machine's arithmetic); booleans, ids, words and ends
 must be equal. Source: `protocol.md` section 7.
@@ -20,19 +20,19 @@ _COUNT_KEYS = frozenset({"visible_px", "open_px", "toggle_px"})
 """Pixel counts come from rays: an edge that shifts by a rounding error moves a few of them."""
 _COUNT_TOLERANCE = 0.02
 _RECORDED_SINCE = {"not_on": 3}
-"""Fact -> the version of the rules since which rows hold it."""
+"""First version of the rules whose rows hold a fact, by fact."""
 
 
 @dataclass(frozen=True, slots=True)
 class FactDifference:
-    """One recorded fact that did not come out the same."""
+    """Recorded fact that differs in the new simulation."""
 
     episode_id: str
     epoch: int
     step: int
-    """0 for the world at the reset."""
+    """Number of the step; 0 for the world at the reset."""
     fact: str
-    """Where in the step, e.g. `world.objects.Mug|1.position.0`."""
+    """Path within the step, e.g. `world.objects.Mug|1.position.0`."""
     recorded: Any
     found: Any
 
@@ -43,18 +43,18 @@ class FactDifference:
 
 @dataclass(frozen=True, slots=True)
 class ComparisonSettings:
-    """How to compare."""
+    """Settings for the comparison."""
 
     frames: bool = False
-    """The frames' pixels too."""
+    """Whether to compare the frames' pixels too."""
     exact: bool = False
-    """Numbers to the last bit, as on the machine that made the record."""
+    """Whether numbers must be bit-identical, as on the machine that made the record."""
     on_step: Callable[[], None] = lambda: None
     """Called after each step."""
 
 
 def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: ComparisonSettings) -> list[FactDifference]:
-    """Return how `record` differs from its replies carried out again."""
+    """Return how `record` differs from a new simulation of its replies."""
     observation = env.reset(episode)
     for step in record.steps:
         if observation is None:
@@ -72,7 +72,7 @@ def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: Comp
 def differences(
     recorded: EpisodeRecord, found: EpisodeRecord, settings: ComparisonSettings
 ) -> Iterator[FactDifference]:
-    """Yield what differs between two records of one episode, times left aside."""
+    """Yield the differences between two records of one episode, ignoring times."""
     compare = _FactComparison(settings.exact, recorded.versions.rules).compare
 
     def report(step: int, faults: Iterator[tuple[str, Any, Any]]) -> Iterator[FactDifference]:

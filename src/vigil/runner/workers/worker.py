@@ -1,7 +1,7 @@
 """A simulator worker: the process that holds a simulator, and answers one request at a time.
 
 Started as `python -m vigil.runner.workers.worker FD` by `vigil.runner.workers.process`, with one end of a socket pair.
-It ends when the other end is closed, also in the middle of a request.
+It ends when the other end is closed, even in the middle of a request.
 """
 
 import faulthandler
@@ -63,16 +63,16 @@ from vigil.sim.privileged import PrivilegedSimulator
 from vigil.sim.protocol import Simulator
 
 UNWIND_AFTER_S = 0.5
-"""How long a worker may go on with a request when nobody waits for the answer any more."""
+"""Time that a worker may continue a request whose answer nobody awaits, in seconds."""
 POLL_END = getattr(select, "POLLRDHUP", 0)
 """Has a poll tell of the other end's closing alone; without it, of a socket pair's but not of a connection's by TCP."""
 END_AFTER_S = 15.0
-"""And how long it may take to unwind: agents' programs are ended first."""
+"""Time that the worker may take to unwind, in seconds; agents' programs are ended first."""
 
 
 @dataclass(slots=True)
 class EnvSlot:
-    """A simulator with its Env and the episode that is being played in it."""
+    """Simulator with its Env and the episode that is being played in it."""
 
     simulator: Simulator
     env: Env
@@ -81,17 +81,17 @@ class EnvSlot:
 
 
 class WorkerChannel:
-    """Messages from a worker to the main process while it handles a request."""
+    """Channel for messages from a worker to the main process during a request."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
 
     def send_heartbeat(self, reply: Reply | None = None) -> None:
-        """Say that the worker is alive, and what the agent in it has replied."""
+        """Report that the worker is alive, and the agent's reply."""
         self._connection.send(Heartbeat(reply))
 
     def on_first_frame(self) -> None:
-        """Say that the agent is about to be shown the first frame, and wait until that is on disk."""
+        """Report that the agent will see the first frame, and wait until that is on disk."""
         self._connection.send(AboutToShowFrame())
         self._connection.recv()
 
@@ -105,7 +105,7 @@ class RequestHandler:
         self._program = ProgramSettings(plan.reply_seconds, plan.beat_seconds, Secrets.of_command(plan.agent).redact)
         self._pack = None if plan.pack is None else Pack.load(plan.pack, plan.pack_sha256)
         self._house: House | None = None
-        """What the assignment at hand has brought."""
+        """House that the current assignment includes."""
         self._assets = AssetDatabase.from_file(plan.asset_database)
         if self._pack is not None:
             self._pack.check_assets(self._assets)
@@ -115,7 +115,7 @@ class RequestHandler:
         self._agents: dict[int, Agent] = {}
 
     def answer(self, request: EpisodeRequest) -> object:
-        """Return what `request` asks for. Raises VigilError."""
+        """Return the answer to `request`. Raises VigilError."""
         match request:
             case GetSimulatorFacts(drawn):
                 return self._facts(drawn)
@@ -223,7 +223,7 @@ class RequestHandler:
         self._release(slot)
 
     def _release(self, slot: EnvSlot) -> None:
-        """Keep a simulator for the next episode, unless there is one already or something went wrong on it."""
+        """Keep a simulator for the next episode, unless one is kept already or this one failed."""
         slot.observation = None
         if self._idle or slot.env.end in (None, "error"):
             slot.simulator.close()
@@ -252,7 +252,7 @@ class RequestHandler:
         return self._pack.house_of(episode)
 
     def _take_slot(self) -> EnvSlot:
-        """Return a free simulator; one is kept at hand, since building a simulator takes time and memory."""
+        """Return a free simulator; one is kept, because building a simulator takes time and memory."""
         if self._idle:
             return self._idle.pop()
         plan = self._plan
@@ -264,7 +264,7 @@ class RequestHandler:
 
 
 def _epoch_seed(seed: int, epoch: int) -> int:
-    """Return the seed of an epoch: the run's own in the first, none of a run with a seed beside it in the others."""
+    """Return the seed of an epoch: the run's own in the first, a hash of seed and epoch in the others."""
     if epoch == 1:
         return seed
     return int.from_bytes(hashlib.sha256(f"{seed}:{epoch}".encode()).digest()[:4], "big")
@@ -288,7 +288,7 @@ def serve(connection: Connection) -> None:
                 answer: Done | Failed = Done(handler.answer(request))
             except VigilError as error:
                 answer = Failed(error)
-            except Exception:  # noqa: BLE001 - a fault of the simulator's is told, and the worker lives on
+            except Exception:  # noqa: BLE001 - the simulator's fault is reported, and the worker lives on
                 answer = Failed(SimulatorError(traceback.format_exc(limit=-8)))
             connection.send(answer)
     except (EOFError, BrokenPipeError, ConnectionResetError):
