@@ -90,7 +90,7 @@ def test_what_was_there_before_and_what_was_torn_is_told(
     again = vigil(*command, "--agent", "noop")
     assert (again.code, again.err.splitlines()[0].split(":")[0]) == (0, "noop")
     assert "Played before, and not again: 3 of 4 episodes." in again.out
-    assert f"cut off while it wrote a row; what there was of it is in {path}.partial-1." in again.out
+    assert f"interrupted while it wrote a row; the partial row is in {path}.partial-1." in again.out
 
 
 def test_a_privileged_agent_is_marked_in_the_table_of_its_run(
@@ -141,7 +141,7 @@ def test_verify_says_how_many_frames_it_compared(vigil: Vigil, command: tuple[st
     unseen = vigil("verify", tmp_path / "run", "--workers", "1", "--frames")
     assert unseen.code == 0
     assert "2 episodes played again and 0 frames, compared exactly: 0 differences" in unseen.out
-    assert "No frame was compared: nobody looked at any in this run." in unseen.out
+    assert "No frame was compared: none was viewed in this run." in unseen.out
     shutil.rmtree(tmp_path / "run")
     vigil(*command, "--agent", "always_success", "--limit", "2", "--save-frames")
     seen = vigil("verify", tmp_path / "run", "--workers", "1", "--frames")

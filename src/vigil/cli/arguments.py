@@ -1,4 +1,4 @@
-"""Arguments and options that several verbs share and no settings underneath declare."""
+"""Arguments and options that several verbs share and that are not declared as settings."""
 
 from pathlib import Path
 from typing import Annotated
@@ -12,7 +12,7 @@ from vigil.scoring.saved_run import find_runs
 
 
 def _import_modules(names: list[str] | None) -> list[str] | None:
-    """Import at once: options that come after it may name what the modules register."""
+    """Import immediately, because later options may name what the modules register."""
     import_modules(names or ())
     return names
 
@@ -23,13 +23,16 @@ RunArguments = Annotated[
     list[Path], typer.Argument(help="Folders of runs, or folders with runs in them.", callback=find_runs)
 ]
 HouseArgument = Annotated[str, typer.Argument(metavar="HOUSE", help=f"A house file, or {DATASET}:SPLIT:INDEX.")]
-Robust = Annotated[bool, typer.Option("--robust", help="Also ask that a body that errs succeeds: seconds an episode.")]
+Robust = Annotated[
+    bool,
+    typer.Option("--robust", help="Also require that a body with motor noise succeeds; takes seconds per episode."),
+]
 Imports = Annotated[
     list[str] | None,
     typer.Option(
         "--import",
         metavar="MODULE",
-        help="Import this first, for families and things that it registers; may be repeated. For other commands: "
+        help="Import this module first, for families and objects that it registers; may be repeated. Other commands: "
         f"{ENVIRONMENT_VARIABLE}.",
         is_eager=True,
         callback=_import_modules,
@@ -38,10 +41,10 @@ Imports = Annotated[
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 OpenBrowser = Annotated[bool, typer.Option("--open/--no-open", help="Open a browser.")]
-WithPaper = Annotated[bool, typer.Option("--paper/--no-paper", help="Show the published rows too.")]
-Epoch = Annotated[int, typer.Option(min=1, help="Which play of the episode.")]
+WithPaper = Annotated[bool, typer.Option("--paper/--no-paper", help="Also show the published rows.")]
+Epoch = Annotated[int, typer.Option(min=1, help="Number of the play of the episode.")]
 SeedFile = Annotated[
-    Path | None, typer.Option(help="File with a secret seed, 2^64 or more: shells keep what a command says.")
+    Path | None, typer.Option(help="File with a secret seed, 2^64 or more; shells keep a history of commands.")
 ]
 Reveal = Annotated[bool, typer.Option(REVEAL, help=REVEAL_HELP)]
 LevelsFile = Annotated[

@@ -37,7 +37,9 @@ def doctor(
     out: Annotated[Path | None, typer.Option(help="Also write the frame that was drawn, as PNG.")] = None,
     backend: Annotated[
         Literal["mujoco", "thor"],
-        typer.Option(help="thor: what AI2-THOR's own engine lacks here, and whether its client works with ours."),
+        typer.Option(
+            help="Simulator to check; thor: what AI2-THOR's engine lacks here, and whether its client works with ours."
+        ),
     ] = "mujoco",
     full: Annotated[
         bool, typer.Option("--full", help="thor: play the conformance checks with the chosen engine.")
@@ -107,7 +109,7 @@ def thor_engine(
 ) -> None:
     """In Python: Controller(local_executable_path="vigil thor-engine --render-quality fast", scene=house)
 
-    The client adds options of Unity's to the command. `vigil.thor_engine()` returns a command, and sees to DISPLAY.
+    The client adds Unity's options to the command. `vigil.thor_engine()` returns a command and takes care of DISPLAY.
     """
     raise typer.Exit(serve_thor([*engine_options(backend, render_quality, assets), *context.args]))
 

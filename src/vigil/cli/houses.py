@@ -35,17 +35,17 @@ from vigil.sim.showcase.renders import render_birdseye
 
 def generate_house(
     out: Annotated[Path, typer.Option(help="File to write.")],
-    seed: Annotated[int | None, typer.Option(help="Same seed, same house.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Random seed; the same seed gives the same house.")] = None,
     seed_file: SeedFile = None,
     spec: Annotated[str, typer.Option("--rooms", "--spec", help="Number of rooms, or the name of a spec.")] = "1",
 ) -> None:
     """Example: vigil houses generate --seed 7 --rooms 2 --out house.json
 
-    A house of a secret seed does not tell it.
+    A house from a secret seed does not reveal the seed.
     """
     made_from = chosen_seed(seed, seed_file)
     if made_from is None:
-        raise SettingError("Give --seed or --seed-file: which house is it to be?")
+        raise SettingError("Give --seed or --seed-file: the house is generated from a seed.")
     if not out.parent.is_dir():
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     house = generate(made_from, spec_for(spec))
@@ -58,16 +58,16 @@ def generate_house(
 def check(
     places: Annotated[
         list[str],
-        typer.Argument(metavar="HOUSES", help=f"House files (one a line in .jsonl and .jsonl.gz), or {FORM}."),
+        typer.Argument(metavar="HOUSES", help=f"House files (one per line in .jsonl and .jsonl.gz), or {FORM}."),
     ],
     assets: AssetFile = None,
     load: Annotated[bool, typer.Option(help="Also build the scene and compile it in MuJoCo.")] = True,
     shapes: Annotated[
-        bool, typer.Option("--shapes", help="Also hold every thing's shape, place and state against the house.")
+        bool, typer.Option("--shapes", help="Also compare every object's shape, place and state with the house.")
     ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print only houses that cannot be loaded.")] = False,
 ) -> None:
-    """Faults of plausibility (things that overlap, rooms that cannot be reached) are reported and are no failure.
+    """Faults of plausibility (overlapping objects, unreachable rooms) are reported but are not failures.
 
     Example: vigil houses check house_*.json one_room.jsonl.gz --assets asset-database.json
     """
@@ -98,7 +98,7 @@ def show(
     out: Annotated[Path, typer.Option(help="Picture to write (PNG).")],
     assets: AssetFile = None,
 ) -> None:
-    """On the plan north (+z) is up; doors show the way that they swing, dots are small things, the ring is the start.
+    """On the plan north (+z) is up; doors show how they swing, dots are small objects, the ring is the start.
 
     Example: vigil houses show house.json --out plan.png
     """
@@ -113,10 +113,10 @@ def show(
 
 
 def sweep_houses(
-    seeds: Annotated[str, typer.Option(help="FIRST:END, e.g. 0:1000; END is not among them.")] = "0:20",
+    seeds: Annotated[str, typer.Option(help="Seeds, FIRST:END, e.g. 0:1000; END is excluded.")] = "0:20",
     rooms: Annotated[str, typer.Option(help="Numbers of rooms, e.g. 1,2,3,4,6,10.")] = "1,2,3,4,6,10",
     load: Annotated[bool, typer.Option(help="Also build each scene and compile it in MuJoCo.")] = True,
-    min_count: Annotated[int, typer.Option(min=0, help="Name categories with fewer things than this.")] = 0,
+    min_count: Annotated[int, typer.Option(min=0, help="List categories with fewer objects than this.")] = 0,
     workers: Workers = None,
 ) -> None:
     """Example: vigil houses sweep --seeds 0:100 --rooms 1,4,10"""
@@ -149,7 +149,7 @@ def _own_loaded(house: House) -> None:
 
 
 def _unloaded(house: House) -> None:
-    """Stands in for loading when only the document is asked for."""
+    """Replacement for loading when only the document is checked."""
 
 
 def _whole_numbers(text: str, between: str, option: str, form: str, count: int | None) -> list[int]:
@@ -164,15 +164,15 @@ def export(
     out: Annotated[Path, typer.Argument(help="House file to write.")],
     asset_database: Annotated[Path, typer.Option(help="AI2-THOR's asset-database.json.")],
     material_database: Annotated[Path | None, typer.Option(help="AI2-THOR's material-database.json.")] = None,
-    thor: Annotated[bool, typer.Option("--thor", help="For AI2-THOR (the only form there is).")] = False,
+    thor: Annotated[bool, typer.Option("--thor", help="Export for AI2-THOR (the only format).")] = False,
 ) -> None:
-    """What the database has no type for, or what has no room, is left out and named.
+    """Objects without a type in the database, or without room, are left out and listed.
     The result has not been run in AI2-THOR.
 
     Example: vigil houses export --thor --asset-database asset-database.json house.json thor_house.json
     """
     if not thor:
-        raise SettingError("houses export: for what? Give --thor; AI2-THOR's is the only form there is.")
+        raise SettingError("houses export needs a format: give --thor, the only one.")
     if not out.parent.is_dir():
         raise SettingError(f"House file {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
     house, assets = house_at(file, print_note), AssetDatabase.load(asset_database)
@@ -194,7 +194,7 @@ def export(
 
 
 def _houses(places: list[str]) -> Iterator[tuple[str, House | HouseError]]:
-    """Yield each house with what to call it, or why it is none."""
+    """Yield each house, or the error that it raises, with its name."""
     for place in places:
         if not is_dataset(place) and not place.endswith((".jsonl", ".gz")):
             try:
@@ -226,7 +226,7 @@ def _examine(house: House, database: AssetDatabase, load: bool, shapes: bool) ->
 
 
 def _loaded(house: House, database: AssetDatabase) -> tuple[Scene, CompiledModel]:
-    """Return the scene and what MuJoCo makes of it. Raises HouseError when something is missing or warned of."""
+    """Return the scene and its MuJoCo model. Raises HouseError when an object is missing or a warning occurs."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         scene = build_scene(house, database)

@@ -1,4 +1,4 @@
-"""`vigil models`, `vigil calibrate` and `vigil prompt`: what models there are, how they point, what they are sent."""
+"""`vigil models`, `vigil calibrate` and `vigil prompt`: providers, pointing calibration, and prompts."""
 
 import json
 import os
@@ -37,14 +37,14 @@ from vigil.runner.shared_settings import (
 )
 
 OneEpisode = Annotated[str | None, Setting("Fill in this episode's instruction.", metavar="ID")]
-LikeModel = Annotated[str | None, Setting("Coordinates as for this model.", metavar="MODEL")]
-OneModel = Annotated[str | None, Setting("Say of this model alone how it would be asked.", metavar="MODEL")]
+LikeModel = Annotated[str | None, Setting("Use this model's coordinates.", metavar="MODEL")]
+OneModel = Annotated[str | None, Setting("Show only how this model would be asked.", metavar="MODEL")]
 _COORDINATES = [
     {"in the name, case ignored": one.pattern, "coordinates": one.coordinates, "source": one.source}
     for one in COORDINATES_BY_MODEL
 ]
 LISTED = tuple(name for name in PROVIDERS if name != "mockllm")
-"""Providers that answer by themselves."""
+"""Providers that answer without a server."""
 
 
 def models(
@@ -103,7 +103,7 @@ def _verdict(model: str, found: PointingCalibration) -> str:
 
 
 def model_facts(model: str, base_url: str | None = None, api_key_env: str | None = None) -> dict[str, str]:
-    """Return how a model would be asked. Raises SettingError when its name makes no sense."""
+    """Return how a model would be asked. Raises SettingError when its name is invalid."""
     found = model_access(model, base_url, {}, api_key_env)
     return {
         "model": model,
@@ -116,7 +116,7 @@ def model_facts(model: str, base_url: str | None = None, api_key_env: str | None
 
 
 def source_of_coordinates(model: str) -> str:
-    """Return why a model is asked to point as it is, unless told otherwise."""
+    """Return the reason for a model's default coordinates."""
     if known_coordinates(model) is not None:
         return "published table; --coordinates overrides"
     return f"the table does not name this model; find out with: vigil calibrate --model {model}"
@@ -129,7 +129,7 @@ def keys_of(name: str) -> tuple[str, ...]:
 
 
 def switch_of(provider: Provider) -> str:
-    """Return the field that turns thinking on and off, with both values; empty where none is known."""
+    """Return the field that turns thinking on and off, with both values; empty if unknown."""
     if provider.thinking is None:
         return ""
     on, off = (flatten_fields(fields)[0] for fields in (provider.thinking.on, provider.thinking.off))
@@ -160,7 +160,7 @@ def _facts(name: str) -> dict[str, str]:
 
 
 def _lines(facts: Sequence[Mapping[str, str]]) -> list[str]:
-    """Return facts as lines of columns, which are not folded: addresses are there to be copied."""
+    """Return facts as lines of columns, without wrapping, so that addresses can be copied."""
     rows = [tuple(facts[0]), *(tuple(one.values()) for one in facts)]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return ["  ".join(map(str.ljust, row, widths)).rstrip() for row in rows]

@@ -15,11 +15,11 @@ Function = Callable[..., None]
 
 
 def with_options(verb: Function) -> Function:
-    """Return a verb's function as Typer takes it.
+    """Return a verb's function with the signature that Typer reads.
 
-    A parameter whose type is a dataclass of settings becomes an option for each setting of it; one that declares a
-    `Setting` becomes an option; Typer's own options and arguments stay as they are. What is on by default gets the
-    option `--no-NAME`.
+    A parameter whose type is a dataclass of settings becomes an option for each of its settings. One that declares a
+    `Setting` becomes an option. Typer's own options and arguments stay as they are. A setting that is on by default
+    gets the option `--no-NAME`.
     """
     parameters = inspect.signature(verb, eval_str=True).parameters
     groups = {
@@ -52,7 +52,7 @@ def _own(parameter: inspect.Parameter) -> DeclaredSetting | None:
 
 
 def _parameters(parameter: inspect.Parameter, group: list[DeclaredSetting] | None) -> Iterator[inspect.Parameter]:
-    """Yield what Typer is to see of a parameter."""
+    """Yield the parameters that Typer sees for a parameter."""
     one = _own(parameter)
     if group is None and one is None:
         yield parameter.replace(kind=parameter.KEYWORD_ONLY)
@@ -76,7 +76,7 @@ def _option(one: DeclaredSetting) -> Any:
 
 
 def _text_type(one: DeclaredSetting) -> Any:
-    """Return the type that Typer is to make of an option's texts."""
+    """Return the type to which Typer converts an option's texts."""
     if one.setting.read is not None:
         return list[str] | None if one.setting.repeats else str | None
     kinds = get_args(one.kind) if get_origin(one.kind) in (Union, UnionType) else (one.kind,)
@@ -95,5 +95,5 @@ def _shown(one: DeclaredSetting) -> Any:
 
 
 def _value(one: DeclaredSetting, given: Any) -> Any:
-    """Return the setting that Typer's value is."""
+    """Return the setting's value for Typer's value."""
     return not given if one.default is True and given is not None else one.value(given)

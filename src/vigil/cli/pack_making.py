@@ -66,13 +66,13 @@ from vigil.runner.workers.pool import worker_count
 from vigil.scoring.closure import Kind
 from vigil.scoring.levels import LEVELS, EpisodeLevel, parse_levels
 
-Rooms = Annotated[str, typer.Option(help="Numbers of rooms or specs, in turn, of generated houses.")]
+Rooms = Annotated[str, typer.Option(help="Numbers of rooms, or specs, of generated houses, in turn.")]
 HousePlaces = Annotated[
     list[str] | None, typer.Option(help=f"House file (.json, .jsonl, .jsonl.gz), or {FORM}; repeat.")
 ]
-Name = Annotated[str, typer.Option(help="The pack's name.")]
-PerFamily = Annotated[int, typer.Option(min=1, help="Episodes of each family.")]
-MaxPerHouse = Annotated[int, typer.Option(min=1, help="Episodes of a family in a house, at most.")]
+Name = Annotated[str, typer.Option(help="Name of the pack.")]
+PerFamily = Annotated[int, typer.Option(min=1, help="Number of episodes of each family.")]
+MaxPerHouse = Annotated[int, typer.Option(min=1, help="Maximum number of episodes of a family in a house.")]
 LevelNames = Annotated[
     list[str] | None,
     typer.Option(
@@ -80,7 +80,7 @@ LevelNames = Annotated[
     ),
 ]
 Starts = Annotated[
-    int, typer.Option("--hardest-of", min=1, help="Starts drawn for each draft, of which the hardest is kept.")
+    int, typer.Option("--hardest-of", min=1, help="Number of starts drawn for each draft; the hardest is kept.")
 ]
 Reviews = Annotated[list[Path] | None, typer.Option("--review", "--reviews", help="Review file; may be repeated.")]
 
@@ -88,18 +88,18 @@ Reviews = Annotated[list[Path] | None, typer.Option("--review", "--reviews", hel
 def propose(
     out: Annotated[Path, typer.Option(help="Drafts file (JSONL); the same command continues it.")],
     houses: HousePlaces = None,
-    seeds: Annotated[str | None, typer.Option(help="FIRST:END of houses to generate instead.")] = None,
+    seeds: Annotated[str | None, typer.Option(help="Seeds FIRST:END of houses to generate instead.")] = None,
     rooms: Rooms = "mixed",
     families: Families = (),
     suite: Suite = None,
     grammar: Annotated[bool, typer.Option("--grammar", help="Propose by the built-in grammar (the default).")] = False,
-    model: Annotated[str | None, typer.Option(help="provider/model that proposes instead.")] = None,
+    model: Annotated[str | None, typer.Option(help="Model that proposes instead, as provider/model.")] = None,
     base_url: BaseUrl = None,
     api_key_env: ApiKeyEnv = None,
-    seed: Annotated[int | None, typer.Option(help="For everything drawn; 0 unless given.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Random seed; 0 if unset.")] = None,
     seed_file: SeedFile = None,
-    per_house: Annotated[int, typer.Option(min=1, help="Drafts kept of a family in a house.")] = PER_HOUSE,
-    tries: Annotated[int, typer.Option(min=1, help="Drafts tried of a family in a house.")] = TRIED,
+    per_house: Annotated[int, typer.Option(min=1, help="Most drafts kept per family and house.")] = PER_HOUSE,
+    tries: Annotated[int, typer.Option(min=1, help="Most drafts tried per family and house.")] = TRIED,
     hardest_of: Starts = 1,
     forms: FormsOption = None,
     limit: Annotated[int | None, typer.Option(min=1, help="Only the first N houses of each --houses.")] = None,
@@ -113,7 +113,7 @@ def propose(
     vigil pack propose --suite closure --seeds 100:160 --out closure.jsonl
     vigil pack propose --seeds 0:60 --seed-file secret.txt --out private.jsonl
 
-    With a secret seed --seeds numbers the houses, and no name tells the seed.
+    With a secret seed, --seeds numbers the houses, and names do not reveal the seed.
     """
     drawn_by = chosen_seed(seed, seed_file) or 0
     if grammar and model is not None:
@@ -155,7 +155,7 @@ def build(
     kept: Annotated[
         Path | None, typer.Option("--earlier-drafts", help="Drafts of an earlier version; they enter first.")
     ] = None,
-    version: Annotated[str, typer.Option(help="The pack's version.")] = "1",
+    version: Annotated[str, typer.Option(help="Version of the pack.")] = "1",
     reviews: Reviews = None,
     per_family: PerFamily = PER_FAMILY,
     families: Families = (),
@@ -163,7 +163,7 @@ def build(
     kind: Kinds = None,
     alias: Annotated[list[str] | None, typer.Option(help="Another name of the pack; may be repeated.")] = None,
     description: Annotated[str, typer.Option(help="One sentence for the manifest and the card.")] = "",
-    seed: Annotated[int | None, typer.Option(help="Breaks ties; 0 unless given.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Random seed for breaking ties; 0 if unset.")] = None,
     seed_file: SeedFile = None,
     max_per_house: MaxPerHouse = HOUSE_USES,
     level: LevelNames = None,
@@ -234,7 +234,7 @@ def _levels(
     verification: VerificationSettings,
     kept: DraftsFile | None,
 ) -> dict[str, EpisodeLevel] | None:
-    """Return the level of every draft that may enter; None where the pack does not ask for levels."""
+    """Return the level of every candidate draft; None if the pack does not ask for levels."""
     if not pack_request.levels:
         return None
     pool = [each for each in candidates(files, given, kept) if each.episode.family in pack_request.families]
@@ -247,10 +247,10 @@ def _levels(
 def make(
     name: Name,
     out: Annotated[Path, typer.Option(help="New or empty folder; drafts are kept beside it.")],
-    seed: Annotated[int | None, typer.Option(min=0, help="Draws houses, drafts and all else: keep it secret.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Random seed of the pack: keep it secret.")] = None,
     seed_file: SeedFile = None,
     houses: HousePlaces = None,
-    count: Annotated[int | None, typer.Option(min=1, help="Houses to draw; of --houses all, unless given.")] = None,
+    count: Annotated[int | None, typer.Option(min=1, help="Houses to draw; all of --houses if unset.")] = None,
     one_family_per_house: Annotated[
         bool, typer.Option("--one-family-per-house", help="Use each house for one family only, in turn.")
     ] = False,
@@ -274,8 +274,8 @@ def make(
     vigil pack make --name real --houses procthor-10k:val --count 200 --per-family 25 --out packs/real
     vigil pack make --name stress --suite closure --seed 918273645 --per-family 20 --out packs/stress
 
-    With --houses the seed, 0 by default, is no secret, and OUT.recipe.json is written, which names all houses with
-    their hashes: `vigil pack remake` makes the same bytes of it.
+    With --houses the seed, 0 by default, is not secret, and OUT.recipe.json is written, which names all houses with
+    their hashes: `vigil pack remake` makes the same bytes from it.
     """
     drawn_by = _seed_of(houses, seed, seed_file)
     if suite is not None:
@@ -324,7 +324,7 @@ def make(
 
 
 def _seed_of(houses: list[str] | None, seed: int | None, seed_file: Path | None) -> int | None:
-    """Return the seed that was given, which houses of others can do without. Raises SettingError."""
+    """Return the seed that was given; with --houses it may be missing. Raises SettingError."""
     if houses and seed_file is not None:
         raise SettingError(SECRET_RECIPE)
     drawn_by = chosen_seed(seed, seed_file)
@@ -338,14 +338,14 @@ def _seed_of(houses: list[str] | None, seed: int | None, seed_file: Path | None)
 def _save_recipe(out: Path, recipe: Recipe) -> None:
     written = out.with_name(f"{out.name}.recipe.json")
     recipe.save(written)
-    print(f"{written}: whoever has the houses makes the same bytes of it with vigil pack remake")
+    print(f"{written}: with the same houses, vigil pack remake makes the same bytes from it")
 
 
 def remake(
     recipe: Annotated[str, typer.Argument(help="A recipe's file, or the name of a packaged one.")],
     out: Annotated[Path, typer.Option(help="New or empty folder; drafts are kept beside it.")],
     houses: Annotated[
-        list[str] | None, typer.Option(help="File of the recipe's houses, unless it takes them from ProcTHOR-10K.")
+        list[str] | None, typer.Option(help="File with the recipe's houses, unless they are from ProcTHOR-10K.")
     ] = None,
     workers: Workers = None,
     assets: AssetFile = None,
@@ -389,7 +389,7 @@ def _make(
     is_spread: bool,
     starts: int,
 ) -> Pack:
-    """Propose in all houses, or go on, and freeze the pack."""
+    """Propose in all houses, or continue, and freeze the pack."""
     file, settings = drafting_for_pack(out, pack_request, verification)
     settings = replace(settings, is_spread=is_spread, starts=starts)
     with progress("houses") as show:
@@ -406,7 +406,7 @@ def _make_suite(
     verification: VerificationSettings,
     given: list[Review],
 ) -> Pack:
-    """Propose tasks of the suite in all houses, or go on, and freeze the pack."""
+    """Propose tasks of the suite in all houses, or continue, and freeze the pack."""
     with progress("houses") as show:
         file = draft_suite(out, sources, pack_request, verification, progress_callback(show))
     drafts_summary(file)

@@ -1,4 +1,4 @@
-"""`vigil pack baselines`, `levels`, `difficulty`, `sheet`: what a frozen pack comes to, in figures and to the eye."""
+"""`vigil pack baselines`, `levels`, `difficulty`, `sheet`: measurements and contact sheets of a frozen pack."""
 
 import json
 from collections import Counter
@@ -48,7 +48,7 @@ def baselines(
     pack: PackArgument,
     log_dir: Annotated[Path, typer.Option(help="Folder for the runs; the same command continues them.")],
     card: Annotated[
-        bool, typer.Option("--card", help="Also write the figures beside the pack and into its card.")
+        bool, typer.Option("--card", help="Also write the figures into the pack's folder and its card.")
     ] = False,
     workers: Workers = None,
     assets: AssetFile = None,
@@ -89,7 +89,7 @@ def _summary(pack: Pack, agent: str, folder: Path, workers: int | None, assets: 
 
 def levels(
     pack: PackArgument,
-    out: Annotated[Path | None, typer.Option(help="File to write a line for each episode into.")] = None,
+    out: Annotated[Path | None, typer.Option(help="File to write, with a line per episode.")] = None,
     workers: Workers = None,
     assets: AssetFile = None,
 ) -> None:
@@ -110,7 +110,7 @@ def levels(
 
 
 def _print_levels(pack: Pack, found: list[EpisodeLevel]) -> None:
-    """Print how many episodes of each family are of each level, and the means of what the index adds up."""
+    """Print the number of episodes of each family and level, and the means of the index's terms."""
     family_of = {episode.id: episode.family for episode in pack.episodes}
     counts = Counter((family_of[each.episode_id], each.level) for each in found)
     table = Table("family", *LEVELS, "index", *COSTS)
@@ -168,7 +168,7 @@ def _correlation_json(found: Correlation) -> dict[str, object]:
 
 
 def _number(value: float) -> float | None:
-    """Return a number as JSON has it: none for NaN."""
+    """Return a number for JSON: None for NaN."""
     return value if np.isfinite(value) else None
 
 
@@ -203,9 +203,9 @@ def _correlation_words(found: Correlation) -> str:
 
 def sheet(
     pack: PackArgument,
-    out: Annotated[Path, typer.Option(help="Folder to write a sheet for each family into.")],
-    count: Annotated[int, typer.Option("--count", min=1, help="Episodes, evenly over the families.")] = 80,
-    seed: Annotated[int, typer.Option(min=0, help="Which ones.")] = 0,
+    out: Annotated[Path, typer.Option(help="Folder to write, with a sheet per family.")],
+    count: Annotated[int, typer.Option("--count", min=1, help="Number of episodes, evenly over the families.")] = 80,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed of the choice of episodes.")] = 0,
     assets: AssetFile = None,
     reveal: Reveal = False,
 ) -> None:

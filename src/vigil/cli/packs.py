@@ -1,4 +1,4 @@
-"""`vigil pack`: what is in a pack, whether every episode holds what it promises, and how two packs differ."""
+"""`vigil pack`: what is in a pack, whether every episode is valid, and how two packs differ."""
 
 import json
 import os
@@ -61,7 +61,7 @@ def list_packs(as_json: AsJson = False) -> None:
         counts = (str(row[key]) for key in ("episodes", "families", "houses"))
         table.add_row(row["name"], ", ".join(row["also"]), row["version"], *counts, row["sha256"][:12])
     console().print(table)
-    print("A pack of your own: the folder instead of a name. `vigil pack info NAME` says more of one.")
+    print("For a custom pack, give its folder instead of a name. `vigil pack info NAME` says more.")
 
 
 def info(pack: PackArgument, as_json: AsJson = False) -> None:
@@ -92,7 +92,7 @@ def info(pack: PackArgument, as_json: AsJson = False) -> None:
 
 
 def _print_families(pack: Pack) -> None:
-    """Print the paper's tables of families: how many episodes, which budgets, which skills."""
+    """Print the paper's tables of families: numbers of episodes, budgets and skills."""
     table = Table("family", "name", "layer", "visible", "episodes", "houses", "steps", "invalid", "skills", "templates")
     for family, spec in FAMILIES.items():
         episodes = [episode for episode in pack.episodes if episode.family == family]
@@ -113,7 +113,7 @@ def _print_families(pack: Pack) -> None:
 
 
 def _print_levels(pack: Pack) -> None:
-    """Print how many episodes of each family are of each level, where the pack holds levels."""
+    """Print the number of episodes of each family and level, if the pack has levels."""
     levels = read_pack_levels(pack.folder)
     if not levels:
         return
@@ -137,7 +137,7 @@ def _print_strata(strata: dict) -> None:
 def verify(
     pack: PackArgument,
     workers: Workers = None,
-    log: Annotated[Path | None, typer.Option(help="Keeps what was verified; the same command continues.")] = None,
+    log: Annotated[Path | None, typer.Option(help="File of verified episodes; the same command continues it.")] = None,
     assets: AssetFile = None,
     backend: Backend = "mujoco",
     robust: Robust = False,
@@ -161,7 +161,7 @@ def verify(
 
 
 def _with_assets(pack: str, assets: Path | None) -> tuple[Pack, AssetDatabase]:
-    """Return a pack and the asset database that it was made with. Raises PackMismatch when another one is given."""
+    """Return a pack and the asset database that it was made with. Raises PackMismatch when a different one is given."""
     loaded, database = Pack.load(pack), AssetDatabase.from_file(assets)
     print_notes(loaded.manifest.version_notes)
     loaded.check_assets(database)
@@ -188,7 +188,7 @@ def compare_back_ends(
     pack: PackArgument,
     family: Families = (),
     episode: EpisodeIds = (),
-    limit: Annotated[int | None, typer.Option(min=1, help="Only the first so many episodes.")] = None,
+    limit: Annotated[int | None, typer.Option(min=1, help="Only the first N episodes.")] = None,
     first: Annotated[str, typer.Option(help="A simulator.")] = "mujoco",
     second: Annotated[str, typer.Option(help="Another.")] = "thor",
     assets: AssetFile = None,
@@ -196,7 +196,7 @@ def compare_back_ends(
 ) -> None:
     """Example: vigil compare-backends vigil_smoke
 
-    Over AI2-THOR's client runs this project's engine, unless VIGIL_THOR_ENGINE chooses another.
+    AI2-THOR's client uses this project's engine, unless VIGIL_THOR_ENGINE chooses another.
     """
     os.environ.setdefault(ENGINE_VARIABLE, OWN)
     loaded, database = _with_assets(pack, assets)
@@ -232,7 +232,7 @@ def _print_differences(found: BackendComparison, explained: frozenset[str]) -> N
     for each in found.differences:
         if each.kind not in explained:
             print(each)
-    print("What is explained, and how, stands in docs/ai2thor.md.")
+    print("docs/ai2thor.md lists the explained differences and their reasons.")
 
 
 def diff(

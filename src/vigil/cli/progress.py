@@ -1,4 +1,4 @@
-"""How far long work has come, on standard error: a bar in a terminal, elsewhere a plain line now and then."""
+"""Progress of long work, on standard error: a bar in a terminal, elsewhere a plain line from time to time."""
 
 import math
 import sys
@@ -15,31 +15,31 @@ from vigil.cli.text import console, duration, percent
 from vigil.runner.progress import OnProgress, RunProgress
 
 PLAIN_SECONDS = 10.0
-"""Between two plain lines at least, but for the last."""
+"""Minimum time between two plain lines except the last, in seconds."""
 QUIET_SECONDS = 25.0
-"""Work that tells nothing is said to go on about so often."""
+"""Time between the lines for work that reports no progress, in seconds."""
 RETRY_REASON_CHARS = 70
 
 
 class ShowProgress(Protocol):
-    """Takes in how much is done."""
+    """Shows how much is done."""
 
     def __call__(self, done: int, total: int, facts: str = "") -> None: ...  # noqa: D102
 
 
 class _PlainProgress:
-    """What was told last, and since when; shown as plain lines."""
+    """Latest progress, shown as plain lines."""
 
     def __init__(self, label: str) -> None:
         self._label = label
         self._began_s = time.monotonic()
         self._line_s = -math.inf
         self._first: tuple[float, int] | None = None
-        """When something was told for the first time, and how much was done already: by an earlier session."""
+        """Time of the first report, and how much an earlier session had done by then."""
         self._text = ""
 
     def update(self, done: int, total: int, facts: str) -> str:
-        """Take in how much is done, and return the time left, estimated from what was done since the first time."""
+        """Record how much is done, and return the time left, estimated from the work since the first report."""
         now_s = time.monotonic()
         if self._first is None:
             self._first = now_s, done
@@ -50,23 +50,23 @@ class _PlainProgress:
         return left
 
     def print_line(self, least_s: float, more: str = "") -> None:
-        """Print where the work stands, unless that was done less than so many seconds ago."""
+        """Print the progress, unless that was done less than `least_s` seconds ago."""
         now_s = time.monotonic()
         if now_s - self._line_s >= least_s:
             self._line_s = now_s
             print(self._text + more, file=sys.stderr, flush=True)
 
     def print_heartbeat(self) -> None:
-        """Print that the work goes on, unless something was printed lately."""
+        """Print that the work goes on, unless something was printed recently."""
         since = duration(time.monotonic() - self._began_s)
         self.print_line(QUIET_SECONDS, f"  (at it for {since})" if self._text else f"{self._label}: begun {since} ago")
 
 
 @contextmanager
 def progress(label: str, *, may_fork: bool = False) -> Iterator[ShowProgress]:
-    """Yield what is told how many of how many are done; nothing is shown before that, or before it takes long.
+    """Yield a callback for the number done and the total; nothing is shown before its first call, or for short work.
 
-    Where the process `may_fork` no thread runs beside it: a bar changes only when something is told.
+    Where the process `may_fork`, no other thread runs: a bar changes only when the callback is called.
     """
     output = console(stderr=True)
     is_live = sys.stderr.isatty() and output.is_interactive
@@ -107,13 +107,13 @@ def progress(label: str, *, may_fork: bool = False) -> Iterator[ShowProgress]:
 
 @contextmanager
 def run_progress(label: str) -> Iterator[OnProgress]:
-    """Yield what takes in where a run stands."""
+    """Yield a callback that shows the progress of a run."""
     with progress(label) as show:
         yield lambda run: show(run.done + run.errors, run.total, progress_facts(run))
 
 
 def progress_facts(run: RunProgress) -> str:
-    """Return what a run's progress says besides the number of its episodes."""
+    """Return the facts of a run's progress other than the number of episodes."""
     return "  ".join(
         (
             f"W {percent(run.W)}",

@@ -33,18 +33,20 @@ def render(
     pose: Annotated[str | None, typer.Option(help="x,z,yaw[,horizon]: metres and degrees.")] = None,
     episode: Annotated[str | None, typer.Option(help="An episode's id: the frame that it starts with.")] = None,
     asset: Annotated[str | None, typer.Option(help="A category, e.g. Fridge.")] = None,
-    variant: Annotated[int, typer.Option(help="Which of an asset's looks.")] = 0,
+    variant: Annotated[int, typer.Option(help="Number of the asset's variant.")] = 0,
     state: Annotated[State | None, typer.Option(help="State of the asset.")] = None,
     catalog: Annotated[bool, typer.Option("--catalog", help="Contact sheets of every category, with names.")] = False,
-    variants: Annotated[int, typer.Option(min=1, help="Looks of each category in the catalogue.")] = 3,
+    variants: Annotated[int, typer.Option(min=1, help="Number of variants of each category in the catalogue.")] = 3,
     blind: Annotated[
         int | None,
-        typer.Option(min=1, max=999, help="So many numbered pictures of single things; key: OUT.key.json."),
+        typer.Option(min=1, max=999, help="Number of numbered pictures of single objects to draw; key: OUT.key.json."),
     ] = None,
     distance: Annotated[
-        float | None, typer.Option(min=0.2, max=5.0, help="Metres from a thing; without it, where it spans 120 pixels.")
+        float | None, typer.Option(min=0.2, max=5.0, help="Metres from an object; if unset, where it spans 120 pixels.")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Which things, variants and rooms --blind and --catalog show.")] = 0,
+    seed: Annotated[
+        int, typer.Option(min=0, help="Random seed of the objects, variants and rooms that --blind and --catalog show.")
+    ] = 0,
     pack: PackName = "starter",
     assets: AssetFile = None,
     render_quality: RenderQuality = "default",
@@ -87,7 +89,7 @@ def _view(house: House, start: Pose, setup: Setup, assets: AssetDatabase, qualit
 def _series(folder: Path, blind: int | None, variants: int, seed: int, distance: float | None) -> None:
     """Write the numbered pictures of --blind and their key, or the contact sheets of --catalog."""
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise SettingError(f"--out {str(folder)!r} exists and is no empty folder. Give a new one.")
+        raise SettingError(f"--out {str(folder)!r} exists and is not an empty folder. Give a new one.")
     if blind is None:
         print(*write_catalog(folder, variants, seed, distance), sep="\n")
         return

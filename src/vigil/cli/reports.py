@@ -35,7 +35,7 @@ from vigil.scoring.saved_run import find_runs, load_run_pack, pack_folder
 STILLS, MOVING = (".png", ".pdf", ".svg"), (".gif", ".webp")
 WITH_FRAMES = ("protocol", "pipeline", "trajectory")
 _Frames = tuple[Path | None, bool]
-"""The asset database that frames are drawn with, and whether those of a private pack may be."""
+"""Asset database for drawing frames, and whether frames of a private pack may be drawn."""
 
 
 def report(
@@ -44,11 +44,11 @@ def report(
     out: Annotated[Path | None, typer.Option(help="Folder to write into.", show_default="print Markdown")] = None,
     pack: PackLocation = None,
     with_paper: WithPaper = True,
-    episode: Annotated[list[str] | None, typer.Option(help="Show its trajectories too; may be repeated.")] = None,
-    diagram: Annotated[bool, typer.Option("--diagram", help="Show the diagram of the protocol too.")] = False,
+    episode: Annotated[list[str] | None, typer.Option(help="Also show its trajectories; may be repeated.")] = None,
+    diagram: Annotated[bool, typer.Option("--diagram", help="Also show the diagram of the protocol.")] = False,
     assets: AssetFile = None,
     levels: LevelsFile = None,
-    check: Annotated[bool, typer.Option("--check", help="Assert the identities, and stop there.")] = False,
+    check: Annotated[bool, typer.Option("--check", help="Only check the identities.")] = False,
     reveal: Reveal = False,
 ) -> None:  # fmt: skip
     """Examples:
@@ -105,7 +105,7 @@ def _formats(names: list[str]) -> tuple[Format, ...]:
     for name in wanted:
         if name not in (*FORMATS, "all"):
             raise SettingError(
-                f"There is no format {name!r}.{did_you_mean(name, FORMATS)} Known: {', '.join(FORMATS)}."
+                f"Format {name!r} does not exist.{did_you_mean(name, FORMATS)} Known: {', '.join(FORMATS)}."
             )
     if "all" in wanted:
         return FORMATS
@@ -142,11 +142,11 @@ def _warn(found: Study) -> None:
 
 def figure(
     name: Annotated[str, typer.Argument(help=f"{', '.join((*FIGURES, *WITH_FRAMES))}.")],
-    runs: Annotated[list[Path] | None, typer.Argument(help="Folders of runs; one row each in a trajectory.")] = None,
+    runs: Annotated[list[Path] | None, typer.Argument(help="Folders of runs, one row each in a trajectory.")] = None,
     out: Annotated[Path, typer.Option(help="png, pdf or svg; a trajectory also gif or webp.")] = Path("figure.png"),
     episode: Annotated[str | None, typer.Option(help="Episode of a trajectory or pipeline.")] = None,
     epoch: Epoch = 1,
-    columns: Annotated[int, typer.Option(min=2, max=40, help="Frames a row at most.")] = 6,
+    columns: Annotated[int, typer.Option(min=2, max=40, help="Maximum number of frames per row.")] = 6,
     pack: PackLocation = None,
     with_paper: WithPaper = True,
     assets: AssetFile = None,
@@ -171,7 +171,7 @@ def figure(
         content = figure_bytes(drawn, kind)
     else:
         known = (*FIGURES, *WITH_FRAMES)
-        raise SettingError(f"There is no figure {name!r}.{did_you_mean(name, known)} Known: {', '.join(known)}.")
+        raise SettingError(f"Figure {name!r} does not exist.{did_you_mean(name, known)} Known: {', '.join(known)}.")
     out.write_bytes(content)
     print(out)
 

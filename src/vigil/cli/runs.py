@@ -27,13 +27,13 @@ from vigil.runner.settings import RunSettings, access_of, profile_of
 from vigil.runner.verify_run import Verification, VerifySettings, verify_run
 from vigil.scoring.saved_run import read_run
 
-NewRun = Annotated[Path, typer.Argument(metavar="OUT", help="Folder of the joined run; a new one.")]
+NewRun = Annotated[Path, typer.Argument(metavar="OUT", help="New folder for the joined run.")]
 Shards = Annotated[list[Path], typer.Argument(metavar="SHARD...", help="Folders that `vigil run --shard I/N` made.")]
 
 
 def run(
     settings: RunSettings,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say calls and tokens, play nothing.")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Estimate calls and tokens without playing.")] = False,
     imports: Imports = None,
 ) -> None:
     """Examples:
@@ -50,7 +50,7 @@ def run(
 
 
 def print_asked(settings: RunSettings) -> None:
-    """Say which model is asked, where, with which key, and how it points."""
+    """Print which model is asked, where, with which key, and its coordinates."""
     print(f"Model: {access_of(settings).description}.")
     mode = profile_of(settings).coordinates
     told = settings.coordinates is not None
@@ -69,7 +69,7 @@ def verify(run: RunArgument, settings: VerifySettings) -> None:
     if not found.checked:
         print("Nothing was verified: the run has no episode that ended without error.")
     elif settings.frames and not found.frames:
-        print("No frame was compared: nobody looked at any in this run.")
+        print("No frame was compared: none was viewed in this run.")
     if found.errors:
         print(f"{found.errors} rows ended as errors: nothing to verify in them.")
     if found.left_out:
@@ -103,7 +103,7 @@ def _play(settings: RunSettings) -> None:
 
 
 def _with_warnings(show: OnProgress) -> OnProgress:
-    """Return `show`, with warnings beside it on standard error."""
+    """Return `show`, extended to print warnings on standard error."""
 
     def tell(where: RunProgress) -> None:
         show(where)
@@ -123,7 +123,7 @@ def merge(out: NewRun, shards: Shards, settings: MergeSettings) -> None:
 
 
 def _with_agent(settings: RunSettings) -> RunSettings:
-    """Return the settings with the maker of an agent with hidden sight. Raises SettingError on an unknown agent."""
+    """Return the settings with the factory of an agent with hidden sight. Raises SettingError on an unknown agent."""
     name = settings.agent
     if name in PRIVILEGED:
         return replace(settings, agent_factory=privileged_agent)
@@ -155,7 +155,9 @@ def _print_result(result: RunResult, pack: str | Path) -> None:
     print_notes((*result.header.spec.program_notes, *result.notes))
     print_run(result.folder, pack)
     if result.partial_line_file is not None:
-        print(f"The last run was cut off while it wrote a row; what there was of it is in {result.partial_line_file}.")
+        print(
+            f"The previous run was interrupted while it wrote a row; the partial row is in {result.partial_line_file}."
+        )
     if result.resumed:
         print(f"Played before, and not again: {result.resumed} of {len(result.records)} episodes.")
     if result.header.prices is not None:

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 INVALID_HINT = "`vigil view` shows what was replied; section 2.3 of docs/protocol.md says what is an action."
 LENIENT_HINT = "What would parse leniently is played under --reply-policy lenient, a variant of its own."
-CLOSURE = "C: the report says what is true of the world at the end. All tables of the suite: `vigil report`."
+CLOSURE = "C: the report is true of the world at the end. All tables of the suite: `vigil report`."
 CLOSURE_RATES = ("C", "pairs_right")
-"""Those that are shown with their intervals."""
+"""Rates that are shown with their intervals."""
 INTERVALS = "The interval of every rate: `vigil score --json`, `vigil report`."
 MAX_REASONS = 5
 MAX_REASON_CHARS = 300
@@ -64,13 +64,13 @@ class _ScoredRun:
     spec: RunSpec
     scores: RunScores
     notes: tuple[str, ...]
-    """What a reader must know before any number."""
+    """Notes that a reader must know before any number."""
     closure: "ClosureRun | None" = None
-    """Of a pack of the closure-stress suite."""
+    """Run's results on the closure-stress suite; None for other packs."""
 
 
 def print_run(path: Path, pack: str | Path | None = None) -> None:
-    """Print the table of a run that has just been played or joined: of the suite by kind, else by family."""
+    """Print the table of a run that has just been played or joined: by kind for the suite, else by family."""
     run = _scored_run(path, pack)
     if run.closure is None:
         print_families(run.name, run.scores)
@@ -103,7 +103,7 @@ def _scored_run(path: Path, pack: str | Path | None) -> _ScoredRun:
 
 
 def _with_unique_names(runs: list[_ScoredRun]) -> list[_ScoredRun]:
-    """Return the runs under different names: those of one agent with their folders, and a note in what they differ."""
+    """Return the runs with unique names: runs of one agent get their folders, and a note on how they differ."""
     found: list[_ScoredRun] = []
     for run in runs:
         namesakes = [each for each in runs if each.name == run.name]
@@ -123,13 +123,13 @@ def _with_unique_names(runs: list[_ScoredRun]) -> list[_ScoredRun]:
 
 
 def run_label(header: RunHeader) -> str:
-    """Return the name under which a run stands in tables: hidden sight, memory and a prompt of one's own are said."""
+    """Return the name of a run in tables; it tells hidden sight, memory and a custom prompt."""
     own_prompt = f" [{header.spec.profile.prompt_variant}]" if header.spec.profile.has_custom_prompt else ""
     return header.spec.agent + own_prompt + header.spec.name_suffix
 
 
 def print_families(name: str, scores: RunScores) -> None:
-    """Print one run's table, a row a family."""
+    """Print one run's table, with a row per family."""
     _warn(name, scores)
     summary = summarise(scores)
 
@@ -202,7 +202,7 @@ def _pair(rates: dict | None, is_full: bool) -> str:
 
 
 def _print_closure_tables(runs: Sequence["ClosureRun"]) -> None:
-    """Print one run's table, a row a kind; of several, a row a run."""
+    """Print one run's table with a row per kind; for several runs, a row per run."""
     if len(runs) == 1:
         print_fitting(lambda is_full: _kinds(runs[0], is_full))
     else:
@@ -263,6 +263,6 @@ def _warn(name: str, scores: RunScores) -> None:
 
 
 def _last_line(message: str) -> str:
-    """Return what a message (maybe a traceback) comes to, in one line."""
+    """Return the gist of a message (perhaps a traceback) in one line."""
     lines = message.strip().splitlines()
     return lines[-1][:MAX_REASON_CHARS] if lines else "(no message)"

@@ -20,18 +20,18 @@ def console(stderr: bool = False) -> Console:
 
 
 def print_notes(notes: Iterable[str]) -> None:
-    """Tell what a reader must know before any result, once each, beside the results: on standard error."""
+    """Print what a reader must know before any result, once each, on standard error."""
     for note in dict.fromkeys(notes):
         print(f"note: {note}", file=sys.stderr, flush=True)
 
 
 def print_note(note: str) -> None:
-    """Tell one note, beside the results."""
+    """Print one note on standard error."""
     print_notes([note])
 
 
 def print_fitting(build: Callable[[bool], Table]) -> None:
-    """Print the full table, `build(True)`, where it fits on a line of the terminal, else the narrow one."""
+    """Print the full table, `build(True)`, if it fits the width of the terminal, else the narrow one."""
     output = console()
     full = build(True)
     width = Measurement.get(output, output.options.update(max_width=UNBOUNDED_WIDTH), full).maximum
@@ -39,7 +39,7 @@ def print_fitting(build: Callable[[bool], Table]) -> None:
 
 
 def percent(rate: float | None) -> str:
-    """Return a rate as a percentage; a dash where there is none."""
+    """Return a rate as a percentage; a dash for None."""
     return "-" if rate is None else f"{100 * rate:.1f}"
 
 
@@ -52,7 +52,7 @@ def with_interval(rates: dict, name: str) -> str:
 
 
 def duration(seconds: float | None) -> str:
-    """Return a length of time as h:mm:ss or m:ss; a dash where there is none."""
+    """Return a length of time as h:mm:ss or m:ss; a dash for None."""
     if seconds is None:
         return "-"
     minutes, rest = divmod(round(seconds), 60)

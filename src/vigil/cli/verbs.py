@@ -1,4 +1,4 @@
-"""The verbs of `vigil`, each loaded when it is called: `vigil --help` need not wait for simulators and figures."""
+"""The verbs of `vigil`, each loaded when it is called, so that `vigil --help` does not load simulators and figures."""
 
 import inspect
 from collections.abc import Mapping
@@ -15,14 +15,14 @@ from vigil.cli.options import with_options
 
 @dataclass(frozen=True, slots=True)
 class Verb:
-    """Where a verb's function is, and its line in the help; what more there is to say stands in its docstring."""
+    """Location of a verb's function, and its line in the help; the function's docstring completes the help."""
 
     place: str
     """Module of this package and function, e.g. "runs:run"."""
     help: str
     is_hidden: bool = False
     takes_more: bool = False
-    """What it does not know is left in the context's `args`, and is no error."""
+    """Whether unknown options are left in the context's `args` instead of being an error."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,42 +35,42 @@ class Group:
 
 _PACK_VERIFY = "Checks every rule and replays every solution, in worker processes; exits with 2 when one fails."
 HOUSES = {
-    "generate": Verb("houses:generate_house", "Writes a house of the project's own."),
+    "generate": Verb("houses:generate_house", "Generates a house and writes it to a file."),
     "check": Verb(
         "houses:check",
         "Loads houses, counts their objects and names their faults; exits with 2 when one cannot be loaded.",
     ),
     "show": Verb(
         "houses:show",
-        "Draws a house from above: a labelled floor plan, and beside it a bird's-eye view without the ceilings.",
+        "Draws a house from above: a labelled floor plan next to a bird's-eye view without ceilings.",
     ),
     "sweep": Verb(
         "houses:sweep_houses",
         "Generates houses, checks each, and says how long they took and what is rare in them; exits with 2 on a fault.",
     ),
     "export": Verb(
-        "houses:export", "Writes a house with AI2-THOR's assets: for each thing the one nearest in type and size."
+        "houses:export", "Writes a house with AI2-THOR's assets: for each object the asset nearest in type and size."
     ),
 }
 PACK = {
     "list": Verb("packs:list_packs", "Lists the packs that come with the package."),
-    "info": Verb("packs:info", "Verifies every hash and says what the pack holds."),
+    "info": Verb("packs:info", "Verifies every hash and prints what the pack holds."),
     "verify": Verb("packs:verify", _PACK_VERIFY),
     "validate": Verb("packs:verify", _PACK_VERIFY, is_hidden=True),
     "diff": Verb(
         "packs:diff",
-        "Says which episodes came, went or changed from one pack to another; exits with 1 when they differ.",
+        "Lists the episodes that were added, removed or changed between two packs; exits with 1 when they differ.",
     ),
     "build-starter": Verb(
-        "packs:build_starter_pack", "Builds the starter pack anew, from nothing: houses, drafts, validation, solutions."
+        "packs:build_starter_pack", "Builds the starter pack from scratch: houses, drafts, validation, solutions."
     ),
     "propose": Verb(
         "pack_making:propose",
-        "Proposes episodes, validates and solves each, and keeps what holds; the rest is counted by rule.",
+        "Proposes episodes, validates and solves each, and keeps the valid ones; the rest is counted by rule.",
     ),
     "build": Verb(
         "pack_making:build",
-        "Selects evenly many of every kind, approved drafts first, replays each, and freezes a pack with its card.",
+        "Selects equal numbers of each kind, approved drafts first, replays each, and freezes a pack with its card.",
     ),
     "make": Verb(
         "pack_making:make",
@@ -78,7 +78,7 @@ PACK = {
     ),
     "remake": Verb(
         "pack_making:remake",
-        "Makes the pack of a recipe, and says whether its bytes are the same; exits with 2 when they are not.",
+        "Makes the pack of a recipe and checks that its bytes are the same; exits with 2 when they are not.",
     ),
     "stream": Verb(
         "training.streams:stream",
@@ -86,7 +86,7 @@ PACK = {
     ),
     "baselines": Verb(
         "pack_measuring:baselines",
-        "Plays a pack with agents without skill or sight, and with the solver; exits with 2 on a broken promise.",
+        "Plays a pack with agents without skill or vision, and with the solver; exits with 2 on a broken promise.",
     ),
     "levels": Verb(
         "pack_measuring:levels",
@@ -94,7 +94,7 @@ PACK = {
     ),
     "difficulty": Verb(
         "pack_measuring:difficulty",
-        "Fits episodes' difficulties and models' abilities to runs (item response), beside the index of the levels.",
+        "Fits episodes' difficulties and models' abilities to runs (item response); compares with the levels' index.",
     ),
     "sheet": Verb(
         "pack_measuring:sheet",
@@ -103,19 +103,19 @@ PACK = {
 }
 VERBS: dict[str, Verb | Group] = {
     "run": Verb("runs:run", "Plays a pack with a model or an agent, and prints the table."),
-    "merge": Verb("runs:merge", "Joins the shards of a run, played apart, into one run."),
+    "merge": Verb("runs:merge", "Joins the shards of a run, which were played separately, into one run."),
     "models": Verb(
         "models:models",
         "Lists the providers of models: names, keys (set or not), extras (installed or not), addresses, thinking.",
     ),
     "calibrate": Verb(
         "models:calibrate",
-        "Asks a model to point at a spot in eight pictures; says which coordinates it uses and its median error.",
+        "Asks a model to point at a spot in eight pictures; prints which coordinates it uses and its median error.",
     ),
-    "prompt": Verb("models:prompt", "Prints exactly what a model is sent for the first step of an episode."),
+    "prompt": Verb("models:prompt", "Prints the exact messages that a model gets for the first step of an episode."),
     "score": Verb(
         "scores:score",
-        "Settles the saved records anew and prints W, B, Delta, FR, NR, IL per family; several runs side by side.",
+        "Scores saved records and prints W, B, Delta, FR, NR, IL per family; several runs side by side.",
     ),
     "verify": Verb(
         "runs:verify",
@@ -144,31 +144,31 @@ VERBS: dict[str, Verb | Group] = {
     ),
     "render": Verb(
         "render:render",
-        "Draws what an agent would see, one asset on a stage, or single things where such things stand.",
+        "Draws an agent's view, one asset on a stage, or single objects in a typical place.",
     ),
     "compare-backends": Verb(
         "packs:compare_back_ends",
-        "Plays a pack's solutions on two simulators, and lists what differs; exits with 1 on what is not explained.",
+        "Plays a pack's solutions on two simulators and lists the differences; exits with 1 on an unexplained one.",
     ),
     "thor-engine": Verb(
         "doctor:thor_engine",
-        "Serves AI2-THOR's own client in the place of Unity; the client starts it.",
+        "Serves AI2-THOR's own client in place of Unity; the client starts it.",
         takes_more=True,
     ),
     "doctor": Verb(
-        "doctor:doctor", "Draws one frame and says what is installed; exits with 1 when something is missing."
+        "doctor:doctor", "Draws one frame and prints what is installed; exits with 1 when something is missing."
     ),
     "houses": Group("Generate, check and show houses (ProcTHOR's JSON).", HOUSES),
-    "pack": Group("Look into, verify and make packs of episodes.", PACK),
+    "pack": Group("Inspect, verify and make packs of episodes.", PACK),
 }
 
 
 _MORE = {"ignore_unknown_options": True, "allow_extra_args": True, "help_option_names": ["--help"]}
-"""Without `-h`, which would be found in options of one dash, as in Unity's `-screen-height`."""
+"""Context settings without `-h`, which would match options with one dash, e.g. Unity's `-screen-height`."""
 
 
 class Verbs(TyperGroup):
-    """A group of commands that lists all of them, and loads the one that is called."""
+    """Command group that lists all commands, and loads only the one that is called."""
 
     def __init__(self, *, verbs: Mapping[str, Verb | Group] = VERBS, **settings: Any) -> None:
         commands = {name: _listed(name, verb) for name, verb in verbs.items()}
@@ -176,14 +176,14 @@ class Verbs(TyperGroup):
         self._verbs = verbs
 
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[Any, Any, list[str]]:
-        """Return the name that was called, its command and the arguments left."""
+        """Return the called name, its command and the remaining arguments."""
         name, command, rest = super().resolve_command(ctx, args)
         verb = self._verbs.get(name or "")
         return name, load(verb) if isinstance(verb, Verb) else command, rest
 
 
 def _listed(name: str, verb: Verb | Group) -> TyperCommand | TyperGroup:
-    """Return what the list shows of a verb; a group is complete."""
+    """Return a stub of a verb for the list of commands; a group is returned complete."""
     if isinstance(verb, Group):
         return Verbs(name=name, help=verb.help, verbs=verb.verbs, no_args_is_help=True)
     return TyperCommand(name, help=verb.help, hidden=verb.is_hidden)

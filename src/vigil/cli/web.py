@@ -1,4 +1,4 @@
-"""`vigil view`, `vigil play` and `vigil review`: the pages on loopback."""
+"""`vigil view`, `vigil play` and `vigil review`: the local web pages."""
 
 import errno
 import gc
@@ -31,13 +31,13 @@ from vigil.web.review import ReviewSession, ReviewSet, make_review
 from vigil.web.site import Address
 from vigil.web.view import make_view
 
-Host = Annotated[str, typer.Option(help="Address to serve on; another than loopback needs --token.")]
+Host = Annotated[str, typer.Option(help="Address to serve on; any other than loopback needs --token.")]
 Port = Annotated[int, typer.Option(min=1, max=65535, help="Port to serve on.")]
 Token = Annotated[str, typer.Option(envvar="VIGIL_TOKEN", help="Ask visitors for this token.", show_default=False)]
 RUNS = Path("runs")
 TERMINATED = 143
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
-"""Without one of these a Linux machine has at best a browser that takes the terminal."""
+"""Variables without which a Linux machine has at most a browser in the terminal."""
 
 
 def view(
@@ -81,11 +81,11 @@ def play(
 
 
 def review(
-    reviewer: Annotated[str, typer.Option(help="Name of who reviews.")],
+    reviewer: Annotated[str, typer.Option(help="Name of the reviewer.")],
     pack: PackName = "starter",
     drafts: Annotated[Path | None, typer.Option(help="Drafts file to review instead of a pack.")] = None,
     file: Annotated[Path, typer.Option(help="Review file; verdicts are added to it.")] = Path("reviews.jsonl"),
-    seed: Annotated[int, typer.Option(help="Of the queue's order.")] = 0,
+    seed: Annotated[int, typer.Option(help="Random seed of the queue's order.")] = 0,
     assets: AssetFile = None,
     port: Port = 8379,
     host: Host = "127.0.0.1",
@@ -113,7 +113,7 @@ def _of_pack(pack: str | Path, assets: Path | None) -> ReviewSet:
 
 
 def listen(address: Address) -> socket.socket:
-    """Return a socket that listens there. Raises SettingError when the address is wrong, in use or without token."""
+    """Return a socket that listens at the address. Raises SettingError when it is invalid, in use or lacks a token."""
     address.check()
     family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)
@@ -147,7 +147,7 @@ def serve(site: FastAPI, address: Address, listener: socket.socket, open_browser
 
 
 def open_page(url: str) -> None:
-    """Open a page in the browser where there is one; else say that somebody has to."""
+    """Open a page in the browser if there is one; else print that the user must open it."""
     has_screen = sys.platform != "linux" or any(os.environ.get(name) for name in SCREENS)
     if not has_screen or not webbrowser.open(url):
         print("No browser was found here. Open the address yourself.", flush=True)

@@ -114,7 +114,7 @@ def test_kinds_are_asked_for_by_number() -> None:
     assert parse_tasks(["look_alike", "impossible:70"], 5) == {"impossible": 70, "look_alike": 5}
     for wrong, said in (
         ("imposible", "Did you mean 'impossible'"),
-        ("all_of:0", "no number of tasks"),
+        ("all_of:0", "not a number of tasks"),
         ("all_of:", "no"),
     ):
         with pytest.raises(SettingError, match=said):

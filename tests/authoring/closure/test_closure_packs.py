@@ -541,7 +541,7 @@ def test_a_run_is_reported_in_a_section_of_its_own(pack: Pack, tmp_path: Path) -
             ["make", "--suite", "closure", "--name", "n", "--seed", "1", "--one-family-per-house", "--out", "o"],
             "--one-family-per-house exclude",
         ),
-        (["make", "--name", "n", "--seed", "1", "--kind", "already", "--out", "o"], "--kind is of a suite"),
+        (["make", "--name", "n", "--seed", "1", "--kind", "already", "--out", "o"], "--kind is for a suite"),
         (["make", "--suite", "closure", "--name", "n", "--seed", "1", "--kind", "alredy", "--out", "o"], "'already'"),
     ],
 )

@@ -1,1 +1,1 @@
-"""`vigil export`: what a run left on disk, for people and for other tools."""
+"""`vigil export`: runs on disk, for people and for other tools."""

@@ -16,9 +16,9 @@ FILM_FORMS: dict[str, FilmForm] = {".gif": "gif", ".webp": "webp", ".mp4": "mp4"
 def write_site(
     folder: Path, out: Path, key: Key | None, packs: list[str], assets: Path | None, *, reveals: bool
 ) -> Path:
-    """Write the run in `folder`, or the one episode of `key`, and return what to open.
+    """Write the run in `folder`, or the episode `key`, and return the path to open.
 
-    Raises RecordError, and SettingError on a private pack unless it `reveals` that.
+    Raises RecordError, and SettingError for a private pack unless `reveals`.
     """
     shown = _only_run(Library([folder], packs or ["starter"], assets), folder)
     print_notes(shown.notes)
@@ -30,14 +30,14 @@ def write_site(
 
 
 def _only_run(library: Library, folder: Path) -> LibraryRun:
-    """Return the run of a folder. Raises RecordError when it is none, several, or cannot be read."""
+    """Return the run of a folder. Raises RecordError unless it holds exactly one readable run."""
     found = library.runs()
     if len(found) > 1:
         names = ", ".join(str(each.folder) for each in found[:5])
         raise RecordError(f"{str(folder)!r} holds {len(found)} runs; give one of them: {names}.")
     if not found or found[0].table is None:
         raise RecordError(
-            f"{str(folder)!r} is no run that can be exported: {found[0].fault if found else 'no records'}"
+            f"{str(folder)!r} is not a run that can be exported: {found[0].fault if found else 'no records'}"
         )
     return found[0]
 

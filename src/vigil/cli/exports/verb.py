@@ -21,19 +21,19 @@ FORMATS = (SITE, PARQUET, HF, EVERY_EVAL_EVER)
 
 
 def export(
-    runs: Annotated[list[Path], typer.Argument(help="Folder of a run; of several for other formats than site.")],
+    runs: Annotated[list[Path], typer.Argument(help="Folder of a run; formats other than site take several.")],
     out: Annotated[
         Path,
         typer.Option(help="A new folder; for an episode a .html, .gif, .webp or .mp4 file; for parquet a file."),
     ],
     format_: Annotated[str, typer.Option("--format", help=f"{', '.join(FORMATS)}.")] = SITE,
-    episode: Annotated[str | None, typer.Option(help="Only this episode.", show_default="the run")] = None,
+    episode: Annotated[str | None, typer.Option(help="Export only this episode.", show_default="the run")] = None,
     epoch: Epoch = 1,
-    pack: Annotated[list[str] | None, typer.Option(help="Where the pack is now.", show_default="as recorded")] = None,
+    pack: Annotated[
+        list[str] | None, typer.Option(help="Folder or name of the run's pack.", show_default="as recorded")
+    ] = None,
     assets: AssetFile = None,
-    reasoning: Annotated[
-        bool, typer.Option("--reasoning", help="Into a dataset (hf) also the reasoning that runs kept.")
-    ] = False,
+    reasoning: Annotated[bool, typer.Option("--reasoning", help="Also export saved reasoning (hf only).")] = False,
     *,
     publisher: Publisher,
     disclosure: Disclosure,
@@ -52,7 +52,7 @@ def export(
     if reasoning and format_ != HF:
         raise SettingError(f"--reasoning is for --format {HF} alone. Leave it out.")
     if disclosure.answer_key and format_ not in (HF, EVERY_EVAL_EVER):
-        raise SettingError(f"--answer-key is for --format {HF} and {EVERY_EVAL_EVER}: the others tell it anyway.")
+        raise SettingError(f"--answer-key is for --format {HF} and {EVERY_EVAL_EVER}: the others include it anyway.")
     if format_ == SITE:
         if len(runs) > 1:
             raise SettingError(f"A site shows one run, and {len(runs)} were given. Give one, or another --format.")
@@ -82,7 +82,7 @@ def _write_rows(runs: list[Run], out: Path, disclosure: Disclosure) -> Path:
 
 def _check_format(name: str) -> None:
     if name not in FORMATS:
-        raise SettingError(f"There is no format {name!r}.{did_you_mean(name, FORMATS)} Known: {', '.join(FORMATS)}.")
+        raise SettingError(f"Format {name!r} does not exist.{did_you_mean(name, FORMATS)} Known: {', '.join(FORMATS)}.")
 
 
 def _check_place(format_: str, out: Path) -> None:

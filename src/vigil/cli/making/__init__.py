@@ -1,1 +1,1 @@
-"""What the verbs that make packs share: what is said of drafting, and the packs of suites."""
+"""Parts that the pack-making verbs share: messages about drafting, and packs of suites."""

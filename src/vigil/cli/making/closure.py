@@ -1,4 +1,4 @@
-"""What `vigil pack propose`, `build` and `make` do with `--suite closure`."""
+"""`--suite closure` of `vigil pack propose`, `build` and `make`."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -25,45 +25,53 @@ from vigil.scoring.closure import KINDS, Kind
 
 Suite = Annotated[
     Literal["closure"] | None,
-    typer.Option("--suite", help="A suite's pack; --per-family is then tasks (single, or twins) of each kind."),
+    typer.Option(
+        "--suite", help="Make a suite's pack; --per-family is then the number of tasks (single, or twins) of each kind."
+    ),
 ]
 Kinds = Annotated[
     list[str] | None,
     typer.Option("--kind", help=f"KIND or KIND:TASKS of a suite: {', '.join(KINDS)}; repeat.", show_default="all"),
 ]
 SMALL_HOUSES = ("2", "kitchen", "2", "bedroom", "2", "living-room")
-"""What `--rooms mixed` stands for in the suite, where reaching is to be easy."""
+"""Meaning of `--rooms mixed` in the suite, whose houses make reaching easy."""
 
 
 def suite_settings(settings: GenerationSettings) -> GenerationSettings:
-    """Return settings as the suite's drafts are generated with them."""
+    """Return `settings` adapted to the suite's drafts."""
     return replace(settings, families=(FAMILY,), author=AUTHOR)
 
 
 def refuse_with_suite(**given: object) -> None:
-    """Raise SettingError on options that a suite does not have, by name."""
+    """Raise SettingError, naming the option, when an option is given that a suite does not have."""
     for name, value in given.items():
         if value:
             option = name.replace("_", "-")
-            raise SettingError(f"--suite and --{option} exclude each other: a suite has no such choice. Leave one out.")
+            raise SettingError(
+                f"--suite and --{option} exclude each other: a suite does not have that option. Leave one out."
+            )
 
 
 def refuse_without_suite(kind: Sequence[str] | None) -> None:
-    """Raise SettingError on kinds of a suite that is not asked for."""
+    """Raise SettingError when kinds are given without a suite."""
     if kind:
-        raise SettingError("--kind is of a suite's pack: give --suite closure too, or --family instead.")
+        raise SettingError("--kind is for a suite's pack: give --suite closure too, or --family instead.")
 
 
 def parse_tasks(names: Sequence[str], per_kind: int) -> dict[Kind, int]:
-    """Return how many tasks of which kinds are asked for, in the table's order: `KIND` for so many of it, or
-    `KIND:TASKS`; without a name all kinds. Raises SettingError."""
+    """Return the number of tasks by kind, in the table's order.
+
+    `KIND` asks for `per_kind` tasks, `KIND:TASKS` for that number; without names, all kinds. Raises SettingError.
+    """
     found: dict[str, int] = {}
     for name in names:
         kind, colon, count = name.partition(":")
         if kind not in KINDS:
             raise SettingError(f"Kind {kind!r} does not exist.{did_you_mean(kind, KINDS)} Kinds: {', '.join(KINDS)}.")
         if colon and (not count.isdecimal() or int(count) < 1):
-            raise SettingError(f"--kind {name}: {count!r} is no number of tasks. Write --kind {kind}:20, for instance.")
+            raise SettingError(
+                f"--kind {name}: {count!r} is not a number of tasks. Write --kind {kind}:20, for instance."
+            )
         found[kind] = int(count) if colon else per_kind
     return {kind: found.get(kind, per_kind) for kind in KINDS if kind in found or not names}
 
@@ -75,7 +83,7 @@ def build_suite(
     reviews: Sequence[Review],
     verification: VerificationSettings,
 ) -> Pack:
-    """Freeze a pack of the suite and say what it holds; what reviewers reworded is certified anew."""
+    """Freeze a pack of the suite and print what it holds; episodes that reviewers reworded are certified again."""
 
     def check(task: ClosureDraft) -> list[Finding]:
         simulator = verification.simulator()
@@ -100,7 +108,7 @@ def draft_suite(
     verification: VerificationSettings,
     on_progress: Callable[[GenerationProgress], None],
 ) -> DraftsFile:
-    """Propose the suite's tasks in all houses, or go on, and return the drafts beside the pack."""
+    """Propose the suite's tasks in all houses, or continue, and return the drafts file next to the pack."""
     file, settings = drafting_for_pack(out, pack_request, verification)
     generate_drafts(
         file,
@@ -114,7 +122,7 @@ def draft_suite(
 
 
 def suite_request(pack_request: PackRequest, tasks: Mapping[Kind, int]) -> ClosureRequest:
-    """Return which pack of the suite is asked for by what is asked of any pack, and so many tasks of each kind."""
+    """Return the suite's pack request for a general pack request and the number of tasks by kind."""
     return ClosureRequest(
         pack_request.name,
         pack_request.per_family,

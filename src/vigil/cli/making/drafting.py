@@ -1,4 +1,4 @@
-"""What `vigil pack propose` and `make` say of drafts, and where the drafts of a pack lie."""
+"""Messages of `vigil pack propose` and `make` about drafts, and the location of a pack's drafts."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -36,7 +36,7 @@ def progress_callback(show: Callable[[int, int, str], None]) -> Callable[[Genera
 
 
 def drafts_summary(file: DraftsFile) -> None:
-    """Print what a drafts file holds, and what was rejected by which rule."""
+    """Print what a drafts file holds, and the number rejected by each rule."""
     proposed = file.read()
     for family in FAMILIES:
         done = [row for row in proposed.done if row.family == family]
@@ -52,7 +52,7 @@ def drafts_summary(file: DraftsFile) -> None:
 def drafting_for_pack(
     out: Path, pack_request: PackRequest, verification: VerificationSettings
 ) -> tuple[DraftsFile, GenerationSettings]:
-    """Return the drafts file beside a pack, and what to generate it with."""
+    """Return the drafts file next to a pack, and the settings to generate it."""
     out.parent.mkdir(parents=True, exist_ok=True)
     settings = GenerationSettings(
         pack_request.families,

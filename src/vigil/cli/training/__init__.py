@@ -1,1 +1,1 @@
-"""Verbs for those who train agents."""
+"""Verbs for training agents."""

@@ -1,4 +1,4 @@
-"""`vigil demos`: what the solver saw and answered in episodes of a stream, as rows to train a model on."""
+"""`vigil demos`: what the solver saw and answered in episodes of a stream, as training data."""
 
 from pathlib import Path
 from typing import Annotated
@@ -25,9 +25,9 @@ from vigil.runner.workers.pool import worker_count
 
 
 def demos(
-    pack: Annotated[str, typer.Option(metavar="stream:SEED", help="A stream; no pack.")],
+    pack: Annotated[str, typer.Option(metavar="stream:SEED", help="Stream of episodes; packs are not accepted.")],
     out: Annotated[Path, typer.Option(help="New or empty folder.")],
-    count: Annotated[int, typer.Option(min=1, help="Episodes.")] = 100,
+    count: Annotated[int, typer.Option(min=1, help="Number of episodes.")] = 100,
     form: Annotated[
         Format, typer.Option("--format", help="Chats as JSON lines or Parquet, or actions as a LeRobot dataset.")
     ] = "sft",
@@ -38,13 +38,13 @@ def demos(
     prompt_variant: PromptVariantOption = "default",
     prompt_template: PromptFileOption = None,
     coordinates: CoordinatesOption = None,
-    model: Annotated[str | None, typer.Option(help="Point as this model does.")] = None,
+    model: Annotated[str | None, typer.Option(help="Use this model's coordinates.")] = None,
     quality: RenderQuality = "default",
     workers: Workers = None,
 ) -> None:  # fmt: skip
     """Example: vigil demos --pack stream:7 --count 100 --out demos
 
-    Each row is a request of a model with the right answer; a correction holds a false report besides. In a LeRobot
+    Each row is a model's request with the right answer; a correction also holds a false report. In a LeRobot
     dataset each row is a frame with its action, without corrections.
     """
     check_source(pack)

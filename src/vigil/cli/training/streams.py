@@ -26,14 +26,14 @@ Difficulties = Annotated[
         repeats=True,
     ),
 ]
-Houses = Annotated[str, typer.Option(metavar="FIRST:END", help="Houses of the stream; without END no end.")]
+Houses = Annotated[str, typer.Option(metavar="FIRST:END", help="Houses of the stream; without END, all of them.")]
 
 
 def stream(
-    count: Annotated[int, typer.Option(min=1, help="Episodes.")],
+    count: Annotated[int, typer.Option(min=1, help="Number of episodes.")],
     out: Annotated[Path, typer.Option(help="New or empty folder, or one with fewer episodes of the stream.")],
     seed: Annotated[
-        int | None, typer.Option(min=0, help="Of the stream; the same seed gives the same episodes.")
+        int | None, typer.Option(min=0, help="Seed of the stream; the same seed gives the same episodes.")
     ] = None,
     seed_file: SeedFile = None,
     families: Families = (),
@@ -43,12 +43,12 @@ def stream(
 ) -> None:
     """Example: vigil pack stream --seed 7 --count 200 --out train
 
-    What is made is kept beside the folder: the same command goes on, and with a larger --count adds to it.
+    Progress is kept next to the folder: the same command continues, and with a larger --count adds episodes.
     """
     first, last = house_range(houses)
     made_from = chosen_seed(seed, seed_file)
     if made_from is None:
-        raise SettingError("Give --seed or --seed-file: which stream is it to be?")
+        raise SettingError("Give --seed or --seed-file: the stream is made from a seed.")
     asked = Stream(
         made_from,
         families=families,
