@@ -6,7 +6,7 @@ from vigil.protocol.actions import Reply
 from vigil.protocol.observation import Observation
 
 REPLY_SECONDS = 600
-"""How long one reply of a model or a program may take, unless a run says otherwise."""
+"""Default time limit of one reply of a model or a program, in seconds."""
 FRAME_INTERVAL_SECONDS = 1.0
 """A program's next frame comes a whole number of these after its reply, unless a run says otherwise."""
 
@@ -15,13 +15,13 @@ class Agent(Protocol):
     """Plays one episode at a time: `start`, then one reply to each observation."""
 
     name: str
-    """For run headers."""
+    """Name for run headers."""
 
     def start(self, instruction: str) -> None:
         """Forget the episode before and take over the instruction of the next."""
 
     def act(self, observation: Observation) -> Reply:
-        """Return the reply to an observation. Raises InfrastructureError for what is not the agent's doing."""
+        """Return the reply to an observation. Raises InfrastructureError for a failure that is not the agent's."""
         ...
 
 

@@ -1,4 +1,4 @@
-"""`exec:COMMAND`: a program of one's own as an agent, in any language, speaking JSON lines.
+"""`exec:COMMAND`: a custom program as an agent, in any language, that exchanges JSON lines.
 
 The program is started for an episode, in a folder of its own that is new and empty, unless the run keeps it for all
 episodes of a simulator worker. It reads from its standard input one JSON object a line:
@@ -51,10 +51,10 @@ PROTOCOL_VERSION = 1
 
 @dataclass(frozen=True, slots=True)
 class ProgramSettings:
-    """How a program is run."""
+    """Settings of a program."""
 
     reply_seconds: float = REPLY_SECONDS
-    """How long one reply may take."""
+    """Time limit of one reply, in seconds."""
     beat_seconds: float = FRAME_INTERVAL_SECONDS
     """0 hands frames over as soon as they are ready."""
     redact: Redact = lambda text: text

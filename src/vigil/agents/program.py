@@ -48,7 +48,7 @@ _OTHER_FOLDER_VARIABLES = (
     "XDG_STATE_HOME",
     "XDG_RUNTIME_DIR",
 )
-"""And those that name others of the user's; without them a program takes places in its home."""
+"""Variables that name other places of the user; without them a program uses places in its home."""
 _SEARCH_PATH_VARIABLES = ("PATH", "PYTHONPATH")
 
 Redact = Callable[[str], str]
@@ -61,7 +61,7 @@ class ProgramFault(Exception):
     def __init__(self, what: str, partial_output: bytes = b"", stderr_line: str = "") -> None:
         super().__init__(what)
         self.partial_output = partial_output
-        """What it had written that is no answer."""
+        """Output that is not an answer."""
         self.stderr_line = stderr_line
         """The last line that it wrote to standard error, without secrets."""
 
@@ -175,7 +175,7 @@ class Program:
         return self.fault(if_running if self.is_running else "ended without an answer")
 
     def fault(self, what: str) -> ProgramFault:
-        """End the program and returns the fault."""
+        """End the program and return the fault."""
         self._has_begun_to_read = self.has_begun_to_read
         code = self._process.poll()
         partial_output = bytes(self._pending[:MAX_LINE_BYTES])
@@ -225,7 +225,7 @@ class Program:
 
 
 class WorkingFolder:
-    """The folder of a program's own, made when first needed and removed with `close`."""
+    """Working folder of a program, made when first needed and removed by `close`."""
 
     def __init__(self) -> None:
         self._folder: Path | None = None

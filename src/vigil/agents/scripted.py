@@ -56,7 +56,7 @@ class ScriptedAgent:
         self._replies: Iterator[str] = iter(())
 
     def start(self, instruction: str) -> None:
-        """Start the script anew; its randomness is a function of the seed and the instruction alone."""
+        """Restart the script; its randomness is a function of the seed and the instruction alone."""
         digest = hashlib.sha256(f"{self._seed}\n{instruction}".encode()).digest()
         self._replies = self._script(np.random.default_rng(int.from_bytes(digest[:16], "big")), instruction)
 

@@ -30,16 +30,16 @@ _ACCOUNTS = frozenset(
 
 @dataclass(frozen=True, slots=True)
 class ModelAccess:
-    """What Inspect's `get_model` is called with."""
+    """Arguments for Inspect's `get_model`."""
 
     name: str
     base_url: str | None = field(default=None, repr=False)
     api_key: str | None = field(default=None, repr=False)
     arguments: tuple[tuple[str, Any], ...] = field(default=(), repr=False)
     is_foreign: bool = False
-    """Served from an address that is none of the provider's own."""
+    """Whether the model is served from an address that is not the provider's own."""
     model_name: ModelName | None = None
-    """What its name says; None when it was not read from a name."""
+    """Parsed name of the model; None when it was not read from a name."""
     key_variable: str = ""
     """The variable that holds the key that is sent; empty when none is sent."""
 

@@ -203,7 +203,7 @@ def _tool_name(message: dict[str, Any]) -> str | None:
 
 
 def _finish_reason(choice: dict[str, Any]) -> str | None:
-    """Return why an answer ended: in the words of whoever a router passed it on from, where these say of a failure."""
+    """Return why an answer ended: in the words of the provider behind a router, where these describe a failure."""
     own = _reason_text(choice.get("finish_reason"))
     beside = choice.get("provider_specific_fields")
     native = choice.get("native_finish_reason") or (isinstance(beside, dict) and beside.get("native_finish_reason"))

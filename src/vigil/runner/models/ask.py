@@ -66,7 +66,7 @@ class AttemptFailed(Exception):
         self.can_retry = can_retry
         self.is_rejection = is_rejection
         self.wait_s = wait_s
-        """What the provider asked to wait."""
+        """Seconds that the provider asked to wait."""
 
 
 class RequestRejected(ModelAPIError):
@@ -145,7 +145,7 @@ class RetryPolicy:
         return own if asked_s is None else max(own, min(asked_s, self.longest_wait_s))
 
     def report_retry(self, state: RetryCallState) -> None:
-        """Tell of a failed attempt before the wait."""
+        """Report a failed attempt before the wait."""
         self.on_retry(f"try {state.attempt_number + 1} in {state.upcoming_sleep:.0f} s after {_failure(state)}")
 
 

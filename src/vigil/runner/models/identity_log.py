@@ -22,13 +22,13 @@ class ModelIdentityLog:
     asked: Thinking = "default"
     effort: str | None = None
     set_by: str = ""
-    """How thinking was set, in words."""
+    """Description of how thinking was set."""
     on_new_identity: Callable[[], None] = lambda: None
     """Called when a name or an address is new."""
     redact: Callable[[str], str] = lambda text: text
     """Takes secrets out of a text: a server may send back what it was sent."""
     check: dict[str, str] = field(default_factory=dict)
-    """What came of the check before the run, by its parts."""
+    """Results of the check before the run, by its parts."""
     models: Counter[str] = field(default_factory=Counter)
     finish_reasons: Counter[str] = field(default_factory=Counter)
     addresses: set[str] = field(default_factory=set)

@@ -97,7 +97,7 @@ def _variable(name: str) -> str:
 
 
 def disable_redirects(api: Any) -> None:
-    """Make a provider's client take a redirect as an answer, now and whenever it is made anew."""
+    """Make a provider's client take a redirect as an answer, now and whenever it is made again."""
     original_initialize = api.initialize
 
     def initialize() -> None:

@@ -45,7 +45,7 @@ TEMPLATE_SWITCH = ThinkingSwitch.body(
 
 @dataclass(frozen=True, slots=True)
 class Provider:
-    """How a provider is reached. One without hosts is a server of one's own."""
+    """How a provider is reached. A provider without hosts is a local or custom server."""
 
     title: str
     hosts: tuple[str, ...] = ()
@@ -63,7 +63,7 @@ class Provider:
     sign_in_client: str = ""
     """The module that signing in wants beside the client; the extra `azure` brings it."""
     thinking: ThinkingSwitch | None = None
-    """None where no way is known."""
+    """Switch for the models' thinking; None if unknown."""
     extra: str = ""
     """The extra of `vigil-bench` that brings the client; empty where none is needed."""
     client: str = ""
@@ -108,7 +108,7 @@ def _is_importable(module: str) -> bool:
 
 
 def _local_server(title: str, address: str, thinking: ThinkingSwitch | None = TEMPLATE_SWITCH) -> Provider:
-    """Return a server of one's own at its usual address."""
+    """Return a local server at its usual address."""
     return Provider(title, address=address, is_openai_style=True, thinking=thinking)
 
 
@@ -314,7 +314,7 @@ class ModelName:
     prefix: str
     """The provider, or provider and service; empty when the name names none."""
     name: str
-    """As it is sent."""
+    """Model name as it is sent."""
     provider: Provider
     is_known: bool = True
 
