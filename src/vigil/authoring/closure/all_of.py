@@ -64,7 +64,7 @@ BY_STATE_PATTERN = re.compile(
 
 
 def all_of(context: HouseContext) -> Tasks:
-    """Yields tasks about several things: all of a name, or all that are on or stand open."""
+    """Yield tasks about several things: all of a name, or all that are on or stand open."""
     yield from interleave(
         context,
         _by_name(context),
@@ -117,18 +117,18 @@ def _by_state(context: HouseContext, act: Act, over: PlaceObjects) -> Tasks:
 
 
 def form_for_place(form: str, place: str) -> str:
-    """Returns the name of a form about one room, or about the home."""
+    """Return the name of a form about one room, or about the home."""
     return f"{form}_home" if place == HOME else f"{form}_room"
 
 
 def home(context: HouseContext) -> Iterator[tuple[str, list[Thing]]]:
-    """Yields the whole home, where it has several rooms, with the things that are in them."""
+    """Yield the whole home, where it has several rooms, with the things that are in them."""
     if len(context.view.scene.rooms) > 1:
         yield HOME, [context.thing(item.id) for item in context.items.values() if item.room_id is not None]
 
 
 def rooms_named_once(context: HouseContext) -> Iterator[tuple[str, list[Thing]]]:
-    """Yields the rooms that alone bear their name, each as it is said and with the things that are there."""
+    """Yield the rooms that alone bear their name, each as it is said and with the things that are there."""
     rooms = context.view.scene.rooms
     for room in rooms:
         name = ROOM_NAMES.get(room.room_type)
@@ -137,7 +137,7 @@ def rooms_named_once(context: HouseContext) -> Iterator[tuple[str, list[Thing]]]
 
 
 def setup_on_or_open(context: HouseContext, thing: Thing, act: Act) -> dict[str, ObjectSetup]:
-    """Returns the setup in which an act is still to be done: what is to be closed stands ajar or wide open."""
+    """Return the setup in which an act is still to be done: what is to be closed stands ajar or wide open."""
     if act == "close" and can_be_partly_open(thing) and context.rng.random() < PARTLY_OPEN_SHARE:
         return {thing.id: ObjectSetup(openness=random_partial_openness(thing, context.rng))}
     return dict(setup_for(thing, act).objects)
@@ -164,7 +164,7 @@ def is_shut_away(context: HouseContext, thing: Thing) -> bool:
 
 
 def _of_several_rooms(context: HouseContext, things: list[Thing], count: int) -> list[Thing]:
-    """Returns so many of some things in a random order, of more rooms than one where they are in several."""
+    """Return so many of some things in a random order, of more rooms than one where they are in several."""
     chosen = context.shuffled(things)
     first = context.items[chosen[0].id].room_id
     elsewhere = next((each for each in chosen if context.items[each.id].room_id != first), chosen[1])
@@ -172,7 +172,7 @@ def _of_several_rooms(context: HouseContext, things: list[Thing], count: int) ->
 
 
 def on_or_open(things: Iterable[Thing], act: Act) -> list[Thing]:
-    """Returns which things are on, ceiling lights and flames apart, or have a drawer or door that stands open."""
+    """Return which things are on, ceiling lights and flames apart, or have a drawer or door that stands open."""
     meant = [thing for thing in things if _is_meant(thing, act)]
     return [thing for thing in meant if (thing.is_toggled if act == "turn_off" else thing.openness > 0.0)]
 
@@ -204,7 +204,7 @@ def _task_about_all(
 
 
 def _start_missing_some(context: HouseContext, things: list[Thing]) -> Pose | None:
-    """Returns a start pose in the first thing's room that sees some of them, half at most; None without one."""
+    """Return a start pose in the first thing's room that sees some of them, half at most; None without one."""
     home = context.view.room_at(things[0].position)
     for place in context.starts(lambda places: np.full(len(places), True), TRIED_STARTS):
         if context.view.room_at(place) != home:

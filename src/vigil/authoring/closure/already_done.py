@@ -85,7 +85,7 @@ MAX_ALTERNATIVES_TRIED = 3
 
 
 def already(context: HouseContext) -> Tasks:
-    """Yields twins that ask to make sure of a state, which on one side holds from the start."""
+    """Yield twins that ask to make sure of a state, which on one side holds from the start."""
     one = interleave(context, *(_make_sure_tasks(context, act) for act in ALL_ACTS))
     yield from interleave(
         context,
@@ -107,7 +107,7 @@ def _make_sure_tasks(context: HouseContext, act: Act) -> Tasks:
 def _unfinished_setup(
     context: HouseContext, setup: Setup, target: Thing, act: Act
 ) -> tuple[Setup, tuple[Evidence, ...]]:
-    """Returns the setup in which an act is still to be done, what is to be closed ajar where that can be told, and
+    """Return the setup in which an act is still to be done, what is to be closed ajar where that can be told, and
     the evidence of it."""
     if act != "close" or not can_be_partly_open(target):
         return setup, (object_evidence(target.id),)
@@ -117,7 +117,7 @@ def _unfinished_setup(
 
 
 def _make_sure_all_tasks(context: HouseContext, act: Act, over: PlaceObjects) -> Tasks:
-    """Yields twins that ask to make sure of a room or the home, where all is as it should be but for one thing."""
+    """Yield twins that ask to make sure of a room or the home, where all is as it should be but for one thing."""
     for place, things in over(context):
         found = objects_meant(things, act)
         if not MIN_TARGETS <= len(found) <= MAX_PARTS:
@@ -134,7 +134,7 @@ def _make_sure_all_tasks(context: HouseContext, act: Act, over: PlaceObjects) ->
 
 
 def objects_meant(things: list[Thing], act: Act) -> list[Thing]:
-    """Returns the things that nothing must be on, or open, of: those that may be, and those that are."""
+    """Return the things that nothing must be on, or open, of: those that may be, and those that are."""
     ids = {thing.id for thing in on_or_open(things, act)}
     return [thing for thing in things if is_counted(thing, act) or thing.id in ids]
 
@@ -142,7 +142,7 @@ def objects_meant(things: list[Thing], act: Act) -> list[Thing]:
 def _all_but_one_task(
     context: HouseContext, act: Act, place: str, target: Thing, others: list[Thing]
 ) -> ClosureTask | None:
-    """Returns twins: on the first side one thing, out of view at the start, is not at rest; on the second all are."""
+    """Return twins: on the first side one thing, out of view at the start, is not at rest; on the second all are."""
     at_rest = {thing.id: FINISHED_STATE[act] for thing in others}
     rest = Setup(objects={**at_rest, **setup_for(target, act).objects})
     setup, _ = _unfinished_setup(context, rest, target, act)
@@ -175,7 +175,7 @@ def _all_but_one_task(
 
 
 def _of_state(context: HouseContext, act: Act) -> Iterator[tuple[Episode, ObjectInState, Thing]]:
-    """Yields drafts of an act that changes a state which is plain to see, with goal and target."""
+    """Yield drafts of an act that changes a state which is plain to see, with goal and target."""
     for episode in seeking(context, act):
         goal, target = episode.goal, context.thing(episode.goal.object_id)
         is_plain = act in ("open", "close") or target.category in SV_TOGGLES - FLAMES
@@ -184,20 +184,20 @@ def _of_state(context: HouseContext, act: Act) -> Iterator[tuple[Episode, Object
 
 
 def _phrase_for_state(context: HouseContext, target: Thing, act: Act) -> str:
-    """Returns what to call what is asked about."""
+    """Return what to call what is asked about."""
     phrase = str(context.phrase(target.id))
     return opening_phrase(target.category, phrase).whole if act in ("open", "close") else phrase
 
 
 def setup_with_goal_met(episode: Episode, goal: ObjectInState) -> Setup:
-    """Returns an episode's setup in which what a goal asks for holds from the start."""
+    """Return an episode's setup in which what a goal asks for holds from the start."""
     change = ObjectSetup(openness=float(goal.value)) if goal.state == "is_open" else ObjectSetup(is_toggled=goal.value)
     facts = change.model_dump(exclude_none=True, exclude={"is_absent", "is_broken"})
     return changed_setup(episode.setup, goal.object_id, **facts)
 
 
 def if_so(context: HouseContext) -> Tasks:
-    """Yields twins that ask for one thing where a state holds, and for another where it does not."""
+    """Yield twins that ask for one thing where a state holds, and for another where it does not."""
     yield from interleave(context, *(_conditional_tasks(context, act) for act in CONDITION_LABELS))
 
 
@@ -215,7 +215,7 @@ def _conditional_tasks(context: HouseContext, act: Act) -> Tasks:
 
 
 def _order_it(context: HouseContext, target: Thing, act: Act) -> str:
-    """Returns the order about what has just been named, the part that opens included."""
+    """Return the order about what has just been named, the part that opens included."""
     if act in ("open", "close"):
         return VERBS[act][int(context.rng.integers(len(VERBS[act])))].format("it")
     return order_slots(act, target.category, "", context.rng)["order_it"]
@@ -231,7 +231,7 @@ def _may_be_alternative(context: HouseContext, thing: Thing, target: Thing, room
 def _conditional_task(
     context: HouseContext, episode: Episode, goal: ObjectInState, target: Thing, other: Thing, act: Act
 ) -> ClosureTask | None:
-    """Returns twins: on the first side the condition holds, on the second the other thing is to be done."""
+    """Return twins: on the first side the condition holds, on the second the other thing is to be done."""
     instead: Act = "turn_on" if allows(other, "turn_on") else "open"
     both = Setup(objects={**setup_for(other, instead).objects, **episode.setup.objects})
     setup, evidence = _unfinished_setup(context, both, target, act)

@@ -19,22 +19,22 @@ STATES = ("open", "closed", "burning", "not burning")
 
 
 def by_size(name: str, *, is_larger: bool) -> str:
-    """Returns what to call the larger or smaller of two things."""
+    """Return what to call the larger or smaller of two things."""
     return f"the {'larger' if is_larger else 'smaller'} {name}"
 
 
 def by_state(name: str, label: str) -> str:
-    """Returns what to call the one of several things that is in a state."""
+    """Return what to call the one of several things that is in a state."""
     return f"the {name} that is {label}"
 
 
 def by_bearing(name: str, other: str, *, is_inside: bool) -> str:
-    """Returns what to call the one of several things that bears another."""
+    """Return what to call the one of several things that bears another."""
     return f"the {name} with the {other} {'in' if is_inside else 'on'} it"
 
 
 def referents_in(instruction: str, items: Iterable[DescribedThing], view: PrivilegedView) -> set[str]:
-    """Returns the ids of what the words of this module mean as things are now; none where none of them is said."""
+    """Return the ids of what the words of this module mean as things are now; none where none of them is said."""
     everything, things = list(items), view.scene.things
     names = "|".join(re.escape(name) for name in sorted({item.name for item in everything}, key=lambda n: (-len(n), n)))
     if found := re.search(rf"\bthe (?P<which>larger|smaller) (?P<name>{names})\b", instruction):

@@ -94,7 +94,7 @@ class Certified:
 
 
 def exempt_of(task: ClosureTask) -> frozenset[str]:
-    """Returns the rules of the families that a task breaks by intent."""
+    """Return the rules of the families that a task breaks by intent."""
     is_put = isinstance(task.episodes[0].goal, ObjectAtReceptacle) and task.kind == "impossible"
     form = "put" if is_put else task.form
     return EXEMPT.get(f"{task.kind} {form}", EXEMPT.get(task.kind, frozenset()))
@@ -113,7 +113,7 @@ class Certifier:
     def certify(
         self, task: ClosureTask, house: House, recorded: tuple[tuple[Action, ...], ...] = ()
     ) -> tuple[list[Certified], list[Finding]]:
-        """Returns the sides of a task with their answers, or what is wrong with it.
+        """Return the sides of a task with their answers, or what is wrong with it.
 
         `recorded` are the actions of each side in a frozen pack; without them they are sought.
         """
@@ -143,7 +143,7 @@ class Certifier:
         house: House,
         recorded: tuple[Action, ...] | None,
     ) -> tuple[tuple[Action, ...], list[Finding]]:
-        """Returns what closes the second of two twins rightly, or what is wrong with it. May raise BrokenRule."""
+        """Return what closes the second of two twins rightly, or what is wrong with it. May raise BrokenRule."""
         if task.kind == "if_so":
             return self._solve_side(task, second, house, recorded)
         actions = recorded or self._show_evidence_and_report(second, answer)
@@ -154,7 +154,7 @@ class Certifier:
     def _solve_side(
         self, task: ClosureTask, episode: Episode, house: House, recorded: tuple[Action, ...] | None
     ) -> tuple[tuple[Action, ...], list[Finding]]:
-        """Returns the solution of a side that the families' rules bind, or what is wrong with it."""
+        """Return the solution of a side that the families' rules bind, or what is wrong with it."""
         mentioned = {role: each for role, each in episode.bindings.items() if role not in UNMENTIONED_ROLES}
         bare = episode.model_copy(update={"bindings": mentioned})
         exempt = exempt_of(task)
@@ -173,7 +173,7 @@ class Certifier:
         return result.actions, found
 
     def _faults(self, task: ClosureTask, episode: Episode) -> BrokenRules:
-        """Yields what a side breaks of the rules of its own kind."""
+        """Yield what a side breaks of the rules of its own kind."""
         yield from (("protocol", fault) for fault in protocol_faults(episode, SUITE))
         if "settled_openness" in exempt_of(task):
             yield from self._faults_of_gaps(episode)
@@ -201,7 +201,7 @@ class Certifier:
                 yield "told_apart", f"the words mean {', '.join(sorted(meant)) or 'nothing'}"
 
     def _faults_of_gaps(self, episode: Episode) -> BrokenRules:
-        """Yields which things stand neither closed, nor wide open, nor ajar so that it can be told from near by."""
+        """Yield which things stand neither closed, nor wide open, nor ajar so that it can be told from near by."""
         for thing in (self._view.scene.things[name] for name in sorted(episode.setup.objects)):
             if thing.openness <= ALMOST_CLOSED or thing.openness >= WIDE_OPEN:
                 continue
@@ -221,7 +221,7 @@ class Certifier:
             yield "some_out_of_view", f"more than half of the {len(ids)} targets are in view at the start"
 
     def _meant_by(self, instruction: str) -> set[str]:
-        """Returns the ids of all things that the words "every ..." or "everything that ..." mean now."""
+        """Return the ids of all things that the words "every ..." or "everything that ..." mean now."""
         items = items_of(self._view.scene)
         if named := BY_NAME_PATTERN.search(instruction):
             return {item.id for item in referents(Phrase(named["name"], room=named["room"]), items.values())}
@@ -238,12 +238,12 @@ class Certifier:
         yield from _referent_faults({thing.id for thing in meant}, {part.object_id for part in goal.parts})
 
     def _in_room(self, room: str | None) -> list[Thing]:
-        """Returns the things of the rooms of a name, or of all rooms where it is None."""
+        """Return the things of the rooms of a name, or of all rooms where it is None."""
         items = items_of(self._view.scene).values()
         return [self._view.scene.things[item.id] for item in items if item.room_id and room in (None, item.room)]
 
     def _answers(self, task: ClosureTask, second: Episode, house: House) -> list[ClosureAnswer]:
-        """Returns the answers of twins. Raises BrokenRule where they are none, or the second side can be done."""
+        """Return the answers of twins. Raises BrokenRule where they are none, or the second side can be done."""
         first = task.episodes[0]
         check_single_difference(task, second)
         for side in task.episodes if self._is_strict and task.kind != "if_so" else ():
@@ -264,7 +264,7 @@ class Certifier:
         return [answer, ClosureAnswer(episode_id=second.id, **facts)]
 
     def _reason(self, task: ClosureTask, second: Episode, house: House) -> Reason:
-        """Returns why the second side is impossible. Raises BrokenRule where something still answers."""
+        """Return why the second side is impossible. Raises BrokenRule where something still answers."""
         first = task.episodes[0]
         self._begin(first)
         start = EpisodeStart(first, house, self._view)
@@ -282,7 +282,7 @@ class Certifier:
         return reason_for_absence(meant, items_of(self._view.scene).values(), is_strict=self._is_strict)
 
     def _search_refusal(self, second: Episode) -> str:
-        """Returns what the exhaustive search says. Raises BrokenRule where it finds a way."""
+        """Return what the exhaustive search says. Raises BrokenRule where it finds a way."""
         macro_actions = MacroActions(self._view, may_tilt=True, is_exhaustive=True)
         goal, target = second.goal, self._view.scene.things[second.goal.object_id]
         if not target.is_present:
@@ -300,7 +300,7 @@ class Certifier:
         return f"No reachable place from which it works on {target.id!r}."
 
     def _show_evidence_and_report(self, second: Episode, answer: ClosureAnswer) -> tuple[Action, ...]:
-        """Returns the actions that show all evidence and then report. Raises BrokenRule where it cannot be seen."""
+        """Return the actions that show all evidence and then report. Raises BrokenRule where it cannot be seen."""
         self._begin(second)
         actions: list[Action] = []
         with self._view.rollback():
@@ -315,7 +315,7 @@ class Certifier:
         return (*actions, Report(status=answer.accepted[0], summary=SUMMARY))
 
     def _show_evidence(self, macro_actions: MacroActions, answer: ClosureAnswer) -> Iterator[Action]:
-        """Yields the actions that show all evidence: at once, or of many things what is nearest first. Raises
+        """Yield the actions that show all evidence: at once, or of many things what is nearest first. Raises
         Unsolvable."""
         is_of_many = answer.form in EVERYTHING_FORMS
         left = [(each,) for each in answer.evidence] if is_of_many else [answer.evidence]
@@ -328,12 +328,12 @@ class Certifier:
                 raise Unsolvable(f"Where the walk to {nearest[0].object_id!r} ends, its evidence is not seen.")
 
     def _distance_to(self, evidence: Evidence) -> tuple[float, str]:
-        """Returns how far a thing is from the agent, with its id to break ties."""
+        """Return how far a thing is from the agent, with its id to break ties."""
         thing = self._view.scene.things[evidence.object_id]
         return floor_distance(self._view.agent.position, thing.position), thing.id
 
     def _viewpoint_showing(self, evidence: tuple[Evidence, ...]) -> Viewpoint:
-        """Returns the nearest view from which all evidence is clearly seen at once. Raises Unsolvable."""
+        """Return the nearest view from which all evidence is clearly seen at once. Raises Unsolvable."""
         thing = self._view.scene.things[evidence[0].object_id]
         spots = [each.spot for each in evidence if each.object_id == thing.id and each.spot is not None]
         points = np.array(spots) if spots else surface_points(thing)
@@ -365,7 +365,7 @@ class Certifier:
     def _faults_of_second_side(
         self, second: Episode, answer: ClosureAnswer, house: House, actions: tuple[Action, ...]
     ) -> BrokenRules:
-        """Yields what is wrong with the second side of twins and the actions that are to close it."""
+        """Yield what is wrong with the second side of twins and the actions that are to close it."""
         if answer.form in EVERYTHING_FORMS and len(actions) < MIN_LOOKING_SHARE * second.max_steps:
             yield "enough_to_look_at", f"{len(actions)} steps of {second.max_steps} to see all that is asked about"
         if len(actions) > BUDGET_SHARE * second.max_steps:

@@ -33,7 +33,7 @@ _BEARING_ACTS: tuple[Act, ...] = ("pick", "open")
 
 
 def look_alike(context: HouseContext) -> Tasks:
-    """Yields tasks about one of two things of a kind that differ in one visible attribute."""
+    """Yield tasks about one of two things of a kind that differ in one visible attribute."""
     forms = _of_colour(context), _of_place(context), _of_state(context), _of_bearing(context), _of_size(context)
     yield from interleave(context, *forms)
 
@@ -78,7 +78,7 @@ def _of_place(context: HouseContext) -> Tasks:
 
 
 def _same_name_objects(context: HouseContext, thing_id: str) -> list[Thing]:
-    """Returns the other things of a thing's category, where only those may be taken for it, in the scene's order."""
+    """Return the other things of a thing's category, where only those may be taken for it, in the scene's order."""
     items = context.items
     item = items[thing_id]
     others = [each for each in referents(Phrase(item.name), items.values()) if each.id != thing_id]
@@ -88,7 +88,7 @@ def _same_name_objects(context: HouseContext, thing_id: str) -> list[Thing]:
 
 
 def _candidates(context: HouseContext) -> Iterator[tuple[Thing, list[Thing]]]:
-    """Yields things that have namesakes, with those, in a random order."""
+    """Yield things that have namesakes, with those, in a random order."""
     wanted = [each for each in context.view.scene.things.values() if each.is_present and is_target(each)]
     for thing in context.shuffled(wanted):
         others = _same_name_objects(context, thing.id)
@@ -159,7 +159,7 @@ def _of_bearing(context: HouseContext) -> Tasks:
 
 
 def _supported_candidates(context: HouseContext, target: Thing, others: list[Thing]) -> list[Thing]:
-    """Returns what could lie on a thing so that it is told by that, in a random order: a thing of a name of its own."""
+    """Return what could lie on a thing so that it is told by that, in a random order: a thing of a name of its own."""
     items = list(context.items.values())
     ids = {target.id, *(each.id for each in others)}
     suits = FOOD if target.is_pickupable else ON_FURNITURE
@@ -175,7 +175,7 @@ def _supported_candidates(context: HouseContext, target: Thing, others: list[Thi
 
 
 def _placements_on_top(target: Thing, borne: Thing) -> Iterator[Placement]:
-    """Yields places for a thing on another, and in what is carried."""
+    """Yield places for a thing on another, and in what is carried."""
     yield from placements_on(target, borne, inside=False)
     if target.is_pickupable:
         yield from placements_on(target, borne, inside=True)
@@ -184,7 +184,7 @@ def _placements_on_top(target: Thing, borne: Thing) -> Iterator[Placement]:
 def _distractor_task(
     context: HouseContext, act: Act, target: Thing, alike: Thing, words: str, setup: Setup, form: str
 ) -> Tasks:
-    """Yields the task about a thing that is told so from another; none where no start shows that one alone."""
+    """Yield the task about a thing that is told so from another; none where no start shows that one alone."""
     if not context.can_begin(setup):
         return
     start = context.start_seeing(

@@ -57,7 +57,7 @@ class ClosureGenerator:
         self._certifier = Certifier(self._simulator)
 
     def work(self, source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
-        """Returns a house and what came of proposing all kinds in it."""
+        """Return a house and what came of proposing all kinds in it."""
         begun = time.monotonic()
         try:
             house = source.house()
@@ -98,7 +98,7 @@ class ClosureGenerator:
                 return
 
     def _examine(self, context: HouseContext, task: ClosureTask) -> ClosureDraft | Rejection:
-        """Returns a task under its own ids when it holds, else why it does not."""
+        """Return a task under its own ids when it holds, else why it does not."""
         sides, findings = self._certifier.certify(task, context.house)
         if findings:
             return Rejection(
@@ -120,12 +120,12 @@ class ClosureGenerator:
 
 
 def closure_worker(settings: GenerationSettings) -> ClosureGenerator:
-    """Returns the suite's grammar with its simulator."""
+    """Return the suite's grammar with its simulator."""
     return ClosureGenerator(settings)
 
 
 def _named(context: HouseContext, side: Certified, facts: DraftFacts, secret: int | None) -> Draft:
-    """Returns a side as a draft under an id that tells it from no other: the same form for both twins."""
+    """Return a side as a draft under an id that tells it from no other: the same form for both twins."""
     episode: Episode = side.episode
     provenance = episode.provenance.model_copy(update={"validated": True, "solution_steps": len(side.actions)})
     name = draft_id(episode, facts.category, context.house, secret)

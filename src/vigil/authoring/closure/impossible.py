@@ -68,7 +68,7 @@ PUT_ON = (
 
 
 def impossible(context: HouseContext) -> Tasks:
-    """Yields twins of which one cannot be done."""
+    """Yield twins of which one cannot be done."""
     yield from interleave(
         context, _absent_tasks(context), _blocked_tasks(context), _broken_tasks(context), _no_room_tasks(context)
     )
@@ -101,7 +101,7 @@ def _absent_tasks(context: HouseContext) -> Tasks:
 
 
 def phrase_by_support(context: HouseContext, item: DescribedThing, *, may_colour: bool = True) -> Phrase | None:
-    """Returns what to call a thing by what it lies on or in; None when that does not single it out."""
+    """Return what to call a thing by what it lies on or in; None when that does not single it out."""
     items = list(context.items.values())
     if item.support is None or {each.id for each in referents(Phrase(item.support), items)} != {item.support_id}:
         return None
@@ -120,7 +120,7 @@ def phrase_by_support(context: HouseContext, item: DescribedThing, *, may_colour
 
 
 def _spots(support: Thing, target: Thing) -> list[Vec3]:
-    """Returns places spread over the surface that a thing lies on; none where it is too high to be looked at."""
+    """Return places spread over the surface that a thing lies on; none where it is too high to be looked at."""
     for surface, frame in level_surfaces(support):
         if surface.name == target.surface:
             shares = [(x * surface.size_x, 0.002, z * surface.size_z) for x in SPOT_SHARES for z in SPOT_SHARES]
@@ -201,7 +201,7 @@ def _no_room_tasks(context: HouseContext) -> Tasks:
 
 
 def _put_on(target: Phrase | None) -> tuple[str, ...]:
-    """Returns the orders in which no two places stand one behind the other ("the pen on the bed on the chair")."""
+    """Return the orders in which no two places stand one behind the other ("the pen on the bed on the chair")."""
     is_told_by_place = target is not None and target.support is not None
     return tuple(each for each in PUT_ON if not is_told_by_place or " it " in each)
 
@@ -227,7 +227,7 @@ def _may_go_on(context: HouseContext, thing: Thing, stand: Thing) -> bool:
 def _no_room_task(
     context: HouseContext, stand: Thing, occupant: Thing, taken: Placement, target: Thing
 ) -> ClosureTask | None:
-    """Returns the twins in which a thing fits on a stand, or does not because something heavy stands there."""
+    """Return the twins in which a thing fits on a stand, or does not because something heavy stands there."""
     setup = Setup()
     full = changed_setup(setup, occupant.id, placement=taken)
     if not context.can_begin(full):

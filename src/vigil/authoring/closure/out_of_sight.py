@@ -22,7 +22,7 @@ TRIED_TARGETS = 3
 
 
 def out_of_sight(context: HouseContext) -> Tasks:
-    """Yields tasks to put a thing into what is closed at the end, so that nothing shows whether it is there."""
+    """Yield tasks to put a thing into what is closed at the end, so that nothing shows whether it is there."""
     for container in context.things(lambda thing: thing.category in BELONGS_IN and thing.is_openable):
         targets = context.things(lambda thing, container=container: _may_go_in(context, thing, container))
         for target in targets[:TRIED_TARGETS]:

@@ -57,7 +57,7 @@ class ClosureRequest:
     """Of the file that things have their sizes from; None for the typical sizes of their kinds."""
 
     def asked(self, kind: Kind) -> int:
-        """Returns how many tasks of a kind are wanted."""
+        """Return how many tasks of a kind are wanted."""
         return self.quotas.get(kind, self.per_kind)
 
 
@@ -68,7 +68,7 @@ TaskCheck = Callable[[ClosureDraft], list[Finding]]
 def reviewed_tasks(
     pool: Sequence[ClosureDraft], reviews: Sequence[Review], check: TaskCheck
 ) -> tuple[list[ClosureDraft], list[Finding]]:
-    """Returns tasks as their reviewers want them, and what is wrong with those that were reworded.
+    """Return tasks as their reviewers want them, and what is wrong with those that were reworded.
 
     A task of which any side is rejected is left out whole; words given to one side are those of both.
     """
@@ -88,7 +88,7 @@ def reviewed_tasks(
 
 
 def _judged(task: ClosureDraft, reviews: Sequence[Review]) -> ClosureDraft | None:
-    """Returns a task as its reviewers want it; None where one of its sides is rejected."""
+    """Return a task as its reviewers want it; None where one of its sides is rejected."""
     episodes = [apply_reviews(draft.episode, reviews) for draft in task.drafts]
     if any(episode.provenance.reviewed == "rejected" for episode in episodes):
         return None
@@ -105,7 +105,7 @@ def _words(task: ClosureDraft) -> str:
 
 
 def select_tasks(pool: Sequence[ClosureDraft], request: ClosureRequest) -> list[ClosureDraft]:
-    """Returns exactly so many tasks of each kind, evenly over reasons, acts, categories and houses.
+    """Return exactly so many tasks of each kind, evenly over reasons, acts, categories and houses.
 
     Raises EpisodeError when there are too few.
     """
@@ -143,7 +143,7 @@ def _keys(task: ClosureDraft) -> list[tuple[str, str]]:
 
 
 def _form(task: ClosureDraft) -> str:
-    """Returns which form of its kind a task has."""
+    """Return which form of its kind a task has."""
     return task.answers[0].form
 
 
@@ -212,7 +212,7 @@ def freeze_closure(
 def _review_counts(
     chosen: Sequence[ClosureDraft], offered: Sequence[ClosureDraft], reviews: Sequence[Review]
 ) -> dict[str, int]:
-    """Returns how many episodes were judged by a person, by a model alone, and by nobody; and how many were rejected,
+    """Return how many episodes were judged by a person, by a model alone, and by nobody; and how many were rejected,
     their twins included."""
     versions = {draft.episode.id: draft.episode for task in offered for draft in task.drafts}
     kinds: dict[str, set[str]] = {}
@@ -234,7 +234,7 @@ def _review_counts(
 
 
 def _house_facts(read: Sequence[DraftsContent], names: Sequence[str], request: ClosureRequest) -> dict[str, Any]:
-    """Returns where houses are from that were not generated, and what gave their things sizes, as far as there is."""
+    """Return where houses are from that were not generated, and what gave their things sizes, as far as there is."""
     origins = {origin.name: origin for proposed in read for origin in proposed.origins}
     sources = {
         name: origins[name].model_dump(exclude={"line", "name"}, exclude_none=True) for name in names if name in origins
@@ -244,18 +244,18 @@ def _house_facts(read: Sequence[DraftsContent], names: Sequence[str], request: C
 
 
 def solution_of(draft: Draft) -> Solution:
-    """Returns a draft's recorded solution: what closes its episode rightly."""
+    """Return a draft's recorded solution: what closes its episode rightly."""
     return Solution(episode_id=draft.episode.id, actions=draft.actions)
 
 
 def kind_counts(answers: Sequence[ClosureAnswer]) -> dict[str, int]:
-    """Returns how many episodes there are of each kind, side and reason."""
+    """Return how many episodes there are of each kind, side and reason."""
     names = [" ".join(filter(None, (each.kind, each.side, each.reason))) for each in answers]
     return dict(sorted(Counter(names).items()))
 
 
 def guessing(answers: Sequence[ClosureAnswer]) -> dict[str, dict[str, float]]:
-    """Returns C and the share of pairs (%) that agents without sight come to, in expectation, by kind.
+    """Return C and the share of pairs (%) that agents without sight come to, in expectation, by kind.
 
     They act on nothing, so that a goal holds at the end just where it holds at the reset.
     """
@@ -278,7 +278,7 @@ def _pair_chances(answers: Sequence[ClosureAnswer], kind: Kind, drawn: tuple[Sta
 
 
 def _chance(answer: ClosureAnswer, drawn: tuple[Status | None, ...]) -> float:
-    """Returns how likely one of some statuses, reported at once, closes an episode rightly."""
+    """Return how likely one of some statuses, reported at once, closes an episode rightly."""
     if answer.is_impossible:
         right: tuple[Status, ...] = answer.accepted
     else:

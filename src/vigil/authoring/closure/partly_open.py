@@ -38,23 +38,23 @@ def is_partly_open(openness: float) -> bool:
 
 
 def random_partial_openness(thing: Thing, rng: np.random.Generator) -> float:
-    """Returns a drawn openness at which a thing stands ajar, little more than can be told."""
+    """Return a drawn openness at which a thing stands ajar, little more than can be told."""
     least = _min_partial_openness(thing)
     return round(float(rng.uniform(least, least + SPREAD)), 2)
 
 
 def _min_partial_openness(thing: Thing) -> float:
-    """Returns the least openness at which a thing stands ajar and has a gap that can be told, in hundredths."""
+    """Return the least openness at which a thing stands ajar and has a gap that can be told, in hundredths."""
     return max(PARTLY_OPEN[0], math.ceil(100 * PARTLY_OPEN[0] * MIN_GAP_M / gap_m(thing)) / 100)
 
 
 def gap_m(thing: Thing) -> float:
-    """Returns how far the moving parts of a thing go at most at the least openness of what stands ajar."""
+    """Return how far the moving parts of a thing go at most at the least openness of what stands ajar."""
     return float(np.linalg.norm(_displacements(thing), axis=1).max())
 
 
 def gap_evidence(thing: Thing, openness: float) -> Evidence:
-    """Returns the evidence of whether a thing stands ajar: where the point that comes out farthest lies at an
+    """Return the evidence of whether a thing stands ajar: where the point that comes out farthest lies at an
     openness."""
     moved = _displacements(thing)
     came_out = surface_points(replace(thing, openness=PARTLY_OPEN[0])) @ moved.sum(axis=0)
@@ -65,5 +65,5 @@ def gap_evidence(thing: Thing, openness: float) -> Evidence:
 
 
 def _displacements(thing: Thing) -> np.ndarray:
-    """Returns (n, 3) how far each point of a thing's surface has moved at that openness, m."""
+    """Return (n, 3) how far each point of a thing's surface has moved at that openness, m."""
     return surface_points(replace(thing, openness=PARTLY_OPEN[0])) - surface_points(replace(thing, openness=0.0))

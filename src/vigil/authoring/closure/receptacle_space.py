@@ -68,7 +68,7 @@ def refuses_clicks(scene: Scene, agent: Pose, thing_id: str, receptacle_id: str,
 
 
 def free_surfaces(scene: Scene, thing_id: str, receptacle_id: str, gone: Iterable[str] = ()) -> set[str]:
-    """Returns the names of a receptacle's surfaces on which a thing has room, were some others gone."""
+    """Return the names of a receptacle's surfaces on which a thing has room, were some others gone."""
     thing, receptacle = scene.things[thing_id], scene.things[receptacle_id]
     out = {thing_id, *gone}
     return {
@@ -79,12 +79,12 @@ def free_surfaces(scene: Scene, thing_id: str, receptacle_id: str, gone: Iterabl
 
 
 def _bearing(stand: Thing, receptacle: Thing) -> list[tuple[Surface, Motion]]:
-    """Returns the surfaces of what a receptacle bears, or of itself, what lies on which lies on the receptacle."""
+    """Return the surfaces of what a receptacle bears, or of itself, what lies on which lies on the receptacle."""
     return [each for each in level_surfaces(stand) if not ends_lying_on(stand, each[0], receptacle)]
 
 
 def _standing_on(scene: Scene, receptacle: Thing) -> list[Thing]:
-    """Returns what stands on a receptacle and cannot be taken away."""
+    """Return what stands on a receptacle and cannot be taken away."""
     return [
         each
         for each in scene.things.values()
@@ -113,7 +113,7 @@ def _free(scene: Scene, thing: Thing, receptacle: Thing, surface: Surface, frame
 
 
 def _solids_between(scene: Scene, receptacle: Thing, gone: set[str], low: float, high: float) -> Iterable[Prism]:
-    """Yields the solids between two heights of what is there, but for the receptacle itself."""
+    """Yield the solids between two heights of what is there, but for the receptacle itself."""
     for other in scene.things.values():
         if other.is_present and not other.is_held and other.id not in gone and other.id != receptacle.id:
             for prism in prisms_of(other):
@@ -122,7 +122,7 @@ def _solids_between(scene: Scene, receptacle: Thing, gone: set[str], low: float,
 
 
 def _flat(surface: Surface, frame: Motion) -> shapely.Polygon:
-    """Returns the outline of a surface, with as much around it as a thing may stand out over its edge."""
+    """Return the outline of a surface, with as much around it as a thing may stand out over its edge."""
     x, z = surface.size_x / 2 + EDGE_M, surface.size_z / 2 + EDGE_M
     corners = frame(np.array([[-x, 0.0, -z], [x, 0.0, -z], [x, 0.0, z], [-x, 0.0, z]]))
     return shapely.Polygon(corners[:, [0, 2]])

@@ -47,7 +47,7 @@ PUT_IN = (
 
 
 def silent_refusal(context: HouseContext) -> Tasks:
-    """Yields tasks whose obvious action is refused without a word."""
+    """Yield tasks whose obvious action is refused without a word."""
     forms = (
         _implicit_tasks(context, swing_blocked(context), "swing"),
         _implicit_tasks(context, interlocked(context), "machine"),
@@ -94,7 +94,7 @@ def _full_shelf_tasks(context: HouseContext) -> Tasks:
 
 
 def obvious_surface(shelves: Thing) -> tuple[Surface, Motion] | None:
-    """Returns the surface nearest to the height of the hand, of those inside of it, else of those on it.
+    """Return the surface nearest to the height of the hand, of those inside of it, else of those on it.
 
     None where there are not several.
     """
@@ -118,12 +118,12 @@ def _belongs(thing: Thing, shelves: Thing) -> bool:
 
 
 def _side(thing: Thing) -> float:
-    """Returns the shorter side of a thing's footprint."""
+    """Return the shorter side of a thing's footprint."""
     return min(thing.asset.size.x, thing.asset.size.z)
 
 
 def _filled_up(context: HouseContext, shelves: Thing, opened: Setup, target: Thing) -> ClosureTask | None:
-    """Returns the task of putting a thing on shelves of which the obvious one is full; None where none can be."""
+    """Return the task of putting a thing on shelves of which the obvious one is full; None where none can be."""
     if not context.can_begin(opened):
         return None
     stands = context.thing(shelves.id)
@@ -168,7 +168,7 @@ def _may_fill(context: HouseContext, thing: Thing, shelves: Thing, target: Thing
 def _row(
     opened: Setup, shelves: Thing, surface: Surface, frame: Motion, fillers: tuple[Thing, ...], side_m: float
 ) -> Setup | None:
-    """Returns the setup in which some things stand in a row on a surface, evenly spaced.
+    """Return the setup in which some things stand in a row on a surface, evenly spaced.
 
     None where they do not fit, or leave a gap for a thing of that side.
     """

@@ -41,7 +41,7 @@ Tasks = Iterator[ClosureTask | Rejection]
 
 
 def interleave(context: HouseContext, *proposals: Tasks) -> Tasks:
-    """Yields one task of each in turn, with what was refused before it, until none has any left.
+    """Yield one task of each in turn, with what was refused before it, until none has any left.
 
     Which is the first is drawn for each house, so that no form comes short where few tasks are kept.
     """
@@ -59,7 +59,7 @@ def interleave(context: HouseContext, *proposals: Tasks) -> Tasks:
 
 
 def object_evidence(thing_id: str) -> Evidence:
-    """Returns the evidence that a thing gives by itself to who sees it plainly."""
+    """Return the evidence that a thing gives by itself to who sees it plainly."""
     return Evidence(object_id=thing_id, least_px=EVIDENCE_PX)
 
 
@@ -69,5 +69,5 @@ def is_out_of_view_from(context: HouseContext, pose: Pose, thing_id: str) -> boo
 
 
 def rejection(context: HouseContext, kind: Kind, rule: str, message: str) -> Rejection:
-    """Returns the line that says why something was not proposed."""
+    """Return the line that says why something was not proposed."""
     return Rejection(family="SI", kind=kind, house=context.house.name, rule=rule, message=message)

@@ -25,7 +25,7 @@ class BrokenRule(EpisodeError):
 
 
 def check_single_difference(task: ClosureTask, second: Episode) -> None:
-    """Raises BrokenRule where twins differ in more than the setup of one thing."""
+    """Raise BrokenRule where twins differ in more than the setup of one thing."""
     first = task.episodes[0]
     same = ("family", "house", "start", "instruction", "bindings", "max_steps", "max_invalid")
     goal = () if task.kind == "if_so" else ("goal",)
@@ -40,7 +40,7 @@ def check_single_difference(task: ClosureTask, second: Episode) -> None:
 
 
 def check_hidden(task: ClosureTask, episode: Episode, view: PrivilegedView, *, is_searched: bool) -> None:
-    """Raises BrokenRule where the first frame of a side shows what it must not; the oracle has just been reset to it.
+    """Raise BrokenRule where the first frame of a side shows what it must not; the oracle has just been reset to it.
 
     That is the target where it `is_searched` for, and what bars the way or takes the place.
     """
@@ -56,7 +56,7 @@ def check_hidden(task: ClosureTask, episode: Episode, view: PrivilegedView, *, i
 def reason_for_absence(
     phrases: Sequence[Phrase], items: Iterable[DescribedThing], *, is_strict: bool = True
 ) -> Literal["absent", "elsewhere"]:
-    """Returns whether nothing of the name of what is gone is left, or another one lies elsewhere.
+    """Return whether nothing of the name of what is gone is left, or another one lies elsewhere.
 
     A pot may be taken for a kettle, and so may not lie where the kettle is sought; but it is no kettle, unless by rules
     that were not `is_strict`. Raises BrokenRule where something still answers to a phrase.

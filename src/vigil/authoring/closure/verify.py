@@ -20,7 +20,7 @@ OnTask = Callable[[int, int, int], None]
 def verify_closure(
     pack: Pack, simulator: PrivilegedSimulator, on_task: OnTask = lambda done, of, faulty: None
 ) -> list[Finding]:
-    """Returns what is wrong with the tasks of a pack of the suite, sorted by episode. Raises PackMismatch."""
+    """Return what is wrong with the tasks of a pack of the suite, sorted by episode. Raises PackMismatch."""
     answers = closure_answers(pack.folder)
     findings = [Finding(episode.id, "closes_rightly", "it has no answer") for episode in pack.episodes
                 if episode.id not in answers]  # fmt: skip
@@ -35,7 +35,7 @@ def verify_closure(
 
 
 def _tasks(pack: Pack, answers: dict[str, ClosureAnswer]) -> Iterator[ClosureTask]:
-    """Yields the tasks of a pack, those of a house together."""
+    """Yield the tasks of a pack, those of a house together."""
     twins: dict[str, list[Episode]] = {}
     for episode in sorted(pack.episodes, key=lambda each: (each.house.name, each.id)):
         twins.setdefault(answers[episode.id].pair or episode.id, []).append(episode)
@@ -44,7 +44,7 @@ def _tasks(pack: Pack, answers: dict[str, ClosureAnswer]) -> Iterator[ClosureTas
 
 
 def task_of(episodes: Sequence[Episode], answers: Sequence[ClosureAnswer]) -> ClosureTask:
-    """Returns the task that some sides are, with their answers in the same order."""
+    """Return the task that some sides are, with their answers in the same order."""
     first = answers[0]
     sides = PAIRED.get(first.kind, ())
     ordered = sorted(zip(answers, episodes, strict=True), key=lambda each: sides.index(each[0].side) if sides else 0)  # pyright: ignore
@@ -53,7 +53,7 @@ def task_of(episodes: Sequence[Episode], answers: Sequence[ClosureAnswer]) -> Cl
 
 
 def recertifier(simulator: PrivilegedSimulator, house_of: Callable[[Episode], House]) -> TaskCheck:
-    """Returns the function that certifies a task with its recorded solutions, and gives back what is wrong with it."""
+    """Return the function that certifies a task with its recorded solutions, and gives back what is wrong with it."""
     certifier = Certifier(simulator)
 
     def check(task: ClosureDraft) -> list[Finding]:

@@ -90,7 +90,7 @@ dataset of the library LeRobot, format v3.0.""",
 
 
 def card_of(facts: Mapping[str, Any], table: str) -> str:
-    """Returns the text of the README."""
+    """Return the text of the README."""
     slots = {
         "profile": facts["profile"]["name"],
         "prompt": facts["prompt"],

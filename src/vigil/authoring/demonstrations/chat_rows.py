@@ -55,7 +55,7 @@ class ChatRow:
 
 
 def row_of(example: Example) -> ChatRow:
-    """Returns an example as columns; a correction has the right answer in `messages`, and the false one apart."""
+    """Return an example as columns; a correction has the right answer in `messages`, and the false one apart."""
     frame = f"{example.episode_id}_{example.step:02d}"
     columns = {
         "id": frame if example.fault is None else f"{frame}_{example.fault}",

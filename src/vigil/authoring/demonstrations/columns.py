@@ -34,7 +34,7 @@ _SIZES = {"x": FRAME_WIDTH, "y": FRAME_HEIGHT}
 
 
 def features_of(*, has_feedback: bool) -> dict[str, Feature]:
-    """Returns the columns in their order; what an agent is told besides the frame is the state, and there only then."""
+    """Return the columns in their order; what an agent is told besides the frame is the state, and there only then."""
     state = {STATE: _feature("float32", tuple(Feedback.model_fields))} if has_feedback else {}
     picture: Feature = {
         "dtype": "image",
@@ -59,7 +59,7 @@ def _feature(dtype: Dtype, names: tuple[str, ...] = ()) -> Feature:
 
 
 def schema_of(features: dict[str, Feature]) -> pa.Schema:
-    """Returns the columns as Arrow has them; HF `datasets` finds there which of them is a picture."""
+    """Return the columns as Arrow has them; HF `datasets` finds there which of them is a picture."""
     fields = [(name, _arrow_type(feature)) for name, feature in features.items()]
     pictures = {"info": {"features": {CAMERA: {"_type": "Image"}}}}
     return pa.schema(fields, metadata={"huggingface": json.dumps(pictures)})
@@ -73,7 +73,7 @@ def _arrow_type(feature: Feature) -> pa.DataType:
 
 
 def columns_of(example: Example) -> dict[str, Any]:
-    """Returns what an example says itself; where it stands in the dataset is not of it."""
+    """Return what an example says itself; where it stands in the dataset is not of it."""
     name = f"frame-{example.step - 1:06d}.{example.picture.format}"
     feedback = example.feedback
     state = {} if feedback is None else {STATE: [float(said) for said in feedback.model_dump().values()]}
@@ -87,13 +87,13 @@ def columns_of(example: Example) -> dict[str, Any]:
 
 
 def numbers_of(action: Action) -> list[float]:
-    """Returns an action as numbers, in the order of `ACTION_NAMES`; what its skill does not take is 0."""
+    """Return an action as numbers, in the order of `ACTION_NAMES`; what its skill does not take is 0."""
     said = action.model_dump(exclude_none=True)
     return [_number(name, said[name]) if name in said else 0.0 for name in ACTION_NAMES]
 
 
 def _number(name: str, value: Any) -> float:
-    """Returns a word's index, a pixel's middle as a share of the frame, or a magnitude as it is."""
+    """Return a word's index, a pixel's middle as a share of the frame, or a magnitude as it is."""
     if name in WORDS:
         return float(WORDS[name].index(value))
     return (value + 0.5) / _SIZES[name] if name in _SIZES else float(value)

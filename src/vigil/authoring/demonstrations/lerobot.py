@@ -90,7 +90,7 @@ class LeRobotWriter:
             self._writer.close()
 
     def _episode(self, examples: Sequence[Example], statistics: dict[str, Statistics]) -> dict[str, Any]:
-        """Returns an episode's row in `meta/episodes`; its family and difficulty are ours, to choose episodes by."""
+        """Return an episode's row in `meta/episodes`; its family and difficulty are ours, to choose episodes by."""
         place = _place(self._file)
         return {
             "episode_index": len(self._episodes),
@@ -141,6 +141,6 @@ class LeRobotWriter:
 
 
 def _place(file: int) -> dict[str, int]:
-    """Returns in which chunk a file is, and its number there."""
+    """Return in which chunk a file is, and its number there."""
     chunk, index = divmod(file, FILES_A_CHUNK)
     return {"chunk_index": chunk, "file_index": index}

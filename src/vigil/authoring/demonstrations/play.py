@@ -80,7 +80,7 @@ class Demonstrator:
         self._env.close()
 
     def examples(self, item: StreamItem, *, with_corrections: bool = True) -> list[Example]:
-        """Returns the examples of an episode, step by step, then its corrections. Raises SimulatorError."""
+        """Return the examples of an episode, step by step, then its corrections. Raises SimulatorError."""
         self._item = item
         actions = item.draft.actions
         record = self._record([self._answer(action, "") for action in actions])
@@ -94,7 +94,7 @@ class Demonstrator:
         return self._item
 
     def _record(self, answers: Sequence[str]) -> EpisodeRecord:
-        """Returns the record of answers; nothing is drawn."""
+        """Return the record of answers; nothing is drawn."""
         self._env.reset(self._now().episode)
         for answer in answers:
             self._env.step(Reply(text=answer))
@@ -103,7 +103,7 @@ class Demonstrator:
         return self._env.record()
 
     def _shown(self, actions: Sequence[Action], record: EpisodeRecord) -> list[Example]:
-        """Returns an example for each action, with what is seen before it."""
+        """Return an example for each action, with what is seen before it."""
         episode, found = self._now().episode, list[Example]()
         conversation = Conversation(self._profile, episode.instruction)
         observation = self._env.reset(episode)
@@ -143,7 +143,7 @@ class Demonstrator:
         return _subject_id(record, index, self._phrases, self._now().episode.goal.object_id)
 
     def _worded(self, action: Action, index: int, record: EpisodeRecord) -> tuple[Action, str]:
-        """Returns an action, a report with what it says, and a thought, from what the frame before it shows."""
+        """Return an action, a report with what it says, and a thought, from what the frame before it shows."""
         world, goal = record.worlds[index], self._now().episode.goal
         about = self._about(index, record)
         pixels = self._simulator.pixels_of(about)
@@ -155,7 +155,7 @@ class Demonstrator:
         return action.model_copy(update={"summary": said}), thought_text(action, subject, said)
 
     def _corrections(self, shown: Sequence[Example], record: EpisodeRecord) -> list[Example]:
-        """Returns requests at which a false report may be given, each with that report and the right answer."""
+        """Return requests at which a false report may be given, each with that report and the right answer."""
         goal, last = self._now().episode.goal, shown[-1]
         closing = record.steps[-1].action
         assert isinstance(closing, Report)
@@ -171,7 +171,7 @@ class Demonstrator:
         )
 
     def _kept(self, shown: Sequence[Example], wanted: Sequence[tuple[Example, Fault, str]]) -> list[Example]:
-        """Returns the corrections of reports that are false indeed: a claim may come after the goal was reached."""
+        """Return the corrections of reports that are false indeed: a claim may come after the goal was reached."""
         found: list[Example] = []
         for example, fault, false in wanted:
             before = [each.answer for each in shown[: example.step - 1]]
@@ -183,7 +183,7 @@ class Demonstrator:
         return self._answer(Report(status=status, summary=said), said)
 
     def _answer(self, action: Action, thought: str) -> str:
-        """Returns an action as a model writes it under the profile."""
+        """Return an action as a model writes it under the profile."""
         arguments = action.model_dump(exclude={"skill_name", "raw_status"}, exclude_none=True)
         if isinstance(action, InteractPixel):
             sizes = {"x": FRAME_WIDTH, "y": FRAME_HEIGHT}
@@ -197,12 +197,12 @@ class Demonstrator:
 
 
 def _pointed(pixel: int, size: int, coordinates: Coordinates) -> int:
-    """Returns a pixel's coordinate in the profile's mode: the least number that is read as that very pixel."""
+    """Return a pixel's coordinate in the profile's mode: the least number that is read as that very pixel."""
     return pixel if coordinates == "pixel" else -(-pixel * 1000 // size)
 
 
 def _subject_id(record: EpisodeRecord, index: int, named: Container[str], target_id: str) -> str:
-    """Returns which thing an action is about: what the next click meets that the instruction names, else the target."""
+    """Return which thing an action is about: what the next click meets that the instruction names, else the target."""
     for step in record.steps[index:]:
         hit = step.effect.hit if step.effect is not None else None
         if isinstance(step.action, InteractPixel) and hit is not None and hit in named:

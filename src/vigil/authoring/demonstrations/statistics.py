@@ -12,7 +12,7 @@ Statistics = dict[str, Any]
 
 
 def of_numbers(rows: np.ndarray) -> Statistics:
-    """Returns the statistics of rows (n, numbers)."""
+    """Return the statistics of rows (n, numbers)."""
     values = rows.astype(np.float64)
     found = {
         "min": values.min(axis=0),
@@ -25,12 +25,12 @@ def of_numbers(rows: np.ndarray) -> Statistics:
 
 
 def pixel_counts(rgb: np.ndarray) -> np.ndarray:
-    """Returns how often each level occurs in each channel of a frame (h, w, 3): (3, 256)."""
+    """Return how often each level occurs in each channel of a frame (h, w, 3): (3, 256)."""
     return np.stack([np.bincount(channel.ravel(), minlength=LEVELS) for channel in np.moveaxis(rgb, -1, 0)])
 
 
 def of_pixels(counts: np.ndarray, frames: int) -> Statistics:
-    """Returns the statistics of pixels, as shares of the highest level, from the counts of all `frames`."""
+    """Return the statistics of pixels, as shares of the highest level, from the counts of all `frames`."""
     levels = np.arange(LEVELS) / (LEVELS - 1)
     until, total = counts.cumsum(axis=1), counts.sum(axis=1)
     mean = counts @ levels / total
@@ -46,6 +46,6 @@ def of_pixels(counts: np.ndarray, frames: int) -> Statistics:
 
 
 def of_columns(numbers: Mapping[str, np.ndarray], camera: str, counts: np.ndarray) -> dict[str, Statistics]:
-    """Returns the statistics of columns of numbers, and of the camera's pixels."""
+    """Return the statistics of columns of numbers, and of the camera's pixels."""
     frames = len(next(iter(numbers.values())))
     return {camera: of_pixels(counts, frames), **{name: of_numbers(rows) for name, rows in numbers.items()}}

@@ -50,7 +50,7 @@ class SubjectInView:
 
 
 def phrases_mentioned(instruction: str, scene: Scene, held: str | None) -> dict[str, Phrase]:
-    """Returns what an instruction calls the things that it speaks of, by id."""
+    """Return what an instruction calls the things that it speaks of, by id."""
     items = items_of(scene)
     phrases = mentions(instruction, [item.name for item in items.values()])
     meant = resolve_mentions(phrases, items.values(), items.get(held or ""))
@@ -64,13 +64,13 @@ def phrases_mentioned(instruction: str, scene: Scene, held: str | None) -> dict[
 
 
 def subject_in(state: ObjectState, phrase: Phrase, x: float | None) -> SubjectInView:
-    """Returns a thing as the frame shows it."""
+    """Return a thing as the frame shows it."""
     is_seen = is_observable(state) and not state.is_held
     return SubjectInView(phrase, is_seen, state.visible_px == 0 and not state.is_held, x)
 
 
 def thought_text(action: Action, subject: SubjectInView, report: str) -> str:
-    """Returns the short sentence that goes with an action; `report` is what a closing report says."""
+    """Return the short sentence that goes with an action; `report` is what a closing report says."""
     match action:
         case Navigate():
             return _sight(subject, MOVES[action.mode])
@@ -102,5 +102,5 @@ def _side(x: float) -> str:
 
 
 def report_text(goal: Goal, phrases: Mapping[str, Phrase], status: Status) -> str:
-    """Returns what a closing report says: of what was done, or of the state that is seen."""
+    """Return what a closing report says: of what was done, or of the state that is seen."""
     return report_summary(goal, lambda object_id: str(phrases[object_id].without_place), status)

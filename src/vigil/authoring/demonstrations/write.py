@@ -28,7 +28,7 @@ OnEpisode = Callable[[int], None]
 
 
 def check_source(pack: str) -> None:
-    """Raises SettingError unless demonstrations may be made of a pack: of a stream alone."""
+    """Raise SettingError unless demonstrations may be made of a pack: of a stream alone."""
     if not is_stream(pack):
         raise SettingError(
             f"No demonstrations are made of pack {pack!r}: who trains on a pack's episodes cannot be measured on them. "
@@ -90,7 +90,7 @@ def write_demonstrations(
 
 @contextmanager
 def _whole(out: Path) -> Iterator[Path]:
-    """Yields a folder that becomes `out` at the end, and is removed when what is done with it fails."""
+    """Yield a folder that becomes `out` at the end, and is removed when what is done with it fails."""
     partial = out.absolute().with_name(f".{out.name}.partial")
     shutil.rmtree(partial, ignore_errors=True)
     partial.mkdir(parents=True)

@@ -71,7 +71,7 @@ class ChainPlan:
 
 
 def two_to_one(context: HouseContext) -> Drafts:
-    """Yields drafts of two things that are put on or into the same receptacle."""
+    """Yield drafts of two things that are put on or into the same receptacle."""
     movable = _movable(context)
     for first in movable:
         for receptacle in receptacles_for(context, first, {first.id, first.parent}):
@@ -95,7 +95,7 @@ def _may_join(second: Thing, first: Thing, receptacle: Thing) -> bool:
 
 
 def put_and_close(context: HouseContext) -> Drafts:
-    """Yields drafts in which something is put into a container that is opened before and closed after."""
+    """Yield drafts in which something is put into a container that is opened before and closed after."""
     for container in context.things(lambda thing: thing.category in BELONGS_IN and thing.is_openable):
         closed = Setup(objects={container.id: ObjectSetup(openness=0.0)})
         for target in context.things(lambda thing, container=container: may_go_in(container, thing)):
@@ -109,7 +109,7 @@ def put_and_close(context: HouseContext) -> Drafts:
 
 
 def take_and_close(context: HouseContext) -> Drafts:
-    """Yields drafts in which something is taken out of a container, put elsewhere, and the container closed again."""
+    """Yield drafts in which something is taken out of a container, put elsewhere, and the container closed again."""
     for container, target, setup in filled(context):
         taken = {container.id, container.parent, target.id, target.parent}
         for receptacle in receptacles_for(context, target, taken):
@@ -124,7 +124,7 @@ def take_and_close(context: HouseContext) -> Drafts:
 
 
 def swapping(context: HouseContext) -> Drafts:
-    """Yields drafts in which two things on two tables or seats change places."""
+    """Yield drafts in which two things on two tables or seats change places."""
     movable = [thing for thing in _movable(context) if _rests_on(context, thing) is not None]
     for first in movable:
         source = _rests_on(context, first)
@@ -143,7 +143,7 @@ def swapping(context: HouseContext) -> Drafts:
 
 
 def from_one_into_another(context: HouseContext) -> Drafts:
-    """Yields drafts in which something goes from one closed container into another."""
+    """Yield drafts in which something goes from one closed container into another."""
     for container, target, setup in filled(context):
         others = context.things(lambda thing: thing.category in BELONGS_IN and thing.is_openable)
         for other in islice(others, TRIED_PARTNERS * 2):
@@ -161,7 +161,7 @@ def from_one_into_another(context: HouseContext) -> Drafts:
 
 
 def three_acts(context: HouseContext) -> Drafts:
-    """Yields drafts of two acts on two things, and a third thing put somewhere."""
+    """Yield drafts of two acts on two things, and a third thing put somewhere."""
     for target in _movable(context):
         for receptacle in receptacles_for(context, target, {target.id, target.parent})[:1]:
             found = [each for each in _errands(context) if each[0].id not in (receptacle.id, target.id, target.parent)]
@@ -180,7 +180,7 @@ def three_acts(context: HouseContext) -> Drafts:
 
 
 def _errands(context: HouseContext) -> list[tuple[Thing, Act]]:
-    """Returns things with something to be done to each, of different categories, in a random order."""
+    """Return things with something to be done to each, of different categories, in a random order."""
     chosen: dict[str, tuple[Thing, Act]] = {}
     for thing in context.things(lambda thing: is_target(thing) and thing.category not in NEVER_CHANGED):
         acts: list[Act] = [act for act in acts_for(thing) if act != "pick"]
@@ -190,7 +190,7 @@ def _errands(context: HouseContext) -> list[tuple[Thing, Act]]:
 
 
 def _draft(context: HouseContext, plan: ChainPlan) -> Drafts:
-    """Yields one draft, or none where no start or no words are found."""
+    """Yield one draft, or none where no start or no words are found."""
     if not context.can_begin(plan.setup):
         return
     phrases = {role: context.phrase(thing.id) for role, thing in plan.roles.items()}
@@ -225,14 +225,14 @@ def _draft(context: HouseContext, plan: ChainPlan) -> Drafts:
 
 
 def _movable(context: HouseContext) -> list[Thing]:
-    """Returns what can be picked up from where it rests, in a random order."""
+    """Return what can be picked up from where it rests, in a random order."""
     return context.things(
         lambda thing: thing.is_pickupable and thing.parent is not None and can_be_searched_for(context, thing)
     )
 
 
 def _rests_on(context: HouseContext, thing: Thing) -> Thing | None:
-    """Returns the table or seat that a thing rests on; None when it rests on none."""
+    """Return the table or seat that a thing rests on; None when it rests on none."""
     support = context.thing(thing.parent or "") if thing.parent is not None else None
     return support if support is not None and support.category in (*TABLES, *SEATS) else None
 

@@ -67,7 +67,7 @@ class PartialTask:
 
 
 def interlocked(context: HouseContext) -> Drafts:
-    """Yields drafts with machines that start only while closed and open only while off."""
+    """Yield drafts with machines that start only while closed and open only while off."""
     machines = context.things(lambda thing: CATALOG[thing.category].runs_only_when_closed and thing.is_openable)
     for thing in machines:
         is_open = Setup(objects={thing.id: ObjectSetup(openness=1.0, is_toggled=False)})
@@ -79,7 +79,7 @@ def interlocked(context: HouseContext) -> Drafts:
 
 
 def hand_full(context: HouseContext) -> Drafts:
-    """Yields drafts that start with something in the hand, and ask to pick up something else."""
+    """Yield drafts that start with something in the hand, and ask to pick up something else."""
     holdable = context.things(lambda thing: thing.is_pickupable and is_target(thing) and max(thing.asset.size) < 0.45)
     for target in context.things(lambda thing: thing.is_pickupable and is_target(thing))[:TRIED_TARGETS]:
         for held in [thing for thing in holdable if thing.id != target.id and thing.parent != target.id][:2]:
@@ -88,7 +88,7 @@ def hand_full(context: HouseContext) -> Drafts:
 
 
 def swing_blocked(context: HouseContext) -> Drafts:
-    """Yields drafts in which something stands where a door must swing."""
+    """Yield drafts in which something stands where a door must swing."""
     doors = context.things(lambda thing: is_target(thing) and allows(thing, "open") and _is_low(thing))
     for target in [door for door in doors if not door.is_pickupable]:
         setup = setup_for(target, "open")
@@ -113,7 +113,7 @@ def is_furniture(thing: Thing) -> bool:
 
 
 def obstacle_blocked(context: HouseContext) -> Drafts:
-    """Yields drafts in which a thing to be picked up stands in the only way to the target, seen past it."""
+    """Yield drafts in which a thing to be picked up stands in the only way to the target, seen past it."""
     for target in context.things(lambda thing: is_target(thing) and bool(acts_for(thing)))[:TRIED_TARGETS]:
         act = acts_for(target)[int(context.rng.integers(len(acts_for(target))))]
         setup = setup_for(target, act)
@@ -128,7 +128,7 @@ def obstacle_blocked(context: HouseContext) -> Drafts:
 
 
 def _starts_with_routes(context: HouseContext, target: Thing, setup: Setup) -> Iterator[tuple[Pose, np.ndarray]]:
-    """Yields start poses that see a target far off, with places (n, 2) on the way to it."""
+    """Yield start poses that see a target far off, with places (n, 2) on the way to it."""
     if not context.can_begin(setup):
         return
     see = is_in_view(context)
@@ -153,7 +153,7 @@ def _starts_with_routes(context: HouseContext, target: Thing, setup: Setup) -> I
 def _barrier(
     context: HouseContext, target: Thing, setup: Setup, start: Pose, spots: np.ndarray
 ) -> tuple[Thing, Setup] | None:
-    """Returns an obstacle and the setup in which it stands on one of the spots and cuts the target off."""
+    """Return an obstacle and the setup in which it stands on one of the spots and cuts the target off."""
     context.begin(setup)
     free, bare = context.view.plan().tight, context.view.bare_floor()
     place = start.position.x, start.position.z
@@ -172,12 +172,12 @@ def _barrier(
 
 
 def acts_for(target: Thing) -> list[Act]:
-    """Returns what can be asked to be done with a thing."""
+    """Return what can be asked to be done with a thing."""
     return [act for act in ACTS if allows(target, act)]
 
 
 def _obstacles(context: HouseContext, target: Thing) -> list[Thing]:
-    """Returns what may be put in the way, in a random order."""
+    """Return what may be put in the way, in a random order."""
     return context.things(
         lambda thing: (
             thing.category in OBSTACLES
@@ -189,7 +189,7 @@ def _obstacles(context: HouseContext, target: Thing) -> list[Thing]:
 
 
 def placements_in_front_of(target: Thing, obstacle: Thing) -> Iterator[Placement]:
-    """Yields places on the floor in front of a target."""
+    """Yield places on the floor in front of a target."""
     deep = target.asset.size.z / 2 + obstacle.asset.size.z / 2
     for gap in (0.04, 0.12, 0.25):
         for share in (0.0, 0.3, -0.3):
@@ -198,18 +198,18 @@ def placements_in_front_of(target: Thing, obstacle: Thing) -> Iterator[Placement
 
 
 def floor_placement(thing: Thing, x: float, z: float, yaw: float) -> Placement:
-    """Returns the placement of a thing on the floor at x, z."""
+    """Return the placement of a thing on the floor at x, z."""
     position = Vec3(round(x, 3), round(thing.asset.size.y / 2, 4), round(z, 3))
     return Placement(position=position, rotation=Vec3(0.0, yaw, 0.0))
 
 
 def placed_footprint(thing: Thing, spot: Placement) -> shapely.Polygon:
-    """Returns the floor shape of a placed thing's box."""
+    """Return the floor shape of a placed thing's box."""
     return footprint(Box(center=spot.position, size=thing.asset.size, yaw=spot.rotation.y))
 
 
 def footprints_at(thing: Thing, spots: np.ndarray, yaw: float) -> np.ndarray:
-    """Returns the floor shapes (n,) of a thing that stands at one of the spots (n, 2) each."""
+    """Return the floor shapes (n,) of a thing that stands at one of the spots (n, 2) each."""
     corners = floor_corners(Box(center=Vec3(0.0, 0.0, 0.0), size=thing.asset.size, yaw=yaw))
     rounded = np.array([(round(x, 3), round(z, 3)) for x, z in spots.tolist()]).reshape(
         -1, 1, 2
@@ -233,7 +233,7 @@ def _moved_constraint(obstacle: Thing) -> Constraint:
 
 
 def drafts_of_task(context: HouseContext, sketch: PartialTask, start: Pose | None = None) -> Iterator[Episode]:
-    """Yields one draft, or none where no start or no words are found."""
+    """Yield one draft, or none where no start or no words are found."""
     target, constraint = sketch.target, sketch.constraint
     if not context.can_begin(sketch.setup):
         return

@@ -199,18 +199,18 @@ class DraftsFile:
             yield DraftsWriter(file, self.houses, frozenset((each.house, each.family) for each in done))
 
     def read(self) -> DraftsContent:
-        """Returns what the file says. Raises SettingError naming the line that is wrong."""
+        """Return what the file says. Raises SettingError naming the line that is wrong."""
         return self._proposed(_finished(self._lines()))
 
     def check_assets(self, given: str | None) -> None:
-        """Raises SettingError when the drafts were made with another asset database than the one of hash `given`."""
+        """Raise SettingError when the drafts were made with another asset database than the one of hash `given`."""
         header = self._proposed(self._lines(most=1)).header
         fault = asset_mismatch(f"Drafts file {str(self.path)!r}", header.asset_database_sha256, given)
         if fault is not None:
             raise SettingError(fault)
 
     def house(self, name: str) -> House:
-        """Returns a house that lies beside the file. Raises HouseError."""
+        """Return a house that lies beside the file. Raises HouseError."""
         path = self.houses / f"{name}.json"
         if not path.exists():
             raise HouseError(f"House {name!r} of drafts file {str(self.path)!r} is missing: {str(path)!r}.")
@@ -222,7 +222,7 @@ class DraftsFile:
         return read_lines(self.path, most)
 
     def _continue(self, file: AppendFile, header: Header) -> tuple[FamilyDone, ...]:
-        """Returns what is done in the file, which then ends with it."""
+        """Return what is done in the file, which then ends with it."""
         first = _bytes_of(header)
         if first.startswith(b"".join(line.data for line in file.lines.complete) + file.lines.partial_line):
             file.truncate(0)  # nothing, or what a kill left of the first line
@@ -272,7 +272,7 @@ class DraftsWriter:
 
 
 def draft_id(episode: Episode, category: str, house: House, secret: int | None = None) -> str:
-    """Returns an id of the paper's form with a suffix of its family and its own hash: the same draft, the same id.
+    """Return an id of the paper's form with a suffix of its family and its own hash: the same draft, the same id.
 
     With a `secret` seed the id tells nothing to who has not that seed.
     """
@@ -284,7 +284,7 @@ def draft_id(episode: Episode, category: str, house: House, secret: int | None =
 
 
 def id_stem(episode: Episode, category: str, house: House) -> str:
-    """Returns how ids begin: who made the house, what the episode is about, and the house's seed or number.
+    """Return how ids begin: who made the house, what the episode is about, and the house's seed or number.
 
     Generated houses have a seed; others are numbered by what their name ends in, 0 where that is no number.
     """
@@ -301,7 +301,7 @@ def _bytes_of(line: Header | DraftLine) -> bytes:
 
 
 def _finished(lines: Sequence[JsonLine]) -> Sequence[JsonLine]:
-    """Returns the lines of finished work: all up to the last `done`, and the header."""
+    """Return the lines of finished work: all up to the last `done`, and the header."""
     last = max((index for index, line in enumerate(lines) if b'"line":"done"' in line.data), default=0)
     return lines[: last + 1]
 

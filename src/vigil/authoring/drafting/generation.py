@@ -79,11 +79,11 @@ class GenerationSettings:
         return self.seed if self.is_seed_secret else None
 
     def families_in(self, index: int) -> tuple[Family, ...]:
-        """Returns which families the house at a place in the list of houses is asked for."""
+        """Return which families the house at a place in the list of houses is asked for."""
         return (self.families[index % len(self.families)],) if self.is_spread else self.families
 
     def header(self, simulator: str, author: str) -> Header:
-        """Returns the first line of the drafts file."""
+        """Return the first line of the drafts file."""
         return Header(
             author=author,
             seed=self.seed,
@@ -98,15 +98,15 @@ class GenerationSettings:
         )
 
     def kept_of_kind(self, family: Family) -> int:
-        """Returns how many drafts of each of a family's kinds are kept in a house."""
+        """Return how many drafts of each of a family's kinds are kept in a house."""
         return -(-self.per_house // len(GRAMMAR[family]))
 
     def tried_of_kind(self, family: Family) -> int:
-        """Returns how many drafts of each of a family's kinds are validated in a house."""
+        """Return how many drafts of each of a family's kinds are validated in a house."""
         return -(-self.tried // len(GRAMMAR[family]))
 
     def simulator(self) -> PrivilegedSimulator:
-        """Returns a simulator of its own."""
+        """Return a simulator of its own."""
         return make_simulator(self.backend, assets=self.assets or AssetDatabase.default())
 
 
@@ -184,12 +184,12 @@ class DraftWorker(Protocol):
     """What proposes and validates in one process."""
 
     def work(self, source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
-        """Returns a house and what came of proposing some families in it."""
+        """Return a house and what came of proposing some families in it."""
         ...
 
 
 def grammar_worker(settings: GenerationSettings) -> DraftWorker:
-    """Returns the built-in grammar with its simulator."""
+    """Return the built-in grammar with its simulator."""
     return DraftGenerator(settings, grammar_proposer(settings))
 
 
@@ -206,7 +206,7 @@ def _work(source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
 
 
 def grammar_proposer(settings: GenerationSettings) -> Proposer:
-    """Returns the built-in grammar as a proposer."""
+    """Return the built-in grammar as a proposer."""
 
     def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode]]]:
         for kind, drafts in GRAMMAR[family].items():
@@ -227,7 +227,7 @@ class DraftGenerator:
         self._validator = Validator(self._simulator, is_draft=True)
 
     def work(self, source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
-        """Returns a house and what came of proposing some families in it."""
+        """Return a house and what came of proposing some families in it."""
         begun = time.monotonic()
         try:
             house = source.house()
@@ -271,7 +271,7 @@ class DraftGenerator:
                     break
 
     def _examine(self, context: HouseContext, kind: str, episode: Episode) -> Draft | Rejection:
-        """Returns a draft under its own id when it holds, else why it does not."""
+        """Return a draft under its own id when it holds, else why it does not."""
         verdict = self._validator.validate(episode, context.house)
         rule, message = next(((found.rule, found.message) for found in verdict.findings), ("", ""))
         if rule:
@@ -291,7 +291,7 @@ class DraftGenerator:
 
 
 def facts_of(context: HouseContext, episode: Episode, actions: tuple[Action, ...]) -> DraftFacts:
-    """Returns what a pack is balanced over."""
+    """Return what a pack is balanced over."""
     context.simulator.reset(episode.start, episode.setup)
     target = context.thing(episode.goal.object_id)
     rooms = context.simulator.scene().rooms
@@ -308,7 +308,7 @@ def facts_of(context: HouseContext, episode: Episode, actions: tuple[Action, ...
 
 
 def lines_without_house(name: str, families: tuple[Family, ...], message: str, seconds: float) -> Iterator[DraftLine]:
-    """Yields the lines of a house that cannot be had."""
+    """Yield the lines of a house that cannot be had."""
     for family in families:
         yield Rejection(family=family, kind="", house=name, rule=HOUSE_RULE, message=message)
         yield FamilyDone(family=family, house=name, kept=0, rejected={HOUSE_RULE: 1}, seconds=round(seconds, 2))

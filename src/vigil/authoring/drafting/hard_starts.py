@@ -26,12 +26,12 @@ _NO_DIFFICULTY = LevelMeasures(
 
 
 def look_alikes(item: DescribedThing, items: Iterable[DescribedThing]) -> list[str]:
-    """Returns the ids of the other things that a thing's bare name may mean."""
+    """Return the ids of the other things that a thing's bare name may mean."""
     return [other.id for other in referents(Phrase(item.name), items) if other.id != item.id]
 
 
 def naming_cost(item: DescribedThing, items: Iterable[DescribedThing]) -> float:
-    """Returns what a thing's look-alikes in the house and the words of its name would add to the index at most."""
+    """Return what a thing's look-alikes in the house and the words of its name would add to the index at most."""
     every = list(items)
     phrase = phrase_for(item, every)
     words = 0 if phrase is None else len(str(phrase).split()) - 1
@@ -41,7 +41,7 @@ def naming_cost(item: DescribedThing, items: Iterable[DescribedThing]) -> float:
 
 
 def start_cost(view: PrivilegedView, thing: Thing, others: Iterable[str], pose: Pose) -> float:
-    """Returns the index that an episode about a thing might have if it started at a pose.
+    """Return the index that an episode about a thing might have if it started at a pose.
 
     `others` are the look-alikes of the thing. The way is the shortest one to where the thing is within reach.
     """

@@ -15,7 +15,7 @@ from vigil.scene.things import Thing
 
 
 def picking_from_inside(context: HouseContext) -> Drafts:
-    """Yields drafts whose target is found by opening the right one of a few things."""
+    """Yield drafts whose target is found by opening the right one of a few things."""
     for container, inside, setup in filled(context):
         if not context.can_begin(setup):
             continue
@@ -42,7 +42,7 @@ def picking_from_inside(context: HouseContext) -> Drafts:
 
 
 def _placeless(context: HouseContext, target: Thing) -> Phrase | None:
-    """Returns what to call a thing without saying what it lies in; None when that does not single it out, or when
+    """Return what to call a thing without saying what it lies in; None when that does not single it out, or when
     there are more closed things to look into than can be searched."""
     items = context.items
     item = items[target.id]

@@ -121,7 +121,7 @@ class HouseContext:
         return True
 
     def with_open_doors(self, setup: Setup) -> Setup:
-        """Returns a setup that opens the closed doors between rooms, but for those that it speaks of itself."""
+        """Return a setup that opens the closed doors between rooms, but for those that it speaks of itself."""
         doors = [door for door in self.house.document.doors if door.joins_rooms]
         doors = [door for door in doors if door.openable and (door.openness or 0.0) < 0.5]
         opened = {door.id: ObjectSetup(openness=1.0) for door in doors}
@@ -133,27 +133,27 @@ class HouseContext:
         return items_as_seen(self.view.scene)
 
     def thing(self, thing_id: str) -> Thing:
-        """Returns a thing as it is now."""
+        """Return a thing as it is now."""
         return self.view.scene.things[thing_id]
 
     def phrase(self, thing_id: str) -> Phrase | None:
-        """Returns what to call a thing as things are now; None when nothing fits it alone."""
+        """Return what to call a thing as things are now; None when nothing fits it alone."""
         return phrases_of(self.view.scene).of(thing_id)
 
     def say(self, sentences: Sentences, **slots: str) -> str:
-        """Returns one of the sentences of the half that is spoken, with its slots filled."""
+        """Return one of the sentences of the half that is spoken, with its slots filled."""
         return say(sentences.of(self.forms), self.rng, **slots)
 
     def sentence_about(self, thing: Thing, sentences: Sentences) -> str:
-        """Returns a sentence about one thing alone, as things are now."""
+        """Return a sentence about one thing alone, as things are now."""
         return self.say(sentences, target=str(self.phrase(thing.id)), **pronoun_slots(thing.category))
 
     def shuffled(self, things: list[Thing]) -> list[Thing]:
-        """Returns things in a random order."""
+        """Return things in a random order."""
         return [things[index] for index in self.rng.permutation(len(things))]
 
     def things(self, is_wanted: Callable[[Thing], bool]) -> list[Thing]:
-        """Returns the wanted things that a phrase can name, in a random order; of a piece's drawers one alone."""
+        """Return the wanted things that a phrase can name, in a random order; of a piece's drawers one alone."""
         wanted = [thing for thing in self.view.scene.things.values() if thing.is_present and is_wanted(thing)]
         if self.allowed_ids is not None:
             wanted = [thing for thing in wanted if thing.id in self.allowed_ids]
@@ -165,12 +165,12 @@ class HouseContext:
         return sorted(named, key=lambda thing: -naming_cost(items[thing.id], items.values()))
 
     def starts(self, is_wanted: PositionMask, tried: int | None = None) -> Iterator[Vec3]:
-        """Yields reachable places in a random order; `is_wanted` takes places (n, 2) of x, z."""
+        """Yield reachable places in a random order; `is_wanted` takes places (n, 2) of x, z."""
         walks = self.view.walks()
         yield from self._drawn(walks.plan.cells[np.isfinite(walks.lengths)], is_wanted, tried or self.tried_starts)
 
     def places_in(self, region: BaseGeometry, is_wanted: PositionMask, tried: int) -> Iterator[Vec3]:
-        """Yields places in a part of the free floor in a random order, reachable or not."""
+        """Yield places in a part of the free floor in a random order, reachable or not."""
         cells = self.view.plan().cells
         yield from self._drawn(cells[shapely.contains_xy(region, cells[:, 0], cells[:, 1])], is_wanted, tried)
 
@@ -181,7 +181,7 @@ class HouseContext:
             yield Vec3(x, 0.0, z)
 
     def facing(self, place: Vec3, thing: Thing, horizon: float, spread_deg: float, aside_deg: float = 0.0) -> Pose:
-        """Returns a pose that looks `aside_deg` to the right of a thing, off by at most `spread_deg`."""
+        """Return a pose that looks `aside_deg` to the right of a thing, off by at most `spread_deg`."""
         yaw = yaw_towards(place, thing.position) + aside_deg + float(self.rng.uniform(-spread_deg, spread_deg))
         return Pose(position=place, rotation=float(round(wrap_deg(yaw)) % 360), horizon=horizon)
 
@@ -190,12 +190,12 @@ class HouseContext:
         return has_room_to_move(self.view.plan().tight, pose)
 
     def seen_from(self, pose: Pose, thing_id: str) -> ObjectState:
-        """Returns a thing's state as seen from a pose."""
+        """Return a thing's state as seen from a pose."""
         with self.view.at_pose(pose):
             return self.view.state_of(thing_id)
 
     def visible_points(self, place: Vec3, thing: Thing) -> PointCount:
-        """Returns the count of the sampled points of a thing that are seen from a place, looking anywhere."""
+        """Return the count of the sampled points of a thing that are seen from a place, looking anywhere."""
         return PointCount(surface_points(thing, SIGHT_POINTS), lambda points: self._seen_of(place, thing, points))
 
     def is_visible_from(self, place: Vec3, thing: Thing) -> bool:
@@ -214,7 +214,7 @@ class HouseContext:
         is_clear: VisibilityTest,
         also: Callable[[Pose], bool] = lambda _: True,
     ) -> Pose | None:
-        """Returns a start pose at a distance from a thing that sees it clearly, and of which `also` is true.
+        """Return a start pose at a distance from a thing that sees it clearly, and of which `also` is true.
 
         None when none is found.
         """
@@ -233,7 +233,7 @@ class HouseContext:
         return self.hardest(poses(), thing)
 
     def hardest(self, poses: Iterator[Pose], thing: Thing) -> Pose | None:
-        """Returns the hardest of the first `compared_starts` poses for an episode about a thing; None without any."""
+        """Return the hardest of the first `compared_starts` poses for an episode about a thing; None without any."""
         found = list(islice(poses, self.compared_starts))
         if len(found) < 2:
             return next(iter(found), None)
@@ -250,7 +250,7 @@ class HouseContext:
             return self.view.may_be_visible(thing_id, is_clear.least_px) and is_clear(self.view.state_of(thing_id))
 
     def away_from(self, thing: Thing, least_m: float, most_m: float) -> PositionMask:
-        """Returns the mask of places between two distances from a thing's box."""
+        """Return the mask of places between two distances from a thing's box."""
         box = body_box(thing)
 
         def mask(places: np.ndarray) -> np.ndarray:
@@ -260,7 +260,7 @@ class HouseContext:
         return mask
 
     def draft(self, family: Family, ask: TaskSpec) -> Episode:
-        """Returns an episode in this house that nobody has validated yet."""
+        """Return an episode in this house that nobody has validated yet."""
         spec = FAMILIES[family]
         return Episode(
             id="draft",
@@ -279,13 +279,13 @@ class HouseContext:
 
 
 def _one_drawer_each(things: list[Thing]) -> list[Thing]:
-    """Returns things in their order, of the drawers of each piece of furniture the first alone."""
+    """Return things in their order, of the drawers of each piece of furniture the first alone."""
     chosen = {thing.parent: thing for thing in reversed(things) if thing.is_drawer}
     return [thing for thing in things if not thing.is_drawer or chosen[thing.parent] is thing]
 
 
 def _standing_poses(simulator: PrivilegedSimulator, house: House) -> list[Pose]:
-    """Returns where to stand while drafting: the house's own start, then free places all over it."""
+    """Return where to stand while drafting: the house's own start, then free places all over it."""
     homes = [house.start] if house.start is not None else []
     for room in simulator.scene().rooms:
         low, high = room.polygon.min(axis=0), room.polygon.max(axis=0)

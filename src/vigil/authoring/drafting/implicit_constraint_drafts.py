@@ -17,7 +17,7 @@ from vigil.protocol.world import Setup
 
 
 def with_implicit_constraint(explicit: Callable[[HouseContext], Drafts]) -> Callable[[HouseContext], Drafts]:
-    """Returns what yields the drafts of a told kind with the constraint left out of their instructions."""
+    """Return what yields the drafts of a told kind with the constraint left out of their instructions."""
 
     def drafts(context: HouseContext) -> Drafts:
         for episode in explicit(context):
@@ -39,7 +39,7 @@ def _without_constraint(context: HouseContext, episode: Episode) -> Episode:
 
 
 def act_of(goal: Goal) -> Act:
-    """Returns the act that brings about a goal of opening, closing, starting, stopping or picking up."""
+    """Return the act that brings about a goal of opening, closing, starting, stopping or picking up."""
     if isinstance(goal, ObjectInState):
         acts: tuple[Act, Act] = ("open", "close") if goal.state == "is_open" else ("turn_on", "turn_off")
         return acts[0] if goal.value else acts[1]

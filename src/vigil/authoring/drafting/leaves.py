@@ -48,7 +48,7 @@ LEAF_PX = 8000
 
 
 def leaf_in_the_way(context: HouseContext) -> Drafts:
-    """Yields drafts in which an open leaf bars the only way to the target, which is seen past it."""
+    """Yield drafts in which an open leaf bars the only way to the target, which is seen past it."""
     for leaf in context.things(lambda thing: thing.is_openable and thing.category in LEAVES):
         for setup in islice(_blocking_setups(context, leaf), MAX_SETUPS):
             for target in context.things(lambda thing: is_target(thing) and bool(acts_for(thing)))[:TRIED_TARGETS]:
@@ -62,7 +62,7 @@ def leaf_in_the_way(context: HouseContext) -> Drafts:
 
 
 def _blocking_setups(context: HouseContext, leaf: Thing) -> Iterator[Setup]:
-    """Yields setups in which a leaf, open, splits the free floor that it does not split when closed."""
+    """Yield setups in which a leaf, open, splits the free floor that it does not split when closed."""
     opened = {leaf.id: ObjectSetup(openness=1.0)}
     if not context.can_begin(Setup(objects=opened)):
         return
@@ -85,7 +85,7 @@ def _blocking_setups(context: HouseContext, leaf: Thing) -> Iterator[Setup]:
 def _tight_spots(
     context: HouseContext, thing: Thing, swung: BaseGeometry, open_: "_LeafFloor", shut: "_LeafFloor"
 ) -> Iterator[tuple[Placement, BaseGeometry]]:
-    """Yields where a piece of furniture leaves no way round an open leaf, with its shape there, in a random order."""
+    """Yield where a piece of furniture leaves no way round an open leaf, with its shape there, in a random order."""
     places = _places(context, swung)
     shapes: Any = np.empty(len(places), dtype=object)
     for yaw in HEADINGS_DEG:
@@ -120,7 +120,7 @@ def _is_alone(context: HouseContext, thing: Thing) -> bool:
 
 
 def _places(context: HouseContext, swung: BaseGeometry) -> np.ndarray:
-    """Returns places x, z and a heading (n, 3) around an open leaf, in a random order."""
+    """Return places x, z and a heading (n, 3) around an open leaf, in a random order."""
     left, low, right, high = swung.buffer(AROUND_M).bounds
     x, z = np.meshgrid(np.arange(left, right, STEP_M), np.arange(low, high, STEP_M))
     count = len(HEADINGS_DEG)
@@ -143,7 +143,7 @@ def _rooms(free: BaseGeometry) -> list[BaseGeometry]:
 
 
 def _start_behind(context: HouseContext, target: Thing, leaf: Thing, setup: Setup) -> Pose | None:
-    """Returns a start pose that sees a target and is cut off from it by a leaf alone; None without one."""
+    """Return a start pose that sees a target and is cut off from it by a leaf alone; None without one."""
     closed = {**setup.objects, leaf.id: ObjectSetup(openness=0.0)}
     if not context.can_begin(setup.model_copy(update={"objects": closed})):
         return None

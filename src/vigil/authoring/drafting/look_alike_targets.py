@@ -53,7 +53,7 @@ PoseTest = Callable[[Pose], bool]
 
 
 def pointing_among_look_alikes(context: HouseContext) -> Drafts:
-    """Yields PG drafts."""
+    """Yield PG drafts."""
 
     def start(thing: Thing, also: PoseTest) -> Pose | None:
         is_clear = is_in_view_to_point(context, size_of_thing(thing))
@@ -63,7 +63,7 @@ def pointing_among_look_alikes(context: HouseContext) -> Drafts:
 
 
 def approaching_among_look_alikes(context: HouseContext) -> Drafts:
-    """Yields DA drafts."""
+    """Yield DA drafts."""
 
     def start(thing: Thing, also: PoseTest) -> Pose | None:
         if not is_approachable(thing) or place_blind_to(context.view, thing, NEAR_M) is not None:
@@ -76,7 +76,7 @@ def approaching_among_look_alikes(context: HouseContext) -> Drafts:
 
 
 def searching_among_look_alikes(context: HouseContext) -> Drafts:
-    """Yields VS drafts: the target is seen from another place only."""
+    """Yield VS drafts: the target is seen from another place only."""
 
     def start(thing: Thing, also: PoseTest) -> Pose | None:
         if not is_searchable(thing):
@@ -89,7 +89,7 @@ def searching_among_look_alikes(context: HouseContext) -> Drafts:
 
 
 def acting_among_look_alikes(context: HouseContext) -> Drafts:
-    """Yields AI drafts."""
+    """Yield AI drafts."""
 
     def start(thing: Thing, also: PoseTest) -> Pose | None:
         return context.start_seeing(thing, START_DISTANCE_M["AI"], DEFAULT_HORIZON_DEG, is_in_view(context), also)
@@ -98,7 +98,7 @@ def acting_among_look_alikes(context: HouseContext) -> Drafts:
 
 
 def seeking_among_look_alikes(context: HouseContext) -> Drafts:
-    """Yields SI drafts."""
+    """Yield SI drafts."""
     yield from _drafts(
         context,
         ("SI", SEARCH_ORDERS),
@@ -113,7 +113,7 @@ def _drafts(
     start_for: Callable[[Thing, PoseTest], Pose | None],
     goal_of: Callable[[Thing], Goal] | None,
 ) -> Drafts:
-    """Yields a draft for each look-alike that can be told apart; without `goal_of` one of its acts is asked for."""
+    """Yield a draft for each look-alike that can be told apart; without `goal_of` one of its acts is asked for."""
     family, sentences = kind
     for thing in context.shuffled(_wanted(context, in_view=FAMILIES[family].visible_at_start)):
         options = acts_for(thing) if goal_of is None else []
@@ -141,7 +141,7 @@ def _drafts(
 
 
 def _wanted(context: HouseContext, *, in_view: bool) -> list[Thing]:
-    """Returns what may be asked for and has a look-alike, with `in_view` one in the same room."""
+    """Return what may be asked for and has a look-alike, with `in_view` one in the same room."""
     items = context.items
     found: list[Thing] = []
     for item in items.values():
@@ -166,7 +166,7 @@ def _phrase(context: HouseContext, thing: Thing, setup: Setup) -> Phrase | None:
 def _start_out_of_view(
     context: HouseContext, thing: Thing, also: PoseTest, *, by_turning: bool | None, horizon: float
 ) -> Pose | None:
-    """Returns a start that does not see a thing, and of which `also` is true where there is such a place."""
+    """Return a start that does not see a thing, and of which `also` is true where there is such a place."""
     start: Pose | None = None
     for _ in range(STARTS):
         start = start_not_seeing(context, thing, by_turning=by_turning, horizon=horizon) or start
@@ -176,7 +176,7 @@ def _start_out_of_view(
 
 
 def _sees_look_alike(context: HouseContext, thing: Thing, phrase: Phrase, family: Family) -> PoseTest:
-    """Returns the test that a pose sees something else of a thing's name, and what sets it apart
+    """Return the test that a pose sees something else of a thing's name, and what sets it apart
     where that is to be told from the first picture."""
     items = context.items
     others = [context.thing(other.id) for other in look_alikes(items[thing.id], items.values())]

@@ -88,7 +88,7 @@ Answer with one JSON object and nothing else, with {count} tasks that differ:
 
 
 def model_proposer(complete: Complete, count: int, author: str) -> Proposer:
-    """Returns a proposer that asks a model for `count` tasks of a family in a house; `author` is its name."""
+    """Return a proposer that asks a model for `count` tasks of a family in a house; `author` is its name."""
 
     def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode | Rejection]]]:
         reply = complete(question(context, family, count))
@@ -102,7 +102,7 @@ def model_proposer(complete: Complete, count: int, author: str) -> Proposer:
 
 
 def question(context: HouseContext, family: Family, count: int) -> str:
-    """Returns what the model is asked."""
+    """Return what the model is asked."""
     return _TEXT.format(
         family=family,
         name=FAMILIES[family].name,
@@ -114,7 +114,7 @@ def question(context: HouseContext, family: Family, count: int) -> str:
 
 
 def inventory(context: HouseContext) -> list[dict[str, Any]]:
-    """Returns what a model is told of the things that can be named, sorted by id."""
+    """Return what a model is told of the things that can be named, sorted by id."""
     items = context.items
     rows: list[dict[str, Any]] = []
     for thing in sorted(context.view.scene.things.values(), key=lambda thing: thing.id):
@@ -129,7 +129,7 @@ def inventory(context: HouseContext) -> list[dict[str, Any]]:
 
 
 def ideas(reply: str, context: HouseContext, family: Family) -> Iterator[Idea | Rejection]:
-    """Yields the ideas in a model's reply; a rejection for each that is none."""
+    """Yield the ideas in a model's reply; a rejection for each that is none."""
     try:
         found = json.loads(_without_fence(reply))
         rows = found["drafts"]
@@ -149,7 +149,7 @@ def ideas(reply: str, context: HouseContext, family: Family) -> Iterator[Idea | 
 
 
 def draft_of(idea: Idea, context: HouseContext, family: Family, author: str) -> Episode | Rejection:
-    """Returns a draft with the things, and in the words, of an idea; a rejection where no start is found for it."""
+    """Return a draft with the things, and in the words, of an idea; a rejection where no start is found for it."""
     context.allowed_ids = frozenset(idea.things.values())
     try:
         drafts = list(islice(GRAMMAR[family][idea.kind](context), TRIED))
@@ -187,7 +187,7 @@ def _acts(thing: Thing) -> list[str]:
 
 
 def _without_fence(reply: str) -> str:
-    """Returns the text inside one code fence, or the text itself."""
+    """Return the text inside one code fence, or the text itself."""
     text = reply.strip()
     if text.startswith("```") and text.endswith("```"):
         text = text[3:-3]

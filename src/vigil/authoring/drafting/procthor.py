@@ -51,7 +51,7 @@ def is_dataset(text: str) -> bool:
 
 
 def named(text: str) -> NamedHouses:
-    """Returns which houses a text such as `procthor-10k:val:0-99` names. Raises SettingError."""
+    """Return which houses a text such as `procthor-10k:val:0-99` names. Raises SettingError."""
     _, _, rest = text.partition(":")
     name, _, index = rest.partition(":")
     name = name if ":" in text else "train"
@@ -71,7 +71,7 @@ def named(text: str) -> NamedHouses:
 
 
 def split_file(split: str, report: Callable[[str], None], revision: str = REVISION) -> Path:
-    """Returns the file with a split's houses, one a line; downloads the dataset where it is not there.
+    """Return the file with a split's houses, one a line; downloads the dataset where it is not there.
 
     `report` is told beforehand what is downloaded. `prior` runs code of the revision that it fetches, so that no other
     than the pinned one is. Raises SettingError for another one, without `prior`, or when it fails.

@@ -84,28 +84,28 @@ def is_target(thing: Thing) -> bool:
 
 
 def is_seen(least_px: int) -> VisibilityTest:
-    """Returns the test that an object is clearly in the frame, by at least so many pixels and a margin."""
+    """Return the test that an object is clearly in the frame, by at least so many pixels and a margin."""
     needed = least_px + MARGIN_PX
     return VisibilityTest(needed, lambda state: state.visible and state.visible_px >= needed and is_observable(state))
 
 
 def is_in_view(context: HouseContext) -> VisibilityTest:
-    """Returns the test that a start shows the object to act on: clearly, or in hard ones as the rules ask."""
+    """Return the test that a start shows the object to act on: clearly, or in hard ones as the rules ask."""
     return is_seen(HARD_PX if context.prefers_hard_starts else CLEAR_PX)
 
 
 def is_in_view_to_point(context: HouseContext, size: TargetSize) -> VisibilityTest:
-    """Returns the same test for a target of a size that is pointed at."""
+    """Return the same test for a target of a size that is pointed at."""
     return is_seen((HARD_PX_BY_SIZE if context.prefers_hard_starts else CLEAR_PX_BY_SIZE)[size])
 
 
 def size_of_thing(thing: Thing) -> TargetSize:
-    """Returns how large a thing is as a target."""
+    """Return how large a thing is as a target."""
     return size_of(thing.category, max(thing.asset.size))
 
 
 def pointing(context: HouseContext, size: TargetSize) -> Drafts:
-    """Yields PG drafts with targets of a size."""
+    """Yield PG drafts with targets of a size."""
     for thing in context.things(lambda thing: is_target(thing) and size_of_thing(thing) == size):
         start = context.start_seeing(
             thing, START_DISTANCE_M["PG"], DEFAULT_HORIZON_DEG, is_in_view_to_point(context, size)
@@ -124,7 +124,7 @@ def pointing(context: HouseContext, size: TargetSize) -> Drafts:
 
 
 def approaching(context: HouseContext) -> Drafts:
-    """Yields DA drafts."""
+    """Yield DA drafts."""
     for thing in context.things(lambda thing: is_approachable(thing)):
         if place_blind_to(context.view, thing, NEAR_M) is not None:
             continue
@@ -148,7 +148,7 @@ def is_approachable(thing: Thing) -> bool:
 
 
 def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
-    """Yields VS drafts; `by_turning` says whether turning on the spot is enough."""
+    """Yield VS drafts; `by_turning` says whether turning on the spot is enough."""
     for thing in context.things(lambda thing: is_searchable(thing) and can_be_searched_for(context, thing)):
         start = start_not_seeing(context, thing, by_turning=by_turning, horizon=LEVEL_DEG)
         if start is not None:
@@ -178,7 +178,7 @@ def can_be_searched_for(context: HouseContext, thing: Thing) -> bool:
 
 
 def start_not_seeing(context: HouseContext, thing: Thing, *, by_turning: bool | None, horizon: float) -> Pose | None:
-    """Returns a start pose that does not see a thing; None when none is found."""
+    """Return a start pose that does not see a thing; None when none is found."""
     return context.hardest(_starts_not_seeing(context, thing, by_turning, horizon), thing)
 
 
@@ -199,7 +199,7 @@ def _starts_not_seeing(context: HouseContext, thing: Thing, by_turning: bool | N
 
 
 def verifying(context: HouseContext, label: StateLabel) -> Drafts:
-    """Yields SV drafts whose state at the start is `label`."""
+    """Yield SV drafts whose state at the start is `label`."""
     state, change = LABELS[label]
     for thing in context.things(lambda thing: is_target(thing) and _has_state(thing, state)):
         setup = Setup(objects={thing.id: _with_laptop_open(thing, change) if state == "is_toggled" else change})
@@ -228,7 +228,7 @@ def verifying(context: HouseContext, label: StateLabel) -> Drafts:
 
 
 def _shows_state(state: Literal["is_toggled", "is_open"], least_px: int) -> VisibilityTest:
-    """Returns the test that the parts of an object that tell a state are clearly in the frame."""
+    """Return the test that the parts of an object that tell a state are clearly in the frame."""
     needed = least_px + 2 * MARGIN_PX
     return VisibilityTest(
         needed, lambda seen: seen.state_px(state) >= needed and seen.visible and is_state_observable(seen, state)
@@ -242,7 +242,7 @@ def _has_state(thing: Thing, state: str) -> bool:
 
 
 def acting(context: HouseContext, act: Act) -> Drafts:
-    """Yields AI drafts: the target is in view but out of reach."""
+    """Yield AI drafts: the target is in view but out of reach."""
     yield from _drafts_of_act(
         context,
         ("AI", ORDERS, act),
@@ -252,7 +252,7 @@ def acting(context: HouseContext, act: Act) -> Drafts:
 
 
 def seeking(context: HouseContext, act: Act, *, by_turning: bool | None = None) -> Drafts:
-    """Yields SI drafts: the target is out of view; `by_turning` says whether turning shows it (None: either)."""
+    """Yield SI drafts: the target is out of view; `by_turning` says whether turning shows it (None: either)."""
     yield from _drafts_of_act(
         context,
         ("SI", SEARCH_ORDERS, act),
@@ -267,7 +267,7 @@ def _drafts_of_act(
     things: Iterable[Thing],
     start_for: Callable[[Thing], Pose | None],
 ) -> Drafts:
-    """Yields a draft for each thing that has a start: a family's, with one of its sentences and one act."""
+    """Yield a draft for each thing that has a start: a family's, with one of its sentences and one act."""
     family, sentences, act = kind
     for thing in things:
         setup = setup_for(thing, act)
@@ -299,7 +299,7 @@ def allows(thing: Thing, act: Act) -> bool:
 
 
 def setup_for(thing: Thing, act: Act) -> Setup:
-    """Returns the setup in which an act is still to be done."""
+    """Return the setup in which an act is still to be done."""
     changes: dict[Act, ObjectSetup] = {
         "open": ObjectSetup(openness=0.0),
         "close": ObjectSetup(openness=1.0),
@@ -311,12 +311,12 @@ def setup_for(thing: Thing, act: Act) -> Setup:
 
 
 def _with_laptop_open(thing: Thing, change: ObjectSetup) -> ObjectSetup:
-    """Returns a change of whether a thing is on, with a laptop open: a closed one shows nothing."""
+    """Return a change of whether a thing is on, with a laptop open: a closed one shows nothing."""
     return change.model_copy(update={"openness": 1.0}) if thing.category == "Laptop" else change
 
 
 def goal_for(thing: Thing, act: Act) -> Goal:
-    """Returns what an act is to bring about."""
+    """Return what an act is to bring about."""
     if act == "pick":
         return ObjectHeld(object_id=thing.id)
     state = "is_open" if act in ("open", "close") else "is_toggled"

@@ -50,13 +50,13 @@ PUT_INTO = {
 
 
 def revealing(context: HouseContext) -> Drafts:
-    """Yields `reveal_pick` drafts: open a container and take out what is inside."""
+    """Yield `reveal_pick` drafts: open a container and take out what is inside."""
     for container, inside, setup in filled(context):
         yield from _draft(context, "reveal_pick", setup, container, {"container": container, "target": inside})
 
 
 def emptying(context: HouseContext) -> Drafts:
-    """Yields `open_pick_place` drafts: open a container, take out what is inside, put it somewhere else."""
+    """Yield `open_pick_place` drafts: open a container, take out what is inside, put it somewhere else."""
     for container, inside, setup in filled(context):
         furniture = container.parent if container.is_drawer else None
         for receptacle in receptacles_for(context, inside, {container.id, furniture, inside.id, inside.parent}):
@@ -65,7 +65,7 @@ def emptying(context: HouseContext) -> Drafts:
 
 
 def putting_in(context: HouseContext) -> Drafts:
-    """Yields `put_into` drafts: take something and put it into a container, opened where it must be."""
+    """Yield `put_into` drafts: take something and put it into a container, opened where it must be."""
     for container in context.things(_may_hold):
         setup = Setup(objects={container.id: ObjectSetup(openness=0.0)}) if container.is_openable else Setup()
         for target in context.things(partial(may_go_in, container)):
@@ -76,7 +76,7 @@ def putting_in(context: HouseContext) -> Drafts:
 
 
 def rearranging(context: HouseContext) -> Drafts:
-    """Yields `rearrange` drafts: take something from one receptacle and put it on another."""
+    """Yield `rearrange` drafts: take something from one receptacle and put it on another."""
     for target in context.things(lambda thing: thing.is_pickupable and is_target(thing) and thing.parent is not None):
         source = context.thing(target.parent or "")
         if source.category not in (*TABLES, *SEATS):
@@ -89,7 +89,7 @@ def rearranging(context: HouseContext) -> Drafts:
 def _draft(
     context: HouseContext, template: str, setup: Setup, first: Thing, roles: dict[str, Thing]
 ) -> Iterator[Episode]:
-    """Yields one draft, or none where no start or no words are found."""
+    """Yield one draft, or none where no start or no words are found."""
     if not context.can_begin(setup):
         return
     phrases = {role: context.phrase(thing.id) for role, thing in roles.items()}
@@ -132,7 +132,7 @@ def is_wordy(phrases: dict[str, Phrase]) -> bool:
 
 
 def _in(receptacle: Phrase | None) -> str:
-    """Returns how to say that something is placed in a receptacle: not "in the sink in the kitchen"."""
+    """Return how to say that something is placed in a receptacle: not "in the sink in the kitchen"."""
     return "into" if receptacle is not None and receptacle.room else "in"
 
 
@@ -145,7 +145,7 @@ def _goal(target: Thing, receptacle: Thing | None, leaf: Thing | None, *, inside
 
 
 def filled(context: HouseContext) -> Iterator[tuple[Thing, Thing, Setup]]:
-    """Yields closed containers with something to take in them: what lies there, else what is put there."""
+    """Yield closed containers with something to take in them: what lies there, else what is put there."""
     for container in context.things(lambda thing: thing.is_openable and thing.category in BELONGS_IN):
         shut = {container.id: ObjectSetup(openness=0.0)}
         belongs = partial(belongs_in, container, context.items[container.id].room)
@@ -162,7 +162,7 @@ def _lies_in(container: Thing, thing: Thing) -> bool:
 
 
 def _place_inside(thing: Thing, container: Thing) -> Placement | None:
-    """Returns a place for a thing on one of the container's inner surfaces, away from what lies there; None without."""
+    """Return a place for a thing on one of the container's inner surfaces, away from what lies there; None without."""
     size = thing.asset.size
     for surface in container.asset.surfaces:
         frame = surface_frame(container, surface, 0.0)
@@ -189,7 +189,7 @@ def may_go_in(container: Thing, thing: Thing) -> bool:
 
 
 def receptacles_for(context: HouseContext, target: Thing, without: set[str | None]) -> list[Thing]:
-    """Returns things that a target can be put on, a few of them, in a random order."""
+    """Return things that a target can be put on, a few of them, in a random order."""
     return context.things(lambda thing: thing.id not in without and suits(thing, target))[:TRIED_RECEPTACLES]
 
 

@@ -53,12 +53,12 @@ class GeneratedHouse:
         return self.given_name or f"{spec_for(self.spec).name}_{self.seed}"
 
     def house(self) -> House:
-        """Returns the house. Raises SettingError where the seed yields none."""
+        """Return the house. Raises SettingError where the seed yields none."""
         house = generate(self.seed, spec_for(self.spec))
         return with_seed_removed(house, self.given_name) if self.given_name else house
 
     def origin(self, house: House) -> None:
-        """Returns nothing: the house itself names its generator, and its seed unless that is secret."""
+        """Return nothing: the house itself names its generator, and its seed unless that is secret."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +82,7 @@ class HouseInFile:
         )
 
     def house(self) -> House:
-        """Returns the house. Raises HouseError."""
+        """Return the house. Raises HouseError."""
         if self.line is None:
             return House(self.name, House.load(self.path).data)
         for text in islice(lines_of(self.path), self.line - 1, self.line):
@@ -90,7 +90,7 @@ class HouseInFile:
         raise HouseError(f"House {self.name!r}: {str(self.path)!r} has no line {self.line}.")
 
     def parse_line(self, text: bytes) -> House:
-        """Returns the house that its line is. Raises HouseError."""
+        """Return the house that its line is. Raises HouseError."""
         try:
             return House(self.name, read_json(text))
         except ValueError as error:
@@ -98,7 +98,7 @@ class HouseInFile:
             raise HouseError(f"House {self.name!r}: {place} is not JSON: {error}.") from None
 
     def origin(self, house: House) -> HouseOrigin:
-        """Returns what a pack tells of where the house is from. Raises HouseError for a name that no pack may hold."""
+        """Return what a pack tells of where the house is from. Raises HouseError for a name that no pack may hold."""
         fields = {
             "name": self.name,
             "dataset": self.dataset or self.path.name,
@@ -117,7 +117,7 @@ HouseSource = GeneratedHouse | HouseInFile
 
 
 def houses_from_seeds(seeds: str, specs: Iterable[str], secret: int | None = None) -> list[HouseSource]:
-    """Returns houses to generate for seeds `A:B` (B excluded), each seed with each spec in turn.
+    """Return houses to generate for seeds `A:B` (B excluded), each seed with each spec in turn.
 
     With a `secret` seed these are numbers of houses that only who knows it can make. Raises SettingError.
     """
@@ -133,7 +133,7 @@ def houses_from_seeds(seeds: str, specs: Iterable[str], secret: int | None = Non
 
 
 def houses_drawn_from(seed: int, count: int, specs: Iterable[str]) -> list[HouseSource]:
-    """Returns so many houses to generate, whose own seeds only who knows `seed` can tell; more begin with the same.
+    """Return so many houses to generate, whose own seeds only who knows `seed` can tell; more begin with the same.
 
     Raises SettingError.
     """
@@ -143,7 +143,7 @@ def houses_drawn_from(seed: int, count: int, specs: Iterable[str]) -> list[House
 
 
 def draw_sample(choice: Sequence[_T], seed: int, count: int | None) -> list[_T]:
-    """Returns so many of some things, drawn by `seed`; more begin with the same. All as they stand, without `count`."""
+    """Return so many of some things, drawn by `seed`; more begin with the same. All as they stand, without `count`."""
     if count is None:
         return list(choice)
     order = np.random.default_rng([len(choice), seed]).permutation(len(choice))
@@ -151,7 +151,7 @@ def draw_sample(choice: Sequence[_T], seed: int, count: int | None) -> list[_T]:
 
 
 def secret_house(secret: int, number: int, spec: str) -> GeneratedHouse:
-    """Returns a house to generate that only who knows the secret seed can make; its name tells nothing of it."""
+    """Return a house to generate that only who knows the secret seed can make; its name tells nothing of it."""
     which = f"{number} {spec}".encode()
     return GeneratedHouse(secret_subseed(secret, "house", which), spec, secret_name(secret, "house", which))
 
@@ -169,7 +169,7 @@ def _houses_by_turns(seeds: Iterable[int], specs: Iterable[str], secret: int | N
 def houses_from(
     places: Iterable[str], limit: int | None = None, report: OnDownload = lambda line: None
 ) -> list[HouseInFile]:
-    """Returns the houses at some places, at most `limit` of each.
+    """Return the houses at some places, at most `limit` of each.
 
     A place is a file (JSON, or one house a line in .jsonl and .jsonl.gz), or houses of ProcTHOR-10K by name; `report`
     is told what is downloaded. Raises SettingError.
@@ -184,7 +184,7 @@ def houses_from(
 
 
 def house_at(place: str, report: OnDownload) -> House:
-    """Returns the one house in a JSON file, or of ProcTHOR-10K by name. Raises HouseError or SettingError."""
+    """Return the one house in a JSON file, or of ProcTHOR-10K by name. Raises HouseError or SettingError."""
     if not is_dataset(place):
         return House.load(Path(place))
     count = len(named(place).indices)
@@ -195,7 +195,7 @@ def house_at(place: str, report: OnDownload) -> House:
 
 
 def read_all(sources: Iterable[HouseInFile]) -> Iterator[tuple[HouseInFile, House | HouseError]]:
-    """Yields each house, or why it is none; a file with a house a line is read once, in the order of its lines."""
+    """Yield each house, or why it is none; a file with a house a line is read once, in the order of its lines."""
     for path, group in groupby(sources, key=lambda source: source.path):
         left = {source.line: source for source in group}
         if None in left:
@@ -223,7 +223,7 @@ def _tried(make: Callable[[], House]) -> House | HouseError:
 
 
 def lines_of(path: Path) -> Iterator[bytes]:
-    """Yields the lines of a file, compressed or not, within the limits of a file of houses. Raises HouseError."""
+    """Yield the lines of a file, compressed or not, within the limits of a file of houses. Raises HouseError."""
     what = f"House file {str(path)!r}"
     total = 0
     with open_file(path, what, HouseError) as file:
@@ -254,7 +254,7 @@ def _of_dataset(place: str, report: OnDownload) -> list[HouseInFile]:
 def dataset_houses(
     split: str, indices: Sequence[int], report: OnDownload, revision: str = REVISION
 ) -> list[HouseInFile]:
-    """Returns houses of ProcTHOR-10K; none is read yet. Raises SettingError."""
+    """Return houses of ProcTHOR-10K; none is read yet. Raises SettingError."""
     path = split_file(split, report, revision)
     for index in indices:
         if index >= SPLITS[split].houses:

@@ -31,7 +31,7 @@ _TOWARDS = np.stack([_LEVEL * np.cos(_AROUND), np.full_like(_AROUND, _UP), _LEVE
 
 
 def names_by_appearance(thing: Thing) -> tuple[str, ...]:
-    """Returns what else a thing would be called by who sees it: a counter with doors is a cabinet, too."""
+    """Return what else a thing would be called by who sees it: a counter with doors is a cabinet, too."""
     is_vanity = thing.category == "Sink" and thing.asset.size.y > VANITY_HEIGHT_M
     has_doors = is_vanity and any(part.material.startswith(PAINTED) for part in thing.asset.parts)
     return ("cabinet",) if has_doors or thing.category in WITH_DOORS else ()
@@ -50,13 +50,13 @@ def has_misleading_name(category: str, room: str | None) -> bool:
 
 
 def min_colour_share(category: str) -> float:
-    """Returns which share of what one sees of a thing a colour must have to name it."""
+    """Return which share of what one sees of a thing a colour must have to name it."""
     return MIN_SEAT_COLOUR_SHARE if category in SEATS else MIN_COLOUR_SHARE
 
 
 @lru_cache(maxsize=1024)
 def colour_shares(*assets: Asset) -> dict[str, float]:
-    """Returns word for a colour -> the share of it in what one sees of a thing from around; nothing for glass.
+    """Return word for a colour -> the share of it in what one sees of a thing from around; nothing for glass.
 
     Furniture with drawers of its own is several assets.
     """
@@ -73,7 +73,7 @@ def colour_shares(*assets: Asset) -> dict[str, float]:
 
 
 def _seen_area(mesh: Mesh) -> float:
-    """Returns the area of a mesh as it is seen from around and a little above, hidden or not (m2)."""
+    """Return the area of a mesh as it is seen from around and a little above, hidden or not (m2)."""
     corners = np.asarray(mesh.vertices, np.float64)[np.asarray(mesh.faces)]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
     return float(np.maximum(normals @ _TOWARDS.T, 0.0).mean(axis=1).sum())

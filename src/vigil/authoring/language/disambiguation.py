@@ -40,7 +40,7 @@ COVERING_FURNITURE = frozenset({"Desk", "DiningTable", "CoffeeTable", "SideTable
 
 
 def look_alikes(item: DescribedThing, items: Iterable[DescribedThing]) -> list[DescribedThing]:
-    """Returns the other things of a thing's own name.
+    """Return the other things of a thing's own name.
 
     A cell phone may be taken for a remote control, but nobody who asks for the one needs to say which.
     """
@@ -48,7 +48,7 @@ def look_alikes(item: DescribedThing, items: Iterable[DescribedThing]) -> list[D
 
 
 def disambiguating_phrases(item: DescribedThing, items: Iterable[DescribedThing]) -> list[Phrase]:
-    """Returns the phrases that mean one of several look-alikes and it alone, each by one thing that sets it apart.
+    """Return the phrases that mean one of several look-alikes and it alone, each by one thing that sets it apart.
 
     None where the bare name means it alone, and none of a drawer, which its furniture is told by.
     """
@@ -72,7 +72,7 @@ def _is_unambiguous(phrase: Phrase, item: DescribedThing, items: list[DescribedT
 
 
 def anchor_of(phrase: Phrase, items: Iterable[DescribedThing]) -> DescribedThing | None:
-    """Returns the thing that a phrase's relation is to; None without a relation, or where there are several."""
+    """Return the thing that a phrase's relation is to; None without a relation, or where there are several."""
     found = [] if phrase.anchor is None else referents(Phrase(phrase.anchor), items)
     return found[0] if len(found) == 1 else None
 
@@ -94,7 +94,7 @@ def _tried(item: DescribedThing, items: list[DescribedThing]) -> Iterator[Phrase
 
 
 def _anchors(item: DescribedThing, items: list[DescribedThing]) -> Iterator[DescribedThing]:
-    """Yields the things near by of which there is one, by what they are called, the nearest first."""
+    """Yield the things near by of which there is one, by what they are called, the nearest first."""
     box = item.box
     near = [
         (gap_m(box, other.box), other.id, other)

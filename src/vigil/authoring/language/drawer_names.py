@@ -22,7 +22,7 @@ ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "
 
 
 def drawer_name(scene: Scene, drawer: Thing) -> str:
-    """Returns what a drawer is called in its furniture; a bare "drawer" where its drawers stand in no full grid."""
+    """Return what a drawer is called in its furniture; a bare "drawer" where its drawers stand in no full grid."""
     chest = scene.things[drawer.parent or ""]
     display_name = CATALOG[chest.category].display_name
     places = {part.id: _place(chest, part) for part in drawers_of(scene, chest)}
@@ -42,12 +42,12 @@ def is_drawer(name: str) -> bool:
 
 
 def without_position(name: str) -> str:
-    """Returns a name without which of several drawers it is."""
+    """Return a name without which of several drawers it is."""
     return DRAWER if OF in name else name
 
 
 def furniture_of(name: str) -> str | None:
-    """Returns the furniture that a drawer's name speaks of; None for any other name."""
+    """Return the furniture that a drawer's name speaks of; None for any other name."""
     return name.partition(OF)[2] or None
 
 
@@ -64,13 +64,13 @@ def fits(said: str, name: str, furniture_fits: Callable[[str, str], bool]) -> bo
 
 
 def _place(chest: Thing, part: Thing) -> tuple[float, float]:
-    """Returns how far (m) a drawer is to the right, for who looks at the front, and how high."""
+    """Return how far (m) a drawer is to the right, for who looks at the front, and how high."""
     x, _ = rotate_floor(part.position.x - chest.position.x, part.position.z - chest.position.z, -chest.rotation.y)
     return -x, part.position.y
 
 
 def _steps(values: list[float]) -> list[float]:
-    """Returns the values that are apart, in order."""
+    """Return the values that are apart, in order."""
     found: list[float] = []
     for value in sorted(values):
         if not found or value > found[-1] + SAME_ROW_M:
@@ -83,7 +83,7 @@ def _index(steps: list[float], value: float) -> int:
 
 
 def _drawer_in_grid(row: int, rows: int, column: int, columns: int) -> str:
-    """Returns which drawer of a grid it is, in words; row 0 is the top one, column 0 the left one."""
+    """Return which drawer of a grid it is, in words; row 0 is the top one, column 0 the left one."""
     side = {1: ("",), 2: ("left ", "right "), 3: ("left ", "middle ", "right ")}[columns][column]
     if rows == 1:
         return f"{side}{DRAWER}"

@@ -17,7 +17,7 @@ GIVEAWAY_WORDS = {
 
 
 def implicit_kind(kind: str) -> str:
-    """Returns the name of the kind that leaves a kind's constraint to be found."""
+    """Return the name of the kind that leaves a kind's constraint to be found."""
     return f"{kind}{IMPLICIT_SUFFIX}"
 
 
@@ -27,7 +27,7 @@ def is_implicit(template: str) -> bool:
 
 
 def constraint_giveaways(instruction: str, constraint: str, obstacle: str | None) -> Iterator[str]:
-    """Yields the words of an instruction that give a constraint away; `obstacle` is what the thing is called, if it is
+    """Yield the words of an instruction that give a constraint away; `obstacle` is what the thing is called, if it is
     another thing than the target."""
     text = instruction.lower()
     if obstacle is not None and re.search(rf"\b{re.escape(obstacle.lower())}\b", text):

@@ -23,7 +23,7 @@ class Phrases:
         self._found: dict[str, Phrase | None] = {}
 
     def of(self, thing_id: str) -> Phrase | None:
-        """Returns the shortest phrase that fits a thing alone; None when there is none."""
+        """Return the shortest phrase that fits a thing alone; None when there is none."""
         if thing_id not in self._found:
             self._found[thing_id] = phrase_for(self._items[thing_id], self._items.values())
         return self._found[thing_id]
@@ -31,5 +31,5 @@ class Phrases:
 
 @cached(LRUCache(DESCRIPTION_CACHE_SIZE), key=description_key, lock=threading.Lock())
 def phrases_of(scene: Scene) -> Phrases:
-    """Returns what who sees the things of a scene would call them as they are now."""
+    """Return what who sees the things of a scene would call them as they are now."""
     return Phrases(items_as_seen(scene))

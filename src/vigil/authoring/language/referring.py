@@ -145,7 +145,7 @@ class Phrase:
 def resolve_mentions(
     phrases: Sequence[Phrase], items: Iterable[DescribedThing], held: DescribedThing | None = None
 ) -> list[list[DescribedThing]]:
-    """Returns what each phrase of a text could mean, after what has been said before it.
+    """Return what each phrase of a text could mean, after what has been said before it.
 
     A thing that has been singled out may be named again without saying where it is, and so may what is in the hand.
     """
@@ -165,12 +165,12 @@ def resolve_mentions(
 
 
 def items_of(scene: Scene) -> dict[str, DescribedThing]:
-    """Returns what one can say of every thing that is present, by id, in the scene's order."""
+    """Return what one can say of every thing that is present, by id, in the scene's order."""
     return dict(_items_now(scene))
 
 
 def items_as_seen(scene: Scene) -> dict[str, DescribedThing]:
-    """Returns the same as a person would say it who sees the things, and not the catalog: by what they look like."""
+    """Return the same as a person would say it who sees the things, and not the catalog: by what they look like."""
     return dict(_items_as_seen_now(scene))
 
 
@@ -179,7 +179,7 @@ _description_facts = attrgetter("position", "rotation", "parent", "surface", "is
 
 
 def description_key(scene: Scene) -> Hashable:
-    """Returns the scene with what tells whether the same can be said of its things at two moments."""
+    """Return the scene with what tells whether the same can be said of its things at two moments."""
     return scene, tuple(map(_description_facts, scene.things.values()))
 
 
@@ -243,7 +243,7 @@ def _room_at(x: float, z: float, rooms: RoomOutlines) -> tuple[str | None, str |
 
 
 def _name(scene: Scene, thing: Thing, rooms: RoomOutlines) -> str:
-    """Returns what a thing is called; a door by the rooms that it joins, a drawer by its place in its furniture."""
+    """Return what a thing is called; a door by the rooms that it joins, a drawer by its place in its furniture."""
     if thing.is_drawer:
         return drawer_names.drawer_name(scene, thing)
     name = CATALOG[thing.category].display_name
@@ -277,7 +277,7 @@ def fits(phrase: Phrase, item: DescribedThing) -> bool:
 
 
 def referents(phrase: Phrase, items: Iterable[DescribedThing]) -> list[DescribedThing]:
-    """Returns the items that a phrase could mean; with a relation, one alone only where it clearly holds for that."""
+    """Return the items that a phrase could mean; with a relation, one alone only where it clearly holds for that."""
     everything = list(items)
     found = [item for item in everything if fits(phrase, item)]
     if phrase.relation is None or phrase.anchor is None:
@@ -299,7 +299,7 @@ def _placed(item: DescribedThing) -> LocatedThing | None:
 
 
 def phrase_for(item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase | None:
-    """Returns the shortest phrase that fits `item` alone; None when there is none."""
+    """Return the shortest phrase that fits `item` alone; None when there is none."""
     if item.has_misleading_name:
         return None
     others = [other for other in items if other.id != item.id]
@@ -325,7 +325,7 @@ def phrase_for(item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase 
 
 
 def mentions(text: str, names: Iterable[str]) -> list[Phrase]:
-    """Returns the phrases "the <colour> <name> (on|in the <support>) (next to the <anchor>) (in the <room>)" in a text.
+    """Return the phrases "the <colour> <name> (on|in the <support>) (next to the <anchor>) (in the <room>)" in a text.
 
     They come in order.
 
@@ -335,7 +335,7 @@ def mentions(text: str, names: Iterable[str]) -> list[Phrase]:
 
 
 def without_repeats(text: str, names: Iterable[str]) -> str:
-    """Returns a text that says where a thing is only once: "the safe in the bedroom" is then "the safe"."""
+    """Return a text that says where a thing is only once: "the safe in the bedroom" is then "the safe"."""
     pattern = _pattern(names)
     said = {_phrase(found) for found in pattern.finditer(text)}
     seen: set[Phrase] = set()

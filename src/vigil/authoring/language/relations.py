@@ -82,7 +82,7 @@ RELATIONS: dict[str, RelationReferents] = {
 
 
 def gap_m(one: Box, other: Box) -> float:
-    """Returns the distance between the floor shapes of two boxes (m), 0 where they overlap."""
+    """Return the distance between the floor shapes of two boxes (m), 0 where they overlap."""
     return float(_floor(one).distance(_floor(other)))
 
 

@@ -25,7 +25,7 @@ class Sentences:
     held_out: tuple[str, ...]
 
     def of(self, forms: Forms) -> tuple[str, ...]:
-        """Returns the forms of a half, or all of them."""
+        """Return the forms of a half, or all of them."""
         halves = {"public": self.public, "held_out": self.held_out, "all": (*self.public, *self.held_out)}
         return halves[forms]
 

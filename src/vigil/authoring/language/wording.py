@@ -67,7 +67,7 @@ def asks_inside(instruction: str) -> bool:
 
 
 def sequence_forms(template: str, forms: Forms, *, inside: bool) -> tuple[str, ...]:
-    """Returns the sentences of a template; with `inside`, those alone that say so."""
+    """Return the sentences of a template; with `inside`, those alone that say so."""
     sentences = SEQUENCES[template].of(forms)
     slots = {"into": "into", "in_": "in"}
     return tuple(each for each in sentences if not inside or asks_inside(each.format_map(_Blank(slots))))
@@ -90,12 +90,12 @@ class OpeningPhrase:
     """After the thing has been named: "its oven door"; "it" for what opens as a whole."""
 
     def slots(self, whole: str = "whole") -> dict[str, str]:
-        """Returns the slots of a sentence about it; `whole` names the first."""
+        """Return the slots of a sentence about it; `whole` names the first."""
         return {whole: self.whole, "piece": self.piece, "it": "it"}
 
 
 def opening_phrase(category: str, phrase: str) -> OpeningPhrase:
-    """Returns what to call a thing of a category that `phrase` refers to when it is about opening it."""
+    """Return what to call a thing of a category that `phrase` refers to when it is about opening it."""
     part = OPENED_PARTS.get(category)
     if part is None:
         return OpeningPhrase(phrase, "it")
@@ -103,13 +103,13 @@ def opening_phrase(category: str, phrase: str) -> OpeningPhrase:
 
 
 def pronoun_slots(category: str, role: str = "") -> dict[str, str]:
-    """Returns the slots that speak of a thing again, which `role` begins: `it`, or `obstacle_it`."""
+    """Return the slots that speak of a thing again, which `role` begins: `it`, or `obstacle_it`."""
     words = ("them", "they are", "block", "stand") if category in PAIRS else ("it", "it is", "blocks", "stands")
     return {f"{role}{name}": word for name, word in zip(("it", "it_is", "blocks", "stands"), words, strict=True)}
 
 
 def order_slots(act: Act, category: str, phrase: str, rng: np.random.Generator) -> dict[str, str]:
-    """Returns the slots of an order: in full, as it is said after the thing has been named, and in the passive."""
+    """Return the slots of an order: in full, as it is said after the thing has been named, and in the passive."""
     verbs = VERBS_OF.get(category, {}).get(act, VERBS[act])
     verb = verbs[int(rng.integers(len(verbs)))]
     again = pronoun_slots(category)["it"]
@@ -125,7 +125,7 @@ def order_slots(act: Act, category: str, phrase: str, rng: np.random.Generator) 
 
 
 def question(asked: QueriedState, category: str, phrase: str, forms: Forms, rng: np.random.Generator) -> str:
-    """Returns a question about a thing's state that names both answers."""
+    """Return a question about a thing's state that names both answers."""
     if category == "Candle":
         return say(BURNING_OR_NOT.of(forms), rng, target=phrase)
     parts = opening_phrase(category, phrase) if asked == "is_open" else OpeningPhrase(phrase, "it")
@@ -133,7 +133,7 @@ def question(asked: QueriedState, category: str, phrase: str, forms: Forms, rng:
 
 
 def say(sentences: tuple[str, ...], rng: np.random.Generator, **slots: str) -> str:
-    """Returns one of several sentences with its slots filled; a slot in capitals starts a sentence."""
+    """Return one of several sentences with its slots filled; a slot in capitals starts a sentence."""
     sentence = sentences[int(rng.integers(len(sentences)))]
     capitals = {name.capitalize(): text[:1].upper() + text[1:] for name, text in slots.items()}
     return sentence.format(**slots, **capitals)

@@ -117,7 +117,7 @@ def candidates(
     previous: DraftsFile | None = None,
     levels: Mapping[str, EpisodeLevel] | None = None,
 ) -> list[Candidate]:
-    """Returns all drafts that no reviewer rejects, each id once; `previous` is the one of `files` to keep from.
+    """Return all drafts that no reviewer rejects, each id once; `previous` is the one of `files` to keep from.
 
     `levels` are those of the drafts by id, where the pack asks for them. Raises EpisodeError on an id with two
     contents.
@@ -187,7 +187,7 @@ class _SelectionCounts:
         return not is_search or turned < int(FOUND_BY_TURNING * pack_request.per_family)
 
     def cost(self, candidate: Candidate, seed: int) -> tuple:
-        """Returns what to choose by: the least first."""
+        """Return what to choose by: the least first."""
         episode, facts, family = candidate.episode, candidate.draft.facts, candidate.episode.family
         opposite = {"on": "off", "off": "on", "open": "closed", "closed": "open"}.get(facts.label or "", "")
         lead = self.of_family[family, "label", facts.category, facts.label or ""]
@@ -215,7 +215,7 @@ class _SelectionCounts:
 
 
 def select(pool: Sequence[Candidate], pack_request: PackRequest) -> list[Candidate]:
-    """Returns exactly so many candidates of each family, sorted by id. Raises EpisodeError when there are too few."""
+    """Return exactly so many candidates of each family, sorted by id. Raises EpisodeError when there are too few."""
     tally = _SelectionCounts()
     short: list[str] = []
     for family in pack_request.families:
@@ -243,7 +243,7 @@ def select(pool: Sequence[Candidate], pack_request: PackRequest) -> list[Candida
 def _missing(
     tally: _SelectionCounts, family: Family, pack_request: PackRequest, pool: Sequence[Candidate]
 ) -> list[str]:
-    """Returns which levels of a family cannot be filled; none where levels do not matter."""
+    """Return which levels of a family cannot be filled; none where levels do not matter."""
     offered = Counter(candidate.level for candidate in pool if candidate.episode.family == family)
     chosen = {level: tally.of_family[family, "level", level] for level in pack_request.levels}
     return [
@@ -256,7 +256,7 @@ def _missing(
 def select_valid(
     pool: Sequence[Candidate], pack_request: PackRequest, check: CandidateCheck
 ) -> tuple[list[Candidate], dict[str, list[Finding]]]:
-    """Returns a selection in which every solution holds, and what was left out because it does not."""
+    """Return a selection in which every solution holds, and what was left out because it does not."""
     left, bad = list(pool), dict[str, list[Finding]]()
     held: set[str] = set()
     while True:
@@ -325,7 +325,7 @@ def assemble(
 
 
 def _check_levels(pool: Sequence[Candidate], pack_request: PackRequest) -> None:
-    """Raises EpisodeError when a pack asks for levels and some of its drafts have none."""
+    """Raise EpisodeError when a pack asks for levels and some of its drafts have none."""
     own = [candidate for candidate in pool if candidate.episode.family in pack_request.families]
     without = [candidate.episode.id for candidate in own if candidate.level is None]
     if pack_request.levels and without:
@@ -336,13 +336,13 @@ def _check_levels(pool: Sequence[Candidate], pack_request: PackRequest) -> None:
 
 
 def _asked(candidate: Candidate, pack_request: PackRequest) -> dict[str, Any]:
-    """Returns what is told of an episode besides, because the pack asked for it."""
+    """Return what is told of an episode besides, because the pack asked for it."""
     level = {"level": candidate.level} if pack_request.levels else {}
     return {**level, **({"is_robust": True} if pack_request.is_robust else {})}
 
 
 def review_counts(chosen: Sequence[Candidate]) -> dict[str, int]:
-    """Returns how many episodes were judged by a person, by a model alone, and by nobody."""
+    """Return how many episodes were judged by a person, by a model alone, and by nobody."""
     kinds = ["person" if "person" in c.reviewer_kinds else "model" if c.reviewer_kinds else "none" for c in chosen]
     return {kind: kinds.count(kind) for kind in ("person", "model", "none")}
 
@@ -378,7 +378,7 @@ def _meta(chosen: Sequence[Candidate], files: Sequence[DraftsFile], pack_request
 def _house_facts(
     chosen: Sequence[Candidate], origins: Mapping[str, HouseOrigin], pack_request: PackRequest
 ) -> dict[str, Any]:
-    """Returns where houses are from that were not generated, and what gave their things sizes, as far as there is."""
+    """Return where houses are from that were not generated, and what gave their things sizes, as far as there is."""
     names = sorted({candidate.episode.house.name for candidate in chosen} & origins.keys())
     sources = {name: origins[name].model_dump(exclude={"line", "name"}, exclude_none=True) for name in names}
     facts = {"asset_database_sha256": pack_request.asset_database_sha256, "house_sources": sources}
@@ -386,7 +386,7 @@ def _house_facts(
 
 
 def _level_facts(chosen: Sequence[Candidate], pack_request: PackRequest) -> dict[str, Any]:
-    """Returns how many episodes of each family are of each level; nothing where levels do not matter."""
+    """Return how many episodes of each family are of each level; nothing where levels do not matter."""
     counts = Counter((candidate.episode.family, candidate.level) for candidate in chosen)
     levels = {
         family: {level: counts[family, level] for level in pack_request.levels} for family in pack_request.families
@@ -395,7 +395,7 @@ def _level_facts(chosen: Sequence[Candidate], pack_request: PackRequest) -> dict
 
 
 def seed_facts(name: str, seed: int, headers: Iterable[Header], *, is_seed_secret: bool) -> dict[str, Any]:
-    """Returns what a manifest tells of a pack's seed: where any that it was made from is secret, their hash alone.
+    """Return what a manifest tells of a pack's seed: where any that it was made from is secret, their hash alone.
 
     Of secret drafts that seed counts, and not the one which breaks ties among them.
     """

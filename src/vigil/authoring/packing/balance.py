@@ -18,7 +18,7 @@ StratumMember = tuple[Episode, DraftFacts]
 
 
 def stratum_of(episode: Episode, facts: DraftFacts) -> str:
-    """Returns the kind of episode within its family that a pack holds evenly many of."""
+    """Return the kind of episode within its family that a pack holds evenly many of."""
     if episode.family == "PG":
         return episode.difficulty or "medium"
     if episode.family == "DA":
@@ -31,7 +31,7 @@ def stratum_of(episode: Episode, facts: DraftFacts) -> str:
 
 
 def area_band(facts: DraftFacts) -> str:
-    """Returns how large the house is."""
+    """Return how large the house is."""
     small, large = AREA_BANDS_M2
     if facts.area_m2 < small:
         return f"under {small:g} m2"
@@ -39,7 +39,7 @@ def area_band(facts: DraftFacts) -> str:
 
 
 def count_strata(members: Sequence[StratumMember]) -> dict[str, Any]:
-    """Returns the counts of every stratum, by its name."""
+    """Return the counts of every stratum, by its name."""
     families: dict[str, dict[str, int]] = {}
     for family in FAMILIES:
         found = [stratum_of(episode, facts) for episode, facts in members if episode.family == family]
@@ -63,7 +63,7 @@ def count_strata(members: Sequence[StratumMember]) -> dict[str, Any]:
 
 
 def text_guess(members: Sequence[StratumMember]) -> float | None:
-    """Returns how often a guess from words alone can name the right state (SV) at best; None without any.
+    """Return how often a guess from words alone can name the right state (SV) at best; None without any.
 
     The guesser knows, of this very pack, which label is the more common one for each question about each category;
     0.5 is chance, and the fewer episodes there are, the further above it the best guess lies.

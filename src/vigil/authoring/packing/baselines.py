@@ -46,7 +46,7 @@ class Baselines(SidecarFile):
 
 
 def measured_baselines(pack: Pack, summaries: Mapping[str, Mapping[str, Any]], version: str) -> Baselines:
-    """Returns the baselines of a pack, given each agent's summary (`vigil.scoring.summary.summarise`)."""
+    """Return the baselines of a pack, given each agent's summary (`vigil.scoring.summary.summarise`)."""
     agents = {
         name: {"all": _score(summary["overall"])}
         | {family: _score(rates) for family, rates in summary["families"].items()}
@@ -57,7 +57,7 @@ def measured_baselines(pack: Pack, summaries: Mapping[str, Mapping[str, Any]], v
 
 
 def guesses_of(pack: Pack) -> dict[str, GuessScore]:
-    """Returns how often a queried state is guessed right without a look, by the way of guessing."""
+    """Return how often a queried state is guessed right without a look, by the way of guessing."""
     return {
         "the more common label": majority_guess(pack.episodes, pack.solutions),
         "the words of the question": words_guess(pack.episodes, pack.solutions),
@@ -65,7 +65,7 @@ def guesses_of(pack: Pack) -> dict[str, GuessScore]:
 
 
 def broken_promises(found: Baselines) -> list[str]:
-    """Returns in what the baselines break what every pack promises; empty when all is kept."""
+    """Return in what the baselines break what every pack promises; empty when all is kept."""
     broken: list[str] = []
     for agent, scores in found.agents.items():
         for family, score in scores.items():
@@ -83,19 +83,19 @@ def broken_promises(found: Baselines) -> list[str]:
 
 
 def _limit(agent: str, family: str) -> float | None:
-    """Returns how much of a family an agent may complete at most; None without a promise."""
+    """Return how much of a family an agent may complete at most; None without a promise."""
     if agent not in BLIND_AGENTS or family in ("SV", "all"):
         return None
     return 0.0 if agent == "noop" else MAX_W_OF_A_BLIND_AGENT
 
 
 def read_baselines(pack: Pack) -> Baselines | None:
-    """Returns what was measured on this very pack; None when nothing was. Raises PackMismatch for a broken file."""
+    """Return what was measured on this very pack; None when nothing was. Raises PackMismatch for a broken file."""
     return read_sidecar(pack, BASELINES, Baselines, "Measure anew.")
 
 
 def baselines_table(found: Baselines) -> list[str]:
-    """Returns the lines of a Markdown table: W and B of each agent, overall and by family, in per cent."""
+    """Return the lines of a Markdown table: W and B of each agent, overall and by family, in per cent."""
     families = [family for family in FAMILIES if any(family in scores for scores in found.agents.values())]
     heads = ["agent", "W [95 %]", "B [95 %]", "FR", "NR", "IL", *(f"{family} W/B" for family in families)]
     lines = [f"| {' | '.join(heads)} |", f"|{'---|' * len(heads)}"]
@@ -113,7 +113,7 @@ def baselines_table(found: Baselines) -> list[str]:
 
 
 def guess_lines(found: Baselines) -> list[str]:
-    """Returns a line for each way of guessing a queried state without a look."""
+    """Return a line for each way of guessing a queried state without a look."""
     lines: list[str] = []
     for name, (hits, n) in found.guesses.items():
         low, high = GuessScore(hits, n).interval

@@ -16,14 +16,14 @@ from vigil.protocol.house import House
 
 
 def check_log_of(file: DraftsFile) -> Path:
-    """Returns the log of what robustness checks found about drafts; whoever removes it has them checked anew."""
+    """Return the log of what robustness checks found about drafts; whoever removes it has them checked anew."""
     return file.path.with_name(f"{file.path.stem}.checks.jsonl")
 
 
 def candidate_checker(
     files: Sequence[DraftsFile], settings: VerificationSettings, on_verified: OnVerified = lambda standing: None
 ) -> CandidateCheck:
-    """Returns the function that checks candidates out of some drafts files, and gives back what does not hold.
+    """Return the function that checks candidates out of some drafts files, and gives back what does not hold.
 
     Where robustness is checked, it raises RecordError when the log beside the first file cannot be read or written.
     """
@@ -40,7 +40,7 @@ def candidate_checker(
 
 
 def house_finder(files: Sequence[DraftsFile]) -> Callable[[Episode], House]:
-    """Returns the function that finds an episode's house beside one of some drafts files."""
+    """Return the function that finds an episode's house beside one of some drafts files."""
 
     def house_of(episode: Episode) -> House:
         name = episode.house.name

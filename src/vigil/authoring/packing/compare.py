@@ -23,7 +23,7 @@ class PackDifference:
 
 
 def compare(a: Pack, b: Pack) -> PackDifference:
-    """Returns how `b` differs from `a`, episode by episode."""
+    """Return how `b` differs from `a`, episode by episode."""
     mine, theirs = {e.id: e for e in a.episodes}, {e.id: e for e in b.episodes}
     both = sorted(mine.keys() & theirs.keys())
     fields = {name: (*_fields(mine[name], theirs[name]), *_solution(a, b, name)) for name in both}

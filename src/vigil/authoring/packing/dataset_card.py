@@ -94,7 +94,7 @@ def write_card(pack: Pack) -> Path:
 
 
 def card_of(pack: Pack) -> str:
-    """Returns the text of a pack's README."""
+    """Return the text of a pack's README."""
     manifest = pack.manifest
     description = manifest.description or f"{manifest.episodes} episodes of eight families."
     if is_private(manifest.meta):
@@ -114,7 +114,7 @@ def card_of(pack: Pack) -> str:
 
 
 def _configs(pack: Pack) -> str:
-    """Returns the tables of a pack as HF `datasets` wants them named."""
+    """Return the tables of a pack as HF `datasets` wants them named."""
     lines: list[str] = []
     for table in TABLES:
         if f"{table}.jsonl" in pack.manifest.files:
@@ -124,7 +124,7 @@ def _configs(pack: Pack) -> str:
 
 
 def _fields(pack: Pack) -> str:
-    """Returns what each file holds; rows of tables that this pack has not are left out."""
+    """Return what each file holds; rows of tables that this pack has not are left out."""
     absent = [f"| `{table}.jsonl` |" for table in TABLES if f"{table}.jsonl" not in pack.manifest.files]
     return "".join(line for line in _FIELDS.splitlines(keepends=True) if not line.startswith(tuple(absent)))
 
@@ -148,7 +148,7 @@ def _skills(pack: Pack) -> str:
 
 
 def _levels(meta: Mapping[str, Any]) -> str:
-    """Returns how many episodes of each family are of each level; nothing for a pack that did not ask for levels."""
+    """Return how many episodes of each family are of each level; nothing for a pack that did not ask for levels."""
     found: Mapping[str, Mapping[str, int]] = meta.get("levels", {})
     if not found:
         return ""
@@ -164,7 +164,7 @@ def _levels(meta: Mapping[str, Any]) -> str:
 
 
 def _suite(meta: Mapping[str, Any]) -> str:
-    """Returns what is particular to a pack of the closure-stress suite; nothing for any other."""
+    """Return what is particular to a pack of the closure-stress suite; nothing for any other."""
     if "suite" not in meta:
         return ""
     rows = [
@@ -245,7 +245,7 @@ def _making(meta: Mapping[str, Any]) -> str:
 
 
 def _robust(meta: Mapping[str, Any]) -> list[str]:
-    """Returns what was asked besides of a robust pack, and how many were rejected; nothing for any other."""
+    """Return what was asked besides of a robust pack, and how many were rejected; nothing for any other."""
     if not meta.get("is_robust"):
         return []
     told = "- Robust: a body that errs finishes each episode in at least 9 of 10 tries; starts have room and a view."
@@ -253,7 +253,7 @@ def _robust(meta: Mapping[str, Any]) -> list[str]:
 
 
 def _sources(meta: Mapping[str, Any]) -> list[str]:
-    """Returns which datasets houses are from that were not generated."""
+    """Return which datasets houses are from that were not generated."""
     rows = meta.get("house_sources", {}).values()
     named = Counter(" ".join(filter(None, (row["dataset"], row.get("split"), row.get("revision")))) for row in rows)
     if not named:

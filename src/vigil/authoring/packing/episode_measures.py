@@ -33,7 +33,7 @@ ROOM_STEP_M = 0.1
 def measures_of_episode(
     simulator: PrivilegedSimulator, episode: Episode, house: House, actions: Sequence[Action]
 ) -> LevelMeasures:
-    """Returns the figures of an episode; `actions` is its recorded solution, and the house is loaded."""
+    """Return the figures of an episode; `actions` is its recorded solution, and the house is loaded."""
     simulator.reset(episode.start, episode.setup)
     view = PrivilegedView(simulator)
     start = EpisodeStart(episode, house, view)
@@ -68,7 +68,7 @@ def measures_of_episode(
 
 
 def _look_alikes(start: EpisodeStart) -> list[str]:
-    """Returns the ids of the other things that the target's bare name may mean."""
+    """Return the ids of the other things that the target's bare name may mean."""
     target = start.items.get(start.episode.goal.object_id)
     if target is None:
         return []
@@ -80,7 +80,7 @@ def _look_alikes(start: EpisodeStart) -> list[str]:
 
 
 def _containers(start: EpisodeStart, target: Thing) -> int:
-    """Returns how many closed things there are to open: those around the target, or where the instruction does not say
+    """Return how many closed things there are to open: those around the target, or where the instruction does not say
     which, all in which a person would look for it."""
     if start.episode.provenance.template != INSIDE_TEMPLATE:
         return len(closed_containers_around(start.view, target.id))
@@ -88,20 +88,20 @@ def _containers(start: EpisodeStart, target: Thing) -> int:
 
 
 def _reference_words(start: EpisodeStart) -> int:
-    """Returns how many words the longest phrase has that means the target; 0 when none does."""
+    """Return how many words the longest phrase has that means the target; 0 when none does."""
     target = start.episode.goal.object_id
     meant = [phrase for phrase, items in start.mentioned if [item.id for item in items] == [target]]
     return max((len(str(phrase).split()) - 1 for phrase in meant), default=0)
 
 
 def _occlusion(view: PrivilegedView, target: Thing) -> float:
-    """Returns the share of the target's surface before which another thing stands, seen from the camera."""
+    """Return the share of the target's surface before which another thing stands, seen from the camera."""
     seen = view.sees(view.agent.eye, surface_points(target), target.id, through_glass=True)
     return round(1.0 - float(np.mean(seen)), 3)
 
 
 def _rooms_changed(view: PrivilegedView, poses: Sequence[Pose]) -> int:
-    """Returns how often a walk along straight lines between poses passes from one room into another."""
+    """Return how often a walk along straight lines between poses passes from one room into another."""
     rooms: list[str] = []
     for before, after in pairwise(poses):
         length_m = math.dist(before.position, after.position)

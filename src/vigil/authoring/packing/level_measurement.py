@@ -18,7 +18,7 @@ OnMeasured = Callable[[int, int], None]
 def pack_levels(
     pack: Pack, settings: VerificationSettings, on_measured: OnMeasured = lambda done, of: None
 ) -> list[EpisodeLevel]:
-    """Returns the level of each of a pack's episodes, measured on its recorded solution, sorted by id."""
+    """Return the level of each of a pack's episodes, measured on its recorded solution, sorted by id."""
     solved = {name: solution.actions for name, solution in pack.solutions.items()}
     return measured_levels(house_batches(pack.episodes, solved, pack.house_of), settings, on_measured)
 
@@ -26,7 +26,7 @@ def pack_levels(
 def measured_levels(
     work: Sequence[HouseBatch], settings: VerificationSettings, on_measured: OnMeasured = lambda done, of: None
 ) -> list[EpisodeLevel]:
-    """Returns the level of each episode that has a solution, sorted by id."""
+    """Return the level of each episode that has a solution, sorted by id."""
     total = sum(len(batch.episodes) for batch in work)
     found: list[EpisodeLevel] = []
     for batch in _batches(work, settings):

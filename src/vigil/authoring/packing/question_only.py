@@ -43,7 +43,7 @@ class _Question:
 
 
 def majority_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> GuessScore:
-    """Returns how often the more common label of each pair, known from this very pack, is right."""
+    """Return how often the more common label of each pair, known from this very pack, is right."""
     questions = _questions(episodes, solutions)
     counts = {
         pair: Counter(question.label for question in questions if question.pair == pair) for pair in PAIRS.values()
@@ -52,7 +52,7 @@ def majority_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution
 
 
 def words_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> GuessScore:
-    """Returns how often naive Bayes over the words of the question is right, learnt from all other houses."""
+    """Return how often naive Bayes over the words of the question is right, learnt from all other houses."""
     questions = _questions(episodes, solutions)
     hits = 0
     for house in sorted({question.house for question in questions}):
@@ -65,7 +65,7 @@ def words_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) 
 
 
 def _most_likely(question: _Question, known: Sequence[_Question]) -> Status:
-    """Returns the likelier label; the first of the pair when they are equally likely."""
+    """Return the likelier label; the first of the pair when they are equally likely."""
     first, second = question.pair
     return second if _score(question, second, known) > _score(question, first, known) + 1e-12 else first
 

@@ -68,12 +68,12 @@ class ReaderPlays(SidecarFile):
 
 
 def read_plays(pack: Pack) -> ReaderPlays | None:
-    """Returns what readers came to on this very pack; None when nobody played. Raises PackMismatch on a broken file."""
+    """Return what readers came to on this very pack; None when nobody played. Raises PackMismatch on a broken file."""
     return read_sidecar(pack, PLAYS, ReaderPlays, "Write it anew, or remove it.")
 
 
 def plays_table(found: ReaderPlays) -> list[str]:
-    """Returns a Markdown table: what was right in all and by group, in per cent, and why the rest was not."""
+    """Return a Markdown table: what was right in all and by group, in per cent, and why the rest was not."""
     groups: dict[str, list[ReaderPlay]] = defaultdict(list)
     for play in found.plays:
         groups[play.group].append(play)

@@ -94,7 +94,7 @@ class Recipe(BaseModel):
         )
 
     def notes(self) -> list[str]:
-        """Returns what here differs from where the recipe was made, and may change the bytes."""
+        """Return what here differs from where the recipe was made, and may change the bytes."""
         here = made_with()
         changed = [
             f"{name} {was} (here {here.get(name)})" for name, was in self.made_with.items() if here.get(name) != was
@@ -113,7 +113,7 @@ class Recipe(BaseModel):
 
     @classmethod
     def load(cls, place: str) -> "Recipe":
-        """Returns the recipe in a file, or the packaged one of that name. Raises SettingError."""
+        """Return the recipe in a file, or the packaged one of that name. Raises SettingError."""
         packaged = {path.stem: path for path in sorted(PACKAGED.glob("*.json"))}
         path = packaged.get(place, Path(place))
         if not path.exists():
@@ -140,7 +140,7 @@ def recipe_of(
     starts: int = 1,
     tasks: Mapping[Kind, int] | None = None,
 ) -> Recipe:
-    """Returns the recipe of a pack that nobody reviewed, whose houses are all of others; `tasks` are a suite's."""
+    """Return the recipe of a pack that nobody reviewed, whose houses are all of others; `tasks` are a suite's."""
     return Recipe(
         name=pack_request.name,
         seed=pack_request.seed,
@@ -166,12 +166,12 @@ def recipe_of(
 
 
 def made_with() -> dict[str, str]:
-    """Returns the versions here of Python and of what may move a float."""
+    """Return the versions here of Python and of what may move a float."""
     return {"python": ".".join(map(str, sys.version_info[:2])), **{name: version(name) for name in LIBRARIES}}
 
 
 def check_drafts(recipe: Recipe) -> None:
-    """Raises SettingError on a recipe of another version of what is drafted: its bytes cannot come out."""
+    """Raise SettingError on a recipe of another version of what is drafted: its bytes cannot come out."""
     if recipe.drafts != DRAFTS_VERSION:
         raise SettingError(
             f"Recipe {recipe.name!r} is of version {recipe.drafts} of what is drafted, and in which words; this "
@@ -181,14 +181,14 @@ def check_drafts(recipe: Recipe) -> None:
 
 
 def check_assets(recipe: Recipe, given: AssetDatabase) -> None:
-    """Raises SettingError when things would have other sizes than the recipe's."""
+    """Raise SettingError when things would have other sizes than the recipe's."""
     fault = asset_mismatch(f"Recipe {recipe.name!r}", recipe.asset_database_sha256, given.sha256)
     if fault is not None:
         raise SettingError(fault)
 
 
 def sources_of(recipe: Recipe, given: Sequence[str], report: Callable[[str], None]) -> list[HouseInFile]:
-    """Returns the recipe's houses: of ProcTHOR-10K by themselves, others out of the files `given`.
+    """Return the recipe's houses: of ProcTHOR-10K by themselves, others out of the files `given`.
 
     Raises SettingError when a file is missing.
     """
@@ -206,7 +206,7 @@ def sources_of(recipe: Recipe, given: Sequence[str], report: Callable[[str], Non
 
 
 def _file(dataset: str, given: Sequence[str], is_only_one: bool) -> Path:
-    """Returns which of the given files holds a dataset: the one of its name, or the only one there is."""
+    """Return which of the given files holds a dataset: the one of its name, or the only one there is."""
     same = [place for place in given if Path(place).name == dataset]
     if not same and is_only_one and len(given) == 1:
         same = list(given)
@@ -220,7 +220,7 @@ OnHouse = Callable[[int], None]
 
 
 def origins_of(sources: Iterable[HouseInFile], on_house: OnHouse = lambda number: None) -> list[HouseOrigin]:
-    """Returns where each house is from, with its hash. Raises HouseError at the first that is none."""
+    """Return where each house is from, with its hash. Raises HouseError at the first that is none."""
     found: list[HouseOrigin] = []
     for source, house in read_all(sources):
         if isinstance(house, HouseError):
@@ -231,7 +231,7 @@ def origins_of(sources: Iterable[HouseInFile], on_house: OnHouse = lambda number
 
 
 def check_houses(recipe: Recipe, sources: Iterable[HouseInFile], on_house: OnHouse = lambda number: None) -> None:
-    """Raises PackMismatch that names the first house which is not the recipe's."""
+    """Raise PackMismatch that names the first house which is not the recipe's."""
     wanted = {row.name: row.sha256 for row in recipe.houses}
     for number, (source, house) in enumerate(read_all(sources), start=1):
         place = f"house {number} of the {len(wanted)} of recipe {recipe.name!r}, {source.name!r}"

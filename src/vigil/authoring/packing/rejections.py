@@ -12,7 +12,7 @@ from vigil.protocol.episode import Family
 def rejected_by_rule(
     read: Sequence[DraftsContent], families: Collection[Family], bad: Mapping[str, Sequence[Finding]], tried: int
 ) -> dict[str, Any]:
-    """Returns by rule how many proposals broke it, and how many of the candidates that were tried for selection.
+    """Return by rule how many proposals broke it, and how many of the candidates that were tried for selection.
 
     A proposal counts under the first rule that it breaks, a candidate under each.
     """
@@ -30,7 +30,7 @@ def rejected_by_rule(
 
 
 def rejection_lines(found: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Returns what a card says of `rejected_by_rule`."""
+    """Return what a card says of `rejected_by_rule`."""
     return [
         f"- Of {counts['tried']} {what} {counts['rejected']} were rejected"
         f"{': ' if counts['by_rule'] else ''}{_listed(counts['by_rule'])}."

@@ -22,7 +22,7 @@ Sidecar = TypeVar("Sidecar", bound=SidecarFile)
 
 
 def read_sidecar(pack: Pack, name: str, form: type[Sidecar], advice: str) -> Sidecar | None:
-    """Returns what a file beside the pack says of this very pack, None without it; `advice` ends the error's message.
+    """Return what a file beside the pack says of this very pack, None without it; `advice` ends the error's message.
 
     Raises PackMismatch for a broken file.
     """

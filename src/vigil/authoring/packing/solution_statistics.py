@@ -11,7 +11,7 @@ _Value = TypeVar("_Value")
 
 
 def steps_of(pack: Pack) -> dict[Family, dict[str, float]]:
-    """Returns the mean and the most steps of the solutions, by family, beside the budget."""
+    """Return the mean and the most steps of the solutions, by family, beside the budget."""
     lengths = _by_family(pack, lambda solution: len(solution.actions))
     return {
         family: {
@@ -24,7 +24,7 @@ def steps_of(pack: Pack) -> dict[Family, dict[str, float]]:
 
 
 def skill_shares(pack: Pack) -> dict[Family, dict[str, float]]:
-    """Returns, by family, the share of its episodes whose solution uses each skill."""
+    """Return, by family, the share of its episodes whose solution uses each skill."""
     used = _by_family(pack, lambda solution: {action.skill_name for action in solution.actions})
     found: dict[Family, dict[str, float]] = {}
     for family, sets in used.items():
@@ -34,7 +34,7 @@ def skill_shares(pack: Pack) -> dict[Family, dict[str, float]]:
 
 
 def _by_family(pack: Pack, value_of: Callable[[Solution], _Value]) -> dict[Family, list[_Value]]:
-    """Returns a value for each solution, grouped by family in the order of the table."""
+    """Return a value for each solution, grouped by family in the order of the table."""
     found: dict[Family, list[_Value]] = {family: [] for family in FAMILIES}
     for episode in pack.episodes:
         found[episode.family].append(value_of(pack.solutions[episode.id]))

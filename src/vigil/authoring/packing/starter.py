@@ -163,13 +163,13 @@ def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[s
 
 
 def kinds_of(episodes: Iterable[Episode]) -> dict[str, int]:
-    """Returns how many episodes there are of each family, template and difficulty."""
+    """Return how many episodes there are of each family, template and difficulty."""
     kinds = [" ".join(filter(None, (e.family, e.provenance.template, e.difficulty))) for e in episodes]
     return dict(sorted(Counter(kinds).items()))
 
 
 def starter_houses() -> list[House]:
-    """Returns the houses of the starter pack."""
+    """Return the houses of the starter pack."""
     return [_house(index, spec) for index, spec in enumerate(HOUSES)]
 
 
@@ -204,7 +204,7 @@ def _fill(
 
 
 def _in_order(slot: EpisodeQuota, houses: list[House], chosen: Selection) -> list[House]:
-    """Returns the houses that may hold another episode of the slot's family, the least used first."""
+    """Return the houses that may hold another episode of the slot's family, the least used first."""
     free = [house for house in houses if chosen.family_uses[slot.family, house.name] < PER_HOUSE_AND_FAMILY]
     return sorted(free, key=lambda house: (chosen.uses[house.name], zlib.crc32(f"{slot.kind} {house.name}".encode())))
 

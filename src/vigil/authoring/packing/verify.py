@@ -49,7 +49,7 @@ class VerificationSettings:
     """Whether the rules about robustness are checked, too, of what is right by all others."""
 
     def simulator(self) -> PrivilegedSimulator:
-        """Returns a simulator of its own."""
+        """Return a simulator of its own."""
         return make_simulator(self.backend, assets=self.assets or AssetDatabase.default())
 
 
@@ -85,7 +85,7 @@ OnVerified = Callable[[VerificationProgress], None]
 def verify_pack(
     pack: Pack, settings: VerificationSettings, log: Path | None = None, on_progress: OnVerified = lambda standing: None
 ) -> list[Finding]:
-    """Returns what is wrong with a pack's episodes, sorted by episode; `log` is continued where it is there.
+    """Return what is wrong with a pack's episodes, sorted by episode; `log` is continued where it is there.
 
     Raises RecordError on a log that cannot be read or written.
     """
@@ -104,7 +104,7 @@ def findings_of(
     log: Path | None = None,
     on_progress: OnVerified = lambda standing: None,
 ) -> list[EpisodeFindings]:
-    """Returns what was found about each episode; what the `log` holds is not looked for again, the rest goes into it.
+    """Return what was found about each episode; what the `log` holds is not looked for again, the rest goes into it.
 
     Raises RecordError on a log that cannot be read or written.
     """
@@ -125,7 +125,7 @@ def findings_of(
 def house_batches(
     episodes: Iterable[Episode], solved: Mapping[str, tuple[Action, ...]], house_of: Callable[[Episode], House]
 ) -> list[HouseBatch]:
-    """Returns episodes with their solutions, put together by house."""
+    """Return episodes with their solutions, put together by house."""
     ordered = sorted(episodes, key=lambda episode: (episode.house.name, episode.id))
     found: list[HouseBatch] = []
     for name, group in groupby(ordered, key=lambda episode: episode.house.name):
@@ -136,7 +136,7 @@ def house_batches(
 
 
 def findings_by_house(work: Sequence[HouseBatch], settings: VerificationSettings) -> Iterator[list[EpisodeFindings]]:
-    """Yields what was found, house by house, in the order of the work."""
+    """Yield what was found, house by house, in the order of the work."""
     if settings.workers == 1 or len(work) < 2:
         validator = Validator(settings.simulator())
         for bundle in work:
@@ -152,7 +152,7 @@ def findings_by_house(work: Sequence[HouseBatch], settings: VerificationSettings
 
 
 def key_of(episode: Episode, actions: tuple[Action, ...] | None, settings: VerificationSettings) -> str:
-    """Returns the hash by which a log names what was verified."""
+    """Return the hash by which a log names what was verified."""
     solution = Solution(episode_id=episode.id, actions=actions).model_dump(mode="json") if actions else None
     besides = ["robust"] if settings.is_robust else []
     besides += [settings.assets.sha256] if settings.assets and settings.assets.sha256 else []
@@ -189,7 +189,7 @@ def _verify(validator: Validator, bundle: HouseBatch, settings: VerificationSett
 
 
 def _known(log: AppendFile | None) -> dict[str, EpisodeFindings]:
-    """Returns what a log holds, by key."""
+    """Return what a log holds, by key."""
     if log is None:
         return {}
     rows = [parse_line(line, EpisodeFindings, f"Log {str(log.path)!r}", "Remove it.") for line in log.lines.complete]

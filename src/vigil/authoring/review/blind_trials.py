@@ -7,7 +7,7 @@ from vigil.protocol.goals import AgentNearTarget, ObjectHeld, ObjectInState, Tar
 
 
 def blind_trials(episode: Episode, *, is_draft: bool) -> list[tuple[Action, ...]]:
-    """Returns what agents without sight would play, none of which may complete the episode.
+    """Return what agents without sight would play, none of which may complete the episode.
 
     Packs that were frozen under rules 2 and before are held to turning, walking ahead and an early report alone; drafts
     are held to the strongest blind agents known. State verification is judged by its label instead, and what is found

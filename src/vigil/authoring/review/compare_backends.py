@@ -67,7 +67,7 @@ class BackendComparison:
     differences: tuple[BackendDifference, ...]
 
     def of_kind(self, kind: str) -> list[BackendDifference]:
-        """Returns the differences of a kind."""
+        """Return the differences of a kind."""
         return [each for each in self.differences if each.kind == kind]
 
 
@@ -78,7 +78,7 @@ def compare_backends(
     b: PrivilegedSimulator,
     on_progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> BackendComparison:
-    """Returns how the recorded solutions of episodes come out on two back ends. Those without one are left out."""
+    """Return how the recorded solutions of episodes come out on two back ends. Those without one are left out."""
     solved = [episode for episode in episodes if episode.id in pack.solutions]
     found: list[BackendDifference] = []
     players, steps = (Validator(a), Validator(b)), 0
@@ -92,7 +92,7 @@ def compare_backends(
 
 
 def differences(episode: Episode, a: EpisodeRecord, b: EpisodeRecord) -> Iterator[BackendDifference]:
-    """Yields what two records of the same actions tell differently."""
+    """Yield what two records of the same actions tell differently."""
     for step, (one, other) in enumerate(zip(a.worlds, b.worlds, strict=False)):
         effects = (a.steps[step - 1].effect, b.steps[step - 1].effect) if step else (None, None)
         facts = [*_effects(*effects), *_worlds(one, other)]
@@ -119,7 +119,7 @@ def _verdict(episode: Episode, record: EpisodeRecord) -> tuple[Any, ...] | None:
 
 
 def _seen_as_in(a: EpisodeRecord, b: EpisodeRecord) -> EpisodeRecord:
-    """Returns record b, in which as much is seen of everything as in record a."""
+    """Return record b, in which as much is seen of everything as in record a."""
     if a.initial is None or b.initial is None:
         return b
     steps = [

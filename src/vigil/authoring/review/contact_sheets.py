@@ -23,7 +23,7 @@ QUALITY = 70
 
 
 def pick_sample(episodes: Sequence[Episode], count: int, seed: int = 0) -> list[Episode]:
-    """Returns up to `count` episodes, evenly over families and their kinds; the same ones each time."""
+    """Return up to `count` episodes, evenly over families and their kinds; the same ones each time."""
     return sorted(queue(episodes, seed)[:count], key=lambda episode: (list(FAMILIES).index(episode.family), episode.id))
 
 
@@ -43,7 +43,7 @@ def write_sheets(
 
 
 def sheet_of(texts: Sequence[str], frames: Sequence[Image.Image]) -> Image.Image:
-    """Returns numbered frames with their texts below them, in two columns."""
+    """Return numbered frames with their texts below them, in two columns."""
     rows = -(-len(frames) // COLUMNS)
     pitch_x, pitch_y = WIDTH + GAP, HEIGHT + TEXT_HEIGHT
     sheet = Image.new("RGB", (COLUMNS * pitch_x + GAP, rows * pitch_y + GAP), GROUND)

@@ -58,7 +58,7 @@ def belongs_in(container: Thing, room: str | None, thing: Thing) -> bool:
 
 
 def may_hold(view: PrivilegedView, items: dict[str, DescribedThing], target: Thing, room: str | None) -> list[str]:
-    """Returns the ids of the closed things in which a person would look for the target: in a room, or everywhere.
+    """Return the ids of the closed things in which a person would look for the target: in a room, or everywhere.
 
     What the target lies in is one of them in any case.
     """
@@ -75,14 +75,14 @@ def may_hold(view: PrivilegedView, items: dict[str, DescribedThing], target: Thi
 
 
 def room_mentioned(phrases: Iterable[Phrase]) -> str | None:
-    """Returns the room that an instruction about one thing names; None when it names none."""
+    """Return the room that an instruction about one thing names; None when it names none."""
     return next((phrase.room for phrase in phrases if phrase.room is not None), None)
 
 
 def not_found_by_opening(
     view: PrivilegedView, items: dict[str, DescribedThing], target: Thing, phrases: list[Phrase]
 ) -> Iterator[str]:
-    """Yields why a target need not be found by opening something, or cannot fairly be; `phrases` are those said."""
+    """Yield why a target need not be found by opening something, or cannot fairly be; `phrases` are those said."""
     around = closed_containers_around(view, target.id)
     if not around:
         yield f"{target.id!r} lies in nothing closed"
@@ -100,7 +100,7 @@ def not_found_by_opening(
 
 
 def visible_through_glass_from(view: PrivilegedView, target: Thing) -> Vec3 | None:
-    """Returns a free place within reach of a thing from which it is seen as things stand; None without one."""
+    """Return a free place within reach of a thing from which it is seen as things stand; None without one."""
     points = surface_points(target, LOOKED_FOR_POINTS)
     cells = view.plan().cells[::EVERY_CELL]
     for x, z in cells[box_distances(body_box(target), cells) <= REACH_M]:

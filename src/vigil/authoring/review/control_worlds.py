@@ -31,19 +31,19 @@ class ControlWorlds:
         """The nearest other thing that may be taken for the target."""
 
     def from_reset(self, rows: list[SyntheticStep] | None, status: Status = "success") -> EpisodeRecord | None:
-        """Returns the record of some rows right after the reset, closed by a report; None without rows."""
+        """Return the record of some rows right after the reset, closed by a report; None without rows."""
         return None if rows is None else record_of(self.record, rows, status)
 
     def after_solution(self, rows: list[SyntheticStep] | None) -> EpisodeRecord | None:
-        """Returns the record of some rows after the solution, closed by a report of success; None without rows."""
+        """Return the record of some rows after the solution, closed by a report of success; None without rows."""
         return None if rows is None else record_of(self.record, rows, "success", after_solution=True)
 
     def undone(self, setup: Setup, pose: Pose | None = None) -> EpisodeRecord | None:
-        """Returns the record of the solution after which the world is as a setup says, seen from where it ended."""
+        """Return the record of the solution after which the world is as a setup says, seen from where it ended."""
         return self.after_solution(self.synthetic.row(setup, pose or self.record.worlds[-1].agent))
 
     def nearest(self, is_wanted: Callable[[Thing], bool]) -> Thing | None:
-        """Returns the nearest to the target of the other things that are wanted."""
+        """Return the nearest to the target of the other things that are wanted."""
         others = [
             thing
             for thing in self.view.scene.things.values()
@@ -52,14 +52,14 @@ class ControlWorlds:
         return min(others, key=lambda thing: floor_distance(thing.position, self.target.position), default=None)
 
     def poses(self, cells: np.ndarray, thing: Thing) -> Iterator[Pose]:
-        """Yields some of the places (n, 2: x and z in metres), spread over them all, each facing a thing."""
+        """Yield some of the places (n, 2: x and z in metres), spread over them all, each facing a thing."""
         for x, z in cells[:: max(1, len(cells) // TRIED_POSES)]:
             place = self.episode.start.position._replace(x=float(x), z=float(z))
             yaw = yaw_towards(place, thing.position)
             yield self.episode.start.model_copy(update={"position": place, "rotation": yaw})
 
     def click_on(self, things: list[Thing]) -> list[SyntheticStep] | None:
-        """Returns the row of a click on the first of some things that is in view and clear of the target."""
+        """Return the row of a click on the first of some things that is in view and clear of the target."""
         self.synthetic.set_up(self.episode.setup)
         for thing in things:
             pixel = self.view.click_pixel(thing.id) if thing.is_present else None
@@ -71,7 +71,7 @@ class ControlWorlds:
         return None
 
     def _look_alike(self) -> Thing | None:
-        """Returns the nearest other thing of the target's category, else of a name that may be taken for its own."""
+        """Return the nearest other thing of the target's category, else of a name that may be taken for its own."""
         name = CATALOG[self.target.category].display_name
         groups = [group for group in LOOK_ALIKES if name in group]
         return self.nearest(lambda thing: thing.category == self.target.category) or self.nearest(

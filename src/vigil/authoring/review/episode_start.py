@@ -56,7 +56,7 @@ class EpisodeStart:
         return self.at_reset(self.episode.goal)
 
     def at_reset(self, goal: Goal) -> GoalRow:
-        """Returns what the check of a goal about bound objects says at the reset."""
+        """Return what the check of a goal about bound objects says at the reset."""
         now = datetime.fromtimestamp(0, UTC)
         record = EpisodeRecord(
             run_id="",

@@ -47,7 +47,7 @@ ControlRecords = Iterator[tuple[str, EpisodeRecord | None]]
 
 
 def controls_of_goal(goal: Goal, worlds: ControlWorlds) -> ControlRecords:
-    """Yields the wrong ways of an episode's goal. The simulator is left anywhere."""
+    """Yield the wrong ways of an episode's goal. The simulator is left anywhere."""
     match goal:
         case TargetGrounded():
             yield from _grounding_controls(worlds)
@@ -103,7 +103,7 @@ def _at(cells: np.ndarray, worlds: ControlWorlds) -> list[SyntheticStep] | None:
 
 
 def _look_alike_seen(worlds: ControlWorlds) -> list[SyntheticStep] | None:
-    """Returns the row of a look at another thing of the category while the target is out of view."""
+    """Return the row of a look at another thing of the category while the target is out of view."""
     look_alike = worlds.look_alike
     if look_alike is None:
         return None
@@ -120,12 +120,12 @@ def _look_alike_seen(worlds: ControlWorlds) -> list[SyntheticStep] | None:
 def _applied_to(
     thing: Thing | None, goal: ObjectInState | ObjectHeld, worlds: ControlWorlds
 ) -> list[SyntheticStep] | None:
-    """Returns the row in which what a goal asks for was done to another thing."""
+    """Return the row in which what a goal asks for was done to another thing."""
     return None if thing is None or not _allows(thing, goal) else _attained(thing.id, goal, worlds)
 
 
 def _attained(object_id: str, goal: Goal, worlds: ControlWorlds) -> list[SyntheticStep] | None:
-    """Returns the row in which a thing is in the state that a goal asks for, or else in the hand."""
+    """Return the row in which a thing is in the state that a goal asks for, or else in the hand."""
     if isinstance(goal, ObjectInState):
         state = {"openness": float(goal.value)} if goal.state == "is_open" else {"is_toggled": goal.value}
         return worlds.synthetic.row(worlds.synthetic.changed(object_id, **state))
@@ -139,12 +139,12 @@ def _allows(thing: Thing, goal: ObjectInState | ObjectHeld) -> bool:
 
 
 def _neighbour(goal: ObjectInState | ObjectHeld, worlds: ControlWorlds) -> Thing | None:
-    """Returns the nearest thing of another category with which the same can be done."""
+    """Return the nearest thing of another category with which the same can be done."""
     return worlds.nearest(lambda thing: thing.category != worlds.target.category and _allows(thing, goal))
 
 
 def _all_but_one(goal: AllOf, worlds: ControlWorlds) -> ControlRecords:
-    """Yields the wrong ways in which one part of a goal is not there, or what it is about lies at another place."""
+    """Yield the wrong ways in which one part of a goal is not there, or what it is about lies at another place."""
     for part in goal.parts:
         setup = _setup_without_part(part, goal, worlds)
         yield "all but one", worlds.undone(setup)
@@ -154,7 +154,7 @@ def _all_but_one(goal: AllOf, worlds: ControlWorlds) -> ControlRecords:
 
 
 def _setup_without_part(left: GoalPart, goal: AllOf, worlds: ControlWorlds) -> Setup:
-    """Returns the setup in which all parts of a goal hold but one, which does not."""
+    """Return the setup in which all parts of a goal hold but one, which does not."""
     setup, things = worlds.episode.setup, worlds.view.scene.things
     for part in goal.parts:
         if isinstance(part, ObjectInState):
@@ -169,7 +169,7 @@ def _setup_without_part(left: GoalPart, goal: AllOf, worlds: ControlWorlds) -> S
 
 
 def _unresolved(goal: Goal, worlds: ControlWorlds) -> list[SyntheticStep] | None:
-    """Returns the row in which the goal's own state is there, and its constraint as it was at the reset."""
+    """Return the row in which the goal's own state is there, and its constraint as it was at the reset."""
     return _attained(goal.object_id, goal, worlds)
 
 
@@ -184,7 +184,7 @@ def _placement_controls(goal: ObjectAtReceptacle, worlds: ControlWorlds) -> Cont
 
 
 def _misplaced(goal: ObjectAtReceptacle, worlds: ControlWorlds, setup: Setup) -> list[tuple[str, list[Setup]]]:
-    """Returns a setup changed so that something was put somewhere, but not the right thing into the right one."""
+    """Return a setup changed so that something was put somewhere, but not the right thing into the right one."""
     if not worlds.synthetic.set_up(setup):
         return []
     scene, things = worlds.view.scene, worlds.view.scene.things
@@ -237,7 +237,7 @@ def _report_controls(goal: ReportStatus, worlds: ControlWorlds) -> ControlRecord
 
 
 def _label(record: EpisodeRecord) -> Status:
-    """Returns the label that the solution reports."""
+    """Return the label that the solution reports."""
     last = record.steps[-1].action
     assert isinstance(last, Report)
     return last.status

@@ -32,6 +32,6 @@ def scores_as_success(episode: Episode, control: NegativeControl) -> bool:
 
 
 def negative_controls(scenes: SyntheticWorlds, view: PrivilegedView, record: EpisodeRecord) -> list[NegativeControl]:
-    """Returns the wrong ways of an episode whose solution's record is given. The simulator is left anywhere."""
+    """Return the wrong ways of an episode whose solution's record is given. The simulator is left anywhere."""
     worlds = ControlWorlds(scenes, view, record)
     return [NegativeControl(name, made) for name, made in controls_of_goal(worlds.episode.goal, worlds)]

@@ -19,14 +19,14 @@ MAX_NEIGHBOURS = 2
 
 
 def placements_on(receptacle: Thing, thing: Thing, *, inside: bool) -> Iterator[Placement]:
-    """Yields the places of a thing in the middle of each surface inside a receptacle, or else on it."""
+    """Yield the places of a thing in the middle of each surface inside a receptacle, or else on it."""
     for surface, frame in level_surfaces(receptacle):
         if surface.is_inside == inside:
             yield _placement(frame.shift, thing, receptacle)
 
 
 def placements_in_openings(scene: Scene, receptacle: Thing, thing: Thing) -> Iterator[Placement]:
-    """Yields the places of a thing in what opens of a receptacle, or upon it, and in fixed hollows of what it bears.
+    """Yield the places of a thing in what opens of a receptacle, or upon it, and in fixed hollows of what it bears.
 
     One for each category: a drawer, a microwave, a sink.
     """
@@ -39,7 +39,7 @@ def placements_in_openings(scene: Scene, receptacle: Thing, thing: Thing) -> Ite
 
 
 def placements_on_neighbours(things: Mapping[str, Thing], receptacle: Thing, thing: Thing) -> Iterator[Placement]:
-    """Yields the places of a thing on the receptacles nearest to the one that is meant, as near to it as may be."""
+    """Yield the places of a thing on the receptacles nearest to the one that is meant, as near to it as may be."""
     found = [
         (away, other.id, place)
         for other in things.values()
@@ -53,7 +53,7 @@ def placements_on_neighbours(things: Mapping[str, Thing], receptacle: Thing, thi
 
 
 def _supports_of(things: Mapping[str, Thing], thing: Thing) -> Iterator[str]:
-    """Yields the ids of what a thing rests on, and what that rests on."""
+    """Yield the ids of what a thing rests on, and what that rests on."""
     while thing.parent is not None and thing.parent in things:
         yield thing.parent
         thing = things[thing.parent]
@@ -65,7 +65,7 @@ def _takes(other: Thing, thing: Thing) -> bool:
 
 
 def _placements_near(other: Thing, receptacle: Thing, thing: Thing) -> Iterator[tuple[float, Placement]]:
-    """Yields the distance and the place on each surface of another receptacle that is nearest to the one meant."""
+    """Yield the distance and the place on each surface of another receptacle that is nearest to the one meant."""
     box = body_box(receptacle)
     for surface, frame in open_surfaces(other):
         spots = _grid(surface, frame)

@@ -80,7 +80,7 @@ class Agreement:
 
 
 def episode_sha256(episode: Episode) -> str:
-    """Returns the hash by which reviews name an episode's version; the review mark itself is left out of it."""
+    """Return the hash by which reviews name an episode's version; the review mark itself is left out of it."""
     fields = episode.model_dump(mode="json")
     fields["provenance"].pop("reviewed", None)
     return hashlib.sha256(canonical_json(fields)).hexdigest()
@@ -92,7 +92,7 @@ def append_review(path: Path, review: Review) -> None:
 
 
 def read_reviews(path: Path) -> list[Review]:
-    """Returns all reviews in the order in which they were given; none when there is no file.
+    """Return all reviews in the order in which they were given; none when there is no file.
 
     A torn last line is passed over. Raises RecordError on any other unreadable one.
     """
@@ -100,7 +100,7 @@ def read_reviews(path: Path) -> list[Review]:
 
 
 def decisions(episode: Episode, reviews: Iterable[Review]) -> dict[str, Decision]:
-    """Returns where each reviewer stands on this version of an episode, by name."""
+    """Return where each reviewer stands on this version of an episode, by name."""
     sha256 = episode_sha256(episode)
     found: dict[str, Decision] = {}
     for review in reviews:
@@ -110,7 +110,7 @@ def decisions(episode: Episode, reviews: Iterable[Review]) -> dict[str, Decision
 
 
 def apply_reviews(episode: Episode, reviews: Sequence[Review]) -> Episode:
-    """Returns an episode as its reviewers want it: rejected if any rejects it, approved if any approves it.
+    """Return an episode as its reviewers want it: rejected if any rejects it, approved if any approves it.
 
     Of several wordings or difficulties the one given last stands.
     """
@@ -129,7 +129,7 @@ def apply_reviews(episode: Episode, reviews: Sequence[Review]) -> Episode:
 
 
 def queue(episodes: Iterable[Episode], seed: int = 0) -> list[Episode]:
-    """Returns episodes in the order to review them: the families take turns, each in an order drawn by `seed`."""
+    """Return episodes in the order to review them: the families take turns, each in an order drawn by `seed`."""
     rng = np.random.default_rng(seed)
     ordered = sorted(episodes, key=lambda episode: episode.id)
     groups = [[episode for episode in ordered if episode.family == family] for family in FAMILIES]
@@ -139,7 +139,7 @@ def queue(episodes: Iterable[Episode], seed: int = 0) -> list[Episode]:
 
 
 def agreement(episodes: Iterable[Episode], reviews: Sequence[Review], a: str, b: str) -> Agreement:
-    """Returns how two reviewers agree on the episodes that both approve or reject."""
+    """Return how two reviewers agree on the episodes that both approve or reject."""
     pairs: list[tuple[str, Judgement, Judgement]] = []
     for episode in episodes:
         found = decisions(episode, (review for review in reviews if review.episode_id == episode.id))

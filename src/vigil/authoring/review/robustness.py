@@ -41,7 +41,7 @@ ROBUST_RULES = {
 
 
 def robust_faults(case: EpisodeStart, env: Env) -> Iterator[tuple[str, str]]:
-    """Yields (rule, message) for every one of ROBUST_RULES that an episode breaks. The simulator is left anywhere."""
+    """Yield (rule, message) for every one of ROBUST_RULES that an episode breaks. The simulator is left anywhere."""
     view, start = case.view, case.episode.start
     if not has_room_to_move(view.plan().tight, start):
         yield (
@@ -61,7 +61,7 @@ def shows_one_wall(case: EpisodeStart) -> bool:
 
 
 def noisy_try(episode: Episode, view: PrivilegedView, env: Env, number: int) -> EpisodeRecord:
-    """Returns the record of one try of a body that errs; it concedes where it knows no way."""
+    """Return the record of one try of a body that errs; it concedes where it knows no way."""
     actions = solve_noisily(episode, view, number)
     observation = env.reset(episode)
     while observation is not None:
@@ -74,7 +74,7 @@ def noisy_try(episode: Episode, view: PrivilegedView, env: Env, number: int) -> 
 
 
 def _fault_of_tries(episode: Episode, view: PrivilegedView, env: Env) -> str | None:
-    """Returns what came of too many tries that failed; None when enough succeed. It counts B: W and a true report."""
+    """Return what came of too many tries that failed; None when enough succeed. It counts B: W and a true report."""
     failed: list[str] = []
     for number in range(TRIES):
         if number - len(failed) >= NEEDED_SUCCESSES:
@@ -98,7 +98,7 @@ def _shows_things(view: PrivilegedView) -> bool:
 
 
 def _walls_ahead(case: EpisodeStart) -> set[tuple[float, float, float]]:
-    """Returns the planes (direction and offset, rounded) of the walls that the frame's columns meet first."""
+    """Return the planes (direction and offset, rounded) of the walls that the frame's columns meet first."""
     start = case.episode.start
     panels = [panel for panel in case.view.scene.panels if wall_shapes(panel)]
     shapes = [shapely.unary_union(wall_shapes(panel)) for panel in panels]

@@ -147,7 +147,7 @@ def _other_rooms(case: EpisodeStart) -> Faults:
 
 
 def place_blind_to(view: PrivilegedView, thing: Thing, threshold_m: float) -> Vec3 | None:
-    """Returns a free place near a thing, in another room, that does not see it; None where there is none.
+    """Return a free place near a thing, in another room, that does not see it; None where there is none.
 
     To be near there would be chance.
     """
@@ -179,7 +179,7 @@ def _named(case: EpisodeStart) -> Faults:
 
 
 def unnamed_roles(episode: Episode) -> frozenset[str]:
-    """Returns the roles of the objects that an episode's instruction leaves to be found, by its kind."""
+    """Return the roles of the objects that an episode's instruction leaves to be found, by its kind."""
     if is_implicit(episode.provenance.template):
         return frozenset({"obstacle"})
     return frozenset({"container"} if episode.provenance.template == INSIDE_TEMPLATE else ())
@@ -314,7 +314,7 @@ def _searched(family: Family) -> bool:
 
 
 def only(*families: Family) -> Callable[[Family], bool]:
-    """Returns whether a rule that is for some families binds one."""
+    """Return whether a rule that is for some families binds one."""
     return lambda family: family in families
 
 
@@ -352,7 +352,7 @@ RULES: dict[str, Rule] = {
 
 
 def broken_by(case: EpisodeStart) -> Iterator[tuple[str, str]]:
-    """Yields (rule, message) for every rule that a case breaks."""
+    """Yield (rule, message) for every rule that a case breaks."""
     for name, rule in RULES.items():
         if not rule.is_for(case.episode.family):
             continue

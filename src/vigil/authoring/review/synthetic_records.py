@@ -44,21 +44,21 @@ class SyntheticWorlds:
         return True
 
     def world(self, setup: Setup, pose: Pose | None = None) -> WorldState | None:
-        """Returns the world with a setup, seen from the start or another pose; None where it cannot be set up."""
+        """Return the world with a setup, seen from the start or another pose; None where it cannot be set up."""
         return self.simulator.world(self.episode.bound_ids()) if self.set_up(setup, pose) else None
 
     def row(self, setup: Setup, pose: Pose | None = None) -> list[SyntheticStep] | None:
-        """Returns the world with a setup as the only row; None where it cannot be set up."""
+        """Return the world with a setup as the only row; None where it cannot be set up."""
         world = self.world(setup, pose)
         return None if world is None else [SyntheticStep(world)]
 
     def changed(self, object_id: str, **facts: object) -> Setup:
-        """Returns the episode's setup with other facts about one object."""
+        """Return the episode's setup with other facts about one object."""
         return changed_setup(self.episode.setup, object_id, **facts)
 
 
 def changed_setup(setup: Setup, object_id: str, **facts: object) -> Setup:
-    """Returns a setup with other facts about one object."""
+    """Return a setup with other facts about one object."""
     change = setup.objects.get(object_id, ObjectSetup()).model_copy(update=facts)
     return setup.model_copy(update={"objects": {**setup.objects, object_id: change}})
 
@@ -66,7 +66,7 @@ def changed_setup(setup: Setup, object_id: str, **facts: object) -> Setup:
 def record_of(
     base: EpisodeRecord, rows: Sequence[SyntheticStep], status: Status, *, after_solution: bool = False
 ) -> EpisodeRecord:
-    """Returns the record of rows that follow upon the reset, or upon a record's actions, closed by a report."""
+    """Return the record of rows that follow upon the reset, or upon a record's actions, closed by a report."""
     steps = list(base.steps[:-1]) if after_solution else []
     closing = SyntheticStep(
         (rows[-1] if rows else SyntheticStep(base.worlds[0])).world, Report(status=status, summary="")

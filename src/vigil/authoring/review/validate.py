@@ -78,7 +78,7 @@ class Finding:
 
 
 def reason_of(rule: str) -> str:
-    """Returns why a rule is there."""
+    """Return why a rule is there."""
     starting = {**RULES, **WORDING_RULES}
     return starting[rule].reason if rule in starting else {**OTHER_RULES, **ROBUST_RULES, **SUITE_RULES}[rule]
 
@@ -117,7 +117,7 @@ class Validator:
         *,
         exempt: frozenset[str] = frozenset(),
     ) -> ValidationResult:
-        """Returns what is wrong with an episode; `actions` is its recorded solution, else the solver finds one.
+        """Return what is wrong with an episode; `actions` is its recorded solution, else the solver finds one.
 
         `exempt` are rules about its start that it breaks by intent.
         """
@@ -145,7 +145,7 @@ class Validator:
         )
 
     def robustness(self, episode: Episode, house: House) -> tuple[Finding, ...]:
-        """Returns which rules of `vigil.authoring.review.robustness` an episode breaks that `validate` finds valid."""
+        """Return which rules of `vigil.authoring.review.robustness` an episode breaks that `validate` finds valid."""
         fault = self._begin_fault(episode, house)
         if fault is not None:
             return (fault,)
@@ -153,7 +153,7 @@ class Validator:
         return tuple(Finding(episode.id, *broken) for broken in robust_faults(case, self._env))
 
     def play(self, episode: Episode, house: House, actions: Iterable[Action]) -> EpisodeRecord:
-        """Returns the record of actions played through the contract; what comes after its end is left out."""
+        """Return the record of actions played through the contract; what comes after its end is left out."""
         self._begin(episode, house)
         return self._replay(episode, actions)
 
@@ -186,7 +186,7 @@ class Validator:
         return self._env.record()
 
     def _blind_record(self, episode: Episode, record: EpisodeRecord, actions: tuple[Action, ...]) -> EpisodeRecord:
-        """Returns the record of an agent without sight; one that only reports does so in the world of any reset."""
+        """Return the record of an agent without sight; one that only reports does so in the world of any reset."""
         if all(isinstance(action, Report) for action in actions):
             return record_of(record, (), "success")
         return self._replay(episode, actions)
@@ -215,7 +215,7 @@ class Validator:
 
 
 def validate_pack(pack: Pack, simulator: PrivilegedSimulator, ids: Iterable[str] = ()) -> list[Finding]:
-    """Returns what is wrong with a pack's episodes (all of them, or those named), replaying each recorded solution."""
+    """Return what is wrong with a pack's episodes (all of them, or those named), replaying each recorded solution."""
     validator = Validator(simulator)
     wanted = set(ids)
     findings: list[Finding] = []
@@ -244,7 +244,7 @@ def _is_clear(state: ObjectState) -> bool:
 
 
 def _thin_margins(episode: Episode, record: EpisodeRecord) -> Iterator[str]:
-    """Yields the thresholds that a successful record clears by less than the margin."""
+    """Yield the thresholds that a successful record clears by less than the margin."""
     goal, last = episode.goal, record.worlds[-1].objects[episode.goal.object_id]
     if isinstance(goal, AgentNearTarget):
         nearest = max(last.box_distance_m, last.center_distance_m)

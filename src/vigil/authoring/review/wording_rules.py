@@ -104,7 +104,7 @@ def _hand(case: EpisodeStart) -> Faults:
 
 
 def _meant(case: EpisodeStart) -> list[tuple[Phrase, DescribedThing]]:
-    """Returns each phrase that means one thing, with what who sees that thing can say of it."""
+    """Return each phrase that means one thing, with what who sees that thing can say of it."""
     things = items_as_seen(case.view.scene)
     return [(phrase, things[meant[0].id]) for phrase, meant in case.mentioned if len(meant) == 1]
 
@@ -125,7 +125,7 @@ WORDING_RULES: dict[str, Rule] = {
 
 
 def worded_badly(case: EpisodeStart) -> Iterator[tuple[str, str]]:
-    """Yields (rule, message) for every rule about wording that a draft breaks."""
+    """Yield (rule, message) for every rule about wording that a draft breaks."""
     for name, rule in WORDING_RULES.items():
         if rule.is_for(case.episode.family):
             yield from ((name, message) for message in rule.faults(case))

@@ -56,7 +56,7 @@ ABLATIONS: dict[str, Ablation] = {
 
 
 def ablated_solver(ablation: Ablation) -> Callable[[Episode, PrivilegedView], Steps]:
-    """Returns the script of an agent with these limits; it raises Unsolvable where it gives up."""
+    """Return the script of an agent with these limits; it raises Unsolvable where it gives up."""
 
     def script(episode: Episode, view: PrivilegedView) -> Steps:
         return _AblatedSolver(episode, view, ablation).steps()
@@ -79,7 +79,7 @@ class _AblatedSolver:
         self._rng = np.random.default_rng(int.from_bytes(digest[:8], "big"))
 
     def steps(self) -> Steps:
-        """Yields the whole play."""
+        """Yield the whole play."""
         if self._ablation.takes_look_alikes:
             look_alike = yield from self._find_first_look_alike(self._goal.object_id)
             self._goal = self._goal.model_copy(update={"object_id": look_alike})
@@ -97,7 +97,7 @@ class _AblatedSolver:
         return resolve_constraint(constraint, goal, self._macro)
 
     def _find_then_do(self, thing_ids: set[str], steps_of: Callable[[], Steps]) -> Steps:
-        """Yields the search for things and then the steps, again until they were carried out to the end."""
+        """Yield the search for things and then the steps, again until they were carried out to the end."""
         is_done = False
         while not is_done:
             yield from self._find(thing_ids)
@@ -113,7 +113,7 @@ class _AblatedSolver:
         return True
 
     def _find(self, thing_ids: set[str]) -> Steps:
-        """Yields the search until all of the things are known. Raises Unsolvable when no place is left to look at."""
+        """Yield the search until all of the things are known. Raises Unsolvable when no place is left to look at."""
         self._update_known()
         search = self._search()
         while not (self._known >= thing_ids if self._ablation.has_memory else self._sees_all(thing_ids)):
@@ -121,7 +121,7 @@ class _AblatedSolver:
             self._update_known()
 
     def _find_first_look_alike(self, target_id: str) -> Generator[Action, None, str]:
-        """Yields the search for anything that the target's name may mean. Returns the id of the first in view."""
+        """Yield the search for anything that the target's name may mean. Returns the id of the first in view."""
         items = items_of(self._view.scene)
         named = referents(Phrase(items[target_id].name), items.values()) if target_id in items else []
         wanted = {target_id, *(item.id for item in named)}
@@ -137,7 +137,7 @@ class _AblatedSolver:
         return set(self._in_view(thing_ids)) == thing_ids
 
     def _in_view(self, thing_ids: set[str]) -> list[str]:
-        """Returns which of the things are in the hand or can be told in the frame, the nearest first."""
+        """Return which of the things are in the hand or can be told in the frame, the nearest first."""
         states = self._view.world(sorted(thing_ids)).objects
         seen = {
             name: 0.0 if state.is_held else state.nearest_visible_m or 0.0
@@ -149,7 +149,7 @@ class _AblatedSolver:
         ]
 
     def _search(self) -> Iterator[Action]:
-        """Yields a look around, then walks to places with a look around at each, then the opening of what is closed.
+        """Yield a look around, then walks to places with a look around at each, then the opening of what is closed.
 
         Raises Unsolvable when nothing is left; without memory it never is.
         """
@@ -165,7 +165,7 @@ class _AblatedSolver:
         raise Unsolvable("What is asked about is nowhere to be seen.")
 
     def _open(self, name: str) -> Iterator[Action]:
-        """Yields the opening of a thing; nothing where no place allows it."""
+        """Yield the opening of a thing; nothing where no place allows it."""
         try:
             yield from self._macro.act("open_access", name)
         except Unsolvable:
@@ -178,7 +178,7 @@ class _AblatedSolver:
             yield Navigate(mode="turn_right", magnitude=QUARTER_DEG)
 
     def _next_place(self) -> Sequence[Point2] | None:
-        """Returns the corners of the walk to the nearest place not looked at; without memory to any place."""
+        """Return the corners of the walk to the nearest place not looked at; without memory to any place."""
         walks = self._view.walks()
         can_go = np.isfinite(walks.lengths)
         if self._ablation.has_memory:
@@ -191,7 +191,7 @@ class _AblatedSolver:
         return walks.corners_to(int(cell))
 
     def _closed(self) -> Iterator[str]:
-        """Yields the closed things that were not opened yet, in the order of their ids."""
+        """Yield the closed things that were not opened yet, in the order of their ids."""
         for name, thing in sorted(self._view.scene.things.items()):
             is_container = thing.is_openable and not thing.is_structure and thing.is_present
             if is_container and thing.openness < CLOSED_BELOW and name not in self._opened:

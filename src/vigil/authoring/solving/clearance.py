@@ -59,7 +59,7 @@ class ClearanceGrid:
         return thing.is_present and not thing.is_held and bool(self._shapes_of(thing))
 
     def clearances(self, things: Mapping[str, Thing], shifts_m: Mapping[str, Point2] | None = None) -> np.ndarray:
-        """Returns the distance (m) of every cell to the nearest wall or thing, at most WIDEST_M.
+        """Return the distance (m) of every cell to the nearest wall or thing, at most WIDEST_M.
 
         `shifts_m` says by how much (x, z) things are taken to stand elsewhere; it is rounded to cells.
         """
@@ -75,15 +75,15 @@ class ClearanceGrid:
         return found
 
     def cells(self, points: np.ndarray) -> np.ndarray:
-        """Returns the cells (n, 2) nearest to points (n, 2) of x, z, those outside moved to the border."""
+        """Return the cells (n, 2) nearest to points (n, 2) of x, z, those outside moved to the border."""
         return np.clip(np.rint((points - self.origin) / CELL_M).astype(int), 0, np.array(self.shape) - 1)
 
     def place(self, cell: np.ndarray) -> Point2:
-        """Returns the place (x, z) of a cell."""
+        """Return the place (x, z) of a cell."""
         return float(self._x[cell[0]]), float(self._z[cell[1]])
 
     def _around(self, thing: Thing) -> tuple[tuple[int, int], np.ndarray]:
-        """Returns a thing's distances (m) around it, and the cell where they begin."""
+        """Return a thing's distances (m) around it, and the cell where they begin."""
         key = _placement_key(thing)
         if key not in self._things:
             shape = shapely.unary_union(self._shapes_of(thing))
@@ -101,7 +101,7 @@ class ClearanceGrid:
 
 
 def _placement_key(thing: Thing) -> tuple:
-    """Returns what a thing's floor shapes follow from."""
+    """Return what a thing's floor shapes follow from."""
     return thing.id, thing.position, thing.rotation, thing.openness
 
 
@@ -122,7 +122,7 @@ class RoutesTo:
         self.costs = costs.reshape(grid.shape)
 
     def waypoint(self, place: Point2, clearances: np.ndarray) -> Point2 | None:
-        """Returns the farthest place on the way from a place that one may as well go straight to; None without a way.
+        """Return the farthest place on the way from a place that one may as well go straight to; None without a way.
 
         `clearances` is what one takes the room to be.
         """
@@ -138,7 +138,7 @@ class RoutesTo:
         return self._grid.place(best)
 
     def cost_of(self, start: Point2, end: Point2, clearances: np.ndarray) -> float:
-        """Returns how long the way is by going straight to `end` first; inf where one cannot."""
+        """Return how long the way is by going straight to `end` first; inf where one cannot."""
         cell = self._grid.cells(np.array([end]))[0]
         return self._straight_cost(start, end, clearances) + float(self.costs[tuple(cell)])
 
@@ -153,7 +153,7 @@ class RoutesTo:
         return length * float(np.interp(along, CLEARANCE_STEPS_M, COST_FACTORS).mean())
 
     def _entry(self, place: Point2) -> np.ndarray | None:
-        """Returns the cell nearest to a place from which there is a way, within a step of it; None without."""
+        """Return the cell nearest to a place from which there is a way, within a step of it; None without."""
         cell = self._grid.cells(np.array([place]))[0]
         low, end = np.maximum(cell - ENTRY_CELLS, 0), cell + ENTRY_CELLS + 1
         window = self.costs[low[0] : end[0], low[1] : end[1]]
@@ -172,7 +172,7 @@ class RoutesTo:
 
 
 def _graph(is_open: np.ndarray, dislike: np.ndarray) -> coo_array:
-    """Returns how long the way seems from each open cell to the open ones beside it."""
+    """Return how long the way seems from each open cell to the open ones beside it."""
     index = np.arange(is_open.size).reshape(is_open.shape)
     sources, targets, lengths = [], [], []
     for down, aside in _STEPS:
@@ -186,7 +186,7 @@ def _graph(is_open: np.ndarray, dislike: np.ndarray) -> coo_array:
 
 
 def _pair(grid: np.ndarray, down: int, aside: int) -> tuple[np.ndarray, np.ndarray]:
-    """Returns a grid's cells beside those one step down and aside of them."""
+    """Return a grid's cells beside those one step down and aside of them."""
     rows, columns = grid.shape
     if aside >= 0:
         return grid[: rows - down, : columns - aside], grid[down:, aside:]

@@ -7,7 +7,7 @@ from vigil.protocol.goals import Constraint, Goal, ObjectHeld
 
 
 def resolve_constraint(constraint: Constraint, goal: Goal, macro_actions: MacroActions) -> Steps:
-    """Yields what resolves a constraint, so that the goal can be gone for with what is then in the hand."""
+    """Yield what resolves a constraint, so that the goal can be gone for with what is then in the hand."""
     intents: dict[str, Intent] = {
         "object_open": "open_access",
         "object_closed": "close_access",

@@ -37,13 +37,13 @@ class Obstacles:
         self._things: dict[tuple, _FloorShapes] = {}
 
     def plan(self) -> WalkableMap:
-        """Returns the floor plan of the scene as it is now."""
+        """Return the floor plan of the scene as it is now."""
         kept = [self._kept(thing) for thing in self._standing()]
         tight, roomy = (partial(self._free, radius, kept) for radius in _RADII)
         return WalkableMap(roomy, tight())
 
     def bare(self) -> BaseGeometry:
-        """Returns the floor on which nothing stands now."""
+        """Return the floor on which nothing stands now."""
         taken = [shape for thing in self._standing() for shape in self._kept(thing).shapes]
         return self._floor.difference(shapely.unary_union([self._walls, *taken]))
 
@@ -51,7 +51,7 @@ class Obstacles:
         return (thing for thing in self.scene.things.values() if thing.is_present and not thing.is_held)
 
     def _free(self, radius: float, kept: list["_FloorShapes"]) -> BaseGeometry:
-        """Returns where the axis of a body of a radius may be."""
+        """Return where the axis of a body of a radius may be."""
         return self._floor.difference(
             shapely.unary_union([self._grown_walls[radius], *(each.grown[radius] for each in kept)])
         )
@@ -97,7 +97,7 @@ def is_cut_off(free: BaseGeometry, place: Point2, box: Box) -> bool:
 
 
 def places_within(floor: BaseGeometry, box: Box, within_m: float) -> np.ndarray:
-    """Returns places (n, 2) close together on a floor within a distance of a box: a grid, and along all edges."""
+    """Return places (n, 2) close together on a floor within a distance of a box: a grid, and along all edges."""
     near = floor.intersection(footprint(box).buffer(within_m, quad_segs=4 * ARC_SEGMENTS))
     if near.is_empty:
         return np.empty((0, 2))

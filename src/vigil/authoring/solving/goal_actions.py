@@ -44,7 +44,7 @@ Steps = Iterator[Action]
 
 
 def reach_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
-    """Yields what brings a goal about, once nothing stands in its way."""
+    """Yield what brings a goal about, once nothing stands in its way."""
     match goal:
         case TargetGrounded():
             yield from _ground(goal, macro_actions)
@@ -63,7 +63,7 @@ def reach_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
 
 
 def expected_status(goal: Goal, view: PrivilegedView) -> Status:
-    """Returns the status of the report that closes an episode whose goal has been brought about."""
+    """Return the status of the report that closes an episode whose goal has been brought about."""
     if not isinstance(goal, ReportStatus):
         return "success"
     thing = view.scene.things[goal.object_id]
@@ -71,7 +71,7 @@ def expected_status(goal: Goal, view: PrivilegedView) -> Status:
 
 
 def report_summary(goal: Goal, name_of: Callable[[str], str], status: Status) -> str:
-    """Returns the summary of a report: what was done, or the state that is seen; `name_of` is what a thing is called."""
+    """Return the summary of a report: what was done, or the state that is seen; `name_of` is what a thing is called."""
     target = name_of(goal.object_id)
     match goal:
         case TargetGrounded():
@@ -96,7 +96,7 @@ def report_summary(goal: Goal, name_of: Callable[[str], str], status: Status) ->
 
 
 def achieve_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
-    """Yields the interactions that bring a goal about, walking included; none where it holds already.
+    """Yield the interactions that bring a goal about, walking included; none where it holds already.
 
     What lies in something closed is taken out of it.
     """
@@ -112,7 +112,7 @@ def achieve_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
 
 
 def perform_regardless(goal: Goal, macro_actions: MacroActions) -> Steps:
-    """Yields the interactions that a goal asks for, one part after the other, those of a state that holds already too:
+    """Yield the interactions that a goal asks for, one part after the other, those of a state that holds already too:
     the click is made from where it would undo that state."""
     if isinstance(goal, AllOf):
         for part in goal.parts:
@@ -127,19 +127,19 @@ def perform_regardless(goal: Goal, macro_actions: MacroActions) -> Steps:
 
 
 def closed_containers_around(view: PrivilegedView, object_id: str) -> list[str]:
-    """Returns the ids of the closed things that a thing lies inside of."""
+    """Return the ids of the closed things that a thing lies inside of."""
     around = [view.scene.things[name] for name in view.state_of(object_id).inside]
     return [thing.id for thing in around if thing.is_openable and thing.openness <= OPEN_ABOVE]
 
 
 def _open_containers_around(object_id: str, macro_actions: MacroActions) -> Steps:
-    """Yields what opens the closed things that a thing lies inside of."""
+    """Yield what opens the closed things that a thing lies inside of."""
     for container in closed_containers_around(macro_actions.view, object_id):
         yield from macro_actions.act("open_access", container)
 
 
 def _pick_up_target(goal: ObjectAtReceptacle, macro_actions: MacroActions) -> Steps:
-    """Yields what takes the target in the hand and opens where it is to go, as far as that is still to be done."""
+    """Yield what takes the target in the hand and opens where it is to go, as far as that is still to be done."""
     view = macro_actions.view
     if view.held != goal.object_id:
         yield from _open_containers_around(goal.object_id, macro_actions)
@@ -149,7 +149,7 @@ def _pick_up_target(goal: ObjectAtReceptacle, macro_actions: MacroActions) -> St
 
 
 def _achieve_all(goal: AllOf, macro_actions: MacroActions) -> Steps:
-    """Yields what brings all parts about: with a chain in its order, else what is to be put somewhere first, and then
+    """Yield what brings all parts about: with a chain in its order, else what is to be put somewhere first, and then
     the nearest part, time by time."""
     things, left = macro_actions.view.scene.things, list(goal.parts)
     while left:
@@ -218,7 +218,7 @@ def _approach(goal: AgentNearTarget, macro_actions: MacroActions) -> Steps:
 
 
 def _near_target_cost(view: PrivilegedView, goal: AgentNearTarget, margin_m: float) -> PositionCost:
-    """Returns the places that are near enough to a target by both distances, with a margin."""
+    """Return the places that are near enough to a target by both distances, with a margin."""
     thing = view.scene.things[goal.object_id]
     box, most = body_box(thing), goal.threshold_m - margin_m
 

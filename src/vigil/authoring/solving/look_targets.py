@@ -19,7 +19,7 @@ POINTS = 64
 
 
 def surface_points(thing: Thing, count: int = POINTS) -> np.ndarray:
-    """Returns (n, 3) points spread over the thing's surface as it is now, the same ones each time."""
+    """Return (n, 3) points spread over the thing's surface as it is now, the same ones each time."""
     found = [
         part_motion(thing, joint)(points)
         for joint, points in _asset_points(thing.asset, count, thing.is_toggled).items()
@@ -60,7 +60,7 @@ def in_frame(pixels: np.ndarray, border_px: float = 0.0) -> np.ndarray:
 
 
 def pitch_to(eye: Vec3, point: np.ndarray) -> float:
-    """Returns the camera pitch (deg, down is positive) that looks at a point."""
+    """Return the camera pitch (deg, down is positive) that looks at a point."""
     return math.degrees(
         math.atan2(eye.y - float(point[1]), math.hypot(float(point[0]) - eye.x, float(point[2]) - eye.z))
     )

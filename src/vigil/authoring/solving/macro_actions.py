@@ -74,7 +74,7 @@ class MacroActions:
         yield self.click(intent, self.view.click_pixel(thing_id) or pixel)
 
     def find_click(self, intent: Intent, thing_id: str) -> tuple[Viewpoint, tuple[int, int]]:
-        """Returns the nearest view from which a click on the thing works. Raises Unsolvable."""
+        """Return the nearest view from which a click on the thing works. Raises Unsolvable."""
         for slack_m in self.reach_slacks_m:
             found = self._view_to_click(intent, thing_id, REACH_M - self._margin_m - slack_m)
             if found is not None:
@@ -112,7 +112,7 @@ class MacroActions:
         yield self.click("place", pixel)
 
     def placement_targets(self, receptacle_id: str, *, inside: bool) -> "PlacementTargets":
-        """Returns where something may be put. Raises Unsolvable when a receptacle has no such surfaces."""
+        """Return where something may be put. Raises Unsolvable when a receptacle has no such surfaces."""
         receptacle = self.view.scene.things[receptacle_id]
         surfaces = _surfaces_for(receptacle, inside=inside)
         return _targets_on(receptacle, surfaces, inside=inside)
@@ -120,7 +120,7 @@ class MacroActions:
     def find_place(
         self, targets: "PlacementTargets", *, is_thorough: bool = False
     ) -> tuple[Viewpoint, tuple[int, int]]:
-        """Returns the nearest view from which what is in the hand can be put there. Raises Unsolvable."""
+        """Return the nearest view from which what is in the hand can be put there. Raises Unsolvable."""
         for part in (targets, *(self._parts_of(targets) if is_thorough else ())):
             found = self._view_to_place(part)
             if found is not None:
@@ -142,7 +142,7 @@ class MacroActions:
         return None
 
     def query_of(self, targets: "PlacementTargets", slack_m: float) -> ViewpointQuery:
-        """Returns what to look for to put something there."""
+        """Return what to look for to put something there."""
         places = near_points(targets.points, REACH_M - REACH_MARGIN_M - slack_m)
         return ViewpointQuery(targets.receptacle_id, targets.points, places, self.may_tilt, least_seen=1)
 
@@ -152,7 +152,7 @@ class MacroActions:
         yield InteractPixel(intent="drop")
 
     def find_drop(self, is_good: Callable[[], bool]) -> Viewpoint:
-        """Returns where to drop what is in the hand so that `is_good`, near by. Raises Unsolvable."""
+        """Return where to drop what is in the hand so that `is_good`, near by. Raises Unsolvable."""
         view = self.view
         here = view.agent
         for viewpoint in [Viewpoint(here, (), np.empty((0, 2)), 0), *_nearby_viewpoints(view)]:
@@ -178,7 +178,7 @@ class MacroActions:
         raise Unsolvable(f"The way to {viewpoint.corners[-1]} is blocked.")
 
     def placing_pixel(self, viewpoint: Viewpoint, targets: "PlacementTargets") -> tuple[int, int] | None:
-        """Returns a pixel of a view on which a click puts what is in the hand there; None without one."""
+        """Return a pixel of a view on which a click puts what is in the hand there; None without one."""
         view, held = self.view, self.view.held
         if held is None:
             return None
@@ -198,7 +198,7 @@ class MacroActions:
         return None
 
     def click(self, intent: Intent, pixel: tuple[int, int]) -> InteractPixel:
-        """Returns the click on a pixel."""
+        """Return the click on a pixel."""
         return primitive_actions.click(intent, pixel)
 
 
@@ -217,7 +217,7 @@ class PlacementTargets:
 
 
 def near_box(box: Box, most_m: float) -> PositionCost:
-    """Returns which places are within `most_m` of a box, disliking those very near and those almost out of reach."""
+    """Return which places are within `most_m` of a box, disliking those very near and those almost out of reach."""
 
     def cost(places: np.ndarray) -> np.ndarray:
         distances = box_distances(box, places)
@@ -228,7 +228,7 @@ def near_box(box: Box, most_m: float) -> PositionCost:
 
 
 def near_points(points: np.ndarray, most_m: float) -> PositionCost:
-    """Returns which places have one of some points (n, 3) within `most_m` in the floor plane."""
+    """Return which places have one of some points (n, 3) within `most_m` in the floor plane."""
 
     def cost(places: np.ndarray) -> np.ndarray:
         gaps = np.linalg.norm(places[:, None, :] - points[None, :, [0, 2]], axis=2).min(axis=1)
@@ -238,7 +238,7 @@ def near_points(points: np.ndarray, most_m: float) -> PositionCost:
 
 
 def _surfaces_for(receptacle: Thing, *, inside: bool) -> list[tuple[Surface, Motion]]:
-    """Returns the level surfaces inside a receptacle, or else those on it. Raises Unsolvable when there are none."""
+    """Return the level surfaces inside a receptacle, or else those on it. Raises Unsolvable when there are none."""
     level = list(level_surfaces(receptacle))
     wanted = [(surface, frame) for surface, frame in level if surface.is_inside == inside]
     if not inside and not wanted:
@@ -250,7 +250,7 @@ def _surfaces_for(receptacle: Thing, *, inside: bool) -> list[tuple[Surface, Mot
 
 
 def _targets_on(receptacle: Thing, surfaces: list[tuple[Surface, Motion]], *, inside: bool) -> PlacementTargets:
-    """Returns where on some surfaces of a receptacle something may be put."""
+    """Return where on some surfaces of a receptacle something may be put."""
     points = _surface_grid(surfaces)
     if inside:
         points = np.concatenate([points, _cavity_points(receptacle, surfaces)])
@@ -258,7 +258,7 @@ def _targets_on(receptacle: Thing, surfaces: list[tuple[Surface, Motion]], *, in
 
 
 def _surface_grid(surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
-    """Returns (n, 3) points spread over surfaces."""
+    """Return (n, 3) points spread over surfaces."""
     found: list[np.ndarray] = []
     for surface, frame in surfaces:
         along = np.linspace(-0.4, 0.4, SURFACE_GRID)
@@ -268,7 +268,7 @@ def _surface_grid(surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
 
 
 def _cavity_points(receptacle: Thing, surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
-    """Returns (n, 3) points of a receptacle's walls and floor in the hollows over surfaces; a drum's floor is round."""
+    """Return (n, 3) points of a receptacle's walls and floor in the hollows over surfaces; a drum's floor is round."""
     points = surface_points(receptacle, CAVITY_POINTS)
     is_in = np.zeros(len(points), dtype=bool)
     for surface, frame in surfaces:
@@ -279,7 +279,7 @@ def _cavity_points(receptacle: Thing, surfaces: list[tuple[Surface, Motion]]) ->
 
 
 def _nearby_viewpoints(view: PrivilegedView) -> Iterator[Viewpoint]:
-    """Yields places to walk to, nearest first, half a metre apart."""
+    """Yield places to walk to, nearest first, half a metre apart."""
     walks = view.walks()
     cells = walks.plan.cells
     if not len(cells):

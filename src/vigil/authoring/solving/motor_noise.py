@@ -22,21 +22,21 @@ class MotorNoise:
         self._rng = rng
 
     def turn(self, from_yaw: float, to_yaw: float) -> Iterator[Navigate]:
-        """Yields a turn that ends up to TURN_ERROR_DEG beside the wanted heading; nothing where that is no turn."""
+        """Yield a turn that ends up to TURN_ERROR_DEG beside the wanted heading; nothing where that is no turn."""
         angle = round(turn_between(from_yaw, to_yaw) + self._rng.uniform(-TURN_ERROR_DEG, TURN_ERROR_DEG))
         yield from primitive_actions.turn(0.0, float(angle))
 
     def walk(self, distance_m: float) -> Navigate:
-        """Returns a walk of whole steps, at least one, over a distance that is misjudged."""
+        """Return a walk of whole steps, at least one, over a distance that is misjudged."""
         steps = max(1, round(self.perceived_distance(distance_m) / STEP_M))
         return Navigate(mode="forward", magnitude=float(min(steps, MAX_STEPS_PER_ACTION)))
 
     def perceived_distance(self, distance_m: float) -> float:
-        """Returns what a distance (m) is taken for."""
+        """Return what a distance (m) is taken for."""
         return distance_m * (1.0 + self._rng.uniform(-DISTANCE_ERROR, DISTANCE_ERROR))
 
     def click(self, intent: Intent, pixel: tuple[int, int]) -> InteractPixel:
-        """Returns a click up to CLICK_ERROR_PX away from a pixel, in the frame."""
+        """Return a click up to CLICK_ERROR_PX away from a pixel, in the frame."""
         away, direction = self._rng.uniform(0.0, CLICK_ERROR_PX), self._rng.uniform(0.0, 2 * math.pi)
         x, y = pixel[0] + away * math.cos(direction), pixel[1] + away * math.sin(direction)
         inside = min(max(round(x), 0), FRAME_WIDTH - 1), min(max(round(y), 0), FRAME_HEIGHT - 1)

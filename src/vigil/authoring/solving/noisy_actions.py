@@ -121,13 +121,13 @@ class NoisyMacroActions(MacroActions):
         yield drop
 
     def click(self, intent: Intent, pixel: tuple[int, int]) -> InteractPixel:
-        """Returns a click near a pixel."""
+        """Return a click near a pixel."""
         return self._motor.click(intent, pixel)
 
     def _try(
         self, find_pixel: Callable[[], tuple[int, int] | None], viewpoint: Callable[[], Viewpoint], intent: Intent
     ) -> Iterator[Action]:
-        """Yields one click at what is aimed at, or else what brings one to where it can be aimed at."""
+        """Yield one click at what is aimed at, or else what brings one to where it can be aimed at."""
         cached_pixel = self._cached_per_state(find_pixel)
         pixel = cached_pixel()
         if pixel is None or not _is_clear(pixel):
@@ -139,7 +139,7 @@ class NoisyMacroActions(MacroActions):
     def _cached_per_state(
         self, find_pixel: Callable[[], tuple[int, int] | None]
     ) -> Callable[[], tuple[int, int] | None]:
-        """Returns a function that answers as `find_pixel` does, and works it out anew only where the world has changed."""
+        """Return a function that answers as `find_pixel` does, and works it out anew only where the world has changed."""
         last: tuple[tuple, tuple[int, int] | None] | None = None
 
         def cached_pixel() -> tuple[int, int] | None:
@@ -152,7 +152,7 @@ class NoisyMacroActions(MacroActions):
         return cached_pixel
 
     def _approach_or_turn(self, viewpoint: Viewpoint, has_arrived: Callable[[], bool]) -> Iterator[Action]:
-        """Yields what brings one to a view; at least one action: who stands about right goes nearer, or turns."""
+        """Yield what brings one to a view; at least one action: who stands about right goes nearer, or turns."""
         for within_m in (ARRIVED_M, EXACTLY_M):
             is_idle = True
             for action in self._approach(viewpoint, has_arrived, within_m):
@@ -163,7 +163,7 @@ class NoisyMacroActions(MacroActions):
         yield Navigate(mode="turn_right", magnitude=float(ASIDE_DEG))
 
     def _pixel_of(self, intent: Intent, thing: Thing) -> tuple[int, int] | None:
-        """Returns where a click would work now."""
+        """Return where a click would work now."""
         if body_box(thing).floor_distance(self.view.agent.position) > REACH_M:
             return None
         pixel = self.view.click_pixel(thing.id)
@@ -182,7 +182,7 @@ class NoisyMacroActions(MacroActions):
             yield from self._move(here, self._known.routes_to(place), self._known.perceived_clearances())
 
     def _move(self, here: Pose, routes: RoutesTo, clearances: np.ndarray) -> Iterator[Action]:
-        """Yields one turn or one walk on the way. Raises Unsolvable when there is no way."""
+        """Yield one turn or one walk on the way. Raises Unsolvable when there is no way."""
         at = here.position.x, here.position.z
         corner = routes.waypoint(at, clearances)
         if corner is None:
@@ -202,7 +202,7 @@ class NoisyMacroActions(MacroActions):
         self._refused = None if effect.moved_m else here.rotation
 
     def _heading_aside(self, at: Point2, wanted: float, cost_of: Callable[[Point2], float]) -> float:
-        """Returns the best heading for one step that is not the refused one."""
+        """Return the best heading for one step that is not the refused one."""
         headings = [(wanted + turn) % 360.0 for turn in range(-180, 180, ASIDE_DEG)]
         refused = self._refused or 0.0
 
@@ -256,7 +256,7 @@ class KnownFloor:
                 self._known.add(things[owner].id)
 
     def _points_of(self, thing: Thing) -> np.ndarray:
-        """Returns SEEN_POINTS points or more of a thing's surface as it is now."""
+        """Return SEEN_POINTS points or more of a thing's surface as it is now."""
         key = thing.id, thing.position, thing.rotation, thing.openness, thing.is_toggled
         if key not in self._points:
             self._points[key] = surface_points(thing, SEEN_POINTS)
@@ -268,7 +268,7 @@ class KnownFloor:
             self._known.add(thing_id)
 
     def routes_to(self, place: Point2) -> RoutesTo:
-        """Returns the ways to a place over what is known."""
+        """Return the ways to a place over what is known."""
         things = self._things()
         key = place, tuple((thing.id, thing.position, thing.rotation, thing.openness) for thing in things.values())
         if self._routes is None or self._routes[0] != key:
@@ -277,7 +277,7 @@ class KnownFloor:
         return self._routes[1]
 
     def perceived_clearances(self) -> np.ndarray:
-        """Returns the room that one takes there to be, as `ClearanceGrid.clearances`."""
+        """Return the room that one takes there to be, as `ClearanceGrid.clearances`."""
         here, things = self._view.agent.position, self._things()
         if here != self._perceived_at:
             self._perceived_at, self._shifts_m = here, {}

@@ -105,7 +105,7 @@ class WalkableMap:
         return self.roomy.covers(shapely.LineString([start, end])) if start != end else self.can_stand(start)
 
     def entry(self, point: Point2) -> int | None:
-        """Returns the cell nearest to `point` that can be gone to straight; None when there is none near."""
+        """Return the cell nearest to `point` that can be gone to straight; None when there is none near."""
         if not len(self.cells):
             return None
         apart = np.hypot(self.cells[:, 0] - point[0], self.cells[:, 1] - point[1])
@@ -118,7 +118,7 @@ class WalkableMap:
         return None
 
     def walks_from(self, start: Point2) -> "ShortestPaths":
-        """Returns the shortest walks from `start` to every cell."""
+        """Return the shortest walks from `start` to every cell."""
         if start not in self._walks:
             self._walks[start] = ShortestPaths(self, start)
         return self._walks[start]
@@ -140,7 +140,7 @@ class ShortestPaths:
         self._before = before
 
     def corners_to(self, cell: int) -> list[Point2] | None:
-        """Returns the corners of the walk to a cell, the cell's centre last; None when there is no way."""
+        """Return the corners of the walk to a cell, the cell's centre last; None when there is no way."""
         if not math.isfinite(self.lengths[cell]):
             return None
         trail = []
@@ -152,7 +152,7 @@ class ShortestPaths:
 
 
 def _straightened(plan: WalkableMap, start: Point2, trail: Sequence[Point2]) -> list[Point2]:
-    """Returns the fewest of the trail's points that straight lines still join."""
+    """Return the fewest of the trail's points that straight lines still join."""
     corners: list[Point2] = []
     here, at = start, 0
     while at < len(trail):

@@ -28,14 +28,14 @@ MIN_WALK_M = 0.005
 
 
 def turn(from_yaw: float, to_yaw: float) -> Iterator[Navigate]:
-    """Yields the shorter turn from one heading to another; nothing when they agree."""
+    """Yield the shorter turn from one heading to another; nothing when they agree."""
     angle = round(turn_between(from_yaw, to_yaw), TURN_DECIMALS)
     if abs(angle) >= MIN_TURN_DEG:
         yield Navigate(mode="turn_right" if angle > 0 else "turn_left", magnitude=abs(angle))
 
 
 def advance(distance_m: float) -> Iterator[Navigate]:
-    """Yields the walk of `distance_m` straight ahead (backward when negative)."""
+    """Yield the walk of `distance_m` straight ahead (backward when negative)."""
     mode = "forward" if distance_m > 0 else "backward"
     steps = abs(distance_m) / STEP_M
     while steps > MAX_STEPS_PER_ACTION:
@@ -46,7 +46,7 @@ def advance(distance_m: float) -> Iterator[Navigate]:
 
 
 def towards(pose: Pose, corner: tuple[float, float]) -> Iterator[Navigate]:
-    """Yields the turn and the walk from `pose` straight to a corner (x, z)."""
+    """Yield the turn and the walk from `pose` straight to a corner (x, z)."""
     target = Vec3(corner[0], pose.position.y, corner[1])
     yaw = yaw_towards(pose.position, target)
     yield from turn(pose.rotation, yaw)
@@ -54,7 +54,7 @@ def towards(pose: Pose, corner: tuple[float, float]) -> Iterator[Navigate]:
 
 
 def tilt(from_horizon: float, to_horizon: float) -> Iterator[Look]:
-    """Yields the camera tilt from one horizon to another, within its limits."""
+    """Yield the camera tilt from one horizon to another, within its limits."""
     wanted = min(max(to_horizon, HORIZON_UP_DEG), HORIZON_DOWN_DEG)
     angle = round(wanted - from_horizon, TURN_DECIMALS)
     if abs(angle) >= MIN_TURN_DEG:
@@ -62,11 +62,11 @@ def tilt(from_horizon: float, to_horizon: float) -> Iterator[Look]:
 
 
 def click(intent: Intent, pixel: tuple[int, int]) -> InteractPixel:
-    """Returns the interaction with what is under a pixel."""
+    """Return the interaction with what is under a pixel."""
     return InteractPixel(intent=intent, x=pixel[0], y=pixel[1])
 
 
 def reply_of(action: Action) -> Reply:
-    """Returns the reply that says an action, as any agent would write it (pixel coordinates)."""
+    """Return the reply that says an action, as any agent would write it (pixel coordinates)."""
     arguments = action.model_dump(exclude={"skill_name", "raw_status"}, exclude_none=True)
     return Reply(text=json.dumps({"skill_name": action.skill_name, "arguments": arguments}))

@@ -48,26 +48,26 @@ class PrivilegedView:
         return self._simulator.world(()).held
 
     def state_key(self) -> tuple:
-        """Returns what tells the present moment of the world from any other: where all is, and how."""
+        """Return what tells the present moment of the world from any other: where all is, and how."""
         things = self.scene.things.values()
         return self.agent, self.held, tuple((t.position, t.rotation, t.openness, t.is_toggled) for t in things)
 
     def plan(self) -> WalkableMap:
-        """Returns the floor plan of the scene as it is now."""
+        """Return the floor plan of the scene as it is now."""
         obstacles, key = self._current(), self._arrangement()
         if key not in self._plans:
             self._plans[key] = obstacles.plan()
         return self._plans[key]
 
     def bare_floor(self) -> BaseGeometry:
-        """Returns the floor on which nothing stands now."""
+        """Return the floor on which nothing stands now."""
         obstacles, key = self._current(), self._arrangement()
         if key not in self._bare:
             self._bare[key] = obstacles.bare()
         return self._bare[key]
 
     def _arrangement(self) -> tuple:
-        """Returns where everything stands that takes up floor."""
+        """Return where everything stands that takes up floor."""
         return tuple(
             (thing.id, thing.position, thing.rotation, thing.openness)
             for thing in self.scene.things.values()
@@ -82,29 +82,29 @@ class PrivilegedView:
         return self._obstacles
 
     def clearance_grid(self) -> ClearanceGrid:
-        """Returns the distances on the floor of the scene, whatever stands on it."""
+        """Return the distances on the floor of the scene, whatever stands on it."""
         if self._clearance is None or self._clearance.scene is not self.scene:
             self._clearance = ClearanceGrid(self.scene)
         return self._clearance
 
     def walks(self, *, is_exact: bool = False) -> ShortestPaths:
-        """Returns the shortest walks from where the agent is; exact ones keep no margin from obstacles."""
+        """Return the shortest walks from where the agent is; exact ones keep no margin from obstacles."""
         position = self.agent.position
         plan = self.plan()
         return (plan.exact if is_exact else plan).walks_from((position.x, position.z))
 
     def corners_to(self, place: Point2) -> list[Point2]:
-        """Returns the corners of the walk from here to a place; none when there is no way."""
+        """Return the corners of the walk from here to a place; none when there is no way."""
         walks = self.walks()
         cell = walks.plan.entry(place)
         return (walks.corners_to(cell) or []) if cell is not None else []
 
     def sees(self, eye: Vec3, points: np.ndarray, thing_id: str, *, through_glass: bool = False) -> np.ndarray:
-        """Returns which of the points (n, 3) on a thing are seen from an eye that may be elsewhere."""
+        """Return which of the points (n, 3) on a thing are seen from an eye that may be elsewhere."""
         return self._simulator.points_visible_from(eye, points, thing_id, through_glass=through_glass)
 
     def world(self, object_ids: Iterable[str]) -> WorldState:
-        """Returns the hidden state of the agent and the named objects."""
+        """Return the hidden state of the agent and the named objects."""
         return self._simulator.world(object_ids)
 
     def may_be_visible(self, thing_id: str, least_px: int) -> bool:
@@ -112,25 +112,25 @@ class PrivilegedView:
         return self._simulator.may_be_visible(thing_id, least_px)
 
     def room_at(self, position: Vec3) -> str | None:
-        """Returns the id of the room that holds a place."""
+        """Return the id of the room that holds a place."""
         return self._simulator.room_at(position)
 
     def state_of(self, thing_id: str) -> ObjectState:
-        """Returns a thing's hidden state, seen from where the agent is."""
+        """Return a thing's hidden state, seen from where the agent is."""
         return self._simulator.world([thing_id]).objects[thing_id]
 
     def centre_distances(self, thing: Thing, places: np.ndarray) -> np.ndarray:
-        """Returns the distances (m) that the simulator would report between an agent at places (n, 2) and a thing."""
+        """Return the distances (m) that the simulator would report between an agent at places (n, 2) and a thing."""
         x, y, z = thing.position
         rise = y - self.agent.position.y
         return np.sqrt((places[:, 0] - x) ** 2 + (places[:, 1] - z) ** 2 + rise**2)
 
     def object_at(self, pixel: tuple[int, int]) -> str | None:
-        """Returns the id of what is under a pixel."""
+        """Return the id of what is under a pixel."""
         return self._simulator.object_at(*pixel)
 
     def click_pixel(self, thing_id: str) -> tuple[int, int] | None:
-        """Returns the pixel of a thing that is farthest from all that is not the thing; None when it is out of view."""
+        """Return the pixel of a thing that is farthest from all that is not the thing; None when it is out of view."""
         pixels = self._simulator.pixels_of(thing_id)
         if not len(pixels):
             return None
@@ -148,7 +148,7 @@ class PrivilegedView:
     def try_interaction(
         self, action: InteractPixel, is_good: Callable[[Effect], bool] = lambda effect: True
     ) -> RefusalCode | None:
-        """Returns why an interaction would be refused now; None when it works, and `is_good` says so after it."""
+        """Return why an interaction would be refused now; None when it works, and `is_good` says so after it."""
         with self.rollback():
             effect = self.step(action)
             if effect.refusal is not None:
@@ -173,7 +173,7 @@ class PrivilegedView:
 
 
 def _stride(pixels: np.ndarray) -> int:
-    """Returns the step of the lattice on which pixels were sampled."""
+    """Return the step of the lattice on which pixels were sampled."""
     steps = [int(np.diff(np.unique(pixels[:, axis])).min(initial=FRAME_WIDTH)) for axis in (0, 1)]
     step = min(steps)
     return step if step < FRAME_WIDTH else 1

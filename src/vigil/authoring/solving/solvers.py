@@ -25,7 +25,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 
 def solve(episode: Episode, view: PrivilegedView) -> Steps:
-    """Yields the actions that solve an episode, each after the one before has been carried out.
+    """Yield the actions that solve an episode, each after the one before has been carried out.
 
     Raises Unsolvable where there is no way.
     """
@@ -33,7 +33,7 @@ def solve(episode: Episode, view: PrivilegedView) -> Steps:
 
 
 def solve_noisily(episode: Episode, view: PrivilegedView, seed: int = 0) -> Steps:
-    """Yields what a body that errs does to solve an episode, each after the one before has been carried out.
+    """Yield what a body that errs does to solve an episode, each after the one before has been carried out.
 
     It knows what to do and where that can be done, sees on its way no more than the frames show, and looks up and down
     whatever its family expects. The same episode and seed: the same errors. Raises Unsolvable where there is no way.
@@ -43,7 +43,7 @@ def solve_noisily(episode: Episode, view: PrivilegedView, seed: int = 0) -> Step
 
 
 def solve_with(episode: Episode, macro_actions: MacroActions) -> Steps:
-    """Yields the actions that solve an episode with some macro actions. Raises Unsolvable where there is no way."""
+    """Yield the actions that solve an episode with some macro actions. Raises Unsolvable where there is no way."""
     goal, view = episode.goal, macro_actions.view
     for link in goal.chain:
         yield from achieve_goal(link, macro_actions)
@@ -54,7 +54,7 @@ def solve_with(episode: Episode, macro_actions: MacroActions) -> Steps:
 
 
 def solution(episode: Episode, view: PrivilegedView) -> tuple[Action, ...]:
-    """Returns the whole solution from the stage's present state, which it leaves as it was. Raises Unsolvable."""
+    """Return the whole solution from the stage's present state, which it leaves as it was. Raises Unsolvable."""
     actions: list[Action] = []
     with view.rollback():
         for action in solve(episode, view):
@@ -118,7 +118,7 @@ class PrivilegedAgent:
         self._actions = self._script(self._episode, PrivilegedView(self._simulator))
 
     def act(self, observation: Observation) -> Reply:
-        """Returns the script's next reply; where the solver finds no way, an honest failure."""
+        """Return the script's next reply; where the solver finds no way, an honest failure."""
         del observation
         try:
             action = next(self._actions)
@@ -128,7 +128,7 @@ class PrivilegedAgent:
 
 
 def privileged_agent(name: str, episode: Episode, simulator: PrivilegedSimulator) -> PrivilegedAgent:
-    """Returns an agent with privileged sight. Raises SettingError on an unknown name."""
+    """Return an agent with privileged sight. Raises SettingError on an unknown name."""
     if name not in PRIVILEGED:
         raise SettingError(f"Privileged agent {name!r} does not exist. Choose one of: {', '.join(PRIVILEGED)}.")
     return PrivilegedAgent(name, episode, simulator)

@@ -48,7 +48,7 @@ class ViewpointQuery:
 
 
 def viewpoints(view: PrivilegedView, walks: ShortestPaths, query: ViewpointQuery) -> Iterator[Viewpoint]:
-    """Yields views of a thing that meet the query, the shortest walk first, the present place before all others."""
+    """Yield views of a thing that meet the query, the shortest walk first, the present place before all others."""
     here = view.agent
     spot = np.array([[here.position.x, here.position.z]])
     if np.isfinite(query.places(spot)).all():
@@ -67,7 +67,7 @@ def viewpoints(view: PrivilegedView, walks: ShortestPaths, query: ViewpointQuery
 
 
 def current_viewpoint(view: PrivilegedView, query: ViewpointQuery) -> Viewpoint:
-    """Returns what is seen of a thing from where the agent stands and looks now; perhaps nothing."""
+    """Return what is seen of a thing from where the agent stands and looks now; perhaps nothing."""
     here = view.agent
     seen = query.points[view.sees(here.eye, query.points, query.thing_id, through_glass=query.through_glass)]
     pixels = _in_frame(here, seen)
@@ -75,7 +75,7 @@ def current_viewpoint(view: PrivilegedView, query: ViewpointQuery) -> Viewpoint:
 
 
 def _cells(walks: ShortestPaths, query: ViewpointQuery) -> np.ndarray:
-    """Returns the acceptable cells in order of cost, thinned out."""
+    """Return the acceptable cells in order of cost, thinned out."""
     cells = walks.plan.cells
     if not len(cells):
         return np.empty(0, dtype=np.int64)
@@ -101,7 +101,7 @@ def _viewpoint_from(
 
 
 def _in_frame(pose: Pose, points: np.ndarray) -> np.ndarray:
-    """Returns the pixels (n, 2) of those points (m, 3) that lie in the frame, those nearest to their middle first."""
+    """Return the pixels (n, 2) of those points (m, 3) that lie in the frame, those nearest to their middle first."""
     found = project(pose, points)
     pixels = found[(found[:, 2] > 0.0) & in_frame(found, BORDER_PX), :2]
     if not len(pixels):
@@ -111,7 +111,7 @@ def _in_frame(pose: Pose, points: np.ndarray) -> np.ndarray:
 
 
 def _turned(pose: Pose, seen: np.ndarray, may_tilt: bool) -> Iterator[Pose]:
-    """Yields the pose turned to the middle of what is seen, with the camera as it is, then tilted."""
+    """Yield the pose turned to the middle of what is seen, with the camera as it is, then tilted."""
     middle = np.median(seen, axis=0)
     middle = seen[int(np.argmin(np.linalg.norm(seen - middle, axis=1)))]
     yaw = yaw_towards(pose.position, Vec3(*(float(value) for value in middle)))

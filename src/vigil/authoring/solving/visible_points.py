@@ -35,7 +35,7 @@ class PointCount:
 def places_seeing_enough(
     places: Sequence[Vec3], count_at: Callable[[Vec3], PointCount], share: float
 ) -> Iterator[Vec3]:
-    """Yields the places that see `SEEN_POINTS` of a thing, and a share of what the best of them sees."""
+    """Yield the places that see `SEEN_POINTS` of a thing, and a share of what the best of them sees."""
     counts = [count_at(place) for place in places]
     best = 0
     for count in counts:

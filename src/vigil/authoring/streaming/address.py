@@ -13,7 +13,7 @@ _ADDRESS = re.compile(rf"{STREAM}(?P<seed>\d{{1,40}})(?:@(?P<version>[\d.]+))?",
 
 
 def stream_version() -> str:
-    """Returns the versions that a stream's bytes depend on: of houses, shapes, rules and drafts, e.g. `5.4.3.4`."""
+    """Return the versions that a stream's bytes depend on: of houses, shapes, rules and drafts, e.g. `5.4.3.4`."""
     return f"{GENERATOR_VERSION}.{SHAPES_VERSION}.{RULES_VERSION}.{DRAFTS_VERSION}"
 
 
@@ -23,7 +23,7 @@ def is_stream(address: object) -> bool:
 
 
 def seed_in(address: str) -> int:
-    """Returns the seed of the stream at an address.
+    """Return the seed of the stream at an address.
 
     Raises SettingError on one that is malformed, or names another version than this package's.
     """
@@ -40,10 +40,10 @@ def seed_in(address: str) -> int:
 
 
 def address_of(seed: int) -> str:
-    """Returns the address of a stream as this package makes it, with its version."""
+    """Return the address of a stream as this package makes it, with its version."""
     return f"{STREAM}{seed}@{stream_version()}"
 
 
 def hidden_address_of(seed: int) -> str:
-    """Returns what stands for the address of a stream whose seed is secret: the same for the same stream."""
+    """Return what stands for the address of a stream whose seed is secret: the same for the same stream."""
     return f"{STREAM}{secret_name(seed, 'secret', b'')}@{stream_version()}"

@@ -37,11 +37,11 @@ class HousePool:
             threading.Thread(target=_serve, args=(process, self._jobs), daemon=True).start()
 
     def pids(self) -> list[int]:
-        """Returns the ids of the processes that run."""
+        """Return the ids of the processes that run."""
         return [pid for process in self._processes if (pid := process.pid) is not None]
 
     def ask(self, number: int) -> "Future[StreamHouse]":
-        """Returns the future of a house. It raises SimulatorError when several processes ended over it."""
+        """Return the future of a house. It raises SimulatorError when several processes ended over it."""
         future: Future[StreamHouse] = Future()
         self._jobs.put((number, future))
         return future
@@ -67,7 +67,7 @@ class _Process:
         return None if self._process is None else self._process.pid
 
     def house(self, number: int) -> StreamHouse:
-        """Returns a house of the stream. Raises SimulatorError, or what making it raised."""
+        """Return a house of the stream. Raises SimulatorError, or what making it raised."""
         for _ in range(MAX_DEATHS):
             answer = self._asked(self._running(), number)
             if isinstance(answer, Exception):
@@ -102,7 +102,7 @@ class _Process:
             return self._process
 
     def _asked(self, process: "subprocess.Popen[bytes]", number: int) -> Any:
-        """Returns what a process answers; None when it ended instead."""
+        """Return what a process answers; None when it ended instead."""
         assert process.stdin is not None
         assert process.stdout is not None
         try:

@@ -24,7 +24,7 @@ MAX_DISTANCE_M = (1.1, 2.0)
 
 
 def difficulty_of(draft: Draft) -> Difficulty:
-    """Returns how difficult a draft is."""
+    """Return how difficult a draft is."""
     family = draft.episode.family
     if draft.episode.difficulty is not None:
         return OF_SIZE[draft.episode.difficulty]
@@ -36,7 +36,7 @@ def difficulty_of(draft: Draft) -> Difficulty:
 
 
 def difficulties_named(names: Iterable[str]) -> tuple[Difficulty, ...]:
-    """Returns the difficulties of these names, easy first; a name may hold several, as in "easy,medium".
+    """Return the difficulties of these names, easy first; a name may hold several, as in "easy,medium".
 
     Raises SettingError on a name that is none.
     """

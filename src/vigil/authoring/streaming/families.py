@@ -33,7 +33,7 @@ def register_drafts(family: Family, kinds: Mapping[str, Proposals], *, most_acti
 
 
 def families_of_stream(asked: tuple[Family, ...], workers: int) -> tuple[Family, ...]:
-    """Returns which families a stream holds: those asked for, or all that can be drafted. Raises SettingError."""
+    """Return which families a stream holds: those asked for, or all that can be drafted. Raises SettingError."""
     for family in asked:
         if family not in GRAMMAR:
             raise SettingError(

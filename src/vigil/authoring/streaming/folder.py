@@ -48,7 +48,7 @@ class StreamHeader(BaseModel):
 
 
 def header_of(stream: Stream) -> StreamHeader:
-    """Returns which stream it is."""
+    """Return which stream it is."""
     asked = stream.settings
     return StreamHeader(
         stream=hidden_address_of(asked.seed) if asked.is_seed_secret else address_of(asked.seed),
@@ -80,7 +80,7 @@ def write_stream(out: Path, stream: Stream, count: int, on_item: OnItem = lambda
 
 
 def cached_houses(path: Path, stream: Stream) -> Generator[StreamHouse, None, None]:
-    """Yields the houses of a stream: those in the file, then new ones, each of which is written down before.
+    """Yield the houses of a stream: those in the file, then new ones, each of which is written down before.
 
     Raises SettingError when the file holds another stream's.
     """
@@ -108,7 +108,7 @@ def _header(line: Line, path: Path) -> StreamHeader:
 
 
 def _check_folder(out: Path, header: StreamHeader, count: int) -> bool:
-    """Returns whether the folder is there and can be added to. Raises SettingError when it holds something else."""
+    """Return whether the folder is there and can be added to. Raises SettingError when it holds something else."""
     if not (out / MANIFEST).is_file():
         check_can_freeze(out, out.name)
         return False
@@ -122,7 +122,7 @@ def _check_folder(out: Path, header: StreamHeader, count: int) -> bool:
 
 
 def _seed_facts(out: Path, stream: Stream) -> dict[str, Any]:
-    """Returns the hash of a secret seed, which makes the pack private; nothing of any other: the address tells it."""
+    """Return the hash of a secret seed, which makes the pack private; nothing of any other: the address tells it."""
     asked = stream.settings
     return {SEED_SHA256: seed_sha256(out.name, asked.seed)} if asked.is_seed_secret else {}
 

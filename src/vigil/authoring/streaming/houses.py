@@ -75,7 +75,7 @@ class StreamHouse(BaseModel):
 
 @cache
 def packaged_houses() -> frozenset[str]:
-    """Returns the SHA-256 of the files of all houses in packs that come with the package."""
+    """Return the SHA-256 of the files of all houses in packs that come with the package."""
     return frozenset(
         sha256
         for name in packaged_names()
@@ -90,7 +90,7 @@ def is_packaged(house: House) -> bool:
 
 
 def source_of(settings: StreamSettings, number: int) -> GeneratedHouse:
-    """Returns the house at a place in a stream, not made yet."""
+    """Return the house at a place in a stream, not made yet."""
     spec = MIXED[number % len(MIXED)]
     if settings.is_seed_secret:
         return secret_house(settings.seed, number, spec)
@@ -109,7 +109,7 @@ class StreamHouseMaker:
         self._generator = DraftGenerator(drafting, _with_less_search(grammar_proposer(drafting)))
 
     def made(self, number: int) -> StreamHouse:
-        """Returns a house of the stream with its episodes."""
+        """Return a house of the stream with its episodes."""
         source = source_of(self._settings, number)
         house, lines = self._generator.work(source, self._settings.families)
         if house is None or is_packaged(house):
@@ -121,7 +121,7 @@ class StreamHouseMaker:
         return StreamHouse(number=number, name=house.name, document=house.data, drafts=ordered)
 
     def _named(self, draft: Draft, number: int) -> Draft:
-        """Returns a draft under an id that says where in which stream it is; in a house its own hash orders it."""
+        """Return a draft under an id that says where in which stream it is; in a house its own hash orders it."""
         if self._settings.is_seed_secret:
             return draft
         episode = draft.episode
@@ -132,7 +132,7 @@ class StreamHouseMaker:
 
 
 def _with_less_search(propose: Proposer) -> Proposer:
-    """Returns a proposer that searches less: for fewer starts, and in turn for some kinds of families with many."""
+    """Return a proposer that searches less: for fewer starts, and in turn for some kinds of families with many."""
 
     def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode | Rejection]]]:
         context.tried_starts = TRIED_STARTS

@@ -101,12 +101,12 @@ class Stream:
         return self.items()
 
     def items(self) -> Generator[StreamItem, None, None]:
-        """Yields the episodes, as iteration does. Raises SettingError when none fits in many houses, SimulatorError."""
+        """Yield the episodes, as iteration does. Raises SettingError when none fits in many houses, SimulatorError."""
         with closing(self.houses()) as houses:
             yield from items_in(houses)
 
     def houses(self) -> Generator[StreamHouse, None, None]:
-        """Yields house after house, those without a wanted episode too. Raises as `items` does."""
+        """Yield house after house, those without a wanted episode too. Raises as `items` does."""
         barren = 0
         with closing(self._made()) as made:
             for house in made:
@@ -116,7 +116,7 @@ class Stream:
                 yield house
 
     def after(self, houses: int) -> "Stream | None":
-        """Returns the same stream without its first houses; None when nothing is left of it."""
+        """Return the same stream without its first houses; None when nothing is left of it."""
         first, asked = self.first + houses, self.settings
         if self.last is not None and first >= self.last:
             return None
@@ -131,7 +131,7 @@ class Stream:
         )
 
     def worker_pids(self) -> list[int]:
-        """Returns the ids of the background processes that run."""
+        """Return the ids of the background processes that run."""
         return [pid for pool in self._pools for pid in pool.pids()]
 
     def close(self) -> None:
@@ -169,7 +169,7 @@ class Stream:
 
 
 def items_in(houses: Iterable[StreamHouse]) -> Iterator[StreamItem]:
-    """Yields the episodes of houses, in their order."""
+    """Yield the episodes of houses, in their order."""
     number = 0
     for made in houses:
         house = made.house if made.drafts else None
