@@ -22,17 +22,17 @@ from vigil.scene.things import Thing
 MIN_TARGETS, MAX_TARGETS = 2, 5
 """Targets of an `all_of` task."""
 MIN_TARGETS_BY_STATE = 3
-"""The same, where they are told by their state: one must look around for each."""
+"""Targets of an `all_of` task that are identified by their state: the agent must look around for each."""
 MIN_CANDIDATES: dict[Act, tuple[int, int]] = {"turn_off": (5, 9), "close": (8, 14)}
-"""How many things may be on, or open, at least, where all that are so are asked about: in a room, and in the home."""
+"""The least number of things that are on (or open) when a task is about all of them: in a room, and in the home."""
 TRIED_STARTS = 40
 TRIED_CHOICES = 3
-"""Choices of what is on or open, tried in a place."""
+"""How many choices of things to turn on or open are tried in a place."""
 PARTLY_OPEN_SHARE = 0.6
-"""Of what stands open, so much is ajar; the rest is wide open."""
+"""Share of the open things that stand ajar; the others are wide open."""
 ALL_ACTS: tuple[Act, ...] = ("turn_off", "close", "turn_on", "open")
 FINISHED_STATE: dict[Act, ObjectSetup] = {"turn_off": ObjectSetup(is_toggled=False), "close": ObjectSetup(openness=0.0)}
-"""How a thing is that is not to be acted on, by what is asked for of the others."""
+"""State of a thing that must be left alone, by the state that is asked for of the others."""
 EVERY = (
     "{Verb} every {name} in the {room}.",
     "Please {verb} every {name} in the {room}.",
@@ -55,7 +55,7 @@ EVERYTHING: dict[Act, tuple[str, ...]] = {
 LIGHTS = frozenset({"CeilingLamp", "LightSwitch"})
 """What is left on where everything else is to be off."""
 HOME = "this home"
-"""What all rooms together are called."""
+"""What all rooms together are called in an instruction."""
 _ROOM = f"(?P<room>{'|'.join(ROOM_NAMES.values())})"
 BY_NAME_PATTERN = re.compile(rf"\bevery (?P<name>[\w -]+?) in the {_ROOM}\b")
 BY_STATE_PATTERN = re.compile(
@@ -96,7 +96,7 @@ def _by_name(context: HouseContext) -> Tasks:
 
 
 PlaceObjects = Callable[[HouseContext], Iterator[tuple[str, list[Thing]]]]
-"""Yields places that "everything" may be said of, each with the things that are there."""
+"""Yield the places that "everything" can refer to, each with the things that are there."""
 
 
 def _by_state(context: HouseContext, act: Act, over: PlaceObjects) -> Tasks:
@@ -128,7 +128,7 @@ def home(context: HouseContext) -> Iterator[tuple[str, list[Thing]]]:
 
 
 def rooms_named_once(context: HouseContext) -> Iterator[tuple[str, list[Thing]]]:
-    """Yield the rooms that alone bear their name, each as it is said and with the things that are there."""
+    """Yield the rooms whose name is unique, each with its wording and the things that are there."""
     rooms = context.view.scene.rooms
     for room in rooms:
         name = ROOM_NAMES.get(room.room_type)
@@ -137,34 +137,34 @@ def rooms_named_once(context: HouseContext) -> Iterator[tuple[str, list[Thing]]]
 
 
 def setup_on_or_open(context: HouseContext, thing: Thing, act: Act) -> dict[str, ObjectSetup]:
-    """Return the setup in which an act is still to be done: what is to be closed stands ajar or wide open."""
+    """Return the setup in which an act still has to be done: what must be closed stands ajar or wide open."""
     if act == "close" and can_be_partly_open(thing) and context.rng.random() < PARTLY_OPEN_SHARE:
         return {thing.id: ObjectSetup(openness=random_partial_openness(thing, context.rng))}
     return dict(setup_for(thing, act).objects)
 
 
 def may_be_asked(thing: Thing, act: Act) -> bool:
-    """Whether a thing may be among those that are on, or stand open, and are to be seen to."""
+    """Return whether a thing may be among those that are on, or open, and must be acted on."""
     return is_target(thing) and allows(thing, act) and thing.category not in FLAMES
 
 
 def is_counted(thing: Thing, act: Act) -> bool:
-    """Whether a thing is among those that are meant, and may be asked for, where all that are on or open are."""
+    """Return whether a thing counts as one of "all that are on or open" and may be asked for."""
     return may_be_asked(thing, act) and _is_meant(thing, act)
 
 
 def _is_meant(thing: Thing, act: Act) -> bool:
-    """Whether a thing is one of those that "every drawer and door", or "everything but the ceiling lights", means."""
+    """Return whether "every drawer and door", or "everything but the ceiling lights", includes a thing."""
     return thing.category in DRAWERS_AND_DOORS if act == "close" else thing.category not in LIGHTS | FLAMES
 
 
 def is_shut_away(context: HouseContext, thing: Thing) -> bool:
-    """Whether a thing lies in something closed, so that nobody sees how it is."""
+    """Return whether a thing lies in something closed, so that its state cannot be seen."""
     return bool(closed_containers_around(context.view, thing.id))
 
 
 def _of_several_rooms(context: HouseContext, things: list[Thing], count: int) -> list[Thing]:
-    """Return so many of some things in a random order, of more rooms than one where they are in several."""
+    """Return a given number of things in a random order, from more than one room where they are in several."""
     chosen = context.shuffled(things)
     first = context.items[chosen[0].id].room_id
     elsewhere = next((each for each in chosen if context.items[each.id].room_id != first), chosen[1])
@@ -172,13 +172,13 @@ def _of_several_rooms(context: HouseContext, things: list[Thing], count: int) ->
 
 
 def on_or_open(things: Iterable[Thing], act: Act) -> list[Thing]:
-    """Return which things are on, ceiling lights and flames apart, or have a drawer or door that stands open."""
+    """Return which things are on (ceiling lights and flames excepted) or have an open drawer or door."""
     meant = [thing for thing in things if _is_meant(thing, act)]
     return [thing for thing in meant if (thing.is_toggled if act == "turn_off" else thing.openness > 0.0)]
 
 
 def _are_all(context: HouseContext, name: str, room: str, ids: set[str]) -> bool:
-    """Whether just these things answer to a name in a room."""
+    """Return whether a name refers to exactly these things."""
     return {item.id for item in referents(Phrase(name, room=room), context.items.values())} == ids
 
 
@@ -204,7 +204,7 @@ def _task_about_all(
 
 
 def _start_missing_some(context: HouseContext, things: list[Thing]) -> Pose | None:
-    """Return a start pose in the first thing's room that sees some of them, half at most; None without one."""
+    """Return a start pose in the first thing's room that sees some of the things, at most half; None if there is none."""
     home = context.view.room_at(things[0].position)
     for place in context.starts(lambda places: np.full(len(places), True), TRIED_STARTS):
         if context.view.room_at(place) != home:
@@ -218,5 +218,5 @@ def _start_missing_some(context: HouseContext, things: list[Thing]) -> Pose | No
 
 
 def hides_half(seen_px: Sequence[int]) -> bool:
-    """Whether half of several things at least are out of view, by the pixels that show each."""
+    """Return whether at least half of several things are out of view, by the pixels that show each."""
     return 2 * sum(px == 0 for px in seen_px) >= len(seen_px)

@@ -1,5 +1,7 @@
-"""Twins that ask for a state which may hold already, of one thing or of a whole room, and twins that ask for one of
-two things by a condition."""
+"""Twins that ask for a state that may already hold, or for one of two things by a condition.
+
+The state is that of one thing or of a whole room.
+"""
 
 import re
 from collections.abc import Iterator
@@ -80,7 +82,7 @@ IF_SO = (
 )
 LABELS: dict[Act, str] = {"open": "open", "close": "fully closed", "turn_on": "on", "turn_off": "off"}
 CONDITION_LABELS: dict[Act, str] = {"close": "open, even a little", "turn_off": "on"}
-"""What is to be done where a condition holds, with the words of the condition."""
+"""What must be done where a condition holds, with the wording of the condition."""
 MAX_ALTERNATIVES_TRIED = 3
 
 
@@ -107,8 +109,10 @@ def _make_sure_tasks(context: HouseContext, act: Act) -> Tasks:
 def _unfinished_setup(
     context: HouseContext, setup: Setup, target: Thing, act: Act
 ) -> tuple[Setup, tuple[Evidence, ...]]:
-    """Return the setup in which an act is still to be done, what is to be closed ajar where that can be told, and
-    the evidence of it."""
+    """Return the setup in which an act still has to be done, and the evidence for it.
+
+    What must be closed stands ajar where a frame can show that.
+    """
     if act != "close" or not can_be_partly_open(target):
         return setup, (object_evidence(target.id),)
     return changed_setup(setup, target.id, openness=random_partial_openness(target, context.rng)), (
@@ -117,7 +121,7 @@ def _unfinished_setup(
 
 
 def _make_sure_all_tasks(context: HouseContext, act: Act, over: PlaceObjects) -> Tasks:
-    """Yield twins that ask to make sure of a room or the home, where all is as it should be but for one thing."""
+    """Yield twins that ask to make sure of a room or the home, where everything but one thing is as it should be."""
     for place, things in over(context):
         found = objects_meant(things, act)
         if not MIN_TARGETS <= len(found) <= MAX_PARTS:
@@ -134,7 +138,7 @@ def _make_sure_all_tasks(context: HouseContext, act: Act, over: PlaceObjects) ->
 
 
 def objects_meant(things: list[Thing], act: Act) -> list[Thing]:
-    """Return the things that nothing must be on, or open, of: those that may be, and those that are."""
+    """Return the things that must not be on, or open: those that may be, and those that are."""
     ids = {thing.id for thing in on_or_open(things, act)}
     return [thing for thing in things if is_counted(thing, act) or thing.id in ids]
 
@@ -142,7 +146,9 @@ def objects_meant(things: list[Thing], act: Act) -> list[Thing]:
 def _all_but_one_task(
     context: HouseContext, act: Act, place: str, target: Thing, others: list[Thing]
 ) -> ClosureTask | None:
-    """Return twins: on the first side one thing, out of view at the start, is not at rest; on the second all are."""
+    """Return twins: on the first side one thing, out of view at the start, still needs the act; on the second none
+    does.
+    """
     at_rest = {thing.id: FINISHED_STATE[act] for thing in others}
     rest = Setup(objects={**at_rest, **setup_for(target, act).objects})
     setup, _ = _unfinished_setup(context, rest, target, act)
@@ -175,7 +181,7 @@ def _all_but_one_task(
 
 
 def _of_state(context: HouseContext, act: Act) -> Iterator[tuple[Episode, ObjectInState, Thing]]:
-    """Yield drafts of an act that changes a state which is plain to see, with goal and target."""
+    """Yield drafts of an act that changes a clearly visible state, with goal and target."""
     for episode in seeking(context, act):
         goal, target = episode.goal, context.thing(episode.goal.object_id)
         is_plain = act in ("open", "close") or target.category in SV_TOGGLES - FLAMES
@@ -190,14 +196,14 @@ def _phrase_for_state(context: HouseContext, target: Thing, act: Act) -> str:
 
 
 def setup_with_goal_met(episode: Episode, goal: ObjectInState) -> Setup:
-    """Return an episode's setup in which what a goal asks for holds from the start."""
+    """Return an episode's setup in which the goal holds from the start."""
     change = ObjectSetup(openness=float(goal.value)) if goal.state == "is_open" else ObjectSetup(is_toggled=goal.value)
     facts = change.model_dump(exclude_none=True, exclude={"is_absent", "is_broken"})
     return changed_setup(episode.setup, goal.object_id, **facts)
 
 
 def if_so(context: HouseContext) -> Tasks:
-    """Yield twins that ask for one thing where a state holds, and for another where it does not."""
+    """Yield twins that ask for one thing if a state holds, and for another if it does not."""
     yield from interleave(context, *(_conditional_tasks(context, act) for act in CONDITION_LABELS))
 
 
@@ -215,7 +221,7 @@ def _conditional_tasks(context: HouseContext, act: Act) -> Tasks:
 
 
 def _order_it(context: HouseContext, target: Thing, act: Act) -> str:
-    """Return the order about what has just been named, the part that opens included."""
+    """Return the order about the thing that was just named, including the part that opens."""
     if act in ("open", "close"):
         return VERBS[act][int(context.rng.integers(len(VERBS[act])))].format("it")
     return order_slots(act, target.category, "", context.rng)["order_it"]
@@ -231,7 +237,7 @@ def _may_be_alternative(context: HouseContext, thing: Thing, target: Thing, room
 def _conditional_task(
     context: HouseContext, episode: Episode, goal: ObjectInState, target: Thing, other: Thing, act: Act
 ) -> ClosureTask | None:
-    """Return twins: on the first side the condition holds, on the second the other thing is to be done."""
+    """Return twins: on the first side the condition holds, on the second the other thing has to be acted on."""
     instead: Act = "turn_on" if allows(other, "turn_on") else "open"
     both = Setup(objects={**setup_for(other, instead).objects, **episode.setup.objects})
     setup, evidence = _unfinished_setup(context, both, target, act)

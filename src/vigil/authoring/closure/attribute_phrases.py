@@ -1,7 +1,7 @@
-"""Telling one of two things of a name from the other by its state, by what lies on it, or by its size.
+"""Phrases that distinguish two things of one name by state, by what lies on them, or by size.
 
-What tells by colour or place is a phrase of `vigil.authoring.language.referring`; these are said in words of their own,
-and read back here.
+Phrases by colour or place are in `vigil.authoring.language.referring`; the phrases here have their own wording and
+their own reader.
 """
 
 import re
@@ -14,7 +14,7 @@ from vigil.scene.supports import children, surface_named
 from vigil.scene.things import Thing
 
 SIZE_RATIO, VOLUME_RATIO = 1.2, 1.6
-"""How much longer, and how much more in volume, the larger of two things is, so that nobody is in doubt."""
+"""How much longer, and how much more voluminous, the larger of two things must be for the difference to be clear."""
 STATES = ("open", "closed", "burning", "not burning")
 
 
@@ -29,12 +29,14 @@ def by_state(name: str, label: str) -> str:
 
 
 def by_bearing(name: str, other: str, *, is_inside: bool) -> str:
-    """Return what to call the one of several things that bears another."""
+    """Return what to call the one of several things that carries another thing."""
     return f"the {name} with the {other} {'in' if is_inside else 'on'} it"
 
 
 def referents_in(instruction: str, items: Iterable[DescribedThing], view: PrivilegedView) -> set[str]:
-    """Return the ids of what the words of this module mean as things are now; none where none of them is said."""
+    """Return the ids of the objects that the instruction refers to by phrases of this module; empty without such a
+    phrase.
+    """
     everything, things = list(items), view.scene.things
     names = "|".join(re.escape(name) for name in sorted({item.name for item in everything}, key=lambda n: (-len(n), n)))
     if found := re.search(rf"\bthe (?P<which>larger|smaller) (?P<name>{names})\b", instruction):
@@ -58,7 +60,7 @@ def _named(name: str, items: list[DescribedThing], things: dict[str, Thing]) -> 
 
 
 def is_clearly_larger(thing: Thing, other: Thing) -> bool:
-    """Whether nobody doubts which of two things is the larger one."""
+    """Return whether it is clear which of two things is the larger one."""
     longer = max(thing.asset.size) >= SIZE_RATIO * max(other.asset.size)
     return longer and _volume(thing) >= VOLUME_RATIO * _volume(other)
 
@@ -69,7 +71,7 @@ def _volume(thing: Thing) -> float:
 
 
 def is_in_state(thing: Thing, label: str) -> bool:
-    """Whether a thing may be called so, one of `STATES`, as it is now."""
+    """Return whether a word of `STATES` describes a thing as it is now."""
     if label in ("burning", "not burning"):
         return thing.is_toggleable and thing.is_toggled == (label == "burning")
     if not thing.is_openable:
@@ -78,6 +80,6 @@ def is_in_state(thing: Thing, label: str) -> bool:
 
 
 def is_inside_of(child: Thing, parent: Thing) -> bool:
-    """Whether a thing lies in the hollow of another, not on top of it."""
+    """Return whether a thing lies in the hollow of another, not on top of it."""
     surface = surface_named(parent, child.surface)
     return surface is not None and surface.is_inside

@@ -1,7 +1,7 @@
-"""Certificates: whether a task of the closure-stress suite is what its answer says, by search and by replay.
+"""Certificates: a proof, by search and by replay, that a task of the closure-stress suite is what its answer says.
 
-The side that can be done obeys the rules of its family (`vigil.authoring.review`), but for those exempted by name; the
-other side has rules of its own. Source: `protocol.md` section 8, decision 30.
+The possible side obeys the rules of its family (`vigil.authoring.review`), except those exempted by name; the other
+side has its own rules. Source: `protocol.md` section 8, decision 30.
 """
 
 from collections.abc import Iterator
@@ -69,15 +69,15 @@ EXEMPT: dict[str, frozenset[str]] = {
     "out_of_sight": frozenset({"protocol", "hidden_at_start"}),
     **{f"look_alike {form}": _WORDING_RULES for form in ("state", "bearing", "size")},
 }
-"""Rules of the families that a kind, or one of its forms, breaks by intent; `protocol` is then checked as a suite's."""
+"""Rules of the families that a kind, or one of its forms, breaks on purpose; `protocol` is checked as for a suite."""
 FORMS_READ_BACK = ("state", "bearing", "size")
-"""Forms of look-alikes that are said in words of their own."""
+"""Forms of look-alike tasks that have their own wording."""
 UNMENTIONED_ROLES = frozenset({DISTRACTOR, "place", "blocker", "hog"})
-"""Roles of what an episode records and its instruction does not name."""
+"""Roles of objects that an episode records but its instruction does not name."""
 MIN_LOOKING_SHARE = 0.5
-"""Share of the budget that looking at everything that is asked about takes, at least."""
+"""The least share of the budget that looking at everything asked about takes."""
 MAX_ACTING_SHARE = 0.6
-"""Share of the budget that acting takes, at most, where one must look around for what is to be acted on."""
+"""The largest share of the budget that acting may take where the agent must look around for what to act on."""
 EVIDENCE_DISTANCE_M = (0.5, 4.0)
 MAX_LOOKS = 80
 SUMMARY = "Done."
@@ -86,7 +86,7 @@ BrokenRules = Iterator[tuple[str, str]]
 
 @dataclass(frozen=True, slots=True)
 class Certified:
-    """One side of a task with its answer and the actions that close it rightly."""
+    """One side of a task with its answer and the actions that close it correctly."""
 
     episode: Episode
     answer: ClosureAnswer
@@ -94,7 +94,7 @@ class Certified:
 
 
 def exempt_of(task: ClosureTask) -> frozenset[str]:
-    """Return the rules of the families that a task breaks by intent."""
+    """Return the rules of the families that a task breaks on purpose."""
     is_put = isinstance(task.episodes[0].goal, ObjectAtReceptacle) and task.kind == "impossible"
     form = "put" if is_put else task.form
     return EXEMPT.get(f"{task.kind} {form}", EXEMPT.get(task.kind, frozenset()))
@@ -104,7 +104,7 @@ class Certifier:
     """Certifies tasks on one simulator."""
 
     def __init__(self, simulator: PrivilegedSimulator, rules: int = RULES_VERSION) -> None:
-        """Certifies by a version of the rules: what is frozen is held to those of its time."""
+        """Certify by a version of the rules: a frozen pack is checked against the rules of its time."""
         self._is_strict = rules >= STRICT_SINCE
         self._simulator = simulator
         self._validator = Validator(simulator)
@@ -115,7 +115,7 @@ class Certifier:
     ) -> tuple[list[Certified], list[Finding]]:
         """Return the sides of a task with their answers, or what is wrong with it.
 
-        `recorded` are the actions of each side in a frozen pack; without them they are sought.
+        `recorded` holds the actions of each side in a frozen pack; without them the actions are searched for.
         """
         first = task.episodes[0]
         actions, found = self._solve_side(task, first, house, recorded[0] if recorded else None)
@@ -143,7 +143,7 @@ class Certifier:
         house: House,
         recorded: tuple[Action, ...] | None,
     ) -> tuple[tuple[Action, ...], list[Finding]]:
-        """Return what closes the second of two twins rightly, or what is wrong with it. May raise BrokenRule."""
+        """Return what closes the second of two twins correctly, or what is wrong with it. May raise BrokenRule."""
         if task.kind == "if_so":
             return self._solve_side(task, second, house, recorded)
         actions = recorded or self._show_evidence_and_report(second, answer)
@@ -154,7 +154,7 @@ class Certifier:
     def _solve_side(
         self, task: ClosureTask, episode: Episode, house: House, recorded: tuple[Action, ...] | None
     ) -> tuple[tuple[Action, ...], list[Finding]]:
-        """Return the solution of a side that the families' rules bind, or what is wrong with it."""
+        """Return the solution of a side to which the families' rules apply, or what is wrong with it."""
         mentioned = {role: each for role, each in episode.bindings.items() if role not in UNMENTIONED_ROLES}
         bare = episode.model_copy(update={"bindings": mentioned})
         exempt = exempt_of(task)
@@ -173,7 +173,7 @@ class Certifier:
         return result.actions, found
 
     def _faults(self, task: ClosureTask, episode: Episode) -> BrokenRules:
-        """Yield what a side breaks of the rules of its own kind."""
+        """Yield the rules of its own kind that a side breaks."""
         yield from (("protocol", fault) for fault in protocol_faults(episode, SUITE))
         if "settled_openness" in exempt_of(task):
             yield from self._faults_of_gaps(episode)
@@ -201,7 +201,7 @@ class Certifier:
                 yield "told_apart", f"the words mean {', '.join(sorted(meant)) or 'nothing'}"
 
     def _faults_of_gaps(self, episode: Episode) -> BrokenRules:
-        """Yield which things stand neither closed, nor wide open, nor ajar so that it can be told from near by."""
+        """Yield things that are neither closed, nor wide open, nor visibly ajar from close by."""
         for thing in (self._view.scene.things[name] for name in sorted(episode.setup.objects)):
             if thing.openness <= ALMOST_CLOSED or thing.openness >= WIDE_OPEN:
                 continue
@@ -221,7 +221,7 @@ class Certifier:
             yield "some_out_of_view", f"more than half of the {len(ids)} targets are in view at the start"
 
     def _meant_by(self, instruction: str) -> set[str]:
-        """Return the ids of all things that the words "every ..." or "everything that ..." mean now."""
+        """Return the ids of all things that "every ..." or "everything that ..." refers to now."""
         items = items_of(self._view.scene)
         if named := BY_NAME_PATTERN.search(instruction):
             return {item.id for item in referents(Phrase(named["name"], room=named["room"]), items.values())}
@@ -243,7 +243,7 @@ class Certifier:
         return [self._view.scene.things[item.id] for item in items if item.room_id and room in (None, item.room)]
 
     def _answers(self, task: ClosureTask, second: Episode, house: House) -> list[ClosureAnswer]:
-        """Return the answers of twins. Raises BrokenRule where they are none, or the second side can be done."""
+        """Return the answers of twins. Raises BrokenRule where the sides are not twins, or the second side can be done."""
         first = task.episodes[0]
         check_single_difference(task, second)
         for side in task.episodes if self._is_strict and task.kind != "if_so" else ():
@@ -264,7 +264,7 @@ class Certifier:
         return [answer, ClosureAnswer(episode_id=second.id, **facts)]
 
     def _reason(self, task: ClosureTask, second: Episode, house: House) -> Reason:
-        """Return why the second side is impossible. Raises BrokenRule where something still answers."""
+        """Return why the second side is impossible. Raises BrokenRule where something still matches."""
         first = task.episodes[0]
         self._begin(first)
         start = EpisodeStart(first, house, self._view)
@@ -300,7 +300,10 @@ class Certifier:
         return f"No reachable place from which it works on {target.id!r}."
 
     def _show_evidence_and_report(self, second: Episode, answer: ClosureAnswer) -> tuple[Action, ...]:
-        """Return the actions that show all evidence and then report. Raises BrokenRule where it cannot be seen."""
+        """Return the actions that show all evidence and then report.
+
+        Raises BrokenRule where the evidence cannot be seen.
+        """
         self._begin(second)
         actions: list[Action] = []
         with self._view.rollback():
@@ -315,8 +318,10 @@ class Certifier:
         return (*actions, Report(status=answer.accepted[0], summary=SUMMARY))
 
     def _show_evidence(self, macro_actions: MacroActions, answer: ClosureAnswer) -> Iterator[Action]:
-        """Yield the actions that show all evidence: at once, or of many things what is nearest first. Raises
-        Unsolvable."""
+        """Yield the actions that show all evidence: in one view, or thing by thing with the nearest first.
+
+        Raises Unsolvable.
+        """
         is_of_many = answer.form in EVERYTHING_FORMS
         left = [(each,) for each in answer.evidence] if is_of_many else [answer.evidence]
         while left:
@@ -352,7 +357,7 @@ class Certifier:
         raise Unsolvable("No reachable place from which all evidence is seen at once.")
 
     def _shows_all(self, pose: Pose, evidence: tuple[Evidence, ...]) -> bool:
-        """Whether all evidence is clearly seen from a pose."""
+        """Return whether all evidence is clearly seen from a pose."""
         with self._view.at_pose(pose):
             states = self._view.world({each.object_id for each in evidence}).objects
         clear = [
@@ -365,7 +370,7 @@ class Certifier:
     def _faults_of_second_side(
         self, second: Episode, answer: ClosureAnswer, house: House, actions: tuple[Action, ...]
     ) -> BrokenRules:
-        """Yield what is wrong with the second side of twins and the actions that are to close it."""
+        """Yield what is wrong with the second side of twins and with the actions that should close it."""
         if answer.form in EVERYTHING_FORMS and len(actions) < MIN_LOOKING_SHARE * second.max_steps:
             yield "enough_to_look_at", f"{len(actions)} steps of {second.max_steps} to see all that is asked about"
         if len(actions) > BUDGET_SHARE * second.max_steps:
@@ -381,7 +386,7 @@ class Certifier:
             yield "closes_rightly", f"C={verdict.C:d} W={verdict.outcome.W:d} ({verdict.outcome.label})"
 
     def _begin(self, episode: Episode) -> None:
-        """Resets the simulator to an episode's start. Raises BrokenRule where that cannot be."""
+        """Reset the simulator to an episode's start. Raises BrokenRule where that is impossible."""
         try:
             self._simulator.reset(episode.start, episode.setup)
         except EpisodeError as error:

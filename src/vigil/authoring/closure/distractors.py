@@ -1,4 +1,4 @@
-"""Tasks about one of two things of a kind, told from the other by colour, place, state, what it bears, or size."""
+"""Tasks about one of two things of a kind, distinguished by colour, place, state, what it carries, or size."""
 
 from collections.abc import Iterator
 from itertools import islice
@@ -22,14 +22,14 @@ from vigil.scoring.closure import DISTRACTOR
 
 ACTS: tuple[Act, ...] = ("pick", *ALL_ACTS)
 OPEN_OR_CLOSED_ITEMS = ("Box", "Laptop")
-"""What is carried, and plainly open or closed."""
+"""Things that can be carried and are visibly open or closed."""
 FOOD = ("Apple", "Tomato", "Egg", "Potato")
-"""What may lie on or in one of two dishes, so that it is told by that."""
+"""What may lie on or in one of two dishes to distinguish it."""
 ON_FURNITURE = ("Book", "Vase", "Statue", "AlarmClock", "TissueBox", "Candle")
-"""The same, of two pieces of furniture."""
+"""What may lie on or in one of two pieces of furniture to distinguish it."""
 MAX_BORNE_TRIED = 4
 _BEARING_ACTS: tuple[Act, ...] = ("pick", "open")
-"""What is asked of a thing that is told by what it bears: the first that it allows."""
+"""Acts asked of a thing that is distinguished by what it carries; the first act that it allows is taken."""
 
 
 def look_alike(context: HouseContext) -> Tasks:
@@ -78,7 +78,7 @@ def _of_place(context: HouseContext) -> Tasks:
 
 
 def _same_name_objects(context: HouseContext, thing_id: str) -> list[Thing]:
-    """Return the other things of a thing's category, where only those may be taken for it, in the scene's order."""
+    """Return the other things of a thing's category if nothing else can be confused with it, in the scene's order."""
     items = context.items
     item = items[thing_id]
     others = [each for each in referents(Phrase(item.name), items.values()) if each.id != thing_id]
@@ -88,7 +88,7 @@ def _same_name_objects(context: HouseContext, thing_id: str) -> list[Thing]:
 
 
 def _candidates(context: HouseContext) -> Iterator[tuple[Thing, list[Thing]]]:
-    """Yield things that have namesakes, with those, in a random order."""
+    """Yield things with the other things of the same name, in a random order."""
     wanted = [each for each in context.view.scene.things.values() if each.is_present and is_target(each)]
     for thing in context.shuffled(wanted):
         others = _same_name_objects(context, thing.id)
@@ -159,7 +159,7 @@ def _of_bearing(context: HouseContext) -> Tasks:
 
 
 def _supported_candidates(context: HouseContext, target: Thing, others: list[Thing]) -> list[Thing]:
-    """Return what could lie on a thing so that it is told by that, in a random order: a thing of a name of its own."""
+    """Return the uniquely named things that could lie on a thing to distinguish it, in a random order."""
     items = list(context.items.values())
     ids = {target.id, *(each.id for each in others)}
     suits = FOOD if target.is_pickupable else ON_FURNITURE
@@ -175,7 +175,7 @@ def _supported_candidates(context: HouseContext, target: Thing, others: list[Thi
 
 
 def _placements_on_top(target: Thing, borne: Thing) -> Iterator[Placement]:
-    """Yield places for a thing on another, and in what is carried."""
+    """Yield places for a thing on another one, and inside another one that can be carried."""
     yield from placements_on(target, borne, inside=False)
     if target.is_pickupable:
         yield from placements_on(target, borne, inside=True)
@@ -184,7 +184,7 @@ def _placements_on_top(target: Thing, borne: Thing) -> Iterator[Placement]:
 def _distractor_task(
     context: HouseContext, act: Act, target: Thing, alike: Thing, words: str, setup: Setup, form: str
 ) -> Tasks:
-    """Yield the task about a thing that is told so from another; none where no start shows that one alone."""
+    """Yield the task about a thing distinguished in this way; nothing where no start shows that thing alone."""
     if not context.can_begin(setup):
         return
     start = context.start_seeing(

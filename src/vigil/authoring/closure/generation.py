@@ -1,4 +1,4 @@
-"""Generation of the suite's drafts: propose each kind in a house, certify what is proposed, keep what holds."""
+"""Generation of the suite's drafts: propose each kind in a house, certify each proposal, keep those that hold."""
 
 import time
 import zlib
@@ -42,14 +42,14 @@ PROPOSALS: dict[Kind, Callable[[HouseContext], Tasks]] = {
     "look_alike": look_alike,
     "out_of_sight": out_of_sight,
 }
-"""Kind -> what proposes its tasks in a house."""
+"""Kind -> the function that proposes its tasks in a house."""
 AUTHOR = "closure grammar"
 FAMILY: Family = "SI"
-"""Under which a house is noted as done; the episodes are of SI, and of CR where something is to be resolved."""
+"""Families under which a house is marked as done; episodes are of SI, and of CR where a constraint must be resolved."""
 
 
 class ClosureGenerator:
-    """A simulator with what is needed to propose and to certify tasks in it."""
+    """A simulator with what proposing and certifying need."""
 
     def __init__(self, settings: GenerationSettings) -> None:
         self._settings = settings
@@ -57,7 +57,7 @@ class ClosureGenerator:
         self._certifier = Certifier(self._simulator)
 
     def work(self, source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
-        """Return a house and what came of proposing all kinds in it."""
+        """Return the house and the results of proposing all kinds in it."""
         begun = time.monotonic()
         try:
             house = source.house()
@@ -98,7 +98,7 @@ class ClosureGenerator:
                 return
 
     def _examine(self, context: HouseContext, task: ClosureTask) -> ClosureDraft | Rejection:
-        """Return a task under its own ids when it holds, else why it does not."""
+        """Return a task under its own ids when it holds, else the reason why it does not."""
         sides, findings = self._certifier.certify(task, context.house)
         if findings:
             return Rejection(
@@ -125,7 +125,7 @@ def closure_worker(settings: GenerationSettings) -> ClosureGenerator:
 
 
 def _named(context: HouseContext, side: Certified, facts: DraftFacts, secret: int | None) -> Draft:
-    """Return a side as a draft under an id that tells it from no other: the same form for both twins."""
+    """Return a side as a draft under an id of the same form for both twins, which does not reveal the side."""
     episode: Episode = side.episode
     provenance = episode.provenance.model_copy(update={"validated": True, "solution_steps": len(side.actions)})
     name = draft_id(episode, facts.category, context.house, secret)

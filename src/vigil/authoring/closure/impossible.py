@@ -1,4 +1,4 @@
-"""Twins of which one cannot be done: what is asked for is gone, barred, broken, or has no room where it is to go."""
+"""Twins of which one is impossible: the thing is gone, barred or broken, or its receptacle is full."""
 
 from itertools import islice
 
@@ -36,19 +36,20 @@ from vigil.scoring.closure import Evidence
 
 TRIED_FURNITURE = 4
 NOTICE_READABLE_M = 2.0
-"""How far from the camera a notice is read."""
+"""Distance from the camera at which a notice can be read."""
 BELOW_EYES_M = 0.2
-"""How far below the eyes a surface must be to be looked at from above."""
+"""How far below the eyes a surface must be to be seen from above."""
 SPOT_SHARES = (-0.3, 0.3)
-"""Where on a surface, from its middle and as shares of its size, evidence is looked for."""
+"""Places on a surface, from its middle and as shares of its size, where evidence is looked for."""
 STANDS = ("SideTable", "Stool", "Chair", "Ottoman", "CoffeeTable", "Shelf", "Cart", "TVStand", "Dresser", "Desk")
-"""What something is to be put on that may have no room for it."""
+"""Receptacles that may turn out to be full."""
 OCCUPANTS = ("Television", "Desktop", "CoffeeMachine", "Safe", "Microwave")
-"""What may take up the room, and plainly is not for carrying."""
+"""Things that may take up the room and clearly cannot be carried."""
 MIN_OCCUPIED_SHARE = 0.5
-"""Of the surface that it stands on, at least so much is taken up: a reader must see that it is full."""
+"""Least share of the surface that is taken up, so that a viewer can see that it is full."""
 BLOCKERS = ("Ottoman", "ArmChair", "SideTable", "CoffeeTable", "Cart")
-"""What may stand before a door or drawer, and plainly is not for carrying: a reader takes a chair or a lamp away."""
+"""Things that may stand before a door or drawer and clearly cannot be carried; a chair or a lamp could be moved away.
+"""
 TRIED_TARGETS, MAX_OCCUPANTS_TRIED = 6, 3
 _CLAIMS = ("I do not know where {target} is", "Where is {target}?")
 PLACED_ORDERS = Sentences(
@@ -57,7 +58,7 @@ PLACED_ORDERS = Sentences(
         for half in (SEARCH_ORDERS.public, SEARCH_ORDERS.held_out)
     )
 )
-"""Orders that do not ask where something is, since they say it."""
+"""Orders that state where something is, and so do not ask for it."""
 PUT_ON = (
     "Put {target} on {receptacle}.",
     "Please put {target} on {receptacle}.",
@@ -68,7 +69,7 @@ PUT_ON = (
 
 
 def impossible(context: HouseContext) -> Tasks:
-    """Yield twins of which one cannot be done."""
+    """Yield twins of which one is impossible."""
     yield from interleave(
         context, _absent_tasks(context), _blocked_tasks(context), _broken_tasks(context), _no_room_tasks(context)
     )
@@ -101,7 +102,7 @@ def _absent_tasks(context: HouseContext) -> Tasks:
 
 
 def phrase_by_support(context: HouseContext, item: DescribedThing, *, may_colour: bool = True) -> Phrase | None:
-    """Return what to call a thing by what it lies on or in; None when that does not single it out."""
+    """Return what to call a thing by what it lies on or in; None when that is ambiguous."""
     items = list(context.items.values())
     if item.support is None or {each.id for each in referents(Phrase(item.support), items)} != {item.support_id}:
         return None
@@ -120,7 +121,7 @@ def phrase_by_support(context: HouseContext, item: DescribedThing, *, may_colour
 
 
 def _spots(support: Thing, target: Thing) -> list[Vec3]:
-    """Return places spread over the surface that a thing lies on; none where it is too high to be looked at."""
+    """Return places spread over the surface that a thing lies on; empty where it is too high to be seen from above."""
     for surface, frame in level_surfaces(support):
         if surface.name == target.surface:
             shares = [(x * surface.size_x, 0.002, z * surface.size_z) for x in SPOT_SHARES for z in SPOT_SHARES]
@@ -156,7 +157,7 @@ def _blocked_tasks(context: HouseContext) -> Tasks:
 
 
 def _is_never_in_view(context: HouseContext, episode: Episode, thing: Thing, moved: Placement) -> bool:
-    """Whether nothing of a thing is in view at the start of an episode, neither where it stands nor moved."""
+    """Return whether a thing is fully out of view at an episode's start, both where it stands and where it is moved to."""
     setups = episode.setup, changed_setup(episode.setup, thing.id, placement=moved)
     found = all(context.can_begin(setup) and is_out_of_view_from(context, episode.start, thing.id) for setup in setups)
     context.begin(Setup())
@@ -201,13 +202,13 @@ def _no_room_tasks(context: HouseContext) -> Tasks:
 
 
 def _put_on(target: Phrase | None) -> tuple[str, ...]:
-    """Return the orders in which no two places stand one behind the other ("the pen on the bed on the chair")."""
+    """Return the orders that do not chain two places ("the pen on the bed on the chair")."""
     is_told_by_place = target is not None and target.support is not None
     return tuple(each for each in PUT_ON if not is_told_by_place or " it " in each)
 
 
 def _takes_up(stand: Thing, occupant: Thing) -> bool:
-    """Whether a thing takes up most of the surface on top of a stand."""
+    """Return whether a thing takes up most of the surface on top of a stand."""
     tops = [surface for surface, _ in level_surfaces(stand) if not surface.is_inside]
     area = max((top.size_x * top.size_z for top in tops), default=0.0)
     return occupant.asset.size.x * occupant.asset.size.z >= MIN_OCCUPIED_SHARE * area
@@ -227,7 +228,7 @@ def _may_go_on(context: HouseContext, thing: Thing, stand: Thing) -> bool:
 def _no_room_task(
     context: HouseContext, stand: Thing, occupant: Thing, taken: Placement, target: Thing
 ) -> ClosureTask | None:
-    """Return the twins in which a thing fits on a stand, or does not because something heavy stands there."""
+    """Return the twins in which a thing fits on a stand, or does not fit because something heavy stands there."""
     setup = Setup()
     full = changed_setup(setup, occupant.id, placement=taken)
     if not context.can_begin(full):

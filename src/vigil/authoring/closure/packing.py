@@ -1,4 +1,4 @@
-"""Packs of the suite: from drafts to a frozen pack, evenly over kinds and what is in them; and what guessing achieves.
+"""Packs of the suite: selection from drafts to a frozen pack, balanced over kinds, and the score of guessing.
 
 Source: `protocol.md` section 8, decision 30.
 """
@@ -32,29 +32,29 @@ BLIND: dict[str, tuple[Status | None, ...]] = {
     "always_invalid": ("invalid",),
     "coin": ("success", "fail"),
 }
-"""Agents that report without looking: the statuses that each draws from, None for no report."""
+"""Agents that report without looking: the statuses that each draws from; None means no report."""
 
 
 @dataclass(frozen=True, slots=True)
 class ClosureRequest:
-    """Which pack of the suite to freeze."""
+    """Settings of the suite's pack to freeze."""
 
     name: str
     per_kind: int
-    """Tasks of each kind for which `quotas` say nothing else: pairs, of kinds that come as twins."""
+    """Number of tasks of a kind that `quotas` does not list; kinds that come as twins are counted in pairs."""
     seed: int = 0
-    """Breaks ties."""
+    """Seed that breaks ties."""
     house_uses: int = 3
-    """Tasks of a kind in a house, at most."""
+    """Most tasks of a kind in one house."""
     kinds: tuple[Kind, ...] = KINDS
     quotas: Mapping[Kind, int] = field(default_factory=dict)
-    """Tasks of some kinds."""
+    """Number of tasks by kind, where it differs from the default."""
     version: str = "1"
     description: str = ""
     aliases: tuple[str, ...] = ()
     is_seed_secret: bool = False
     asset_database_sha256: str | None = None
-    """Of the file that things have their sizes from; None for the typical sizes of their kinds."""
+    """Hash of the file from which things get their sizes; None for the typical sizes of their kinds."""
 
     def asked(self, kind: Kind) -> int:
         """Return how many tasks of a kind are wanted."""
@@ -62,7 +62,7 @@ class ClosureRequest:
 
 
 TaskCheck = Callable[[ClosureDraft], list[Finding]]
-"""Certifies a task anew. Returns what is wrong with it."""
+"""Certifies a task again and returns what is wrong with it."""
 
 
 def reviewed_tasks(
@@ -70,7 +70,7 @@ def reviewed_tasks(
 ) -> tuple[list[ClosureDraft], list[Finding]]:
     """Return tasks as their reviewers want them, and what is wrong with those that were reworded.
 
-    A task of which any side is rejected is left out whole; words given to one side are those of both.
+    A task is left out if any side is rejected; a new wording of one side applies to both.
     """
     by_id: dict[str, list[Review]] = {}
     for review in reviews:
@@ -88,7 +88,7 @@ def reviewed_tasks(
 
 
 def _judged(task: ClosureDraft, reviews: Sequence[Review]) -> ClosureDraft | None:
-    """Return a task as its reviewers want it; None where one of its sides is rejected."""
+    """Return a task as its reviewers want it; None if one of its sides is rejected."""
     episodes = [apply_reviews(draft.episode, reviews) for draft in task.drafts]
     if any(episode.provenance.reviewed == "rejected" for episode in episodes):
         return None
@@ -105,7 +105,7 @@ def _words(task: ClosureDraft) -> str:
 
 
 def select_tasks(pool: Sequence[ClosureDraft], request: ClosureRequest) -> list[ClosureDraft]:
-    """Return exactly so many tasks of each kind, evenly over reasons, acts, categories and houses.
+    """Return exactly the requested number of tasks of each kind, balanced over reasons, acts, categories and houses.
 
     Raises EpisodeError when there are too few.
     """
@@ -165,9 +165,9 @@ def freeze_closure(
     reviews: Sequence[Review] = (),
     check: TaskCheck = lambda task: [],
 ) -> tuple[Pack, list[Finding]]:
-    """Freezes a pack of the suite into `out`. Returns it with what is wrong with reworded tasks, which are left out.
+    """Freeze a pack of the suite into `out`. Return it with what is wrong with reworded tasks, which are left out.
 
-    Raises EpisodeError when the drafts are too few, SettingError when the folder is not empty or the name unfit.
+    Raises EpisodeError when the drafts are too few, SettingError when the folder is not empty or the name is invalid.
     """
     check_can_freeze(out, request.name)
     for file in files:
@@ -212,8 +212,10 @@ def freeze_closure(
 def _review_counts(
     chosen: Sequence[ClosureDraft], offered: Sequence[ClosureDraft], reviews: Sequence[Review]
 ) -> dict[str, int]:
-    """Return how many episodes were judged by a person, by a model alone, and by nobody; and how many were rejected,
-    their twins included."""
+    """Return how many episodes were judged by a person, by a model alone, and by nobody, and how many were rejected.
+
+    The twins of rejected episodes count as rejected.
+    """
     versions = {draft.episode.id: draft.episode for task in offered for draft in task.drafts}
     kinds: dict[str, set[str]] = {}
     rejected: set[str] = set()
@@ -234,7 +236,7 @@ def _review_counts(
 
 
 def _house_facts(read: Sequence[DraftsContent], names: Sequence[str], request: ClosureRequest) -> dict[str, Any]:
-    """Return where houses are from that were not generated, and what gave their things sizes, as far as there is."""
+    """Return the sources of houses that were not generated, and of the things' sizes, as far as there are any."""
     origins = {origin.name: origin for proposed in read for origin in proposed.origins}
     sources = {
         name: origins[name].model_dump(exclude={"line", "name"}, exclude_none=True) for name in names if name in origins
@@ -244,7 +246,7 @@ def _house_facts(read: Sequence[DraftsContent], names: Sequence[str], request: C
 
 
 def solution_of(draft: Draft) -> Solution:
-    """Return a draft's recorded solution: what closes its episode rightly."""
+    """Return a draft's recorded solution: the actions that close its episode correctly."""
     return Solution(episode_id=draft.episode.id, actions=draft.actions)
 
 
@@ -255,9 +257,9 @@ def kind_counts(answers: Sequence[ClosureAnswer]) -> dict[str, int]:
 
 
 def guessing(answers: Sequence[ClosureAnswer]) -> dict[str, dict[str, float]]:
-    """Return C and the share of pairs (%) that agents without sight come to, in expectation, by kind.
+    """Return the expected C and share of correct pairs (%) of agents without sight, by kind.
 
-    They act on nothing, so that a goal holds at the end just where it holds at the reset.
+    They never act, so that a goal holds at the end exactly if it holds at the reset.
     """
     kinds = [kind for kind in KINDS if any(each.kind == kind for each in answers)]
     return {
@@ -278,7 +280,7 @@ def _pair_chances(answers: Sequence[ClosureAnswer], kind: Kind, drawn: tuple[Sta
 
 
 def _chance(answer: ClosureAnswer, drawn: tuple[Status | None, ...]) -> float:
-    """Return how likely one of some statuses, reported at once, closes an episode rightly."""
+    """Return the probability that one of some statuses, reported at once, closes an episode correctly."""
     if answer.is_impossible:
         right: tuple[Status, ...] = answer.accepted
     else:

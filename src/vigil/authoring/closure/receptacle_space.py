@@ -1,7 +1,7 @@
-"""Whether a thing has room on another: an exhaustive search over all its places and turns, by the simulator's rules.
+"""Whether a receptacle has room for a thing: a search over all places and turns, by the simulator's rules.
 
-It errs on the side of room: walls, ceilings and the body of what carries are left out, and a thing may be turned to any
-heading. What it says has no room has none wherever one clicks or drops.
+The search errs on the side of room: it ignores walls, ceilings and the body of the agent, and a thing may be turned to
+any heading. If it finds no room, every click or drop there fails.
 """
 
 import copy
@@ -26,14 +26,17 @@ TURN_STEP_DEG = 5.0
 CLICKED_SHARES = np.linspace(-0.45, 0.45, 5)
 """Where a surface is clicked, from its middle and as shares of its sides."""
 ABOVE_M = 0.002
-"""How high above a surface a click on it lies, so that it is not lost in the solid below."""
+"""How far above a surface a click is aimed, so that it does not fall into the solid below."""
 MIN_M2 = 1e-6
-"""A smaller region of free places is rounding."""
+"""Area below which a region of free places is treated as rounding error."""
 
 
 def fits_on(scene: Scene, thing_id: str, receptacle_id: str, *, may_clear: bool = True) -> bool:
-    """Whether a thing can be put anywhere on a receptacle as things stand; with `may_clear`, after all that can
-    be carried has been taken away, and on whatever can be put between the two."""
+    """Return whether a thing can be put anywhere on a receptacle in the present state.
+
+    With `may_clear`, everything that can be carried is removed first, and the thing may also be put on anything that
+    can be put in between.
+    """
     thing, receptacle = scene.things[thing_id], scene.things[receptacle_id]
     gone = {thing_id, *(each.id for each in contents(scene, thing_id))}
     if may_clear:
@@ -56,7 +59,7 @@ def fits_on(scene: Scene, thing_id: str, receptacle_id: str, *, may_clear: bool 
 
 
 def refuses_clicks(scene: Scene, agent: Pose, thing_id: str, receptacle_id: str, surface_name: str) -> bool:
-    """Whether every click on a surface is refused to who holds a thing, for want of room near the click."""
+    """Return whether every click on a surface is refused while a thing is held, for lack of room near the click."""
     copied = Scene(scene.rooms, scene.panels, {each.id: copy.copy(each) for each in scene.things.values()})
     state = SceneState(copied, agent, CollisionMap(copied))
     thing, receptacle = copied.things[thing_id], copied.things[receptacle_id]
@@ -68,7 +71,7 @@ def refuses_clicks(scene: Scene, agent: Pose, thing_id: str, receptacle_id: str,
 
 
 def free_surfaces(scene: Scene, thing_id: str, receptacle_id: str, gone: Iterable[str] = ()) -> set[str]:
-    """Return the names of a receptacle's surfaces on which a thing has room, were some others gone."""
+    """Return the names of a receptacle's surfaces with room for a thing if some other things were gone."""
     thing, receptacle = scene.things[thing_id], scene.things[receptacle_id]
     out = {thing_id, *gone}
     return {
@@ -79,12 +82,12 @@ def free_surfaces(scene: Scene, thing_id: str, receptacle_id: str, gone: Iterabl
 
 
 def _bearing(stand: Thing, receptacle: Thing) -> list[tuple[Surface, Motion]]:
-    """Return the surfaces of what a receptacle bears, or of itself, what lies on which lies on the receptacle."""
+    """Return the surfaces of the receptacle or of what it carries, except things stacked on those."""
     return [each for each in level_surfaces(stand) if not ends_lying_on(stand, each[0], receptacle)]
 
 
 def _standing_on(scene: Scene, receptacle: Thing) -> list[Thing]:
-    """Return what stands on a receptacle and cannot be taken away."""
+    """Return what stands on a receptacle and cannot be carried away."""
     return [
         each
         for each in scene.things.values()
@@ -101,7 +104,7 @@ def _is_tray(each: Thing, thing: Thing) -> bool:
 
 
 def _free(scene: Scene, thing: Thing, receptacle: Thing, surface: Surface, frame: Motion, gone: set[str]) -> bool:
-    """Whether a thing has a free place on one surface, whichever way it is turned."""
+    """Return whether a thing has a free place on one surface at any heading."""
     height = float(frame.shift[1])
     solids = [
         polygon_of(prism) for prism in _solids_between(scene, receptacle, gone, height, height + thing.asset.size.y)
@@ -113,7 +116,7 @@ def _free(scene: Scene, thing: Thing, receptacle: Thing, surface: Surface, frame
 
 
 def _solids_between(scene: Scene, receptacle: Thing, gone: set[str], low: float, high: float) -> Iterable[Prism]:
-    """Yield the solids between two heights of what is there, but for the receptacle itself."""
+    """Yield the solids between two heights, except the receptacle itself."""
     for other in scene.things.values():
         if other.is_present and not other.is_held and other.id not in gone and other.id != receptacle.id:
             for prism in prisms_of(other):
@@ -122,14 +125,14 @@ def _solids_between(scene: Scene, receptacle: Thing, gone: set[str], low: float,
 
 
 def _flat(surface: Surface, frame: Motion) -> shapely.Polygon:
-    """Return the outline of a surface, with as much around it as a thing may stand out over its edge."""
+    """Return the outline of a surface, widened by how far a thing may stick out over its edge."""
     x, z = surface.size_x / 2 + EDGE_M, surface.size_z / 2 + EDGE_M
     corners = frame(np.array([[-x, 0.0, -z], [x, 0.0, -z], [x, 0.0, z], [-x, 0.0, z]]))
     return shapely.Polygon(corners[:, [0, 2]])
 
 
 def _is_free(flat: shapely.Polygon, solids: Sequence[BaseGeometry], size: np.ndarray, yaw: float) -> bool:
-    """Whether a rectangle of that size and heading lies somewhere within an outline, clear of solids."""
+    """Return whether a rectangle of that size and heading fits within an outline, clear of solids."""
     half = [rotate_floor(x * size[0] / 2, z * size[1] / 2, yaw) for x, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     rectangle = np.array(half)
     middles: BaseGeometry = flat

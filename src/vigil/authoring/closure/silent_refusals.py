@@ -1,5 +1,7 @@
-"""Tasks whose obvious action is refused for a reason that is seen and not told: a machine runs or stands open,
-something stands before a door, or a shelf is full."""
+"""Tasks whose obvious action is refused for a reason that is visible but not stated.
+
+A machine runs or stands open, something stands before a door, or a shelf is full.
+"""
 
 from collections.abc import Iterable
 from itertools import combinations, islice
@@ -29,14 +31,13 @@ from vigil.sim.core.placing import EDGE_M
 
 ANY_MOVE_M = 0.01
 SHELVES = ("ShelvingUnit", "Fridge", "Cabinet", "TVStand", "SideTable", "Cart", "Desk", "CoffeeTable", "Dresser")
-"""What may have several level surfaces, of which one can be full."""
+"""Furniture that may have several level surfaces, one of which can be full."""
 HAND_HEIGHT_M = 1.0
-"""Height of the hand: the surface nearest to it is the obvious one."""
+"""Height of the hand; the surface nearest to it is the obvious one."""
 TRIED_SHELVES, TRIED_TARGETS, TRIED_FILLERS, MAX_FILLERS, TRIED_ROWS = 3, 2, 6, 3, 4
-"""Shelves and things to be put there that are tried, the largest things to fill a shelf with, how many it takes,
-and rows of them that are tried."""
+"""Limits of the search: shelves, things to put there, the largest things that fill a shelf, their number, and rows."""
 MIN_SIDE_M = 0.07
-"""For something slimmer there is nearly always a gap."""
+"""Width below which a thing nearly always finds a gap."""
 FULL = "full_shelf"
 PUT_IN = (
     "Put {target} into {receptacle}.",
@@ -47,7 +48,7 @@ PUT_IN = (
 
 
 def silent_refusal(context: HouseContext) -> Tasks:
-    """Yield tasks whose obvious action is refused without a word."""
+    """Yield tasks whose obvious action is refused without a stated reason."""
     forms = (
         _implicit_tasks(context, swing_blocked(context), "swing"),
         _implicit_tasks(context, interlocked(context), "machine"),
@@ -64,7 +65,7 @@ def _implicit_tasks(context: HouseContext, drafts: Iterable[Episode], form: str)
         act: Act = "open" if goal.state == "is_open" else "turn_on"
         phrase = str(context.phrase(target.id))
         words = order_slots(act, target.category, phrase, context.rng) | pronoun_slots(target.category)
-        if constraint.kind == "object_moved":  # whoever opens it has moved what stood there, however far
+        if constraint.kind == "object_moved":  # opening it moves what stood there, whatever the distance
             constraint = constraint.model_copy(update={"distance_m": ANY_MOVE_M})
         bare = episode.model_copy(
             update={
@@ -94,7 +95,7 @@ def _full_shelf_tasks(context: HouseContext) -> Tasks:
 
 
 def obvious_surface(shelves: Thing) -> tuple[Surface, Motion] | None:
-    """Return the surface nearest to the height of the hand, of those inside of it, else of those on it.
+    """Return the surface nearest to the height of the hand, inside the furniture if it has any there, else on it.
 
     None where there are not several.
     """
@@ -113,7 +114,7 @@ def _may_go_on(context: HouseContext, thing: Thing, shelves: Thing) -> bool:
 
 
 def _belongs(thing: Thing, shelves: Thing) -> bool:
-    """Whether people keep a thing there; open shelves take anything."""
+    """Return whether people keep a thing there; open shelves take anything."""
     return thing.category in BELONGS_IN.get(shelves.category, (thing.category,))
 
 
@@ -123,7 +124,7 @@ def _side(thing: Thing) -> float:
 
 
 def _filled_up(context: HouseContext, shelves: Thing, opened: Setup, target: Thing) -> ClosureTask | None:
-    """Return the task of putting a thing on shelves of which the obvious one is full; None where none can be."""
+    """Return the task of putting a thing on shelves of which the obvious one is full; None where that is impossible."""
     if not context.can_begin(opened):
         return None
     stands = context.thing(shelves.id)
@@ -145,7 +146,7 @@ def _filled_up(context: HouseContext, shelves: Thing, opened: Setup, target: Thi
 
 
 def is_full(view: PrivilegedView, target_id: str, shelves_id: str) -> bool:
-    """Whether every click on the obvious surface is refused for want of room, and another surface has some."""
+    """Return whether every click on the obvious surface is refused for lack of room while another surface has room."""
     scene = view.scene
     found = obvious_surface(scene.things[shelves_id])
     if found is None:
@@ -168,9 +169,9 @@ def _may_fill(context: HouseContext, thing: Thing, shelves: Thing, target: Thing
 def _row(
     opened: Setup, shelves: Thing, surface: Surface, frame: Motion, fillers: tuple[Thing, ...], side_m: float
 ) -> Setup | None:
-    """Return the setup in which some things stand in a row on a surface, evenly spaced.
+    """Return the setup in which some things stand in an evenly spaced row on a surface.
 
-    None where they do not fit, or leave a gap for a thing of that side.
+    None where they do not fit, or leave a gap for a thing of that side length.
     """
     if not fillers:
         return opened

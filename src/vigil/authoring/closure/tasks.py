@@ -1,8 +1,7 @@
 """Tasks of the closure-stress suite: what a proposal yields, and what all proposals share.
 
-A task is made of a draft of Search and Interact, so that the side which can be done obeys every rule of that family,
-but for those that its kind breaks by intent. `vigil.authoring.closure.certify` decides which tasks hold. Source:
-decision 30.
+A task is made from a draft of Search and Interact, so that the possible side obeys every rule of that family, except
+those that its kind breaks on purpose. `vigil.authoring.closure.certify` decides which tasks hold. Source: decision 30.
 """
 
 from collections.abc import Iterator
@@ -15,35 +14,35 @@ from vigil.protocol.episode import Episode
 from vigil.scoring.closure import Evidence, Kind
 
 LEVEL_DEG = 15.0
-"""Camera pitch of a start that sees what is to be acted on."""
+"""Camera pitch of a start that sees the thing to act on."""
 NEAR_M = (0.7, 4.0)
-"""How far such a start is from it."""
+"""Distance of such a start from the thing."""
 EVIDENCE_PX = 300
-"""Pixels in which a thing's state, or that it bars the way, is plain to see."""
+"""Pixels that make a thing's state, or the fact that it bars the way, clearly visible."""
 FLAMES = frozenset({"Candle"})
-"""Nobody says that it is on or off."""
+"""Things that are not described as on or off."""
 
 
 @dataclass(frozen=True, slots=True)
 class ClosureTask:
-    """One episode, or two twins, the side first that the families' rules bind."""
+    """One episode, or two twins; the side to which the families' rules apply comes first."""
 
     kind: Kind
     episodes: tuple[Episode, ...]
     removed: str = ""
-    """Id of the object about which twins differ."""
+    """Id of the object in which the twins differ."""
     evidence: tuple[Evidence, ...] = ()
     form: str = ""
-    """Which form of its kind it has; empty where there is but one."""
+    """Form of the task within its kind; empty where there is only one."""
 
 
 Tasks = Iterator[ClosureTask | Rejection]
 
 
 def interleave(context: HouseContext, *proposals: Tasks) -> Tasks:
-    """Yield one task of each in turn, with what was refused before it, until none has any left.
+    """Yield one task of each source in turn, with the rejections before it, until all are exhausted.
 
-    Which is the first is drawn for each house, so that no form comes short where few tasks are kept.
+    The first source is drawn for each house, so that each form gets its share where few tasks are kept.
     """
     left = [proposals[index] for index in context.rng.permutation(len(proposals))]
     while left:
@@ -59,12 +58,12 @@ def interleave(context: HouseContext, *proposals: Tasks) -> Tasks:
 
 
 def object_evidence(thing_id: str) -> Evidence:
-    """Return the evidence that a thing gives by itself to who sees it plainly."""
+    """Return the evidence that a thing gives when it is clearly seen."""
     return Evidence(object_id=thing_id, least_px=EVIDENCE_PX)
 
 
 def is_out_of_view_from(context: HouseContext, pose: Pose, thing_id: str) -> bool:
-    """Whether nothing of a thing is in view from a pose."""
+    """Return whether a thing is fully out of view from a pose."""
     return context.seen_from(pose, thing_id).visible_px == 0
 
 

@@ -1,6 +1,6 @@
-"""What must be so of twins by their episodes and the world at the start: no search, no replay.
+"""Requirements on twins that follow from their episodes and the start state, without search or replay.
 
-`vigil.authoring.closure.certify` decides by search whether they are what their answers say.
+`vigil.authoring.closure.certify` decides by search whether twins match their answers.
 """
 
 from collections.abc import Iterable, Sequence
@@ -13,7 +13,7 @@ from vigil.errors import EpisodeError
 from vigil.protocol.episode import Episode
 
 STRICT_SINCE = 3
-"""Version of the rules since which first frames show no difference, and what lies elsewhere has the very name."""
+"""Version of the rules from which first frames show no difference and things placed elsewhere have the exact name."""
 
 
 class BrokenRule(EpisodeError):
@@ -40,9 +40,9 @@ def check_single_difference(task: ClosureTask, second: Episode) -> None:
 
 
 def check_hidden(task: ClosureTask, episode: Episode, view: PrivilegedView, *, is_searched: bool) -> None:
-    """Raise BrokenRule where the first frame of a side shows what it must not; the oracle has just been reset to it.
+    """Raise BrokenRule where the first frame of a side shows what it must hide; the simulator was just reset to it.
 
-    That is the target where it `is_searched` for, and what bars the way or takes the place.
+    That is the target if it `is_searched` for, and the thing that bars the way or takes the place.
     """
     target = episode.goal.object_id
     wanted = {target: "hidden_at_start"} if is_searched else {}
@@ -56,10 +56,10 @@ def check_hidden(task: ClosureTask, episode: Episode, view: PrivilegedView, *, i
 def reason_for_absence(
     phrases: Sequence[Phrase], items: Iterable[DescribedThing], *, is_strict: bool = True
 ) -> Literal["absent", "elsewhere"]:
-    """Return whether nothing of the name of what is gone is left, or another one lies elsewhere.
+    """Return whether nothing with the missing thing's name is left, or another such thing lies elsewhere.
 
-    A pot may be taken for a kettle, and so may not lie where the kettle is sought; but it is no kettle, unless by rules
-    that were not `is_strict`. Raises BrokenRule where something still answers to a phrase.
+    A pot may be mistaken for a kettle, and so may not lie where the kettle is searched for; but it counts as another
+    kettle only by rules that were not `is_strict`. Raises BrokenRule where something still matches a phrase.
     """
     everything = list(items)
     for phrase in phrases:

@@ -1,4 +1,4 @@
-"""Verification of a pack of the suite: each task certified anew with its recorded solutions, house by house."""
+"""Verification of a pack of the suite: each task is certified again with its recorded solutions, house by house."""
 
 from collections.abc import Callable, Iterator, Sequence
 
@@ -14,7 +14,7 @@ from vigil.scoring.closure import PAIRED, ClosureAnswer, closure_answers
 from vigil.sim.privileged import PrivilegedSimulator
 
 OnTask = Callable[[int, int, int], None]
-"""Is told how many tasks are done, of how many, and how many of them are faulty."""
+"""Callback that receives the number of tasks done, of all tasks, and of faulty tasks."""
 
 
 def verify_closure(
@@ -44,7 +44,7 @@ def _tasks(pack: Pack, answers: dict[str, ClosureAnswer]) -> Iterator[ClosureTas
 
 
 def task_of(episodes: Sequence[Episode], answers: Sequence[ClosureAnswer]) -> ClosureTask:
-    """Return the task that some sides are, with their answers in the same order."""
+    """Return the task that the sides form, with their answers in the same order."""
     first = answers[0]
     sides = PAIRED.get(first.kind, ())
     ordered = sorted(zip(answers, episodes, strict=True), key=lambda each: sides.index(each[0].side) if sides else 0)  # pyright: ignore
@@ -53,7 +53,7 @@ def task_of(episodes: Sequence[Episode], answers: Sequence[ClosureAnswer]) -> Cl
 
 
 def recertifier(simulator: PrivilegedSimulator, house_of: Callable[[Episode], House]) -> TaskCheck:
-    """Return the function that certifies a task with its recorded solutions, and gives back what is wrong with it."""
+    """Return the function that certifies a task with its recorded solutions and returns what is wrong with it."""
     certifier = Certifier(simulator)
 
     def check(task: ClosureDraft) -> list[Finding]:
