@@ -44,7 +44,7 @@ OPENNESS_STEP = 0.02
 
 
 def build_scene(house: House, assets: AssetDatabase) -> Scene:
-    """Returns the scene of a house. Raises HouseError."""
+    """Return the scene of a house. Raises HouseError."""
     scene = Scene(rooms=rooms_of(house), panels=panels_of(house), notes=unsupported_keys(house))
     panels = {panel.id: panel for panel in [*scene.panels, *panels_of(house, empty=True)]}
     openings = [_opening_thing(house, each, panels) for each in [*house.document.doors, *house.document.windows]]
@@ -154,7 +154,7 @@ def _number(asset_id: str) -> int:
 
 
 def _levels(node: HouseObject, entry: AssetEntry, assets: AssetDatabase) -> tuple[float, ...]:
-    """Returns the heights above the asset's bottom at which children rest inside its box, hovering pairs merged."""
+    """Return the heights above the asset's bottom at which children rest inside its box, hovering pairs merged."""
     base = node.position.y - entry.size.y / 2
     drawers = list(named_drawers(node).values())
     resting = [child for child in node.children if all(child is not drawer for drawer in drawers)]

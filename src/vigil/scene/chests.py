@@ -18,7 +18,7 @@ from vigil.scene.things import Thing
 
 
 def named_drawers(node: HouseObject) -> dict[str, HouseObject]:
-    """Returns those children of a thing of a house that are its drawers, by the drawer's name. Raises HouseError."""
+    """Return those children of a thing of a house that are its drawers, by the drawer's name. Raises HouseError."""
     found: dict[str, HouseObject] = {}
     for child in node.children:
         chest_asset_id, name = split_drawer_id(child.asset_id) or ("", "")
@@ -31,7 +31,7 @@ def named_drawers(node: HouseObject) -> dict[str, HouseObject]:
 
 
 def drawers_in(node: HouseObject, chest: Thing, full_asset: Asset) -> dict[str, Thing]:
-    """Returns the drawers of a piece of furniture, by name; `full_asset` is its asset with all drawers.
+    """Return the drawers of a piece of furniture, by name; `full_asset` is its asset with all drawers.
 
     Raises HouseError when the house names a drawer that the asset does not have.
     """

@@ -47,15 +47,15 @@ class Motion:
     """(3,)."""
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
-        """Returns (n, 3) points moved."""
+        """Return (n, 3) points moved."""
         return points @ self.turn.T + self.shift
 
     def after(self, first: "Motion") -> "Motion":
-        """Returns the motion that does `first`, then this one."""
+        """Return the motion that does `first`, then this one."""
         return Motion(self.turn @ first.turn, self.turn @ first.shift + self.shift)
 
     def inverse(self) -> "Motion":
-        """Returns the motion back."""
+        """Return the motion back."""
         return Motion(self.turn.T, -(self.turn.T @ self.shift))
 
 
@@ -64,13 +64,13 @@ STILL = Motion(np.eye(3), np.zeros(3))
 
 @lru_cache(maxsize=4096)
 def axis_turn(axis: Vec3, angle_deg: float) -> np.ndarray:
-    """Returns the (3, 3) rotation about a unit axis, as `assets.asset.Joint` defines it; not to be written to."""
+    """Return the (3, 3) rotation about a unit axis, as `assets.asset.Joint` defines it; not to be written to."""
     return turn_about(axis, angle_deg)
 
 
 @lru_cache(maxsize=4096)
 def rotation_matrix(rotation: Vec3) -> np.ndarray:
-    """Returns the (3, 3) matrix of Euler angles applied z, then x, then y."""
+    """Return the (3, 3) matrix of Euler angles applied z, then x, then y."""
     turn_x, turn_y, turn_z = (axis_turn(axis, angle) for axis, angle in zip(_AXES, rotation, strict=True))
     return turn_y @ turn_x @ turn_z
 
@@ -79,7 +79,7 @@ _AXES = (Vec3(1.0, 0.0, 0.0), Vec3(0.0, 1.0, 0.0), Vec3(0.0, 0.0, 1.0))
 
 
 def euler_angles(turn: np.ndarray) -> Vec3:
-    """Returns the Euler angles (deg) of a rotation matrix, the inverse of `rotation_matrix`."""
+    """Return the Euler angles (deg) of a rotation matrix, the inverse of `rotation_matrix`."""
     pitch = math.asin(max(-1.0, min(1.0, -float(turn[1, 2]))))
     if abs(turn[1, 2]) > 1.0 - 1e-9:
         return Vec3(math.degrees(pitch), wrap_deg(math.degrees(math.atan2(-turn[2, 0], turn[0, 0]))), 0.0)
@@ -89,12 +89,12 @@ def euler_angles(turn: np.ndarray) -> Vec3:
 
 
 def place_of(thing: Thing) -> Motion:
-    """Returns the motion from the thing's asset frame to the house."""
+    """Return the motion from the thing's asset frame to the house."""
     return Motion(rotation_matrix(thing.rotation), np.array(thing.position))
 
 
 def joint_motion(joint: Joint, openness: float) -> Motion:
-    """Returns how a joint moves what it carries, in the asset frame."""
+    """Return how a joint moves what it carries, in the asset frame."""
     if joint.kind == "slide":
         return Motion(np.eye(3), np.array(joint.axis) * joint.travel * openness)
     turn = axis_turn(joint.axis, joint.travel * openness)
@@ -103,14 +103,14 @@ def joint_motion(joint: Joint, openness: float) -> Motion:
 
 
 def joint_of(asset: Asset, name: str | None) -> Joint | None:
-    """Returns the joint of that name; None for the body."""
+    """Return the joint of that name; None for the body."""
     if name is None:
         return None
     return next((joint for joint in asset.joints if joint.name == name), None)
 
 
 def part_motion(thing: Thing, joint_name: str | None, openness: float | None = None) -> Motion:
-    """Returns the motion from the asset frame (closed) to the house of what a joint carries."""
+    """Return the motion from the asset frame (closed) to the house of what a joint carries."""
     place, joint = place_of(thing), joint_of(thing.asset, joint_name)
     if joint is None:
         return place
@@ -118,12 +118,12 @@ def part_motion(thing: Thing, joint_name: str | None, openness: float | None = N
 
 
 def prisms_of(thing: Thing, openness: float | None = None, along: Motion = STILL) -> list[Prism]:
-    """Returns the thing's solids where they are now, or would be at another openness, moved `along` with a carrier."""
+    """Return the thing's solids where they are now, or would be at another openness, moved `along` with a carrier."""
     return _prisms(thing, thing.asset.solids, openness, along)
 
 
 def moving_prisms_of(thing: Thing, openness: float | None = None, along: Motion = STILL) -> list[Prism]:
-    """Returns those of the thing's solids that its joints carry, as `prisms_of` does."""
+    """Return those of the thing's solids that its joints carry, as `prisms_of` does."""
     return _prisms(thing, [solid for solid in thing.asset.solids if solid.joint], openness, along)
 
 
@@ -134,7 +134,7 @@ def _prisms(thing: Thing, solids: Sequence[Solid], openness: float | None, along
 
 @lru_cache(maxsize=16384)
 def solid_corners(solid: Solid) -> np.ndarray:
-    """Returns the (2 n, 3) corners of a solid in the asset frame, the lower n first."""
+    """Return the (2 n, 3) corners of a solid in the asset frame, the lower n first."""
     flat = np.array(solid.polygon)
     ring = [np.column_stack([flat[:, 0], np.full(len(flat), y), flat[:, 1]]) for y in (solid.bottom, solid.top)]
     return np.concatenate(ring)
@@ -158,14 +158,14 @@ def _keeps_upright(turn: np.ndarray) -> bool:
 
 
 def convex_hull(points: np.ndarray) -> np.ndarray:
-    """Returns the corners (n, 2) of the convex hull of (m, 2) points."""
+    """Return the corners (n, 2) of the convex hull of (m, 2) points."""
     hull = shapely.MultiPoint(points).convex_hull
     corners = shapely.get_coordinates(hull)
     return corners[:-1] if isinstance(hull, shapely.Polygon) else corners
 
 
 def body_box(thing: Thing) -> Box:
-    """Returns the upright box of the thing's body without moving leaves."""
+    """Return the upright box of the thing's body without moving leaves."""
     if thing.asset.body is None:
         return bounding_box(thing)
     low, high = thing.asset.body
@@ -173,19 +173,19 @@ def body_box(thing: Thing) -> Box:
 
 
 def bounding_box(thing: Thing) -> Box:
-    """Returns the upright box of the whole asset, closed."""
+    """Return the upright box of the whole asset, closed."""
     half = np.array(thing.asset.size) / 2
     return upright_box(thing, -half, half)
 
 
 def box_distances(box: Box, places: np.ndarray) -> np.ndarray:
-    """Returns what `Box.floor_distance` does, for many places (n, 2) at once."""
+    """Return what `Box.floor_distance` does, for many places (n, 2) at once."""
     x, z = rotate_floor(places[:, 0] - box.center.x, places[:, 1] - box.center.z, -box.yaw)
     return np.hypot(np.maximum(np.abs(x) - box.size.x / 2, 0.0), np.maximum(np.abs(z) - box.size.z / 2, 0.0))
 
 
 def upright_box(thing: Thing, low: np.ndarray, high: np.ndarray) -> Box:
-    """Returns the upright box, turned by the thing's yaw, around a box given in its asset frame."""
+    """Return the upright box, turned by the thing's yaw, around a box given in its asset frame."""
     turn_x, turn_z = axis_turn(_AXES[0], thing.rotation.x), axis_turn(_AXES[2], thing.rotation.z)
     tilt = turn_x @ turn_z
     size = np.abs(tilt) @ (high - low)
@@ -194,7 +194,7 @@ def upright_box(thing: Thing, low: np.ndarray, high: np.ndarray) -> Box:
 
 
 def penetration(a: Prism, b: Prism) -> float:
-    """Returns how far (m) one must be moved for two convex prisms to part; 0 or less when they do not overlap.
+    """Return how far (m) one must be moved for two convex prisms to part; 0 or less when they do not overlap.
 
     By separating axes, so thin leaves count as deep as their edge reaches in.
     """
@@ -208,7 +208,7 @@ def penetration(a: Prism, b: Prism) -> float:
 
 
 def penetrations(prisms: list[Prism], others: list[Prism]) -> np.ndarray:
-    """Returns (len(prisms), len(others)) penetrations (m); -1 where the bounds on the floor tell that there is none."""
+    """Return (len(prisms), len(others)) penetrations (m); -1 where the bounds on the floor tell that there is none."""
     bounds = np.array([other.bounds for other in others]).reshape(-1, 4)
     depths = np.full((len(prisms), len(others)), -1.0)
     for row, prism in enumerate(prisms):
@@ -229,7 +229,7 @@ def _edge_normals(polygon: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=8192)
 def part_boxes(asset: Asset) -> tuple[tuple[str | None, np.ndarray, np.ndarray], ...]:
-    """Returns (joint, lowest corner, highest corner) of all meshes that each joint, or the body, carries."""
+    """Return (joint, lowest corner, highest corner) of all meshes that each joint, or the body, carries."""
     corners: dict[str | None, list[np.ndarray]] = {}
     for part in asset.parts:
         if len(part.mesh.vertices):
@@ -243,6 +243,6 @@ def part_boxes(asset: Asset) -> tuple[tuple[str | None, np.ndarray, np.ndarray],
 
 
 def box_corners(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Returns the (8, 3) corners of a box; corner i takes x, y, z from `high` by the bits 4, 2, 1 of i."""
+    """Return the (8, 3) corners of a box; corner i takes x, y, z from `high` by the bits 4, 2, 1 of i."""
     picks = np.array([[(i >> 2) & 1, (i >> 1) & 1, i & 1] for i in range(8)], dtype=bool)
     return np.where(picks, high, low)

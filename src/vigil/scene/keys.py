@@ -81,7 +81,7 @@ UNSUPPORTED: dict[str, dict[str, tuple[object, str]]] = {
 
 
 def unsupported_keys(house: House) -> list[str]:
-    """Returns what is not done of what a house's keys ask for, or what is not understood, a line for each key."""
+    """Return what is not done of what a house's keys ask for, or what is not understood, a line for each key."""
     found: dict[tuple[str, str, str], list[str]] = {}
     for place, node in _nodes(house.document):
         for key, value in (node.model_extra or {}).items():
@@ -99,7 +99,7 @@ def _named(names: list[str]) -> str:
 
 
 def _nodes(document: HouseDocument) -> Iterator[tuple[str, BaseModel]]:
-    """Yields every part of a document with where it stands."""
+    """Yield every part of a document with where it stands."""
     parameters = document.procedural_parameters
     yield "house", document
     yield "proceduralParameters", parameters

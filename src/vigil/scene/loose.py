@@ -17,7 +17,7 @@ OVER_M = 0.25
 
 
 def with_implied_parents(nodes: list[HouseObject], assets: AssetDatabase) -> tuple[list[HouseObject], list[str]]:
-    """Returns the objects of a house, loose ones among the children of what carries them, with a note on each."""
+    """Return the objects of a house, loose ones among the children of what carries them, with a note on each."""
     entries = {node.id: assets.look_up(node.asset_id, node.name_in_house) for node in nodes}
     furniture = [node for node in nodes if _carries(entries[node.id])]
     carried: dict[str, list[HouseObject]] = {}
@@ -45,7 +45,7 @@ def _is_loose(node: HouseObject, entry: AssetEntry) -> bool:
 
 
 def _carrier_of(node: HouseObject, furniture: list[HouseObject], entries: dict[str, AssetEntry]) -> HouseObject | None:
-    """Returns the furniture in or on whose box a thing is, that with the nearest top of several."""
+    """Return the furniture in or on whose box a thing is, that with the nearest top of several."""
     bottom = node.position.y - entries[node.id].size.y / 2
     gaps: list[float] = []
     for each in furniture:

@@ -19,33 +19,33 @@ FLOOR_GROWTH_M = 0.005
 
 
 def floor_of(room: Room) -> shapely.Polygon:
-    """Returns the floor of a document's room."""
+    """Return the floor of a document's room."""
     return shapely.Polygon([(point.x, point.z) for point in room.floor_polygon])
 
 
 def room_floor(room: RoomShape) -> shapely.Polygon:
-    """Returns the floor of a scene's room."""
+    """Return the floor of a scene's room."""
     return shapely.Polygon(room.polygon)
 
 
 def floor_of_rooms(rooms: list[RoomShape]) -> BaseGeometry:
-    """Returns the floor of all rooms together."""
+    """Return the floor of all rooms together."""
     floors = shapely.unary_union([room_floor(room).buffer(0) for room in rooms])
     return floors.buffer(FLOOR_GROWTH_M, join_style="mitre")
 
 
 def footprint(box: Box) -> shapely.Polygon:
-    """Returns the floor shape of an upright box."""
+    """Return the floor shape of an upright box."""
     return shapely.Polygon(floor_corners(box))
 
 
 def floor_corners(box: Box) -> np.ndarray:
-    """Returns the corners (4, 2) of an upright box on the floor plane, those of its front last."""
+    """Return the corners (4, 2) of an upright box on the floor plane, those of its front last."""
     return np.array([(corner.x, corner.z) for corner in box.corners()[:4]])
 
 
 def polygon_of(prism: Prism) -> shapely.Polygon | shapely.LineString:
-    """Returns the prism's floor shape; a line when it has no width."""
+    """Return the prism's floor shape; a line when it has no width."""
     return shapely.Polygon(prism.polygon) if len(prism.polygon) > 2 else shapely.LineString(prism.polygon)
 
 
@@ -55,17 +55,17 @@ def meets_body(prism: Prism) -> bool:
 
 
 def thing_shapes(thing: Thing) -> list[BaseGeometry]:
-    """Returns the floor shapes of the thing's solids that a body can meet."""
+    """Return the floor shapes of the thing's solids that a body can meet."""
     return [polygon_of(prism) for prism in prisms_of(thing) if meets_body(prism)]
 
 
 def wall_shapes(panel: WallPanel) -> list[BaseGeometry]:
-    """Returns the floor shapes of what is left of a panel where a body can meet it."""
+    """Return the floor shapes of what is left of a panel where a body can meet it."""
     return [polygon_of(prism) for prism in wall_prisms(panel) if meets_body(prism)]
 
 
 def wall_prisms(panel: WallPanel) -> list[Prism]:
-    """Returns what is left of a panel around its holes, as prisms without thickness."""
+    """Return what is left of a panel around its holes, as prisms without thickness."""
     start, end = np.array(panel.start), np.array(panel.end)
     length = float(np.hypot(*(end - start)))
     if length < 1e-9:

@@ -43,12 +43,12 @@ class Partitions:
         self._answers: dict[tuple, str | None] = {}
 
     def now(self) -> list[tuple[str, Prism]]:
-        """Returns (id, plane) of every wall, window and shut door."""
+        """Return (id, plane) of every wall, window and shut door."""
         things = (thing for thing in self._scene.things.values() if thing.is_structure)
         return self._walls + [(thing.id, _plane_of(thing)) for thing in things if _fills_its_hole(thing)]
 
     def blocker(self, thing: Thing, path: list[float]) -> str | None:
-        """Returns the id of what the thing's moving parts would reach through on a path of openness; None if nothing.
+        """Return the id of what the thing's moving parts would reach through on a path of openness; None if nothing.
 
         Where they reach through something at the path's first openness, they may do so as deep as that.
         """
@@ -66,7 +66,7 @@ class Partitions:
         return None
 
     def reaches_through(self, thing: Thing, openness: float) -> str | None:
-        """Returns the id of what the thing's parts reach through at an openness, deeper than shut; None if nothing.
+        """Return the id of what the thing's parts reach through at an openness, deeper than shut; None if nothing.
 
         Every reset asks the same of the same things, so the answers are kept.
         """
@@ -79,7 +79,7 @@ class Partitions:
         return self._answers[key]
 
     def crosses(self, footprints: np.ndarray, bottoms: np.ndarray, height: float) -> np.ndarray:
-        """Returns which of n floor shapes, over `bottoms` (n,) and so high, touch a partition."""
+        """Return which of n floor shapes, over `bottoms` (n,) and so high, touch a partition."""
         is_hit = np.zeros(len(bottoms), dtype=bool)
         left, low, right, high = shapely.total_bounds(footprints)
         for _, plane in self.now():
@@ -101,7 +101,7 @@ def _plane_of(thing: Thing) -> Prism:
 
 @lru_cache(maxsize=4096)
 def leaf_points(asset: Asset) -> tuple[tuple[str, np.ndarray], ...]:
-    """Returns (joint, points (n, 3) with the corners of the convex hull of all it carries, closed) of an asset."""
+    """Return (joint, points (n, 3) with the corners of the convex hull of all it carries, closed) of an asset."""
     found: list[tuple[str, np.ndarray]] = []
     for joint in asset.joints:
         meshes = [part.mesh.vertices for part in asset.parts if part.joint == joint.name and len(part.mesh.vertices)]
@@ -111,7 +111,7 @@ def leaf_points(asset: Asset) -> tuple[tuple[str, np.ndarray], ...]:
 
 
 def _hull_points(points: np.ndarray) -> np.ndarray:
-    """Returns the corners of the convex hull of points at each height: no other is a corner of that of all points."""
+    """Return the corners of the convex hull of points at each height: no other is a corner of that of all points."""
     heights, level = np.unique(points[:, 1], return_inverse=True)
     flat = [convex_hull(points[level == number][:, [0, 2]]) for number in range(len(heights))]
     return np.concatenate(
@@ -130,7 +130,7 @@ def _leaves(thing: Thing, openness: float) -> list[Prism]:
 
 @lru_cache(maxsize=4096)
 def _swept(asset: Asset) -> np.ndarray:
-    """Returns the corners (8, 3), in the asset frame, of a box about all places of an asset's moving parts."""
+    """Return the corners (8, 3), in the asset frame, of a box about all places of an asset's moving parts."""
     joints = {joint.name: joint for joint in asset.joints}
     boxes = [(joints[name], box_corners(low, high)) for name, low, high in part_boxes(asset) if name in joints]
     places = [
@@ -143,7 +143,7 @@ def _swept(asset: Asset) -> np.ndarray:
 
 
 def _reach_bounds(thing: Thing) -> tuple[float, float, float, float]:
-    """Returns least x and z, greatest x and z of where the thing's moving parts can ever be."""
+    """Return least x and z, greatest x and z of where the thing's moving parts can ever be."""
     corners = place_of(thing)(_swept(thing.asset))
     x, _, z = corners.min(axis=0).tolist()
     right, _, back = corners.max(axis=0).tolist()

@@ -92,7 +92,7 @@ class FloorPlan:
 
 
 def floor_plan(house: House, things: Iterable[Thing]) -> FloorPlan:
-    """Returns the plan of a house in which `things` are."""
+    """Return the plan of a house in which `things` are."""
     things = list(things)
     in_rooms = [thing for thing in things if thing.parent is None and not thing.is_structure]
     bottoms = {thing.id: bounding_box(thing).bottom for thing in in_rooms}
@@ -122,7 +122,7 @@ def _thing(thing: Thing) -> PlanThing:
 
 
 def _outline(thing: Thing, box: Box) -> np.ndarray:
-    """Returns the corners of what a thing stands on; of its box, unless a good part of that is free floor."""
+    """Return the corners of what a thing stands on; of its box, unless a good part of that is free floor."""
     solids = shapely.union_all([polygon_of(prism) for prism in prisms_of(thing, openness=0.0)])
     if isinstance(solids, shapely.Polygon) and solids.area < LEAST_FILLED * footprint(box).area:
         return shapely.get_coordinates(solids.exterior.simplify(SMOOTHED_M))[:-1]
@@ -149,7 +149,7 @@ def _rooms(house: House, furniture: shapely.Geometry) -> list[PlanRoom]:
 
 
 def _roomiest_point(floor: shapely.Polygon, furniture: shapely.Geometry) -> tuple[float, float]:
-    """Returns the point of a floor that is farthest from its edge and all furniture, of points on a grid."""
+    """Return the point of a floor that is farthest from its edge and all furniture, of points on a grid."""
     x0, z0, x1, z1 = floor.bounds
     xs, zs = (part.ravel() for part in np.meshgrid(np.arange(x0, x1, NAME_STEP_M), np.arange(z0, z1, NAME_STEP_M)))
     inside = shapely.contains_xy(floor, xs, zs)

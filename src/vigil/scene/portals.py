@@ -54,7 +54,7 @@ class _Portal:
         return [(x, z, height) for x, z in (self.start, self.end) for height in (self.bottom, self.top)]
 
     def distance(self, place: Place) -> float:
-        """Returns how far a place is from the hole in the plan, in metres."""
+        """Return how far a place is from the hole in the plan, in metres."""
         (x, z), (end_x, end_z) = self.start, self.end
         along_x, along_z = end_x - x, end_z - z
         square = along_x**2 + along_z**2
@@ -92,15 +92,15 @@ class Portals:
         self._seen: LRUCache[Place, list[tuple[int, Sector]] | None] = LRUCache(MAX_CACHED_EYES)
 
     def connected_rooms(self) -> list[list[int]]:
-        """Returns the numbers of the rooms, those together that no wall parts."""
+        """Return the numbers of the rooms, those together that no wall parts."""
         return [np.flatnonzero(self._spaces[:-1] == space).tolist() for space in np.unique(self._spaces[:-1])]
 
     def distances(self, places: np.ndarray) -> np.ndarray:
-        """Returns how far places (n, 2) are from each room (n, rooms), in metres."""
+        """Return how far places (n, 2) are from each room (n, rooms), in metres."""
         return np.stack([self.distances_from(room, places) for room in range(len(self._rooms))], axis=1)
 
     def distances_from(self, room: int, places: np.ndarray) -> np.ndarray:
-        """Returns how far places (n, 2) are from a room (n,), in metres."""
+        """Return how far places (n, 2) are from a room (n,), in metres."""
         if not self._is_box[room]:
             return np.asarray(shapely.distance(self._rooms[room], shapely.points(places)))
         low, high = self._bounds[room]
@@ -110,7 +110,7 @@ class Portals:
     def visible_rooms(
         self, eye: Place, entries: Iterable[Place] = (), through: Sector = ALL
     ) -> list[tuple[int, Sector]] | None:
-        """Returns in which directions which rooms are seen from an eye, a room as often as there are ways to it.
+        """Return in which directions which rooms are seen from an eye, a room as often as there are ways to it.
 
         None stands for everything: the eye is in no room, or may look over walls. One that looks into a mirror is
         behind it; its lines enter the house at `entries`, in the directions of the mirror.
@@ -135,7 +135,7 @@ class Portals:
         ]
 
     def extent(self, low: Place, high: Place) -> Extent:
-        """Returns what a box along the house's axes takes of a house, for `may_see`."""
+        """Return what a box along the house's axes takes of a house, for `may_see`."""
         away = self.distances(np.array([[(low[0] + high[0]) / 2, (low[1] + high[1]) / 2]]))[0]
         is_inside = away.min(initial=np.inf) <= IN_ROOM_M
         reach = math.dist(low, high) / 2 + IN_ROOM_M
@@ -155,11 +155,11 @@ class Portals:
         return any(room in extent.rooms and sector.intersection(way) is not None for room, sector in sectors)
 
     def _rooms_at(self, place: Place) -> list[int]:
-        """Returns the rooms that a place is in."""
+        """Return the rooms that a place is in."""
         return np.flatnonzero(self.distances(np.array([place[:2]]))[0] <= IN_ROOM_M).tolist()
 
     def _space_numbers(self, edges: list[tuple[_End, _End]]) -> np.ndarray:
-        """Returns the number of the space that each room belongs to, and what is outside at last (rooms + 1,).
+        """Return the number of the space that each room belongs to, and what is outside at last (rooms + 1,).
 
         Rooms beside an edge (its two ends) without a wall are one space.
         """
@@ -170,7 +170,7 @@ class Portals:
         return numbers
 
     def _rooms_beside(self, start: _End, end: _End) -> set[int]:
-        """Returns the rooms beside a line, with `OUTSIDE` when there is none on one side of its middle."""
+        """Return the rooms beside a line, with `OUTSIDE` when there is none on one side of its middle."""
         (x, z), (end_x, end_z) = start, end
         middle = np.array([(x + end_x) / 2, (z + end_z) / 2])
         across = np.array([z - end_z, end_x - x]) / max(math.hypot(end_x - x, end_z - z), 1e-9) * BESIDE_M / 2
@@ -180,7 +180,7 @@ class Portals:
 
 
 def _ends(panel: WallPanel, hole: Hole) -> tuple[_End, _End]:
-    """Returns the ends of a hole in the plan, the lower first whichever side of the wall it is told from."""
+    """Return the ends of a hole in the plan, the lower first whichever side of the wall it is told from."""
     start, end = np.array(panel.start), np.array(panel.end)
     along = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
     low, high = sorted(tuple(np.round(start + at * along, 6).tolist()) for at in (hole.left, hole.right))
@@ -188,7 +188,7 @@ def _ends(panel: WallPanel, hole: Hole) -> tuple[_End, _End]:
 
 
 def _open_edges(room: RoomShape, panels: list[WallPanel]) -> Iterator[tuple[_End, _End]]:
-    """Yields short parts, from end to end, of a room's edges along which no wall stands from floor to ceiling."""
+    """Yield short parts, from end to end, of a room's edges along which no wall stands from floor to ceiling."""
     whole = [panel for panel in panels if panel.bottom < SLIT_M and panel.bottom + panel.height > room.height - SLIT_M]
     ends = np.array([(panel.start, panel.end) for panel in whole]).reshape(-1, 2, 2)
     for start, end in zip(room.polygon, np.roll(room.polygon, -1, axis=0), strict=True):
@@ -209,7 +209,7 @@ def _open_edges(room: RoomShape, panels: list[WallPanel]) -> Iterator[tuple[_End
 def _visible_spaces(
     space: int, sector: Sector, holes: list[tuple[_Portal, Sector]], passed: frozenset[int]
 ) -> Iterator[tuple[int, Sector]]:
-    """Yields the spaces that are reached from one in some directions, and in which of them."""
+    """Yield the spaces that are reached from one in some directions, and in which of them."""
     yield space, sector
     for hole, directions in holes:
         common = sector.intersection(directions) if space in hole.sides else None

@@ -22,7 +22,7 @@ class Spans:
 
     @staticmethod
     def of(eye: np.ndarray, corners: np.ndarray) -> "Spans":
-        """Returns the directions from an eye (3,) to all that lies between the corners (k, n, 3) of each thing."""
+        """Return the directions from an eye (3,) to all that lies between the corners (k, n, 3) of each thing."""
         x, y, z = np.moveaxis(corners - eye, -1, 0)
         angle = np.arctan2(y.mean(axis=0), x.mean(axis=0))
         turns = (np.arctan2(y, x) - angle + np.pi) % FULL - np.pi
@@ -49,7 +49,7 @@ class Sector:
 
     @staticmethod
     def of(eye: Iterable[float], corners: Iterable[Iterable[float]]) -> "Sector":
-        """Returns the directions from an eye to all that lies between some corners: `Spans.of` for one thing."""
+        """Return the directions from an eye to all that lies between some corners: `Spans.of` for one thing."""
         eye_x, eye_y, eye_z = eye
         ways = [(x - eye_x, y - eye_y, z - eye_z) for x, y, z in corners]
         middle = sum(x for x, _, _ in ways), sum(y for _, y, _ in ways)
@@ -69,7 +69,7 @@ class Sector:
         )
 
     def intersection(self, other: "Sector") -> "Sector | None":
-        """Returns directions that hold all that both have; None when there are none."""
+        """Return directions that hold all that both have; None when there are none."""
         low, high = max(self.low, other.low), min(self.high, other.high)
         if low > high:
             return None
@@ -81,7 +81,7 @@ class Sector:
         return Sector(self.start + start, end - start, low, high) if start <= end else None
 
     def overlaps(self, spans: Spans) -> np.ndarray:
-        """Returns in which of the directions to things (n,) something of this lies."""
+        """Return in which of the directions to things (n,) something of this lies."""
         first = (spans.start - self.start + np.pi) % FULL - np.pi
         is_across = (np.maximum(first, 0.0) <= np.minimum(first + spans.width, self.width)) | (spans.width >= FULL)
         return (is_across | (self.width >= FULL)) & (spans.low <= self.high) & (spans.high >= self.low)

@@ -23,12 +23,12 @@ LEVEL_SLACK_M = 1e-3
 
 
 def surface_named(thing: Thing, name: str | None) -> Surface | None:
-    """Returns the thing's surface of that name, if it has one."""
+    """Return the thing's surface of that name, if it has one."""
     return next((surface for surface in thing.asset.surfaces if surface.name == name), None)
 
 
 def surface_frame(thing: Thing, surface: Surface, openness: float | None = None) -> Motion:
-    """Returns the motion from the surface's own frame (origin at its middle) to the house."""
+    """Return the motion from the surface's own frame (origin at its middle) to the house."""
     motion = part_motion(thing, surface.joint, openness)
     return Motion(motion.turn, motion(np.array(surface.center)[None])[0])
 
@@ -39,7 +39,7 @@ def is_level(frame: Motion) -> bool:
 
 
 def offset_from(frame: Motion, point: Vec3) -> Vec3:
-    """Returns a point in a surface's own frame: y is its height above the surface."""
+    """Return a point in a surface's own frame: y is its height above the surface."""
     x, y, z = frame.inverse()(np.array(point)[None])[0]
     return Vec3(float(x), float(y), float(z))
 
@@ -61,7 +61,7 @@ def is_inside_closed(scene: Scene, thing: Thing) -> bool:
 
 
 def containers_of(scene: Scene, thing: Thing) -> list[Thing]:
-    """Returns what the thing lies inside of, nearest first.
+    """Return what the thing lies inside of, nearest first.
 
     It, or something below it in its chain of supports, rests on a surface inside each of them, or of a drawer of them.
     """
@@ -70,13 +70,13 @@ def containers_of(scene: Scene, thing: Thing) -> list[Thing]:
 
 
 def interior_surfaces_around(scene: Scene, thing: Thing) -> list[tuple[Thing, Surface]]:
-    """Returns the interior surfaces that the thing, or something below it, rests on, each with whose it is."""
+    """Return the interior surfaces that the thing, or something below it, rests on, each with whose it is."""
     rests = _supports_of(scene, thing)
     return [(parent, surface) for parent, surface in rests if surface is not None and surface.is_inside]
 
 
 def supports_not_lain_on(scene: Scene, thing: Thing, others: Iterable[Thing]) -> tuple[str, ...]:
-    """Returns the ids of what bears the thing though it does not lie on it, nearest first.
+    """Return the ids of what bears the thing though it does not lie on it, nearest first.
 
     That is what has to be opened to reach it, open or shut, with all that bears that; and what bears a hollow of
     something fixed that it lies in: in a bowl is on the table, too, in a sink is not on its counter.
@@ -104,24 +104,24 @@ def _is_fixed_hollow(parent: Thing, surface: Surface | None) -> bool:
 
 
 def furniture_of(scene: Scene, thing: Thing) -> Thing | None:
-    """Returns the furniture that a drawer is part of; None for what is no part."""
+    """Return the furniture that a drawer is part of; None for what is no part."""
     return scene.things.get(thing.parent or "") if thing.is_drawer else None
 
 
 def drawers_of(scene: Scene, thing: Thing) -> list[Thing]:
-    """Returns the drawers that are parts of a thing, in the scene's order."""
+    """Return the drawers that are parts of a thing, in the scene's order."""
     return [part for part in scene.things.values() if part.is_drawer and part.parent == thing.id]
 
 
 def _supports_of(scene: Scene, thing: Thing) -> Iterator[tuple[Thing, Surface | None]]:
-    """Yields what the thing rests on, what that rests on, and so on, each with the surface where that is known."""
+    """Yield what the thing rests on, what that rests on, and so on, each with the surface where that is known."""
     for parent in ancestors(scene, thing):
         yield parent, surface_named(parent, thing.surface)
         thing = parent
 
 
 def ancestors(scene: Scene, thing: Thing) -> list[Thing]:
-    """Returns what the thing rests on, what that rests on, and so on."""
+    """Return what the thing rests on, what that rests on, and so on."""
     chain: list[Thing] = []
     while thing.parent is not None and thing.parent in scene.things:
         thing = scene.things[thing.parent]
@@ -130,12 +130,12 @@ def ancestors(scene: Scene, thing: Thing) -> list[Thing]:
 
 
 def children(scene: Scene, parent_id: str) -> list[Thing]:
-    """Returns what rests directly on or in a thing and is present, in the scene's order."""
+    """Return what rests directly on or in a thing and is present, in the scene's order."""
     return [thing for thing in scene.things.values() if thing.parent == parent_id and thing.is_present]
 
 
 def contents(scene: Scene, thing_id: str) -> list[Thing]:
-    """Returns all that rests on or in a thing, however deep, nearest first."""
+    """Return all that rests on or in a thing, however deep, nearest first."""
     found = children(scene, thing_id)
     for child in found:
         found.extend(children(scene, child.id))
@@ -143,18 +143,18 @@ def contents(scene: Scene, thing_id: str) -> list[Thing]:
 
 
 def moved_by_joint(scene: Scene, thing: Thing, joint: str) -> list[Thing]:
-    """Returns what moves along with one of the thing's joints, however deep."""
+    """Return what moves along with one of the thing's joints, however deep."""
     direct = [child for child in children(scene, thing.id) if child.parent_joint == joint]
     return direct + [deeper for child in direct for deeper in contents(scene, child.id)]
 
 
 def receptacles_below(thing: Thing, others: Iterable[Thing], *, inside: bool) -> tuple[str, ...]:
-    """Returns the sorted ids of the receptacles among others over a surface of which the thing lies."""
+    """Return the sorted ids of the receptacles among others over a surface of which the thing lies."""
     return tuple(sorted(other.id for other in _receptacles(thing, others) if rests_over(thing, other, inside=inside)))
 
 
 def _receptacles(thing: Thing, others: Iterable[Thing]) -> Iterator[Thing]:
-    """Yields those among others on or in which the thing may lie; none while it is held or gone."""
+    """Yield those among others on or in which the thing may lie; none while it is held or gone."""
     for other in others if thing.is_present and not thing.is_held else ():
         if other.is_receptacle and other.is_present and not other.is_held and other is not thing:
             yield other
@@ -166,7 +166,7 @@ def rests_over(thing: Thing, receptacle: Thing, *, inside: bool = False) -> bool
 
 
 def _surfaces_below(thing: Thing, receptacle: Thing) -> list[Surface]:
-    """Returns the surfaces of a receptacle over which the thing lies by the goal's rule.
+    """Return the surfaces of a receptacle over which the thing lies by the goal's rule.
 
     The rectangle is grown only for a thing whose support is not known: what rests on a neighbour lies on the neighbour.
     """
@@ -197,12 +197,12 @@ def _is_in_hollow(receptacle: Thing, surface: Surface, frame: Motion, point: Vec
 
 
 def headroom(asset: Asset, surface: Surface) -> float:
-    """Returns the height (m) of the hollow over an interior surface: up to what is above it, or to the asset's rim."""
+    """Return the height (m) of the hollow over an interior surface: up to what is above it, or to the asset's rim."""
     return min(surface.clearance, asset.size.y / 2 - surface.center.y)
 
 
 def level_surfaces(thing: Thing) -> Iterator[tuple[Surface, Motion]]:
-    """Yields the thing's surfaces that lie flat now, with their frames."""
+    """Yield the thing's surfaces that lie flat now, with their frames."""
     for surface in thing.asset.surfaces:
         frame = surface_frame(thing, surface)
         if is_level(frame):

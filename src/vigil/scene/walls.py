@@ -29,7 +29,7 @@ FARTHEST_SHELL_M = 200.0
 
 
 def rooms_of(house: House) -> list[RoomShape]:
-    """Returns the rooms with heights from their walls and lights from the document, else from their middle.
+    """Return the rooms with heights from their walls and lights from the document, else from their middle.
 
     Raises HouseError when a floor crosses itself, has no area, or the house is absurdly large.
     """
@@ -66,7 +66,7 @@ def _check_extent(house: House) -> None:
 
 
 def panels_of(house: House, *, empty: bool = False) -> list[WallPanel]:
-    """Returns the panels of the walls that stand, or of those that are empty, with the holes of all doors and windows.
+    """Return the panels of the walls that stand, or of those that are empty, with the holes of all doors and windows.
 
     Raises HouseError on a wall without length or height.
     """
@@ -89,7 +89,7 @@ def panels_of(house: House, *, empty: bool = False) -> list[WallPanel]:
 
 
 def place_of_opening(house: House, opening: Opening, panels: dict[str, WallPanel]) -> tuple[Vec3, float, Vec3]:
-    """Returns an opening's centre, its yaw (front towards its first room) and the size that fits its hole."""
+    """Return an opening's centre, its yaw (front towards its first room) and the size that fits its hole."""
     panel = panels[opening.wall0]
     xs, ys = _hole_extent(opening)
     start, direction = np.array(panel.start), _direction(panel.start, panel.end)
@@ -143,7 +143,7 @@ def _hole_extent(opening: Opening) -> tuple[tuple[float, float], tuple[float, fl
 
 
 def _hole_in(wall: Wall, opening: Opening, first: Wall) -> Hole:
-    """Returns the opening's hole along `wall`, through the house's frame when that is not its first wall."""
+    """Return the opening's hole along `wall`, through the house's frame when that is not its first wall."""
     xs, ys = _hole_extent(opening)
     if wall.id != first.id:
         start, end = first.ends
@@ -175,7 +175,7 @@ def _panel(wall: Wall, holes: tuple[Hole, ...], rooms: dict[str, shapely.Polygon
 def _normal(
     start: tuple[float, float], end: tuple[float, float], room: shapely.Polygon | None, rooms: list[shapely.Polygon]
 ) -> tuple[float, float]:
-    """Returns the unit normal towards the panel's own room; for the outside, away from every room."""
+    """Return the unit normal towards the panel's own room; for the outside, away from every room."""
     normal, probe = _faced(start, end)
     inward = room.contains(probe) if room is not None else not any(other.contains(probe) for other in rooms)
     sign = 1.0 if inward else -1.0
@@ -183,13 +183,13 @@ def _normal(
 
 
 def _room_faced(start: tuple[float, float], end: tuple[float, float], rooms: dict[str, shapely.Polygon]) -> str:
-    """Returns the room that a wall which names none is seen from, by the way that its corners go round."""
+    """Return the room that a wall which names none is seen from, by the way that its corners go round."""
     _, probe = _faced(start, end)
     return next((room for room, floor in rooms.items() if floor.contains(probe)), EXTERIOR)
 
 
 def _faced(start: tuple[float, float], end: tuple[float, float]) -> tuple[np.ndarray, shapely.Point]:
-    """Returns the unit normal of a wall's seen side by the order of its ends, and a point just before it."""
+    """Return the unit normal of a wall's seen side by the order of its ends, and a point just before it."""
     direction, middle = _direction(start, end), (np.array(start) + np.array(end)) / 2
     normal = np.array([direction[1], -direction[0]])
     return normal, shapely.Point(*(middle + PROBE_M * normal))

@@ -42,7 +42,7 @@ EDITABLE_BACKENDS = ("mujoco", "fake")
 
 
 def make_simulator(name: str, *, assets: AssetDatabase, quality: Quality = "default") -> PrivilegedSimulator:
-    """Returns a simulator of the named backend. Raises SettingError on an unknown name."""
+    """Return a simulator of the named backend. Raises SettingError on an unknown name."""
     if name not in BACKENDS:
         raise SettingError(f"Simulator backend {name!r} is unknown. Choose one of {', '.join(sorted(BACKENDS))}.")
     return BACKENDS[name](assets, quality)

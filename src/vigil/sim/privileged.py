@@ -27,23 +27,23 @@ class PrivilegedQueries(Protocol):
     """What is in the house, where the body fits, and what is seen from the agent's pose or any other place."""
 
     def object_ids(self) -> list[str]:
-        """Returns the ids of all objects present, held ones included, sorted."""
+        """Return the ids of all objects present, held ones included, sorted."""
 
     def scene(self) -> Scene:
-        """Returns the house as `vigil.scene.build` makes it, each thing with its present place and state.
+        """Return the house as `vigil.scene.build` makes it, each thing with its present place and state.
 
         From one `load` to the next it is the same object, whose things follow every `reset`, action and rehearsal. To
         look at, never to change.
         """
 
     def room_at(self, position: Vec3) -> str | None:
-        """Returns the id of the room whose floor holds a place, its height aside; None outside of every room."""
+        """Return the id of the room whose floor holds a place, its height aside; None outside of every room."""
 
     def can_stand(self, position: Vec3) -> bool:
         """Whether the agent's body fits at a place, its height aside: inside the rooms, and touching no obstacle."""
 
     def pixels_of(self, object_id: str) -> np.ndarray:
-        """Returns pixels (n, 2) of x, y, integers, on which a click from the agent's pose hits the object.
+        """Return pixels (n, 2) of x, y, integers, on which a click from the agent's pose hits the object.
 
         They may lie on a lattice with one stride, for speed. n = 0 when it is out of view, hidden (glass hides),
         held or absent.
@@ -52,7 +52,7 @@ class PrivilegedQueries(Protocol):
     def points_visible_from(
         self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False
     ) -> np.ndarray:
-        """Returns for points (n, 3) on an object whether a ray from `eye` to each meets that object first: (n,) bool.
+        """Return for points (n, 3) on an object whether a ray from `eye` to each meets that object first: (n,) bool.
 
         `eye` may be anywhere, and nothing limits its view. With `through_glass`, rays pass the panes of other things;
         an object's own glass always counts as the object. All False when it is held or absent.

@@ -38,16 +38,16 @@ class Simulator(Protocol):
         """Carries out one action, or refuses it; never raises for what an agent did."""
 
     def frame(self) -> np.ndarray:
-        """Returns the current egocentric frame, (480, 640, 3) uint8."""
+        """Return the current egocentric frame, (480, 640, 3) uint8."""
 
     def object_at(self, x: int, y: int) -> str | None:
-        """Returns the id of the object under a pixel; None for structure and sky."""
+        """Return the id of the object under a pixel; None for structure and sky."""
 
     def world(self, object_ids: Iterable[str]) -> WorldState:
-        """Returns the agent's and the named objects' hidden state. Raises EpisodeError on an unknown id."""
+        """Return the agent's and the named objects' hidden state. Raises EpisodeError on an unknown id."""
 
     def renderer(self) -> str:
-        """Returns the GL renderer string; "none" when no frame can be drawn."""
+        """Return the GL renderer string; "none" when no frame can be drawn."""
 
     def close(self) -> None:
         """Frees what the scene holds; the simulator can load again."""

@@ -68,13 +68,13 @@ class SceneEditor(PrivilegedSimulator, Protocol):
         """Opens or closes an object to an openness in 0..1, or refuses it. Raises EpisodeError."""
 
     def reachable(self, start: Vec3, step_m: float) -> np.ndarray:
-        """Returns the places (n, 2) of x, z on a grid through `start` to which the body gets along grid edges."""
+        """Return the places (n, 2) of x, z on a grid through `start` to which the body gets along grid edges."""
 
     def blocker(self, start: Vec3, end: Vec3) -> str | None:
-        """Returns the id of what stops the body on a straight way, "exterior" outside of the rooms; None when free."""
+        """Return the id of what stops the body on a straight way, "exterior" outside of the rooms; None when free."""
 
     def meets(self, eye: Vec3, directions: np.ndarray, *, through_glass: bool = False) -> tuple[np.ndarray, np.ndarray]:
-        """Returns for unit directions (n, 3) the thing that each meets first (index or -1) and the distance (m)."""
+        """Return for unit directions (n, 3) the thing that each meets first (index or -1) and the distance (m)."""
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], *, with_hand: bool) -> CameraImage:
-        """Returns what a camera sees; `with_hand` draws what is held as the agent sees it."""
+        """Return what a camera sees; `with_hand` draws what is held as the agent sees it."""

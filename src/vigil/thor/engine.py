@@ -20,7 +20,7 @@ class ThorEngine:
         self._world = world
 
     def first_response(self) -> EngineResponse:
-        """Returns what is sent before any action."""
+        """Return what is sent before any action."""
         return self._full_response(_result(action="Initialize", failure=None, returned=None), 0)
 
     def respond(self, sent: Mapping[str, Any]) -> EngineResponse:
@@ -50,7 +50,7 @@ class ThorEngine:
         return action.handler(self._world, **action.arguments(sent))
 
     def _with_masks(self, result: dict[str, Any], number: int, wanted: Wanted) -> EngineResponse:
-        """Returns an answer with the instance masks that this action alone asks for."""
+        """Return an answer with the instance masks that this action alone asks for."""
         world, settings = self._world, self._world.settings
         world.settings = settings.model_copy(update={"render_instance_segmentation": True})
         try:
@@ -75,7 +75,7 @@ class ThorEngine:
 
 
 def _wanted(sent: Mapping[str, Any]) -> Wanted:
-    """Returns which pictures an action asks for: `renderImage=False` wants none, or no colours with masks asked for."""
+    """Return which pictures an action asks for: `renderImage=False` wants none, or no colours with masks asked for."""
     if sent.get("renderImage") is not False:
         return "all"
     return "without colours" if sent.get("renderInstanceSegmentation") else "none"

@@ -12,7 +12,7 @@ from vigil.sim.thor.start import engine_options, own_command
 def thor_engine(
     *, backend: str = "mujoco", quality: Quality = "default", asset_database: str | Path | None = None
 ) -> str:
-    """Returns the command of an engine that AI2-THOR's client takes in the place of Unity.
+    """Return the command of an engine that AI2-THOR's client takes in the place of Unity.
 
     `Controller(local_executable_path=vigil.thor_engine(), scene=house)`. It sets DISPLAY when it is unset: the client
     asks for it on Linux, the engine does not use it. Raises SettingError on an unknown backend or a broken database:

@@ -9,7 +9,7 @@ FREE_COUNTER = Vec3(3.65, 0.9225, 4.55)
 
 
 def holding(object_id: str) -> Setup:
-    """Returns a setup with that object in the hand."""
+    """Return a setup with that object in the hand."""
     return Setup(held=object_id)
 
 

@@ -63,7 +63,7 @@ class Harness:
         return self.simulator.step(InteractPixel(intent="drop"))
 
     def state(self, object_id: str) -> ObjectState:
-        """Returns an object's hidden state."""
+        """Return an object's hidden state."""
         return self.simulator.world([object_id]).objects[object_id]
 
     @property
@@ -94,10 +94,10 @@ def expect_refused(effect: Effect, refusal: str | None) -> None:
 
 
 def opened(*object_ids: str, openness: float = 1.0) -> Setup:
-    """Returns a setup with those objects open."""
+    """Return a setup with those objects open."""
     return Setup(objects={object_id: ObjectSetup(openness=openness) for object_id in object_ids})
 
 
 def placed(object_id: str, x: float, y: float, z: float) -> Setup:
-    """Returns a setup with the object's box centre at a place, resting on nothing."""
+    """Return a setup with the object's box centre at a place, resting on nothing."""
     return Setup(objects={object_id: ObjectSetup(placement=Placement(position=Vec3(x, y, z)))})

@@ -184,7 +184,7 @@ def needs_a_house(harness: Harness) -> None:
 
 
 def _answers(harness: Harness) -> tuple[object, ...]:
-    """Returns the whole hidden world, and what privileged sight says of it."""
+    """Return the whole hidden world, and what privileged sight says of it."""
     simulator = harness.simulator
     things = tuple(_facts_of(thing) for thing in simulator.scene().things.values())
     return (
@@ -198,7 +198,7 @@ def _answers(harness: Harness) -> tuple[object, ...]:
 
 
 def _facts_of(thing: Thing) -> tuple[object, ...]:
-    """Returns all of a thing but its shape, which is large and never changes."""
+    """Return all of a thing but its shape, which is large and never changes."""
     return tuple(getattr(thing, each.name) for each in fields(thing) if each.name != "asset")
 
 

@@ -27,7 +27,7 @@ DRAWER, SIBLING, LOWEST = (f"Drawer|1|Dresser{number}" for number in (4, 5, 0))
 
 
 def reference_house() -> House:
-    """Returns the house."""
+    """Return the house."""
     agent = {"position": START, "rotation": {"x": 0, "y": 0, "z": 0}, "horizon": 30, "standing": True}
     door = _opening(DOOR, "Doorway_1", (2.0, 3.0), (0.0, 2.1)) | {"openable": True, "openness": 0.0}
     return House(
@@ -83,7 +83,7 @@ def _bedroom() -> list[Node]:
 def _thing(
     object_id: str, foot: tuple[float, float, float], yaw: float = NORTH, children: list[Node] | None = None
 ) -> Node:
-    """Returns an object whose box stands with the middle of its bottom at `foot` (x, y, z)."""
+    """Return an object whose box stands with the middle of its bottom at `foot` (x, y, z)."""
     x, bottom, z = foot
     category = object_id.partition("|")[0]
     asset_id = f"vigil_{category}_1"
@@ -119,7 +119,7 @@ def _wall(wall_id: str, room_id: str, start: tuple[float, float], end: tuple[flo
 
 
 def _opening(opening_id: str, asset_id: str, along: tuple[float, float], up: tuple[float, float]) -> Node:
-    """Returns an opening in the wall between the rooms; that wall runs north along the bedroom's side."""
+    """Return an opening in the wall between the rooms; that wall runs north along the bedroom's side."""
     return {
         "id": opening_id,
         "assetId": asset_id,

@@ -23,7 +23,7 @@ SIDE_M = 0.01
 
 
 def target_kind(receptacle: Thing, point: Vec3) -> TargetKind:
-    """Returns the kind of place that a click at a point of a receptacle means.
+    """Return the kind of place that a click at a point of a receptacle means.
 
     A hollow that the point lies in comes first, then a top that it lies over, then what the leaf or drawer under it
     shuts; the outer sides of a cupboard belong to its top, all else to what is nearest. `shut` is said of a hollow that
@@ -53,7 +53,7 @@ def _kind(receptacle: Thing, surface: Surface) -> TargetKind:
 
 
 def _gap(receptacle: Thing, surface: Surface, frame: Motion, point: Vec3) -> float:
-    """Returns the distance from a point to the room over a surface: up to the rim or ceiling of a hollow."""
+    """Return the distance from a point to the room over a surface: up to the rim or ceiling of a hollow."""
     local = offset_from(frame, point)
     above = headroom(receptacle.asset, surface) if surface.is_inside else surface.clearance
     rise = max(-TOUCH_M - local.y, local.y - above, 0.0)

@@ -106,18 +106,18 @@ class EmbeddedSimulator:
         return effect
 
     def frame(self) -> np.ndarray:
-        """Returns the current egocentric frame, (480, 640, 3) uint8."""
+        """Return the current egocentric frame, (480, 640, 3) uint8."""
         state = self._require_loaded().state
         return self._engine.draw(state.agent, state.held)
 
     def object_at(self, x: int, y: int) -> str | None:
-        """Returns the id of the object under a pixel; None for structure without an id and sky."""
+        """Return the id of the object under a pixel; None for structure without an id and sky."""
         loaded = self._require_loaded()
         thing, _ = loaded.sight.click(loaded.state.agent, x, y)
         return thing.id if thing else None
 
     def world(self, object_ids: Iterable[str]) -> WorldState:
-        """Returns the agent's and the named objects' hidden state. Raises EpisodeError on an unknown id."""
+        """Return the agent's and the named objects' hidden state. Raises EpisodeError on an unknown id."""
         loaded = self._require_loaded()
         things = [self._thing(object_id) for object_id in dict.fromkeys(object_ids)]
         seen = loaded.sight.see(loaded.state.agent, things)
@@ -125,7 +125,7 @@ class EmbeddedSimulator:
         return WorldState(agent=loaded.state.agent, held=loaded.state.held, objects=objects)
 
     def renderer(self) -> str:
-        """Returns the GL renderer string; "none" when no frame can be drawn."""
+        """Return the GL renderer string; "none" when no frame can be drawn."""
         return self._engine.renderer()
 
     def close(self) -> None:
@@ -136,11 +136,11 @@ class EmbeddedSimulator:
     # The rest of `PrivilegedSimulator`: for solvers, validation and authoring alone.
 
     def object_ids(self) -> list[str]:
-        """Returns the ids of all objects present, sorted."""
+        """Return the ids of all objects present, sorted."""
         return sorted(thing.id for thing in self._require_loaded().state.scene.things.values() if thing.is_present)
 
     def pixels_of(self, object_id: str) -> np.ndarray:
-        """Returns the pixels (n, 2) of x, y on which a click hits the object, maybe strided; n = 0 when none."""
+        """Return the pixels (n, 2) of x, y on which a click hits the object, maybe strided; n = 0 when none."""
         loaded = self._require_loaded()
         return loaded.sight.click_pixel(loaded.state.agent, self._thing(object_id))
 
@@ -149,20 +149,20 @@ class EmbeddedSimulator:
         return self._require_loaded().state.collision_map.can_stand(position)
 
     def scene(self) -> Scene:
-        """Returns the scene as it is now: rooms, panels, and every thing with its category, asset, surfaces and state.
+        """Return the scene as it is now: rooms, panels, and every thing with its category, asset, surfaces and state.
 
         To look at, never to change.
         """
         return self._require_loaded().state.scene
 
     def room_at(self, position: Vec3) -> str | None:
-        """Returns the id of the room whose floor holds a place; None outside."""
+        """Return the id of the room whose floor holds a place; None outside."""
         return self._require_loaded().state.collision_map.room_at(position)
 
     def points_visible_from(
         self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False
     ) -> np.ndarray:
-        """Returns which of n points on an object rays from `eye`, which may be anywhere, meet before all else."""
+        """Return which of n points on an object rays from `eye`, which may be anywhere, meet before all else."""
         offsets = points - np.array(eye)
         away = np.maximum(np.linalg.norm(offsets, axis=1), 1e-9)
         rays, thing = offsets / away[:, None], self._thing(object_id)
@@ -231,21 +231,21 @@ class EmbeddedSimulator:
         return self._effect_of(open_to(self._require_loaded().state, self._thing(object_id), openness))
 
     def reachable(self, start: Vec3, step_m: float) -> np.ndarray:
-        """Returns the places (n, 2) on a grid to which the body gets."""
+        """Return the places (n, 2) on a grid to which the body gets."""
         return self._require_loaded().state.collision_map.reachable(start, step_m)
 
     def blocker(self, start: Vec3, end: Vec3) -> str | None:
-        """Returns the id of what stops the body on a straight way, "exterior" outside of the rooms; None when free."""
+        """Return the id of what stops the body on a straight way, "exterior" outside of the rooms; None when free."""
         return self._require_loaded().state.collision_map.blocker(start, end)
 
     def meets(self, eye: Vec3, directions: np.ndarray, *, through_glass: bool = False) -> tuple[np.ndarray, np.ndarray]:
-        """Returns the index of the thing that each ray meets first, and the distance (m)."""
+        """Return the index of the thing that each ray meets first, and the distance (m)."""
         self._require_loaded()
         hits = self._engine.cast(eye, directions, through_glass=through_glass)
         return hits.things, hits.distances
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], *, with_hand: bool) -> CameraImage:
-        """Returns what a camera sees."""
+        """Return what a camera sees."""
         held = self._require_loaded().state.held
         return self._engine.render_view(view, layers, held if with_hand else None)
 

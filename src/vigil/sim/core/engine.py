@@ -61,13 +61,13 @@ class Engine(Protocol):
         """
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:
-        """Returns the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""
+        """Return the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], held: str | None) -> CameraImage:
-        """Returns what a camera sees; with `held`, that thing is drawn in the hand of who looks."""
+        """Return what a camera sees; with `held`, that thing is drawn in the hand of who looks."""
 
     def renderer(self) -> str:
-        """Returns the GL renderer string; "none" when there is no GL."""
+        """Return the GL renderer string; "none" when there is no GL."""
 
     def close(self) -> None:
         """Frees the scene."""

@@ -28,7 +28,7 @@ def can_reach(floor: Vec3, intent: Intent, box: Box, point: Vec3) -> bool:
 
 
 def refusal_by_rule(scene: Scene, held: str | None, intent: Intent, thing: Thing, point: Vec3) -> RefusalCode | None:
-    """Returns why an intent on a thing is refused whatever is around it; None where it may be tried.
+    """Return why an intent on a thing is refused whatever is around it; None where it may be tried.
 
     `held` is the id of what is in the hand, `point` the place on the thing that was clicked (m, world frame).
     """
@@ -48,7 +48,7 @@ def refusal_by_rule(scene: Scene, held: str | None, intent: Intent, thing: Thing
 
 
 def opening_refusal(thing: Thing, target: float) -> RefusalCode | None:
-    """Returns why a thing is not brought to an openness of 0 to 1."""
+    """Return why a thing is not brought to an openness of 0 to 1."""
     if not thing.is_openable:
         return "not_openable"
     if abs(thing.openness - target) < MOVED_WITHIN:

@@ -26,7 +26,7 @@ TOUCH_M = 1e-6
 
 
 def step_lengths(magnitude: float) -> list[float]:
-    """Returns the lengths (m) of a walk: whole steps, then the fraction."""
+    """Return the lengths (m) of a walk: whole steps, then the fraction."""
     whole = math.floor(magnitude + 1e-9)
     rest = magnitude - whole
     return [STEP_M] * whole + ([rest * STEP_M] if rest > 1e-9 else [])
@@ -52,7 +52,7 @@ class CollisionMap:
         self._tree = None
 
     def room_at(self, position: Vec3) -> str | None:
-        """Returns the id of the room whose floor holds a place; None outside."""
+        """Return the id of the room whose floor holds a place; None outside."""
         point = shapely.Point(position.x, position.z)
         return next((room.id for room in self._scene.rooms if room_floor(room).covers(point)), None)
 
@@ -71,7 +71,7 @@ class CollisionMap:
         return bool(self._inside.contains(point)) and not len(self._near(point, BODY_RADIUS_M * CENTRE_SHARE))
 
     def blocker(self, start: Vec3, end: Vec3) -> str | None:
-        """Returns the id of what stops the body between two places, the nearest to `start`; None when free."""
+        """Return the id of what stops the body between two places, the nearest to `start`; None when free."""
         sweep = shapely.LineString([(start.x, start.z), (end.x, end.z)])
         origin = shapely.Point(start.x, start.z)
         hits = self._near(sweep)
@@ -93,7 +93,7 @@ class CollisionMap:
         return self.blocker(start, end) is None
 
     def reachable(self, start: Vec3, step_m: float = GRID_M) -> np.ndarray:
-        """Returns the places (n, 2) of x, z on a grid through `start` that the body gets to along grid edges."""
+        """Return the places (n, 2) of x, z on a grid through `start` that the body gets to along grid edges."""
         from scipy.sparse import coo_array  # noqa: PLC0415 - loads over 200 modules
         from scipy.sparse.csgraph import breadth_first_order  # noqa: PLC0415
 
@@ -114,7 +114,7 @@ class CollisionMap:
         return free[np.sort(breadth_first_order(graph, first, directed=False, return_predecessors=False))]
 
     def _free_grid(self, start: Vec3, step_m: float) -> tuple[np.ndarray, np.ndarray]:
-        """Returns the cells (n, 2) in which the body fits, counted from `start`, with their places."""
+        """Return the cells (n, 2) in which the body fits, counted from `start`, with their places."""
         left, low, right, high = self._inside.bounds
         columns = np.arange(math.ceil((left - start.x) / step_m), math.floor((right - start.x) / step_m) + 1)
         rows = np.arange(math.ceil((low - start.z) / step_m), math.floor((high - start.z) / step_m) + 1)
@@ -126,7 +126,7 @@ class CollisionMap:
         return cells[fits], places[fits]
 
     def _gaps(self, owners: list[str], hits: np.ndarray, shape: BaseGeometry) -> np.ndarray:
-        """Returns each owner's distance (m) to a shape, over its parts that a sweep comes near to."""
+        """Return each owner's distance (m) to a shape, over its parts that a sweep comes near to."""
         gaps = shapely.distance(self._shapes[hits], shape)
         names = np.array([self._owners[hit] for hit in hits])
         return np.array([gaps[names == owner].min() for owner in owners])

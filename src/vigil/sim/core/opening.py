@@ -35,7 +35,7 @@ MOVED_WITHIN = 0.005
 
 
 def opening_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
-    """Returns the id of what stops the thing's parts on their way to openness `target`; None when nothing does."""
+    """Return the id of what stops the thing's parts on their way to openness `target`; None when nothing does."""
     rider = _rider(state, thing)
     if rider is not None:
         return rider
@@ -49,7 +49,7 @@ def opening_blocker(state: SceneState, thing: Thing, target: float) -> str | Non
 
 
 def _first_collision(state: SceneState, path: list[list[Prism]], obstacles: list[tuple[str, Prism]]) -> str | None:
-    """Returns the owner of the solid that stops others on their path; None when nothing does."""
+    """Return the owner of the solid that stops others on their path; None when nothing does."""
     if not path[0]:
         return None
     obstacles = _within_reach(obstacles, path)
@@ -68,7 +68,7 @@ def _first_collision(state: SceneState, path: list[list[Prism]], obstacles: list
 def _carried_collision(
     state: SceneState, thing: Thing, samples: list[float], obstacles: list[tuple[str, Prism]]
 ) -> str | None:
-    """Returns what stops the open leaves of things that move along; of the thing's own body, the id of what is open.
+    """Return what stops the open leaves of things that move along; of the thing's own body, the id of what is open.
 
     The body of a drawer is that of its furniture.
     """
@@ -89,7 +89,7 @@ def _carried_collision(
 
 
 def pierced_carrier(state: SceneState, thing: Thing) -> str | None:
-    """Returns the id of what a thing lies inside of whose own body its open leaf sticks in, deeper than shut."""
+    """Return the id of what a thing lies inside of whose own body its open leaf sticks in, deeper than shut."""
     if thing.openness == 0.0:
         return None
     shut, now = (moving_prisms_of(thing, openness) for openness in (0.0, thing.openness))
@@ -114,7 +114,7 @@ def set_openness(state: SceneState, thing: Thing, target: float) -> list[Thing]:
 
 
 def _rider(state: SceneState, thing: Thing) -> str | None:
-    """Returns the id of what lies on a lid or cover, on no surface of its own (a pen on a laptop)."""
+    """Return the id of what lies on a lid or cover, on no surface of its own (a pen on a laptop)."""
     if not any(joint.kind == "hinge" for joint in thing.asset.joints):
         return None
     riders = (child.id for child in children(state.scene, thing.id) if not _goes_along_or_lies_inside(thing, child))
@@ -128,7 +128,7 @@ def _samples(thing: Thing, target: float) -> list[float]:
 
 
 def _travel_m(thing: Thing, name: str) -> float:
-    """Returns the greatest distance that a joint's solids travel."""
+    """Return the greatest distance that a joint's solids travel."""
     joint = joint_of(thing.asset, name)
     if joint is None or joint.kind == "slide":
         return abs(joint.travel) if joint else 0.0
@@ -139,7 +139,7 @@ def _travel_m(thing: Thing, name: str) -> float:
 
 
 def _obstacles(state: SceneState, thing: Thing) -> list[tuple[str, Prism]]:
-    """Returns what can stop the thing's parts besides partitions: not itself, what moves along, or what lies inside."""
+    """Return what can stop the thing's parts besides partitions: not itself, what moves along, or what lies inside."""
     ignored = {thing.id}
     for child in children(state.scene, thing.id):
         if _goes_along_or_lies_inside(thing, child):

@@ -61,7 +61,7 @@ class HeldBox:
         return float(self.high[1] - self.low[1])
 
     def footprint(self, x: np.ndarray, z: np.ndarray, yaw: np.ndarray, *, drawn_in_m: float = TOUCH_M) -> np.ndarray:
-        """Returns the (n, 4, 2) corners at n places with n yaws, a little drawn in."""
+        """Return the (n, 4, 2) corners at n places with n yaws, a little drawn in."""
         low, high = self.low[[0, 2]] + drawn_in_m, self.high[[0, 2]] - drawn_in_m
         middle = (low + high) / 2
         low, high = np.minimum(low, middle - 1e-3), np.maximum(high, middle + 1e-3)
@@ -97,7 +97,7 @@ class _CandidateSpots:
 
 
 def held_box_of(state: SceneState, held: Thing) -> HeldBox:
-    """Returns the bulk of a thing in the hand with all that rests on it."""
+    """Return the bulk of a thing in the hand with all that rests on it."""
     inverse = place_of(held).inverse()
     stack = [held, *contents(state.scene, held.id)]
     points = [_in_frame(prism, inverse) for thing in stack for prism in prisms_of(thing)]
@@ -108,7 +108,7 @@ def held_box_of(state: SceneState, held: Thing) -> HeldBox:
 
 
 def spot_on(state: SceneState, held: Thing, receptacle: Thing, clicked: Vec3) -> FreeSpot | None:
-    """Returns the free spot nearest to the clicked point, at most 0.3 m from it: inside or on top, as was clicked."""
+    """Return the free spot nearest to the clicked point, at most 0.3 m from it: inside or on top, as was clicked."""
     bulk = held_box_of(state, held)
     kind = target_kind(receptacle, clicked)
     surfaces = [each for each in open_surfaces(receptacle) if kind == ("inside" if each[0].is_inside else "on")]
@@ -131,7 +131,7 @@ def spot_on(state: SceneState, held: Thing, receptacle: Thing, clicked: Vec3) ->
 
 
 def spot_below(state: SceneState, held: Thing) -> FreeSpot | None:
-    """Returns where the held thing comes to rest when dropped; None when no place ahead is free."""
+    """Return where the held thing comes to rest when dropped; None when no place ahead is free."""
     bulk = held_box_of(state, held)
     ahead_x, ahead_z = heading(state.agent.rotation)
     for ahead_m in DROP_AHEAD_M:
@@ -151,7 +151,7 @@ def put_down(state: SceneState, spot: FreeSpot) -> list[Thing]:
 
 
 def open_surfaces(receptacle: Thing) -> list[tuple[Surface, Motion]]:
-    """Returns the level surfaces that a hand can reach now, with their frames."""
+    """Return the level surfaces that a hand can reach now, with their frames."""
     shut = is_shut(receptacle)
     return [(surface, frame) for surface, frame in level_surfaces(receptacle) if not (surface.needs_opening and shut)]
 
@@ -168,7 +168,7 @@ def _yaw_of(frame: Motion) -> float:
 def _candidate_spots(
     bulk: HeldBox, held: Thing, surface: Surface, frame: Motion, clicked: Vec3
 ) -> list[_CandidateSpots]:
-    """Returns the spots on a surface near the click that its edges and clearance allow, yaw by yaw."""
+    """Return the spots on a surface near the click that its edges and clearance allow, yaw by yaw."""
     if bulk.height > surface.clearance + TOUCH_M:
         return []
     local = offset_from(frame, clicked)
@@ -196,7 +196,7 @@ def _candidate_spots(
 def _first_free(
     state: SceneState, bulk: HeldBox, spots: tuple[np.ndarray, np.ndarray], receptacle: Thing, clicked: Vec3
 ) -> int | None:
-    """Returns the first of some spots, positions (n, 3) and yaws (n,), where nothing is in the way; None without."""
+    """Return the first of some spots, positions (n, 3) and yaws (n,), where nothing is in the way; None without."""
     positions, yaws = spots
     columns = [positions[:, 0], positions[:, 2], yaws]
     bottoms = positions[:, 1] + bulk.low[1]
@@ -210,7 +210,7 @@ def _first_free(
 def _unobstructed(
     state: SceneState, bulk: HeldBox, columns: list[np.ndarray], bottoms: np.ndarray, receptacle: Thing
 ) -> np.ndarray:
-    """Returns at which places, x, z and yaw (n,) each, no solid is in the way; each solid is asked what is left."""
+    """Return at which places, x, z and yaw (n,) each, no solid is in the way; each solid is asked what is left."""
     corners = bulk.footprint(*columns)
     lows, highs = corners.min(axis=1), corners.max(axis=1)
     hollow = _container_ids(state, receptacle)
@@ -234,7 +234,7 @@ def _unobstructed(
 
 
 def _container_ids(state: SceneState, receptacle: Thing) -> set[str]:
-    """Returns the ids of a receptacle, of what it is part of, and of all that it lies inside of."""
+    """Return the ids of a receptacle, of what it is part of, and of all that it lies inside of."""
     whole = furniture_of(state.scene, receptacle)
     return {each.id for each in (receptacle, whole, *containers_of(state.scene, receptacle)) if each is not None}
 
@@ -242,7 +242,7 @@ def _container_ids(state: SceneState, receptacle: Thing) -> set[str]:
 def _fits_in_hollows(
     state: SceneState, bulk: HeldBox, positions: np.ndarray, yaws: np.ndarray, receptacle: Thing
 ) -> np.ndarray:
-    """Returns which of some places (n, 3) with yaws (n,) on a receptacle keep within the hollows that it lies in."""
+    """Return which of some places (n, 3) with yaws (n,) on a receptacle keep within the hollows that it lies in."""
     stays = np.ones(len(positions), dtype=bool)
     for owner, surface in interior_surfaces_around(state.scene, receptacle):
         frame = surface_frame(owner, surface)
@@ -254,13 +254,13 @@ def _fits_in_hollows(
 
 
 def _edge(surface: Surface) -> np.ndarray:
-    """Returns how far (x, z) from a surface's middle a thing on it may reach."""
+    """Return how far (x, z) from a surface's middle a thing on it may reach."""
     over = EDGE_INSIDE_M if surface.needs_opening else EDGE_M
     return np.array([surface.size_x, surface.size_z]) / 2 + over
 
 
 def _overlapping(state: SceneState, lows: np.ndarray, highs: np.ndarray) -> Iterator[tuple[str, Prism]]:
-    """Yields (id, prism) of the solids whose bounds overlap those of any of some places."""
+    """Yield (id, prism) of the solids whose bounds overlap those of any of some places."""
     if not len(lows):
         return
     (left, front), (right, back) = lows.min(axis=0).tolist(), highs.max(axis=0).tolist()
@@ -273,7 +273,7 @@ def _overlapping(state: SceneState, lows: np.ndarray, highs: np.ndarray) -> Iter
 def _is_separated(
     state: SceneState, bulk: HeldBox, columns: list[np.ndarray], bottoms: np.ndarray, hand: tuple[float, float]
 ) -> np.ndarray:
-    """Returns which places a wall, window or shut door runs through, or parts from where the hand is."""
+    """Return which places a wall, window or shut door runs through, or parts from where the hand is."""
     outlines = shapely.polygons(bulk.footprint(*columns, drawn_in_m=-WALL_GAP_M))
     places = np.column_stack(columns[:2])
     ways = shapely.linestrings(np.stack([np.broadcast_to(hand, places.shape), places], axis=1))
@@ -294,7 +294,7 @@ def _is_cut_off(state: SceneState, x: float, z: float) -> bool:
 
 
 def _landing(state: SceneState, held: Thing, bulk: HeldBox, x: float, z: float) -> FreeSpot | None:
-    """Returns the rest of a thing that falls at (x, z): on the highest thing below it, or on the floor."""
+    """Return the rest of a thing that falls at (x, z): on the highest thing below it, or on the floor."""
     yaw = held.rotation.y
     column = [np.array([value]) for value in (x, z, yaw)]
     outline = shapely.polygons(bulk.footprint(*column, drawn_in_m=-WALL_GAP_M))

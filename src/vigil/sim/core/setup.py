@@ -42,7 +42,7 @@ def apply_setup(state: SceneState, setup: Setup, house_name: str) -> None:
 
 
 def blocked_start_error(start: Pose, house_name: str) -> EpisodeError:
-    """Returns the error for a start at which the body does not fit."""
+    """Return the error for a start at which the body does not fit."""
     x, _, z = start.position
     return EpisodeError(
         f"House {house_name!r}: the start ({x:.2f}, {z:.2f}) is inside an obstacle or outside every room. Choose a "
@@ -51,7 +51,7 @@ def blocked_start_error(start: Pose, house_name: str) -> EpisodeError:
 
 
 def unknown_object_message(object_id: str, scene: Scene, house_name: str) -> str:
-    """Returns the message for an id that the house does not have."""
+    """Return the message for an id that the house does not have."""
     close = difflib.get_close_matches(object_id, scene.things, n=1)
     hint = f" Did you mean {close[0]!r}?" if close else f" It has {len(scene.things)} objects."
     return f"Object {object_id!r} is absent from house {house_name!r}.{hint}"

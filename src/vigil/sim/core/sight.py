@@ -63,7 +63,7 @@ class PixelWindow:
     """The projected box lies wholly inside the frame and before the camera."""
 
     def pixels(self) -> np.ndarray:
-        """Returns the sampled pixels (n, 2), on a lattice fixed in the frame."""
+        """Return the sampled pixels (n, 2), on a lattice fixed in the frame."""
         first = self.stride // 2
         xs = np.arange(self.left + (first - self.left) % self.stride, self.right, self.stride)
         ys = np.arange(self.top + (first - self.top) % self.stride, self.bottom, self.stride)
@@ -103,7 +103,7 @@ NOT_VISIBLE = ObjectVisibility()
 
 
 def camera_axes(agent: Pose) -> np.ndarray:
-    """Returns the (3, 3) rows right, up and forward of the camera in the house's frame."""
+    """Return the (3, 3) rows right, up and forward of the camera in the house's frame."""
     yaw, pitch = math.radians(agent.rotation), math.radians(agent.horizon)
     right = (math.cos(yaw), 0.0, -math.sin(yaw))
     up = (math.sin(yaw) * math.sin(pitch), math.cos(pitch), math.cos(yaw) * math.sin(pitch))
@@ -112,7 +112,7 @@ def camera_axes(agent: Pose) -> np.ndarray:
 
 
 def directions(agent: Pose, pixels: np.ndarray, lens: Lens = AGENT_LENS) -> np.ndarray:
-    """Returns the unit directions (n, 3) through the centres of (n, 2) pixels."""
+    """Return the unit directions (n, 3) through the centres of (n, 2) pixels."""
     right = (pixels[:, 0] + 0.5 - lens.width / 2) / lens.focal_px
     up = (lens.height / 2 - pixels[:, 1] - 0.5) / lens.focal_px
     rays = np.column_stack([right, up, np.ones(len(pixels))])
@@ -121,7 +121,7 @@ def directions(agent: Pose, pixels: np.ndarray, lens: Lens = AGENT_LENS) -> np.n
 
 
 def project(agent: Pose, points: np.ndarray, lens: Lens = AGENT_LENS) -> np.ndarray:
-    """Returns (n, 3): x and y (pixels, continuous), and depth (m) along the view; only a depth > 0 has an x and y."""
+    """Return (n, 3): x and y (pixels, continuous), and depth (m) along the view; only a depth > 0 has an x and y."""
     local = (points - np.array(agent.eye)) @ camera_axes(agent).T
     depth = np.where(np.abs(local[:, 2]) < 1e-9, 1e-9, local[:, 2])
     x = lens.width / 2 + lens.focal_px * local[:, 0] / depth
@@ -130,7 +130,7 @@ def project(agent: Pose, points: np.ndarray, lens: Lens = AGENT_LENS) -> np.ndar
 
 
 def pixel_of(agent: Pose, point: Vec3) -> tuple[int, int] | None:
-    """Returns the pixel that a point projects to; None outside the frame or behind."""
+    """Return the pixel that a point projects to; None outside the frame or behind."""
     x, y, depth = project(agent, np.array([point]))[0]
     if depth < NEAR_M or not (0 <= x < WIDTH and 0 <= y < HEIGHT):
         return None
@@ -138,7 +138,7 @@ def pixel_of(agent: Pose, point: Vec3) -> tuple[int, int] | None:
 
 
 def window_of(agent: Pose, boxes: list[np.ndarray], lens: Lens = AGENT_LENS) -> PixelWindow | None:
-    """Returns the pixels that boxes, each of corners (8, 3), can cover; None outside of the frame."""
+    """Return the pixels that boxes, each of corners (8, 3), can cover; None outside of the frame."""
     points, is_before = _clipped(agent, boxes)
     if not len(points):
         return None
@@ -154,12 +154,12 @@ def window_of(agent: Pose, boxes: list[np.ndarray], lens: Lens = AGENT_LENS) -> 
 
 
 def farthest_m(eye: Vec3, boxes: list[np.ndarray]) -> float:
-    """Returns a distance from an eye that nothing in boxes, each of corners (8, 3), is beyond."""
+    """Return a distance from an eye that nothing in boxes, each of corners (8, 3), is beyond."""
     return float(np.linalg.norm(np.concatenate(boxes) - np.array(eye), axis=1).max()) + BEYOND_M
 
 
 def boxes_of(things: Iterable[Thing]) -> list[np.ndarray]:
-    """Returns the corners (8, 3) of the boxes of all parts of some things, leaves where they are now."""
+    """Return the corners (8, 3) of the boxes of all parts of some things, leaves where they are now."""
     return [
         part_motion(thing, joint)(box_corners(low, high))
         for thing in things
@@ -168,7 +168,7 @@ def boxes_of(things: Iterable[Thing]) -> list[np.ndarray]:
 
 
 def _clipped(agent: Pose, boxes: list[np.ndarray]) -> tuple[np.ndarray, bool]:
-    """Returns the corners before the near plane, with the crossings of box edges through it, and whether all were."""
+    """Return the corners before the near plane, with the crossings of box edges through it, and whether all were."""
     forward, eye = camera_axes(agent)[2], np.array(agent.eye)
     kept: list[np.ndarray] = []
     is_before = True
@@ -221,7 +221,7 @@ class Sight:
         self._extents.clear()
 
     def click(self, agent: Pose, x: int, y: int) -> tuple[Thing | None, Vec3 | None]:
-        """Returns the thing that a pixel's ray meets and the point where it meets something; panes stop it."""
+        """Return the thing that a pixel's ray meets and the point where it meets something; panes stop it."""
         rays = directions(agent, np.array([[x, y]]))
         hits = self._engine.cast(agent.eye, rays, through_glass=False)
         if not np.isfinite(hits.distances[0]):
@@ -231,7 +231,7 @@ class Sight:
         return thing, Vec3(*(float(value) for value in point))
 
     def ids_near_pixel(self, agent: Pose, x: int, y: int) -> tuple[str, ...]:
-        """Returns the sorted ids of the things within 3 px of a pixel, with a drawer the furniture that it is of."""
+        """Return the sorted ids of the things within 3 px of a pixel, with a drawer the furniture that it is of."""
         reach = np.arange(-NEAR_CLICK_PX, NEAR_CLICK_PX + 1)
         disc = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2)
         pixels = disc[(disc**2).sum(axis=1) <= NEAR_CLICK_PX**2] + np.array([x, y])
@@ -242,7 +242,7 @@ class Sight:
         return tuple(sorted({thing.id for thing in met} | wholes))
 
     def click_pixel(self, agent: Pose, thing: Thing) -> np.ndarray:
-        """Returns the sampled pixels (n, 2) on which a click hits the thing."""
+        """Return the sampled pixels (n, 2) on which a click hits the thing."""
         boxes = boxes_of([thing])
         window = window_of(agent, boxes) if thing.is_present and not thing.is_held else None
         if window is None:
@@ -253,7 +253,7 @@ class Sight:
         return pixels[hits.things == self._index[thing.id]]
 
     def meets(self, eye: Vec3, rays: np.ndarray, thing: Thing, *, through_glass: bool) -> np.ndarray:
-        """Returns which unit directions (n, 3) from any eye meet the thing before all else; its own glass is of it."""
+        """Return which unit directions (n, 3) from any eye meet the thing before all else; its own glass is of it."""
         if self._is_behind_walls(eye, thing):
             return np.zeros(len(rays), dtype=bool)
         within_m = farthest_m(eye, self._boxes_of(thing))
@@ -265,7 +265,7 @@ class Sight:
         return is_met
 
     def see(self, agent: Pose, things: list[Thing]) -> dict[str, ObjectVisibility]:
-        """Returns what is seen of each thing. Rays pass through the glass of other things; a vase of glass is seen."""
+        """Return what is seen of each thing. Rays pass through the glass of other things; a vase of glass is seen."""
         if agent not in self._seen and len(self._seen) >= MAX_CACHED_POSES:
             self._seen.clear()
         known = self._seen.setdefault(agent, {})
@@ -295,12 +295,12 @@ class Sight:
         return found
 
     def _window_of(self, agent: Pose, thing: Thing) -> PixelWindow | None:
-        """Returns the pixels that a whole thing can cover; None where it is held, absent or outside of the frame."""
+        """Return the pixels that a whole thing can cover; None where it is held, absent or outside of the frame."""
         is_there = thing.is_present and not thing.is_held
         return window_of(agent, self._boxes_of(thing)) if is_there else None
 
     def _outline(self, agent: Pose, thing: Thing, window: PixelWindow) -> _Outline:
-        """Returns what the rays through a window would meet of a thing if there were nothing else."""
+        """Return what the rays through a window would meet of a thing if there were nothing else."""
         if (agent, thing.id) not in self._outlines:
             rays = directions(agent, window.pixels())
             alone = self._alone(agent, thing, rays)
@@ -309,7 +309,7 @@ class Sight:
         return self._outlines[agent, thing.id]
 
     def _visible_rays(self, agent: Pose, thing: Thing, outline: _Outline) -> tuple[np.ndarray, np.ndarray]:
-        """Returns which rays of an outline meet a whole thing before all else, and the roles of what each meets of it.
+        """Return which rays of an outline meet a whole thing before all else, and the roles of what each meets of it.
 
         What has glass is cast at once more, for rays pass through its panes to what is behind them.
         """
@@ -327,11 +327,11 @@ class Sight:
         return is_own | is_nearer, np.where(is_own, hits.roles, alone.roles)
 
     def _with_drawers(self, thing: Thing) -> list[Thing]:
-        """Returns a thing with its drawers that are things too."""
+        """Return a thing with its drawers that are things too."""
         return [thing, *(part for part in self._parts.get(thing.id, ()) if part.is_present)]
 
     def _boxes_of(self, thing: Thing) -> list[np.ndarray]:
-        """Returns the corners (8, 3) of the boxes of a whole thing; what is in the hand moves without being told."""
+        """Return the corners (8, 3) of the boxes of a whole thing; what is in the hand moves without being told."""
         if thing.is_held:
             return boxes_of(self._with_drawers(thing))
         if thing.id not in self._boxes:
@@ -353,12 +353,12 @@ class Sight:
         return self._behind_walls[eye, thing.id]
 
     def _is_of(self, met: np.ndarray, thing: Thing) -> np.ndarray:
-        """Returns which of the things that rays met (n,) are a thing, or drawers of it."""
+        """Return which of the things that rays met (n,) are a thing, or drawers of it."""
         own = [self._index[each.id] for each in self._with_drawers(thing)]
         return met == own[0] if len(own) == 1 else np.isin(met, own)
 
     def _alone(self, agent: Pose, thing: Thing, rays: np.ndarray) -> RayHits:
-        """Returns what rays meet of a thing and its drawers, as if there were nothing else."""
+        """Return what rays meet of a thing and its drawers, as if there were nothing else."""
         first, *rest = (
             self._engine.cast(agent.eye, rays, through_glass=False, only=each.id) for each in self._with_drawers(thing)
         )
@@ -383,7 +383,7 @@ def _has_glass(thing: Thing) -> bool:
 def _visibility_from_rays(
     thing: Thing, window: PixelWindow, is_hit: np.ndarray, roles: np.ndarray, distances: np.ndarray
 ) -> ObjectVisibility:
-    """Returns what the rays of a thing's outline say; strictly visible: >= 200 px and >= 25 % of it, or all of it."""
+    """Return what the rays of a thing's outline say; strictly visible: >= 200 px and >= 25 % of it, or all of it."""
     seen, whole = int(is_hit.sum()), len(is_hit)
     visible_px = seen * window.stride**2
     is_plain = visible_px >= VISIBLE_PX and seen >= VISIBLE_SHARE * whole
@@ -397,5 +397,5 @@ def _visibility_from_rays(
 
 
 def _count_bearing(roles: np.ndarray, bit: int) -> int:
-    """Returns how many hits are on parts that bear a state."""
+    """Return how many hits are on parts that bear a state."""
     return int(np.count_nonzero(roles & bit))

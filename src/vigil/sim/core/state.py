@@ -56,7 +56,7 @@ class SceneState:
         self._prisms.pop(thing.id, None)
 
     def flush(self) -> set[str]:
-        """Returns the ids of what is not as it was at the last call, having told the floor plan.
+        """Return the ids of what is not as it was at the last call, having told the floor plan.
 
         A reset undoes and does again much the same, of which nothing is told.
         """
@@ -69,17 +69,17 @@ class SceneState:
         return ids
 
     def prisms(self, thing: Thing) -> list[Prism]:
-        """Returns the thing's solids where they are now."""
+        """Return the thing's solids where they are now."""
         if thing.id not in self._prisms:
             self._prisms[thing.id] = prisms_of(thing)
         return self._prisms[thing.id]
 
     def solids(self, ignored: set[str]) -> list[tuple[str, Prism]]:
-        """Returns (id, prism) of all things present, but for those ignored, and of the walls."""
+        """Return (id, prism) of all things present, but for those ignored, and of the walls."""
         return self.thing_solids(ignored) + self._walls
 
     def thing_solids(self, ignored: set[str]) -> list[tuple[str, Prism]]:
-        """Returns (id, prism) of all things present, but for those ignored."""
+        """Return (id, prism) of all things present, but for those ignored."""
         return [
             (thing.id, prism)
             for thing in self.scene.things.values()
@@ -88,7 +88,7 @@ class SceneState:
         ]
 
     def body(self) -> Prism:
-        """Returns the agent's body, from the height up that it steps over."""
+        """Return the agent's body, from the height up that it steps over."""
         angles = np.arange(_BODY_SIDES) * (2 * np.pi / _BODY_SIDES)
         circle = BODY_RADIUS_M * np.column_stack([np.cos(angles), np.sin(angles)])
         x, y, z = self.agent.position
@@ -152,7 +152,7 @@ class SceneState:
 
 
 def mutable_state_of(scene: Scene) -> list[tuple[Any, ...]]:
-    """Returns what may change of each thing, as it is now, in the scene's order."""
+    """Return what may change of each thing, as it is now, in the scene's order."""
     return list(map(_mutable_state, scene.things.values()))
 
 

@@ -10,18 +10,18 @@ from vigil.sim.scene_editor import CameraView
 
 
 def pose_of(view: CameraView) -> Pose:
-    """Returns the pose of a standing agent whose eye is the camera; its floor may be anywhere."""
+    """Return the pose of a standing agent whose eye is the camera; its floor may be anywhere."""
     x, y, z = view.eye
     return Pose(position=Vec3(x, y - EYE_HEIGHT_M, z), rotation=view.yaw, horizon=view.pitch)
 
 
 def lens_of(view: CameraView) -> Lens:
-    """Returns the lens of a camera."""
+    """Return the lens of a camera."""
     return Lens(view.width, view.height, view.height / 2 / math.tan(math.radians(view.fovy_deg) / 2))
 
 
 def directions_at(view: CameraView, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the unit directions (n, 3) through places (n, 2) of the picture, with the cosine (n,) to its axis.
+    """Return the unit directions (n, 3) through places (n, 2) of the picture, with the cosine (n,) to its axis.
 
     A place is x, y in pixels from the top left corner; a pixel's middle is its number and a half.
     """
@@ -33,13 +33,13 @@ def directions_at(view: CameraView, pixels: np.ndarray) -> tuple[np.ndarray, np.
 
 
 def rays_of(view: CameraView) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the unit directions (n, 3) through all pixels' middles, row by row, with the cosines (n,) to its axis."""
+    """Return the unit directions (n, 3) through all pixels' middles, row by row, with the cosines (n,) to its axis."""
     middles = np.stack(np.meshgrid(np.arange(view.width) + 0.5, np.arange(view.height) + 0.5), axis=-1).reshape(-1, 2)
     return directions_at(view, middles)
 
 
 def project(view: CameraView, points: np.ndarray) -> np.ndarray:
-    """Returns (n, 3): x and y (0..1 inside of the picture, from the top left), and depth (m) along the axis."""
+    """Return (n, 3): x and y (0..1 inside of the picture, from the top left), and depth (m) along the axis."""
     local = (points - np.array(view.eye)) @ camera_axes(pose_of(view)).T
     half = math.tan(math.radians(view.fovy_deg) / 2)
     depth = np.where(np.abs(local[:, 2]) < 1e-9, 1e-9, local[:, 2])

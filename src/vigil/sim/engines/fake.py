@@ -70,7 +70,7 @@ class _Boxes:
 
 @lru_cache(maxsize=8192)
 def pieces_of(asset: Asset) -> tuple[BoxPiece, ...]:
-    """Returns the boxes of an asset's connected mesh pieces."""
+    """Return the boxes of an asset's connected mesh pieces."""
     return tuple(
         BoxPiece(
             low - THIN_M / 2,
@@ -96,7 +96,7 @@ def _panes(asset: Asset, joint: str | None) -> list[tuple[np.ndarray, np.ndarray
 def _around_panes(
     boxes: list[tuple[np.ndarray, np.ndarray]], panes: list[tuple[np.ndarray, np.ndarray]]
 ) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Returns the boxes with those that frame a pane cut into the four bars around it (in the x, y plane)."""
+    """Return the boxes with those that frame a pane cut into the four bars around it (in the x, y plane)."""
     for pane_low, pane_high in panes:
         cut: list[tuple[np.ndarray, np.ndarray]] = []
         for low, high in boxes:
@@ -192,7 +192,7 @@ class FakeEngine:
         return RayHits(thing, roles, distance)
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:
-        """Returns a coarse flat-coloured frame, (480, 640, 3) uint8; the held thing is a square at the bottom."""
+        """Return a coarse flat-coloured frame, (480, 640, 3) uint8; the held thing is a square at the bottom."""
         xs, ys = np.arange(DRAW_STRIDE // 2, WIDTH, DRAW_STRIDE), np.arange(DRAW_STRIDE // 2, HEIGHT, DRAW_STRIDE)
         pixels = np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2)
         row, distance = self._meet(agent.eye, directions(agent, pixels), True)
@@ -205,7 +205,7 @@ class FakeEngine:
         return np.ascontiguousarray(coarse.repeat(DRAW_STRIDE, axis=0).repeat(DRAW_STRIDE, axis=1))
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], held: str | None) -> CameraImage:
-        """Returns a coarse picture, one ray to a block of pixels; what is held is not in it."""
+        """Return a coarse picture, one ray to a block of pixels; what is held is not in it."""
         del held
         coarse = replace(view, width=-(-view.width // LOOK_STRIDE), height=-(-view.height // LOOK_STRIDE))
         rays, along = rays_of(coarse)
@@ -226,7 +226,7 @@ class FakeEngine:
         )
 
     def _colours(self, row: np.ndarray, distance: np.ndarray) -> np.ndarray:
-        """Returns the colours (n, 3) uint8 of what rays met."""
+        """Return the colours (n, 3) uint8 of what rays met."""
         boxes, _, _ = self._joined()
         owner = np.where(row >= 0, boxes.thing[row], -1)
         tints = np.concatenate([*(_colour(thing) for thing in self._things), np.zeros((1, 3))])
@@ -238,7 +238,7 @@ class FakeEngine:
         return (picture * shade[:, None] * 255).astype(np.uint8)
 
     def renderer(self) -> str:
-        """Returns "none": there is no GL."""
+        """Return "none": there is no GL."""
         return "none"
 
     def close(self) -> None:
@@ -246,7 +246,7 @@ class FakeEngine:
         self._things, self._rows, self._shell, self._all = [], [], None, None
 
     def _joined(self) -> tuple[_Boxes, np.ndarray, np.ndarray]:
-        """Returns all boxes with the middles and radii of their bounding spheres."""
+        """Return all boxes with the middles and radii of their bounding spheres."""
         if self._all is None:
             rows = [row for row in (self._shell, *self._rows) if row is not None]
             boxes = _Boxes(*(np.concatenate([getattr(row, name) for row in rows]) for name in _Boxes.__slots__))
@@ -262,7 +262,7 @@ class FakeEngine:
         only: str | None = None,
         without: Sequence[str] = (),
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Returns for each ray the row of the box met first, -1 for none, and its distance."""
+        """Return for each ray the row of the box met first, -1 for none, and its distance."""
         boxes, middle, radius = self._joined()
         use = np.ones(len(radius), dtype=bool)
         if through_glass:
@@ -287,7 +287,7 @@ class FakeEngine:
 
 
 def _cones(rays: np.ndarray) -> list[np.ndarray]:
-    """Returns the numbers of the rays (n, 3) in parts that go nearly the same way, each of at most `CHUNK_RAYS`."""
+    """Return the numbers of the rays (n, 3) in parts that go nearly the same way, each of at most `CHUNK_RAYS`."""
     if len(rays) < CHUNK_RAYS:
         return [np.arange(len(rays))] if len(rays) else []
     steps = np.floor((rays + 1.0) * CONE_STEPS).astype(np.int64)
@@ -348,7 +348,7 @@ def _stack(
 
 
 def _shell(scene: Scene) -> tuple[_Boxes, np.ndarray]:
-    """Returns floors, ceilings and walls as flat boxes, with their colours."""
+    """Return floors, ceilings and walls as flat boxes, with their colours."""
     places: list[tuple[Motion, np.ndarray, np.ndarray]] = []
     colours: list[tuple[float, float, float]] = []
     for room in scene.rooms:

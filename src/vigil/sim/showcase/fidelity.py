@@ -38,7 +38,7 @@ class Mismatch:
 
 
 def mismatches_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Mismatch]:
-    """Returns the flaws of a house's scene as it was built, in the scene's order.
+    """Return the flaws of a house's scene as it was built, in the scene's order.
 
     Furniture whose drawers are things of their own does not fill its box without them; each of them does.
     """
@@ -56,7 +56,7 @@ def mismatches_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Mis
 
 
 def too_many_triangles(house: str, triangles: int, rooms: int) -> list[Mismatch]:
-    """Returns a flaw when a house is drawn with more triangles than one of its rooms' number may have."""
+    """Return a flaw when a house is drawn with more triangles than one of its rooms' number may have."""
     most = MOST_TRIANGLES_ONE_ROOM if rooms == 1 else MOST_TRIANGLES
     return [Mismatch("triangles", house, f"{triangles}, at most {most}")] if triangles > most else []
 
@@ -75,7 +75,7 @@ def _box(thing: Thing, asked: Vec3) -> Iterator[tuple[str, str]]:
 
 
 def _extent(asset: Asset, openness: float) -> np.ndarray:
-    """Returns the size of what is drawn of an asset that is off."""
+    """Return the size of what is drawn of an asset that is off."""
     meshes = [_moved(asset, part, openness) for part in asset.parts if part.shown != "on"]
     return np.max([mesh.max(axis=0) for mesh in meshes], axis=0) - np.min([mesh.min(axis=0) for mesh in meshes], axis=0)
 

@@ -19,7 +19,7 @@ FRAMES = 5
 
 
 def check_graphics() -> dict[str, Any]:
-    """Returns what was found: `ok`, `backend`, `fault` (None when all is well), GL strings, times and a `frame`."""
+    """Return what was found: `ok`, `backend`, `fault` (None when all is well), GL strings, times and a `frame`."""
     found: dict[str, Any] = {
         "ok": False,
         "mujoco": mujoco.__version__,
@@ -53,7 +53,7 @@ def _draw_one() -> dict[str, Any]:
 
 
 def _sample() -> Scene:
-    """Returns a room with an apple on a table."""
+    """Return a room with an apple on a table."""
     corners = np.array([(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)])
     room = RoomShape(
         "room", "Kitchen", corners, 2.5, MaterialRef(name="planks/oak"), None, Vec3(0.0, 2.4, 0.0), (1.0, 1.0, 1.0), 1.0

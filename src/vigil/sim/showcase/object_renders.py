@@ -53,7 +53,7 @@ class CameraPlacement:
 def render_object(
     subject: SceneSubject, seed: int, distance_m: float | None = None, quality: Quality = "default"
 ) -> np.ndarray:
-    """Returns the frame (480, 640, 3) of a subject where such things stand.
+    """Return the frame (480, 640, 3) of a subject where such things stand.
 
     It is seen from where it spans `SPAN_PX`, between 0.3 and 1.5 m; or from `distance_m`.
     """
@@ -61,7 +61,7 @@ def render_object(
 
 
 def stage_subject(subject: SceneSubject, seed: int, distance_m: float | None) -> tuple[Scene, CameraPlacement]:
-    """Returns the room of a subject's portrait, and from where that is taken. Raises ValueError as `view_of` does."""
+    """Return the room of a subject's portrait, and from where that is taken. Raises ValueError as `view_of` does."""
     rng = np.random.default_rng([seed, subject.variant, zlib.crc32(subject.category.encode())])
     scene = staged_scene(subject, rng)
     return scene, view_of(scene.things[SUBJECT], float(rng.uniform(-SIDEWAYS_DEG, SIDEWAYS_DEG)), distance_m)
@@ -70,7 +70,7 @@ def stage_subject(subject: SceneSubject, seed: int, distance_m: float | None) ->
 def render_with_placement(
     subject: SceneSubject, seed: int, distance_m: float | None, quality: Quality
 ) -> tuple[np.ndarray, CameraPlacement]:
-    """Returns a subject's portrait, and from where that is taken."""
+    """Return a subject's portrait, and from where that is taken."""
     scene, view = stage_subject(subject, seed, distance_m)
     engine = MujocoEngine(quality)
     engine.load(scene)
@@ -81,7 +81,7 @@ def render_with_placement(
 
 
 def view_of(thing: Thing, sideways_deg: float, distance_m: float | None = None) -> CameraPlacement:
-    """Returns from where to look at a thing that faces +z: at its middle, from its front, `sideways_deg` off."""
+    """Return from where to look at a thing that faces +z: at its middle, from its front, `sideways_deg` off."""
     half = np.array(thing.asset.size) / 2
     place = place_of(thing)
     corners = place(box_corners(-half, half))
@@ -98,7 +98,7 @@ def view_of(thing: Thing, sideways_deg: float, distance_m: float | None = None) 
 
 
 def _bounds(flat: np.ndarray) -> tuple[float, float, float, float]:
-    """Returns left, top, right and bottom of projected points (n, 3); without bounds when one is behind the eye."""
+    """Return left, top, right and bottom of projected points (n, 3); without bounds when one is behind the eye."""
     if (flat[:, 2] <= 0).any():
         return -np.inf, -np.inf, np.inf, np.inf
     (left, top), (right, bottom) = flat[:, :2].min(axis=0), flat[:, :2].max(axis=0)
@@ -106,7 +106,7 @@ def _bounds(flat: np.ndarray) -> tuple[float, float, float, float]:
 
 
 def _towards(middle: np.ndarray, reach: float, sideways_deg: float) -> Pose:
-    """Returns the pose that looks at `middle` from `reach` metres, from standing height where that is not too steep."""
+    """Return the pose that looks at `middle` from `reach` metres, from standing height where that is not too steep."""
     steepest = np.sin(np.radians([-STEEPEST_UP_DEG, STEEPEST_DOWN_DEG]))
     sine = float(np.clip((EYE_HEIGHT_M - middle[1]) / reach, *steepest))
     level, yaw = reach * np.sqrt(1.0 - sine**2), np.radians(sideways_deg)
@@ -119,7 +119,7 @@ def _towards(middle: np.ndarray, reach: float, sideways_deg: float) -> Pose:
 
 
 def draw_subjects(count: int, seed: int, suits: Callable[[SceneSubject], bool] = lambda _: True) -> list[SceneSubject]:
-    """Returns `count` subjects in random order, every category equally often, each time another variant and state.
+    """Return `count` subjects in random order, every category equally often, each time another variant and state.
 
     Those that do not suit are passed over, so that their categories are seen less often. Raises ValueError when too few
     suit in `ROUNDS` rounds of all categories.
@@ -132,7 +132,7 @@ def draw_subjects(count: int, seed: int, suits: Callable[[SceneSubject], bool] =
 
 
 def _subject_rounds(rng: np.random.Generator, seed: int) -> Iterator[SceneSubject]:
-    """Yields subjects in rounds, each of every category once."""
+    """Yield subjects in rounds, each of every category once."""
     names = sorted(CATALOG)
     for turn in range(ROUNDS):
         for name in map(str, rng.permutation(names)):
@@ -160,7 +160,7 @@ def write_blind(folder: Path, subjects: list[SceneSubject], seed: int, distance_
 
 
 def marked(picture: np.ndarray, box_px: tuple[float, float, float, float]) -> Image.Image:
-    """Returns a picture (h, w, 3) with a bright corner, edged dark, off each corner of a box that is in it."""
+    """Return a picture (h, w, 3) with a bright corner, edged dark, off each corner of a box that is in it."""
     image = Image.fromarray(picture)
     left, top = (int(max(side - MARK_GAP_PX, 1)) for side in box_px[:2])
     right = int(min(box_px[2] + MARK_GAP_PX, image.width - 2))
@@ -186,7 +186,7 @@ def write_catalog(folder: Path, variants: int, seed: int, distance_m: float | No
 
 
 def catalogue(variants: int) -> list[SceneSubject]:
-    """Returns every category in some variants: the first in all its states, the others by turns."""
+    """Return every category in some variants: the first in all its states, the others by turns."""
     subjects = []
     for name in sorted(CATALOG):
         for variant in range(variants):
@@ -197,12 +197,12 @@ def catalogue(variants: int) -> list[SceneSubject]:
 
 
 def label_of(subject: SceneSubject) -> str:
-    """Returns the line under a subject's picture."""
+    """Return the line under a subject's picture."""
     return f"{subject.category} {subject.variant} {subject.state or ''}".rstrip()
 
 
 def contact_sheet(pictures: list[np.ndarray], labels: list[str]) -> Image.Image:
-    """Returns the middles of pictures side by side, each with its label under it."""
+    """Return the middles of pictures side by side, each with its label under it."""
     width, height = CELL_PX
     rows = -(-len(pictures) // COLUMNS)
     sheet = Image.new("RGB", (COLUMNS * width, rows * (height + LINE_PX)), "white")

@@ -62,7 +62,7 @@ def place(thing: Thing, rng: np.random.Generator) -> list[Thing]:
 
 
 def companions(thing: Thing, rng: np.random.Generator) -> list[Thing]:
-    """Returns what stands with a thing that has its place, without carrying it."""
+    """Return what stands with a thing that has its place, without carrying it."""
     category = COMPANIONS.get(thing.category)
     if category is None:
         return []
@@ -77,13 +77,13 @@ def companions(thing: Thing, rng: np.random.Generator) -> list[Thing]:
 
 
 def host_of(category: str) -> str:
-    """Returns the likeliest place of a category that an exhibit knows: a host, "Floor", "Wall" or "Ceiling"."""
+    """Return the likeliest place of a category that an exhibit knows: a host, "Floor", "Wall" or "Ceiling"."""
     known = HOSTS | {FLOOR, WALL, CEILING}
     return next((place for place in CATALOG[category].rests_on if place in known), FLOOR)
 
 
 def _usual(category: str, rng: np.random.Generator) -> Thing:
-    """Returns a thing of a category at its usual size, any variant; its id is the category's name."""
+    """Return a thing of a category at its usual size, any variant; its id is the category's name."""
     asset = make(category, CATALOG[category].typical_size, int(rng.integers(1000)))
     return Thing(category, category, asset, Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0))
 
@@ -135,19 +135,19 @@ def _onto(thing: Thing, host: Thing, rng: np.random.Generator) -> None:
 
 
 def _on_surface(asset: Asset, host: Thing, surface: Surface, aside: float, forward: float) -> Vec3:
-    """Returns the middle of an asset that rests on a host's surface, off the surface's middle."""
+    """Return the middle of an asset that rests on a host's surface, off the surface's middle."""
     x, y, z = np.array(host.position) + np.array(surface.center)
     return Vec3(float(x) + aside, float(y) + asset.size.y / 2, float(z) + forward)
 
 
 def _top(asset: Asset, height: float) -> Surface:
-    """Returns the highest surface, then the largest, with room for a height, that needs no opening."""
+    """Return the highest surface, then the largest, with room for a height, that needs no opening."""
     free = [surface for surface in asset.surfaces if not surface.needs_opening and surface.clearance > height]
     return max(free, key=lambda surface: (round(surface.center.y, 1), surface.size_x * surface.size_z))
 
 
 def _over_bar(towel: Asset, rail: Thing) -> Vec3:
-    """Returns the middle of a towel that hangs over a rail's bar, which is at the rail's front, between its halves."""
+    """Return the middle of a towel that hangs over a rail's bar, which is at the rail's front, between its halves."""
     size = rail.asset.size
     bar = rail.position.y + (RAILS[rail.category] - 0.5) * size.y
     return Vec3(rail.position.x, bar + ROD_M + CLOTH_M - towel.size.y / 2, rail.position.z + size.z / 2)
@@ -160,14 +160,14 @@ def _at_front(knob: Asset, stove: Thing) -> Vec3:
 
 
 def _front_of(asset: Asset, share: float) -> float:
-    """Returns how far to the front (z, asset frame) the body reaches at a share of its height."""
+    """Return how far to the front (z, asset frame) the body reaches at a share of its height."""
     height = (share - 0.5) * asset.size.y
     reach = [solid.polygon for solid in asset.solids if solid.bottom <= height <= solid.top]
     return max((z for polygon in reach for _, z in polygon), default=asset.size.z / 2)
 
 
 def _yaw(thing: Thing, up_to_deg: float, rng: np.random.Generator) -> float:
-    """Returns how far a thing that faces the viewer is turned: a little, or across when it is long."""
+    """Return how far a thing that faces the viewer is turned: a little, or across when it is long."""
     size, sign = thing.asset.size, float(rng.choice([-1.0, 1.0]))
     if CATALOG[thing.category].is_pickupable and size.z > LENGTHWISE * size.x:
         return sign * float(rng.uniform(40.0, 75.0))
@@ -175,7 +175,7 @@ def _yaw(thing: Thing, up_to_deg: float, rng: np.random.Generator) -> float:
 
 
 def _window_behind(thing: Thing, rng: np.random.Generator) -> Thing:
-    """Returns a window behind what hangs before one, and moves that off the wall."""
+    """Return a window behind what hangs before one, and moves that off the wall."""
     size = thing.asset.size
     width, height = _WINDOW_WIDE * size.x, min(_WINDOW_HIGHEST_M, _WINDOW_HIGH * size.y)
     asset = make("Window", Vec3(width, height, _WINDOW_DEEP_M), int(rng.integers(1000)))

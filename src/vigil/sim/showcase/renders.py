@@ -24,7 +24,7 @@ _PAPER = MaterialRef(name="plastic/#c3c6c8")
 def render_asset(
     asset: Asset, *, openness: float = 0.0, is_toggled: bool = False, yaw: float = 30.0, pitch: float = 22.0
 ) -> np.ndarray:
-    """Returns a picture (480, 640, 3) of one asset from its front, turned by `yaw` degrees, seen `pitch` from above."""
+    """Return a picture (480, 640, 3) of one asset from its front, turned by `yaw` degrees, seen `pitch` from above."""
     size = np.array(asset.size, dtype=float)
     radius = float(np.linalg.norm(size)) / 2
     thing = Thing(
@@ -40,7 +40,7 @@ def render_asset(
 
 
 def render_birdseye(scene: Scene, quality: Quality = "default") -> np.ndarray:
-    """Returns a picture (480, width, 3) of a house from above, without its ceilings; +z of THOR's frame is up.
+    """Return a picture (480, width, 3) of a house from above, without its ceilings; +z of THOR's frame is up.
 
     It is as wide as the house asks for, 640 at most.
     """
@@ -85,7 +85,7 @@ def _picture(scene: Scene, view: _FreeCamera, quality: Quality) -> np.ndarray:
 
 
 def _direction(yaw: float, pitch: float) -> np.ndarray:
-    """Returns the unit vector (THOR's frame) towards the eye, `yaw` from the front, `pitch` above the horizon."""
+    """Return the unit vector (THOR's frame) towards the eye, `yaw` from the front, `pitch` above the horizon."""
     level = np.cos(np.radians(pitch))
     return np.array([level * np.sin(np.radians(yaw)), np.sin(np.radians(pitch)), level * np.cos(np.radians(yaw))])
 

@@ -44,7 +44,7 @@ class SceneSubject:
 
 
 def states_of(asset: Asset) -> tuple[State | None, ...]:
-    """Returns the states in which an asset can be seen; (None,) when it has but one."""
+    """Return the states in which an asset can be seen; (None,) when it has but one."""
     row = CATALOG[asset.category]
     moves: tuple[State, ...] = ("closed", "open") if row.is_openable and asset.can_open else ()
     switches: tuple[State, ...] = ("off", "on") if row.is_toggleable else ()
@@ -52,7 +52,7 @@ def states_of(asset: Asset) -> tuple[State | None, ...]:
 
 
 def staged_scene(subject: SceneSubject, rng: np.random.Generator) -> Scene:
-    """Returns a room in which the subject stands; its thing has the id `SUBJECT`."""
+    """Return a room in which the subject stands; its thing has the id `SUBJECT`."""
     thing = _subject(subject)
     things = [thing, *place(thing, rng), *companions(thing, rng)]
     holes = [_hole_of(each) for each in things if each.is_structure]
@@ -105,7 +105,7 @@ def _shape(name: str, kind: str, low: float, high: float, floor: MaterialRef) ->
 
 
 def _walls(room: RoomShape, paint: MaterialRef, holes: tuple[Hole, ...]) -> list[WallPanel]:
-    """Returns a room's four walls; the holes are in the one at z = 0, which runs from x = 0."""
+    """Return a room's four walls; the holes are in the one at z = 0, which runs from x = 0."""
     low, high = float(room.polygon[0, 1]), float(room.polygon[2, 1])
     sides = [
         ((0.0, low), (WIDTH_M, low), (0.0, 1.0)),

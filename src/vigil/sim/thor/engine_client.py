@@ -35,7 +35,7 @@ class EngineClient(Protocol):
         """Has a house built, in place of the one before. Raises SimulatorError."""
 
     def step(self, action: str, **arguments: Any) -> Event:
-        """Returns the event after an action, also one that failed. Raises SimulatorError, and is then over."""
+        """Return the event after an action, also one that failed. Raises SimulatorError, and is then over."""
 
     def close(self) -> None:
         """Ends the engine."""

@@ -61,7 +61,7 @@ class EngineSession:
                 return
 
     def segmented_frame(self) -> SegmentedFrame:
-        """Returns which object each pixel shows now."""
+        """Return which object each pixel shows now."""
         if self._segmented_frame is None:
             self._look(with_frame=self._masks_need_frame or self._frame_was_asked)
             self._frame_was_asked = False
@@ -73,7 +73,7 @@ class EngineSession:
         return self._segmented_frame
 
     def frame(self) -> np.ndarray:
-        """Returns what the agent sees, (480, 640, 3) uint8."""
+        """Return what the agent sees, (480, 640, 3) uint8."""
         self._frame_was_asked = True
         if self._frame is None:
             self._look(with_frame=True)

@@ -68,7 +68,7 @@ class GuardedClient:
             raise SimulatorError(f"AI2-THOR's engine did not open the house: {metadata['errorMessage']}")
 
     def step(self, action: str, **arguments: Any) -> Any:
-        """Returns the client's event after an action. Raises SimulatorError, after which the connection is closed."""
+        """Return the client's event after an action. Raises SimulatorError, after which the connection is closed."""
         if self._watch.is_over:
             raise SimulatorError(f"AI2-THOR's engine is gone; {action} was not sent. Start another.")
         try:

@@ -40,7 +40,7 @@ class ObjectClick:
 
 
 def place_of_pixel(x: int, y: int) -> dict[str, float]:
-    """Returns the middle of a pixel as THOR writes it."""
+    """Return the middle of a pixel as THOR writes it."""
     return {"x": (x + 0.5) / WIDTH, "y": (y + 0.5) / HEIGHT}
 
 

@@ -69,7 +69,7 @@ class Refusal:
 
 
 def refusal_of(message: str) -> Refusal:
-    """Returns the refusal that a message of THOR's is."""
+    """Return the refusal that a message of THOR's is."""
     code: RefusalCode | None = next((code for part, code in MESSAGES if part in message), None)
     if code is None:
         _LOG.warning("AI2-THOR refused for a reason that is not known, taken for %s: %s", UNKNOWN, message)

@@ -26,7 +26,7 @@ class Findings:
 
 
 def examine() -> Findings:
-    """Returns what is there, and what is missing."""
+    """Return what is there, and what is missing."""
     missing = []
     client = _client()
     if client is None:

@@ -73,7 +73,7 @@ def restore_snapshot(session: EngineSession, snapshot: ThorSnapshot) -> bool:
 
 
 def _restore_steps(session: EngineSession, snapshot: ThorSnapshot, done: set[str]) -> Iterator[list[Step]]:
-    """Yields, kind by kind, what is to be done next; nothing when all is as it was, to the last bit or as `done`."""
+    """Yield, kind by kind, what is to be done next; nothing when all is as it was, to the last bit or as `done`."""
     now, before = session.scene_sync.objects, snapshot.objects
     scene = session.scene_sync.scene
     yield [("EnableObject", {"objectId": name}) for name in before if name not in now]
@@ -105,7 +105,7 @@ def _restore_steps(session: EngineSession, snapshot: ThorSnapshot, done: set[str
 
 
 def _stack(snapshot: ThorSnapshot) -> set[str]:
-    """Returns the ids of what was in the hand, with all that this carried."""
+    """Return the ids of what was in the hand, with all that this carried."""
     if snapshot.held is None:
         return set()
     stack = {snapshot.held}
@@ -119,7 +119,7 @@ def _stack(snapshot: ThorSnapshot) -> set[str]:
 
 
 def _carriers(objects: dict[str, Any], name: str) -> int:
-    """Returns how many things an object was in or on, one in the other."""
+    """Return how many things an object was in or on, one in the other."""
     found: set[str] = set()
     ahead = [name]
     while ahead:
@@ -166,7 +166,7 @@ def _set_states(session: EngineSession, thing: Thing, change: ObjectSetup) -> No
 
 
 def _depth(setup: Setup, object_id: str) -> int:
-    """Returns on how many things that are placed too a thing is placed, one on the other."""
+    """Return on how many things that are placed too a thing is placed, one on the other."""
     change = setup.objects.get(object_id)
     parent = change.placement.parent if change is not None and change.placement is not None else None
     return 0 if parent is None else 1 + _depth(setup, parent)

@@ -84,23 +84,23 @@ class SceneSync:
             thing.is_held = thing.id in stack
 
     def in_hand(self) -> frozenset[str]:
-        """Returns the ids of what is in the hand, with all that this carries."""
+        """Return the ids of what is in the hand, with all that this carries."""
         if self.held is None:
             return frozenset()
         return frozenset({self.held, *(thing.id for thing in contents(self.scene, self.held))})
 
     def snapshot(self) -> ThorSnapshot:
-        """Returns the present moment."""
+        """Return the present moment."""
         return ThorSnapshot(self.objects, self.agent, self.held)
 
     def box(self, thing: Thing) -> Box:
-        """Returns the thing's box as it is when shut, where the thing is now."""
+        """Return the thing's box as it is when shut, where the thing is now."""
         measure = self._pivot_boxes.get(thing.id)
         half = np.array(thing.asset.size) / 2
         return upright_box(thing, *((-half, half) if measure is None else (measure.low, measure.high)))
 
     def pivot(self, thing: Thing, position: Vec3, rotation: Vec3) -> Vec3:
-        """Returns where THOR says a thing is when the middle of its box is at a position."""
+        """Return where THOR says a thing is when the middle of its box is at a position."""
         shift = rotation_matrix(rotation) @ self._pivot_boxes[thing.id].middle_from_pivot
         return Vec3(*(float(value) for value in np.subtract(position, shift)))
 
@@ -128,7 +128,7 @@ class SceneSync:
         return True
 
     def _carrier(self, entry: Metadata) -> str | None:
-        """Returns the smallest of the things that THOR says an object is in or on; None in the hand and on a floor."""
+        """Return the smallest of the things that THOR says an object is in or on; None in the hand and on a floor."""
         if entry["isPickedUp"]:
             return None
         known = [
@@ -163,7 +163,7 @@ def _copy_affordances(thing: Thing, entry: Metadata) -> None:
 
 
 def _measure(thing: Thing, entry: Metadata) -> PivotBox:
-    """Returns the box of a thing that THOR has just built; the document's size for one that is open or turned askew."""
+    """Return the box of a thing that THOR has just built; the document's size for one that is open or turned askew."""
     turn = rotation_matrix(from_thor(entry["rotation"]))
     pivot, half = np.array(from_thor(entry["position"])), np.array(thing.asset.size) / 2
     if float(entry["openness"]) >= CLOSED_BELOW and entry["openable"]:

@@ -39,11 +39,11 @@ class SegmentedFrame:
         self._in_hand = in_hand
 
     def at(self, x: int, y: int) -> str | None:
-        """Returns the name of what a pixel shows, what is in the hand included; None for what has none."""
+        """Return the name of what a pixel shows, what is in the hand included; None for what has none."""
         return self._names.get(tuple(self._colours[y, x, :3].tolist()))
 
     def ids_near_pixel(self, x: int, y: int) -> set[str]:
-        """Returns the names of what is shown within 3 px of a pixel, but for what is in the hand."""
+        """Return the names of what is shown within 3 px of a pixel, but for what is in the hand."""
         offsets = _PIXELS[: 2 * NEAR_CLICK_PX + 1, : 2 * NEAR_CLICK_PX + 1].reshape(-1, 2) - NEAR_CLICK_PX
         pixels = offsets[(offsets**2).sum(axis=1) <= NEAR_CLICK_PX**2] + [x, y]
         pixels = pixels[((pixels >= 0) & (pixels < [WIDTH, HEIGHT])).all(axis=1)]
@@ -51,7 +51,7 @@ class SegmentedFrame:
         return {name for name in found if name is not None and name not in self._in_hand}
 
     def pixel_count(self, *names: str) -> PixelCount:
-        """Returns how much of objects, which are parts of one, is seen; nothing of what is in the hand."""
+        """Return how much of objects, which are parts of one, is seen; nothing of what is in the hand."""
         rows, columns = (np.concatenate(each) for each in zip(*map(self._shown, names), strict=True))
         if not len(rows):
             return PixelCount()
@@ -62,14 +62,14 @@ class SegmentedFrame:
         return PixelCount(len(rows), round(nearest, 6))
 
     def pixels_of(self, name: str) -> np.ndarray:
-        """Returns pixels (n, 2) of x, y that show an object, on a lattice fixed in the frame."""
+        """Return pixels (n, 2) of x, y that show an object, on a lattice fixed in the frame."""
         rows, columns = self._shown(name)
         stride = max(1, int(np.sqrt(len(rows) / LISTED_PIXELS)))
         is_listed = (rows % stride == stride // 2) & (columns % stride == stride // 2)
         return np.column_stack([columns[is_listed], rows[is_listed]])
 
     def _shown(self, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """Returns the rows and columns of the pixels that show an object; none of what is in the hand."""
+        """Return the rows and columns of the pixels that show an object; none of what is in the hand."""
         colour = self._colour_of.get(name)
         if colour is None or name in self._in_hand:
             return np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp)

@@ -100,23 +100,23 @@ class ThorSimulator:
         return self._look(action) if isinstance(action, Look) else self._interact(action)
 
     def frame(self) -> np.ndarray:
-        """Returns the current egocentric frame, (480, 640, 3) uint8."""
+        """Return the current egocentric frame, (480, 640, 3) uint8."""
         return self._require_loaded().session.frame()
 
     def object_at(self, x: int, y: int) -> str | None:
-        """Returns the id of the object under a pixel; None for structure without an id and sky."""
+        """Return the id of the object under a pixel; None for structure without an id and sky."""
         thing = self._shown(x, y)
         return thing.id if thing else None
 
     def world(self, object_ids: Iterable[str]) -> WorldState:
-        """Returns the agent's and the named objects' hidden state. Raises EpisodeError on an unknown id."""
+        """Return the agent's and the named objects' hidden state. Raises EpisodeError on an unknown id."""
         scene_sync = self._scene_sync
         things = [self._thing(object_id) for object_id in dict.fromkeys(object_ids)]
         objects = {thing.id: self._object_state(thing, things) for thing in things}
         return WorldState(agent=scene_sync.agent, held=scene_sync.held, objects=objects)
 
     def renderer(self) -> str:
-        """Returns who draws: AI2-THOR's client does not tell which OpenGL or Vulkan its engine has."""
+        """Return who draws: AI2-THOR's client does not tell which OpenGL or Vulkan its engine has."""
         return f"AI2-THOR's engine ({self.name})"
 
     def close(self) -> None:
@@ -128,15 +128,15 @@ class ThorSimulator:
     # The rest of `PrivilegedSimulator`: for solvers, validation and authoring alone.
 
     def object_ids(self) -> list[str]:
-        """Returns the ids of all objects present, sorted."""
+        """Return the ids of all objects present, sorted."""
         return sorted(thing.id for thing in self._scene_sync.scene.things.values() if thing.is_present)
 
     def scene(self) -> Scene:
-        """Returns the document's things where THOR says that they are. To look at, never to change."""
+        """Return the document's things where THOR says that they are. To look at, never to change."""
         return self._scene_sync.scene
 
     def room_at(self, position: Vec3) -> str | None:
-        """Returns the id of the document's room whose floor holds a place; None outside."""
+        """Return the id of the document's room whose floor holds a place; None outside."""
         where = shapely.Point(position.x, position.z)
         return next((room.id for room in self._scene_sync.scene.rooms if room_floor(room).covers(where)), None)
 
@@ -152,14 +152,14 @@ class ThorSimulator:
         return is_free
 
     def pixels_of(self, object_id: str) -> np.ndarray:
-        """Returns the pixels (n, 2) of x, y that show the object, maybe strided; n = 0 when none."""
+        """Return the pixels (n, 2) of x, y that show the object, maybe strided; n = 0 when none."""
         thing = self._thing(object_id)
         return self._require_loaded().session.segmented_frame().pixels_of(thing.id)
 
     def points_visible_from(
         self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False
     ) -> np.ndarray:
-        """Returns which of n points on an object THOR's own rays from `eye` meet before all else.
+        """Return which of n points on an object THOR's own rays from `eye` meet before all else.
 
         Panes of other things stop these rays in any case: THOR has no others, and its pictures show panes.
         """
@@ -227,7 +227,7 @@ class ThorSimulator:
             raise SimulatorError(f"AI2-THOR did not bring house {loaded.house.name!r} back to what it was.")
 
     def _meets(self, eye: Vec3, point: Vec3) -> str | None:
-        """Returns the id of what a ray of THOR's from an eye through a point meets."""
+        """Return the id of what a ray of THOR's from an eye through a point meets."""
         way = np.subtract(point, eye)
         end = np.array(eye) + way * (FAR_M / max(float(np.linalg.norm(way)), 1e-9))
         outcome = self._require_loaded().session.query(
@@ -236,7 +236,7 @@ class ThorSimulator:
         return outcome.returned["objectId"] if outcome.is_done else None
 
     def _shown(self, x: int, y: int) -> Thing | None:
-        """Returns the thing under a pixel: what the picture shows, or where that is the hand, what lies behind it."""
+        """Return the thing under a pixel: what the picture shows, or where that is the hand, what lies behind it."""
         session, things = self._require_loaded().session, self._scene_sync.scene.things
         name = session.segmented_frame().at(x, y)
         if name in self._scene_sync.in_hand():
@@ -305,14 +305,14 @@ class ThorSimulator:
         return seen.model_copy(update={**facts, "too_far": result.refusal == "too_far"})
 
     def _point_under(self, x: int, y: int) -> Vec3 | None:
-        """Returns where THOR's ray through a pixel meets something; None where it says that nothing is."""
+        """Return where THOR's ray through a pixel meets something; None where it says that nothing is."""
         returned = self._require_loaded().session.query("GetCoordinateFromRaycast", **place_of_pixel(x, y)).returned
         if returned is None or not any(returned.values()):
             return None
         return Vec3(*(float(returned[axis]) for axis in "xyz"))
 
     def _names_of(self, thing: Thing) -> list[str]:
-        """Returns the ids of a thing and of its drawers, which are seen as part of it."""
+        """Return the ids of a thing and of its drawers, which are seen as part of it."""
         return [thing.id, *(part.id for part in drawers_of(self._scene_sync.scene, thing))]
 
     def _object_state(self, thing: Thing, asked: list[Thing]) -> ObjectState:

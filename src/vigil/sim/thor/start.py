@@ -53,7 +53,7 @@ class ChosenEngine:
 
 
 def chosen_engine(quality: str = "default", assets: Path | None = None) -> ChosenEngine:
-    """Returns the engine that the environment chooses; quality and assets are for this project's."""
+    """Return the engine that the environment chooses; quality and assets are for this project's."""
     wanted = os.environ.get(ENGINE_VARIABLE, "").strip()
     if not wanted:
         return ChosenEngine(f"unity-{BUILD[:8]}", None)
@@ -65,24 +65,24 @@ def chosen_engine(quality: str = "default", assets: Path | None = None) -> Chose
 
 
 def simulator_name(engine: ChosenEngine) -> str:
-    """Returns the simulator's version as headers of runs name it."""
+    """Return the simulator's version as headers of runs name it."""
     return f"thor/{CLIENT} {engine.name} {SEEN_BY}"
 
 
 def own_command(options: list[str]) -> str:
-    """Returns the command of this project's engine, and sees to a text for DISPLAY, which the client insists on."""
+    """Return the command of this project's engine, and sees to a text for DISPLAY, which the client insists on."""
     os.environ.setdefault("DISPLAY", NO_DISPLAY)
     return shlex.join([sys.executable, "-m", "vigil.thor", *options])
 
 
 def engine_options(backend: str, quality: str, asset_database: str | Path | None) -> list[str]:
-    """Returns the options of this project's engine, as words of a command line."""
+    """Return the options of this project's engine, as words of a command line."""
     words = [f"--backend={backend}", f"--render-quality={quality}"]
     return words if asset_database is None else [*words, f"--assets={Path(asset_database).absolute()}"]
 
 
 def thor_simulator(assets: AssetDatabase, quality: str) -> ThorSimulator:
-    """Returns the back end over the engine that the environment chooses, which starts with the first house."""
+    """Return the back end over the engine that the environment chooses, which starts with the first house."""
     engine = chosen_engine(quality, assets.path)
 
     def connect(house: dict[str, Any]) -> GuardedClient:
@@ -113,7 +113,7 @@ def require_engine(simulator_version: str, *, instead: str) -> None:
 
 
 def _unity_platform(instead: str) -> str | None:
-    """Returns the platform that AI2-THOR's own build runs on here. Raises SettingError where something is missing."""
+    """Return the platform that AI2-THOR's own build runs on here. Raises SettingError where something is missing."""
     needed = examine()
     if needed.missing:
         raise SettingError(f"AI2-THOR's own engine lacks here: {'; '.join(needed.missing)}. {instead}")
@@ -121,6 +121,6 @@ def _unity_platform(instead: str) -> str | None:
 
 
 def own_gpu() -> int | None:
-    """Returns which of the GPUs that CUDA_VISIBLE_DEVICES names is this worker's; None where it names one or none."""
+    """Return which of the GPUs that CUDA_VISIBLE_DEVICES names is this worker's; None where it names one or none."""
     named = [name for name in os.environ.get(GPUS, "").split(",") if name.strip()]
     return int(os.environ.get(WORKER_NUMBER, "0")) % len(named) if len(named) > 1 else None

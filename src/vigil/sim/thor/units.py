@@ -14,17 +14,17 @@ OFF_FLOOR_M = 0.05
 
 
 def to_thor(vector: Vec3) -> dict[str, float]:
-    """Returns a vector as THOR writes it."""
+    """Return a vector as THOR writes it."""
     return {"x": float(vector.x), "y": float(vector.y), "z": float(vector.z)}
 
 
 def from_thor(entry: Mapping[str, Any]) -> Vec3:
-    """Returns a vector that THOR wrote."""
+    """Return a vector that THOR wrote."""
     return Vec3(float(entry["x"]), float(entry["y"]), float(entry["z"]))
 
 
 def pose_from_thor(agent: Mapping[str, Any]) -> Pose:
-    """Returns the pose that metadata tell; heights near the floor are the floor's."""
+    """Return the pose that metadata tell; heights near the floor are the floor's."""
     x, y, z = from_thor(agent["position"])
     height, horizon = y - BODY_HEIGHT_M, float(agent["cameraHorizon"])
     return Pose(
@@ -36,7 +36,7 @@ def pose_from_thor(agent: Mapping[str, Any]) -> Pose:
 
 
 def teleport_arguments(pose: Pose) -> dict[str, Any]:
-    """Returns the arguments of TeleportFull that stand the agent at a pose."""
+    """Return the arguments of TeleportFull that stand the agent at a pose."""
     x, y, z = pose.position
     return {
         "position": to_thor(Vec3(x, y + BODY_HEIGHT_M, z)),

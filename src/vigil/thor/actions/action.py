@@ -36,7 +36,7 @@ class Action:
     """What THOR does and this does not, for the table of the docs."""
 
     def arguments(self, sent: Mapping[str, Any]) -> dict[str, Any]:
-        """Returns the arguments that were sent, each of its kind. Raises ActionFailed."""
+        """Return the arguments that were sent, each of its kind. Raises ActionFailed."""
         given = {name: value for name, value in sent.items() if name in self.parameters and value is not None}
         unknown = [name for name in sent if name not in self.parameters and name not in ALWAYS_ALLOWED]
         if unknown and not self.takes_anything:

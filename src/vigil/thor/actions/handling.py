@@ -59,7 +59,7 @@ def _target_of(
     forceAction: bool = False,
     **_: object,
 ) -> tuple[Thing, Vec3, bool]:
-    """Returns the thing that an action names or points at, the point on it, and whether the action is forced."""
+    """Return the thing that an action names or points at, the point on it, and whether the action is forced."""
     return *target(world, objectId, x, y, forced=forceAction), forceAction
 
 
@@ -130,7 +130,7 @@ def _put(world: World, **asked: Any) -> None:
 
 
 def _points_on(world: World, receptacle: Thing) -> list[Vec3]:
-    """Returns points on the receptacle's surfaces, the nearest to the agent first; its own place without surfaces."""
+    """Return points on the receptacle's surfaces, the nearest to the agent first; its own place without surfaces."""
     points = []
     for surface, frame in level_surfaces(receptacle):
         local = np.column_stack(

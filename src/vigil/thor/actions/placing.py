@@ -59,7 +59,7 @@ def _set_poses(world: World, objectPoses: list[Any], placeStationary: bool = Tru
 
 
 def _carries_others(world: World, name: str) -> tuple[bool, bool]:
-    """Returns a key that sorts what may carry others before these."""
+    """Return a key that sorts what may carry others before these."""
     thing = world.editor.scene().things[name]
     return thing.is_pickupable, not thing.is_receptacle
 
@@ -110,7 +110,7 @@ def _place(world: World, name: str, place: Vec3, turned: Vec3) -> None:
 
 
 def _support(world: World, name: str, point: Vec3) -> str | None:
-    """Returns the id of what has a level surface right below a point; None for the floor and the air."""
+    """Return the id of what has a level surface right below a point; None for the floor and the air."""
     above = {name, *(thing.id for thing in contents(world.editor.scene(), name))}
     found: list[tuple[float, str]] = []
     for thing in world.things():
@@ -125,7 +125,7 @@ def _support(world: World, name: str, point: Vec3) -> str | None:
 
 
 def _tops(world: World, above: set[str], point: Vec3) -> list[tuple[float, str]]:
-    """Returns what is no receptacle and has a point right above it, as a pen lies on a book, with the gaps (m)."""
+    """Return what is no receptacle and has a point right above it, as a pen lies on a book, with the gaps (m)."""
     others = [thing for thing in world.things() if not (thing.id in above or thing.is_held or thing.is_receptacle)]
     boxes = [(bounding_box(thing), thing.id) for thing in others if not thing.is_structure]
     gaps = [(abs(point.y - box.top), name) for box, name in boxes if box.floor_distance(point) == 0.0]

@@ -49,7 +49,7 @@ def _create_house(world: World, house: dict[str, Any]) -> None:
 
 
 def _start(house: House, editor: SceneEditor) -> Pose:
-    """Returns the house's own start; where that is taken or missing, the first free place. Raises ActionFailed."""
+    """Return the house's own start; where that is taken or missing, the first free place. Raises ActionFailed."""
     own = house.start
     if own is not None and editor.can_stand(own.position):
         return own

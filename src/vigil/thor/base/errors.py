@@ -13,15 +13,15 @@ class ActionFailed(Exception):
 
 
 def invalid_operation(message: str) -> ActionFailed:
-    """Returns what Unity throws for an action that makes no sense now."""
+    """Return what Unity throws for an action that makes no sense now."""
     return ActionFailed(message, thrown="InvalidOperationException")
 
 
 def null_reference(message: str) -> ActionFailed:
-    """Returns what Unity throws for an object that is not found."""
+    """Return what Unity throws for an object that is not found."""
     return ActionFailed(message, thrown="NullReferenceException")
 
 
 def bad_argument(message: str) -> ActionFailed:
-    """Returns what Unity throws for an argument out of its range, or an unknown object."""
+    """Return what Unity throws for an argument out of its range, or an unknown object."""
     return ActionFailed(message, thrown="ArgumentException")

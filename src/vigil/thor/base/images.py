@@ -29,7 +29,7 @@ class Image:
 
 
 def images(world: World, wanted: Wanted = "all") -> list[Image]:
-    """Returns the pictures that the settings ask for and an action wants, the agent's first."""
+    """Return the pictures that the settings ask for and an action wants, the agent's first."""
     if wanted == "none":
         return []
     layers = _layers(world) if wanted == "all" else _layers(world) - {"rgb"}
@@ -77,18 +77,18 @@ def _encoded(world: World, picture: CameraImage, layers: frozenset[Layer], *, is
 
 
 def _painted(things: np.ndarray, palette: np.ndarray) -> bytes:
-    """Returns the picture in which thing i has colour i of a palette, whose last rows are for the numbers below 0."""
+    """Return the picture in which thing i has colour i of a palette, whose last rows are for the numbers below 0."""
     opaque = np.concatenate([palette, np.full((len(palette), 1), OPAQUE, np.uint8)], axis=1)
     return opaque[things[::-1]].tobytes()
 
 
 def colour_of(name: str) -> list[int]:
-    """Returns the colour of an object or class: the same for a name, always; never black."""
+    """Return the colour of an object or class: the same for a name, always; never black."""
     return [byte | 1 for byte in hashlib.sha256(name.encode()).digest()[:3]]
 
 
 def colours(world: World) -> list[dict[str, object]]:
-    """Returns the metadata that lead from colours back to objects and classes."""
+    """Return the metadata that lead from colours back to objects and classes."""
     things = world.things()
     classes = sorted({*(thing.category for thing in things), *_STRUCTURE_CLASSES.values()})
     return [{"name": name, "color": colour_of(name)} for name in [*(thing.id for thing in things), *classes]]

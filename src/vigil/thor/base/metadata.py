@@ -48,12 +48,12 @@ _UNUSED: dict[str, Any] = {
 
 
 def vector(value: Vec3) -> dict[str, float]:
-    """Returns a vector as THOR writes it."""
+    """Return a vector as THOR writes it."""
     return {"x": float(value.x), "y": float(value.y), "z": float(value.z)}
 
 
 def agent_metadata(world: World) -> dict[str, Any]:
-    """Returns the fields that do not depend on the action."""
+    """Return the fields that do not depend on the action."""
     width, height = world.settings.screen_width, world.settings.screen_height
     ids_are_drawn = world.settings.render_instance_segmentation or world.settings.render_semantic_segmentation
     return {
@@ -99,7 +99,7 @@ def _agent(world: World) -> dict[str, Any]:
 
 
 def cameras(world: World) -> list[dict[str, Any]]:
-    """Returns the cameras that a program added."""
+    """Return the cameras that a program added."""
     return [
         {
             "thirdPartyCameraId": number,
@@ -114,7 +114,7 @@ def cameras(world: World) -> list[dict[str, Any]]:
 
 
 def objects(world: World) -> list[dict[str, Any]]:
-    """Returns the objects that are in the house, or those that a filter lets through."""
+    """Return the objects that are in the house, or those that a filter lets through."""
     if not world.has_house:
         return []
     things = [thing for thing in world.things() if world.shown is None or thing.id in world.shown]
@@ -157,14 +157,14 @@ def _object(scene: Scene, thing: Thing, seen: Visibility, body: Vec3, held: str 
 
 @lru_cache(maxsize=8192)
 def _box(asset: Asset, position: Vec3, rotation: Vec3, openness: float) -> dict[str, Any]:
-    """Returns the box around a thing's parts, leaves at that openness; not to be changed."""
+    """Return the box around a thing's parts, leaves at that openness; not to be changed."""
     thing = Thing("", asset.category, asset, position, rotation, openness=openness)
     corners = [part_motion(thing, joint)(box_corners(low, high)) for joint, low, high in part_boxes(asset)]
     return box_of_corners(np.concatenate(corners))
 
 
 def box_of_corners(points: np.ndarray) -> dict[str, Any]:
-    """Returns the box along the axes around points, as THOR writes it."""
+    """Return the box along the axes around points, as THOR writes it."""
     low, high = points.min(axis=0), points.max(axis=0)
     return {
         "cornerPoints": box_corners(low, high).tolist(),

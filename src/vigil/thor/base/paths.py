@@ -19,7 +19,7 @@ _NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
 def walk(world: World, start: Vec3, end: Vec3, within_m: float = NEAR_M) -> list[Vec3]:
-    """Returns the corners of the shortest walk from one place on the floor to another. Raises ActionFailed."""
+    """Return the corners of the shortest walk from one place on the floor to another. Raises ActionFailed."""
     from scipy.sparse.csgraph import dijkstra  # noqa: PLC0415 - loads over 200 modules
 
     if not world.can_be_at(start):
@@ -57,7 +57,7 @@ def _graph(cells: np.ndarray) -> "coo_array":
 
 
 def _straightened(world: World, corners: list[Vec3]) -> list[Vec3]:
-    """Returns the corners that are left when each straight way that is free is taken."""
+    """Return the corners that are left when each straight way that is free is taken."""
     kept, here = [corners[0]], 0
     while here < len(corners) - 1:
         ahead = range(len(corners) - 1, here, -1)

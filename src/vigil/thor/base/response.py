@@ -23,7 +23,7 @@ class Responder(Protocol):
     """The engine, as a wire sees it."""
 
     def first_response(self) -> EngineResponse:
-        """Returns what is sent before any action."""
+        """Return what is sent before any action."""
 
     def respond(self, sent: Mapping[str, Any]) -> EngineResponse:
         """Carries out one action. What fails is said in the answer."""

@@ -54,7 +54,7 @@ UNSUPPORTED_SETTINGS = ("renderNormalsImage", "renderFlowImage")
 
 
 def settings_of(sent: Mapping[str, Any], width: int, height: int) -> Settings:
-    """Returns the settings of an `Initialize` action. Raises ActionFailed."""
+    """Return the settings of an `Initialize` action. Raises ActionFailed."""
     named = {OLD_NAMES.get(name, name): value for name, value in sent.items() if value is not None}
     for name in UNSUPPORTED_SETTINGS:
         if named.get(name):

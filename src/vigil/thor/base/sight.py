@@ -31,7 +31,7 @@ class Visibility:
 
 
 def points_of(thing: Thing) -> np.ndarray:
-    """Returns the points (n, 3) by which a thing is seen; not to be changed."""
+    """Return the points (n, 3) by which a thing is seen; not to be changed."""
     return _points(thing.asset, thing.position, thing.rotation, thing.openness)
 
 
@@ -43,7 +43,7 @@ def _points(asset: Asset, position: Vec3, rotation: Vec3, openness: float) -> np
 
 
 def visibility_of(world: World, things: list[Thing], pose: Pose | None = None) -> dict[str, Visibility]:
-    """Returns what is seen of things from the agent's pose, or another; what is in the hand always is."""
+    """Return what is seen of things from the agent's pose, or another; what is in the hand always is."""
     view = world.view(pose)
     found = {thing.id: Visibility(thing.is_held, thing.is_held) for thing in things}
     free = [thing for thing in things if not thing.is_held and _may_be_near(world, view, thing)]
@@ -68,7 +68,7 @@ def visibility_of(world: World, things: list[Thing], pose: Pose | None = None) -
 def _met(
     world: World, eye: Vec3, rays: np.ndarray, owners: np.ndarray, is_glassy: np.ndarray
 ) -> tuple[set[int], set[int]]:
-    """Returns which things rays meet, each ray sent out for the thing `owners` says: directly, and behind glass."""
+    """Return which things rays meet, each ray sent out for the thing `owners` says: directly, and behind glass."""
     hits = np.full(len(rays), _NOT_CAST)
     hits[::CAST_FIRST], _ = world.editor.meets(eye, rays[::CAST_FIRST])
     rest = (hits == _NOT_CAST) & ~np.isin(owners, owners[hits == owners])
@@ -80,7 +80,7 @@ def _met(
 
 
 def without_distance_limit(world: World) -> World:
-    """Returns the world as one sees it without a limit of distance."""
+    """Return the world as one sees it without a limit of distance."""
     return replace(world, settings=world.settings.model_copy(update={"visibility_distance": 1e6}))
 
 
@@ -90,7 +90,7 @@ def _may_be_near(world: World, view: CameraView, thing: Thing) -> bool:
 
 
 def _is_in_view(world: World, view: CameraView, points: np.ndarray) -> np.ndarray:
-    """Returns which points are near enough, in the floor plane, and in the picture."""
+    """Return which points are near enough, in the floor plane, and in the picture."""
     gaps = np.hypot(points[:, 0] - view.eye.x, points[:, 2] - view.eye.z)
     flat = project(view, points)
     inside = ((flat[:, :2] >= 0.0) & (flat[:, :2] <= 1.0)).all(axis=1) & (flat[:, 2] > 0.0)

@@ -52,7 +52,7 @@ class World:
             raise invalid_operation("There is no house yet: call CreateHouse, or give the Controller a house as scene")
 
     def on_grid(self, place: Vec3) -> Vec3:
-        """Returns the nearest place of the grid through the agent; without snapToGrid, the place itself."""
+        """Return the nearest place of the grid through the agent; without snapToGrid, the place itself."""
         if not self.settings.snap_to_grid:
             return place
         (x, _, z), size = self.agent.position, self.settings.grid_size
@@ -68,7 +68,7 @@ class World:
         return math.hypot(place.x - here.x, place.z - here.z) <= OFF_GRID_M or self.editor.can_stand(place)
 
     def thing(self, object_id: str) -> Thing:
-        """Returns a thing that is in the house. Raises ActionFailed."""
+        """Return a thing that is in the house. Raises ActionFailed."""
         self.need_house()
         found = self.editor.scene().things.get(object_id)
         if found is None or not found.is_present:
@@ -76,7 +76,7 @@ class World:
         return found
 
     def things(self) -> list[Thing]:
-        """Returns what is in the house, in the document's order."""
+        """Return what is in the house, in the document's order."""
         return [thing for thing in self.editor.scene().things.values() if thing.is_present] if self.has_house else []
 
     @property
@@ -85,7 +85,7 @@ class World:
         return self.editor.world([]).held if self.has_house else None
 
     def view(self, agent: Pose | None = None) -> CameraView:
-        """Returns the camera of the agent, or of one at another pose."""
+        """Return the camera of the agent, or of one at another pose."""
         pose = agent or self.agent
         settings = self.settings
         return CameraView(
@@ -99,12 +99,12 @@ class World:
 
 
 def eye_of(pose: Pose) -> Vec3:
-    """Returns where the eye is, standing or crouching."""
+    """Return where the eye is, standing or crouching."""
     x, y, z = pose.position
     return Vec3(x, y + (EYE_HEIGHT_M if pose.standing else BODY_HEIGHT_M), z)
 
 
 def body_of(pose: Pose) -> Vec3:
-    """Returns what THOR calls the agent's position."""
+    """Return what THOR calls the agent's position."""
     x, y, z = pose.position
     return Vec3(x, y + BODY_HEIGHT_M, z)

@@ -50,7 +50,7 @@ def serve(engine: Responder, environment: Mapping[str, str]) -> None:
 
 
 def _opened(path: str, parent: int) -> BinaryIO:
-    """Returns the pipe to write to, once the client reads from it. Raises ClientGone when it ends before."""
+    """Return the pipe to write to, once the client reads from it. Raises ClientGone when it ends before."""
     while True:
         try:
             number = os.open(path, os.O_WRONLY | os.O_NONBLOCK)
@@ -66,7 +66,7 @@ def _opened(path: str, parent: int) -> BinaryIO:
 
 
 def actions(incoming: BinaryIO) -> Iterator[dict[str, Any]]:
-    """Yields the actions that arrive, to the end of the pipe. Raises ClientGone on what is no message."""
+    """Yield the actions that arrive, to the end of the pipe. Raises ClientGone on what is no message."""
     while True:
         action: dict[str, Any] | None = None
         while True:
@@ -85,7 +85,7 @@ def actions(incoming: BinaryIO) -> Iterator[dict[str, Any]]:
 
 
 def packer() -> Callable[[Any], bytes]:
-    """Returns the function that packs metadata. Raises SettingError without the library, which the client needs too."""
+    """Return the function that packs metadata. Raises SettingError without the library, which the client needs too."""
     try:
         from msgpack import packb  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
     except ImportError:
@@ -95,7 +95,7 @@ def packer() -> Callable[[Any], bytes]:
 
 
 def message(response: EngineResponse, pack: Callable[[Any], bytes]) -> bytes:
-    """Returns the bytes of an answer."""
+    """Return the bytes of an answer."""
     kind = METADATA_PATCH if response.is_patch else METADATA
     fields = [(kind, pack(response.metadata))]
     fields += [(IMAGE_FIELDS[image.kind, image.is_third_party], image.data) for image in response.images]

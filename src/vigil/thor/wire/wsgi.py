@@ -43,7 +43,7 @@ def serve(engine: Responder, environment: Mapping[str, str]) -> None:
 
 
 def form(response: EngineResponse, token: str) -> bytes:
-    """Returns the form of an answer, as the client's own parser wants it: its headers are told by their case."""
+    """Return the form of an answer, as the client's own parser wants it: its headers are told by their case."""
     texts = {"metadata": json.dumps(response.metadata), "actionReturns": "[]", "token": token}
     pieces = [_part(f'name="{name}"', "text/plain; charset=utf-8", text.encode()) for name, text in texts.items()]
     for image in response.images:

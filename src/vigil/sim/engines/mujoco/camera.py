@@ -103,7 +103,7 @@ class Camera:
         _cameras.add(self)
 
     def draw(self, agent: Pose, point_lights: list[PointLight], in_hand: list[Thing]) -> np.ndarray:
-        """Returns the frame that the agent sees, (480, 640, 3) uint8.
+        """Return the frame that the agent sees, (480, 640, 3) uint8.
 
         `point_lights` are what shines into it; `in_hand` is what is held, with what that carries after it.
         """
@@ -113,7 +113,7 @@ class Camera:
     def render_view(
         self, view: CameraView, layers: frozenset[Layer], point_lights: list[PointLight], in_hand: list[Thing]
     ) -> CameraImage:
-        """Returns the layers of what a camera sees; `in_hand` is what it holds, with what that carries after it."""
+        """Return the layers of what a camera sees; `in_hand` is what it holds, with what that carries after it."""
         looker = pose_of(view)
         viewer = _viewer(looker, view.fovy_deg, view.width, view.height)
         things_held = self._hold(viewer.eye, looker, in_hand)
@@ -126,12 +126,12 @@ class Camera:
         return CameraImage(rgb, depth if "depth" in layers else None, things if "things" in layers else None)
 
     def draw_from(self, viewer: Viewer) -> np.ndarray:
-        """Returns a picture from anywhere, (height, width, 3) uint8: every room is lit, and nothing shines into it."""
+        """Return a picture from anywhere, (height, width, 3) uint8: every room is lit, and nothing shines into it."""
         self._model.lamps.update_switches([])
         return self._paint(viewer, [], None)
 
     def segment(self, agent: Pose) -> np.ndarray:
-        """Returns the geom that each pixel shows, (480, 640) int32, -1 for none: a check on the rays."""
+        """Return the geom that each pixel shows, (480, 640) int32, -1 for none: a check on the rays."""
         with _drawing():
             return self._painter.identify(_viewer(agent, FOVY_DEG, FRAME_WIDTH, FRAME_HEIGHT))[0]
 
@@ -161,7 +161,7 @@ def _viewer(looker: Pose, fovy_deg: float, width: int, height: int) -> Viewer:
 
 
 def gl_strings() -> dict[str, str]:
-    """Returns what the OpenGL driver says of itself: vendor, renderer and version."""
+    """Return what the OpenGL driver says of itself: vendor, renderer and version."""
     _enter()
     names = {"vendor": GL.GL_VENDOR, "renderer": GL.GL_RENDERER, "version": GL.GL_VERSION}
     found = {name: GL.glGetString(key) for name, key in names.items()}
@@ -169,7 +169,7 @@ def gl_strings() -> dict[str, str]:
 
 
 def _things_of(model: CompiledModel) -> np.ndarray:
-    """Returns the thing of each geom, structure as the negative number of its kind; nothing in the last place."""
+    """Return the thing of each geom, structure as the negative number of its kind; nothing in the last place."""
     table = model.geom_things.copy()
     for geom, kind in model.structure_kinds.items():
         table[geom] = -2 - STRUCTURES.index(_KINDS[kind]) if kind in _KINDS else NOTHING

@@ -69,18 +69,18 @@ class MujocoEngine:
         )
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:
-        """Returns the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""
+        """Return the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""
         in_hand = self._in_hand(held)
         return self.camera.draw(agent, self._point_lights(agent, AGENT_LENS, in_hand), in_hand)
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], held: str | None) -> CameraImage:
-        """Returns what a camera sees; with `held`, that thing is drawn in the hand of who looks."""
+        """Return what a camera sees; with `held`, that thing is drawn in the hand of who looks."""
         in_hand = self._in_hand(held)
         point_lights = self._point_lights(pose_of(view), lens_of(view), in_hand) if "rgb" in layers else []
         return self.camera.render_view(view, layers, point_lights, in_hand)
 
     def renderer(self) -> str:
-        """Returns the GL renderer string; "none" when there is no GL."""
+        """Return the GL renderer string; "none" when there is no GL."""
         if BACKEND.fault:
             return "none"
         strings = gl_strings()
@@ -111,7 +111,7 @@ class MujocoEngine:
         return self._model
 
     def _point_lights(self, looker: Pose, lens: Lens, in_hand: list[Thing]) -> list[PointLight]:
-        """Returns what shines into a picture; the lamps of rooms follow the switches that are in it."""
+        """Return what shines into a picture; the lamps of rooms follow the switches that are in it."""
         if self._scene is None:
             return []
         light_sources.update_room_lamps(self._loaded, self._scene, looker, lens)

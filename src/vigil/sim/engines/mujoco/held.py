@@ -39,7 +39,7 @@ class InHand:
 
 
 def pose_in_hand(thing: Thing, agent: Pose) -> InHand:
-    """Returns how the agent holds a thing."""
+    """Return how the agent holds a thing."""
     right, up, back = frames.camera_axes(agent).T
     facing_the_eye = np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
     tilt, turn = frames.turn(np.array([1.0, 0.0, 0.0]), TILT_DEG), frames.turn(np.array([0.0, 0.0, 1.0]), TURN_DEG)
@@ -56,13 +56,13 @@ def pose_in_hand(thing: Thing, agent: Pose) -> InHand:
 
 
 def shrink_towards_eye(eye: np.ndarray, in_hand: InHand) -> tuple[float, np.ndarray]:
-    """Returns (scale, shift) that make things smaller about the thing's centre, then about the eye."""
+    """Return (scale, shift) that make things smaller about the thing's centre, then about the eye."""
     smaller = in_hand.smaller
     return NEARER * smaller, NEARER * (1.0 - smaller) * in_hand.center + (1.0 - NEARER) * eye
 
 
 def gripper(eye: np.ndarray, axes: np.ndarray, in_hand: InHand) -> np.ndarray:
-    """Returns where the hand's unit boxes are, (boxes, 3, 4): two fingers beside the thing, and a pad on each.
+    """Return where the hand's unit boxes are, (boxes, 3, 4): two fingers beside the thing, and a pad on each.
 
     They come from below the frame, so that what is held cannot be taken for what lies behind it.
     """

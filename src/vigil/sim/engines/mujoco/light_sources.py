@@ -30,7 +30,7 @@ def update_room_lamps(model: CompiledModel, scene: Scene, looker: Pose, lens: Le
 def point_lights_of(
     model: CompiledModel, scene: Scene, looker: Pose, lens: Lens, in_hand: list[Thing]
 ) -> list[PointLight]:
-    """Returns the light of the nearest things that are on and seen; what is `in_hand` always is."""
+    """Return the light of the nearest things that are on and seen; what is `in_hand` always is."""
     glowing = [thing for thing in scene.things.values() if thing.is_toggled and thing.asset.glow is not None]
     glowing.sort(key=lambda thing: floor_distance(thing.position, looker.position))
     held = {thing.id for thing in in_hand}

@@ -54,7 +54,7 @@ def cast(
 
 
 def _geoms_rays_cannot_meet(model: CompiledModel, eye: np.ndarray, rays: np.ndarray, within_m: float) -> np.ndarray:
-    """Returns the geoms that no ray can meet: they lie beside the box around the rays."""
+    """Return the geoms that no ray can meet: they lie beside the box around the rays."""
     ends = eye + min(within_m, mujoco.mjMAXVAL) * rays
     low, high = np.minimum(eye, ends.min(axis=0)), np.maximum(eye, ends.max(axis=0))
     return np.flatnonzero(model.bounds().geoms_outside(low, high, model.native.ngeom))

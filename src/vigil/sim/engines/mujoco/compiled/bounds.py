@@ -26,7 +26,7 @@ class Bounds:
     highs: np.ndarray
 
     def joined(self, others: "Bounds") -> "Bounds":
-        """Returns these boxes and others."""
+        """Return these boxes and others."""
         return Bounds(
             np.concatenate([self.geoms, others.geoms]),
             np.concatenate([self.lows, others.lows], axis=1),
@@ -34,7 +34,7 @@ class Bounds:
         )
 
     def geoms_outside(self, low: np.ndarray, high: np.ndarray, count: int) -> np.ndarray:
-        """Returns which of `count` geoms have no box that overlaps the one between two corners."""
+        """Return which of `count` geoms have no box that overlaps the one between two corners."""
         is_near = ((self.lows <= high[:, None]) & (self.highs >= low[:, None])).all(axis=0)
         is_beside = np.ones(count, dtype=bool)
         is_beside[self.geoms[is_near]] = False
@@ -42,7 +42,7 @@ class Bounds:
 
 
 def geom_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -> Bounds:
-    """Returns one box around each of some geoms where they are now; one without end around a plane."""
+    """Return one box around each of some geoms where they are now; one without end around a plane."""
     turns, boxes = data.geom_xmat[geoms].reshape(-1, 3, 3), native.geom_aabb[geoms]
     middles = data.geom_xpos[geoms] + np.einsum("nij,nj->ni", turns, boxes[:, :3])
     halves = np.einsum("nij,nj->ni", np.abs(turns), boxes[:, 3:]) + SLACK_M
@@ -51,7 +51,7 @@ def geom_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -> Bou
 
 
 def piecewise_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -> Bounds:
-    """Returns boxes around the pieces of meshes where they are now."""
+    """Return boxes around the pieces of meshes where they are now."""
     found = Bounds(np.empty(0, dtype=int), np.empty((3, 0)), np.empty((3, 0)))
     for geom in geoms:
         corners = _triangles(native, int(native.geom_dataid[geom])) @ data.geom_xmat[geom].reshape(3, 3).T
@@ -67,7 +67,7 @@ def piecewise_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -
 
 
 def _triangles(native: NativeModel, mesh: int) -> np.ndarray:
-    """Returns the corners (n, 3, 3) of a mesh's triangles, in its own frame."""
+    """Return the corners (n, 3, 3) of a mesh's triangles, in its own frame."""
     vertex, face = native.mesh_vertadr[mesh], native.mesh_faceadr[mesh]
     vertices = native.mesh_vert[vertex : vertex + native.mesh_vertnum[mesh]].astype(np.float64)
     return vertices[native.mesh_face[face : face + native.mesh_facenum[mesh]]]

@@ -68,7 +68,7 @@ def demand(backend: GLBackend) -> None:
 
 
 def broken(backend: GLBackend, error: Exception) -> GLBackend:
-    """Returns in place of a backend that was found, and that then failed to load, none."""
+    """Return in place of a backend that was found, and that then failed to load, none."""
     return replace(backend, name="none", fault=f"OpenGL ({backend.name}) does not load: {error}. {backend.advice}")
 
 
@@ -91,7 +91,7 @@ def _first_found() -> GLBackend:
 
 
 def _judge(variable: str) -> GLBackend:
-    """Returns the backend that a variable of the environment asks for."""
+    """Return the backend that a variable of the environment asks for."""
     given = os.environ[variable].strip()
     name, said = given.lower(), f"{variable} is set to {given!r}"
     fault: str | None = None
@@ -106,7 +106,7 @@ def _judge(variable: str) -> GLBackend:
 
 
 def _wrong_setting(name: str) -> str | None:
-    """Returns which variable of the environment keeps MuJoCo from drawing with a library that is here."""
+    """Return which variable of the environment keeps MuJoCo from drawing with a library that is here."""
     platform, device = os.environ.get("PYOPENGL_PLATFORM"), os.environ.get("MUJOCO_EGL_DEVICE_ID")
     if platform and platform.lower() != name:
         return f"PYOPENGL_PLATFORM is set to {platform!r}, but MUJOCO_GL to {name!r}: unset one of them"

@@ -66,17 +66,17 @@ class Lamps:
         self.dim_rooms = frozenset(off - on)
 
     def strengths(self) -> np.ndarray:
-        """Returns the colour of each room's lamp (rooms, 3) as its switches stand."""
+        """Return the colour of each room's lamp (rooms, 3) as its switches stand."""
         dimmed = [DIM_SHARE if room in self.dim_rooms else 1.0 for room in range(len(self.rooms))]
         return self.colors * np.array(dimmed)[:, None]
 
     def place_over(self, eye: np.ndarray) -> np.ndarray:
-        """Returns the place of the lamp (3,) of the room that is nearest to the eye (MuJoCo's frame)."""
+        """Return the place of the lamp (3,) of the room that is nearest to the eye (MuJoCo's frame)."""
         return self.places[int(np.argmin(shapely.distance(self.rooms, shapely.Point(eye[0], eye[1]))))]
 
 
 def lamps_of(scene: Scene) -> Lamps:
-    """Returns the lights of a scene."""
+    """Return the lights of a scene."""
     rooms = [room_floor(room) for room in scene.rooms]
     return Lamps(
         rooms,
@@ -87,7 +87,7 @@ def lamps_of(scene: Scene) -> Lamps:
 
 
 def point_light_of(thing: Thing) -> PointLight:
-    """Returns the light of a thing that is on. Raises ValueError when it never shines."""
+    """Return the light of a thing that is on. Raises ValueError when it never shines."""
     glow = thing.asset.glow
     if glow is None:
         raise ValueError(f"{thing.id} gives no light.")
@@ -97,20 +97,20 @@ def point_light_of(thing: Thing) -> PointLight:
 
 
 def _room_of(thing: Thing, rooms: list[shapely.Polygon]) -> int:
-    """Returns the room that a thing on the wall looks into."""
+    """Return the room that a thing on the wall looks into."""
     x, z = heading(thing.rotation.y)
     front = shapely.Point(thing.position.x + ARM_M * x, thing.position.z + ARM_M * z)
     return int(np.argmin(shapely.distance(rooms, front)))
 
 
 def _color(room: RoomShape) -> np.ndarray:
-    """Returns the lamp's colour, a little paler than the room's, and stronger the higher it hangs."""
+    """Return the lamp's colour, a little paler than the room's, and stronger the higher it hangs."""
     further = GAIN_PER_M2 * (room.height**2 - USUAL_HEIGHT_M**2)
     return (PALER + (1.0 - PALER) * np.array(room.light_rgb)) * (1.0 + max(further, 0.0))
 
 
 def _place(room: RoomShape) -> tuple[float, float]:
-    """Returns where (x, z) the lamp hangs: the room's light, moved to where it reaches every corner if one can."""
+    """Return where (x, z) the lamp hangs: the room's light, moved to where it reaches every corner if one can."""
     light, seen_from = shapely.Point(room.light.x, room.light.z), _kernel(room_floor(room))
     inner = shapely.buffer(seen_from, -min(KERNEL_EDGE_M, np.sqrt(shapely.area(seen_from)) / 4))
     if inner.is_empty or inner.contains(light):
@@ -120,7 +120,7 @@ def _place(room: RoomShape) -> tuple[float, float]:
 
 
 def _kernel(polygon: shapely.Polygon) -> shapely.Geometry:
-    """Returns the part of a room from which all of it is seen; empty when there is none."""
+    """Return the part of a room from which all of it is seen; empty when there is none."""
     corners = np.array(shapely.geometry.polygon.orient(polygon).exterior.coords)
     reach = 4.0 * float(np.hypot(*(corners.max(axis=0) - corners.min(axis=0))))
     kernel: shapely.Geometry = polygon

@@ -17,7 +17,7 @@ class MaterialTable:
         """The material of each name."""
 
     def name_of(self, key: str, tint: Tint = None) -> str:
-        """Returns the model's name of a material, adding it when it is new."""
+        """Return the model's name of a material, adding it when it is new."""
         if (key, tint) not in self._names:
             name = f"material{len(self._names)}"
             self._names[key, tint] = name
@@ -33,5 +33,5 @@ class MaterialTable:
 
     @staticmethod
     def metres(key: str, tint: Tint = None) -> float:
-        """Returns how many metres of surface one repeat of the material's texture covers."""
+        """Return how many metres of surface one repeat of the material's texture covers."""
         return material(key, tint).metres

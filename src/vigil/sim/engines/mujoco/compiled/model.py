@@ -111,7 +111,7 @@ class CompiledModel:
         self.native.geom_matid[placed.geoms] = placed.materials_on if thing.is_toggled else placed.materials_off
 
     def moved_things(self, before: np.ndarray, after: np.ndarray) -> np.ndarray:
-        """Returns which things (things + 1,) have a part whose place differs between two lists (bodies, ...) of places.
+        """Return which things (things + 1,) have a part whose place differs between two lists (bodies, ...) of places.
 
         Furniture and its drawers have moved when one of them has. The last, which never has, stands for what is no
         thing.
@@ -123,7 +123,7 @@ class CompiledModel:
         return has_moved[self.furniture_index]
 
     def displaced_occluders(self) -> np.ndarray:
-        """Returns which of the `static_occluders` geoms (k,) are absent, or not where they were at first."""
+        """Return which of the `static_occluders` geoms (k,) are absent, or not where they were at first."""
         now, first = self.data, self.initial_data
         is_absent = self.native.geom_group[self.static_occluders] == HIDDEN
         is_elsewhere = (now.geom_xpos[self.static_occluders] != first.geom_xpos[self.static_occluders]).any(axis=1)
@@ -134,7 +134,7 @@ class CompiledModel:
         )
 
     def copy(self) -> "CompiledModel":
-        """Returns a model of the same scene, everything where it is now, that changes by itself."""
+        """Return a model of the same scene, everything where it is now, that changes by itself."""
         native = copy.copy(self.native)
         data = mujoco.MjData(native)
         mujoco.mj_copyData(data, native, self.data)
@@ -146,7 +146,7 @@ class CompiledModel:
         self._bounds = None
 
     def bounds(self) -> Bounds:
-        """Returns boxes around everything where it is now."""
+        """Return boxes around everything where it is now."""
         if self._bounds is None:
             is_placed = self.geom_things[:-1] >= 0
             placed = geom_bounds(self.native, self.data, np.flatnonzero(is_placed))
@@ -154,7 +154,7 @@ class CompiledModel:
         return self._bounds
 
     def _structure_bounds(self) -> Bounds:
-        """Returns boxes around what never moves."""
+        """Return boxes around what never moves."""
         if "bounds" not in self.shared_cache:
             geoms = np.flatnonzero(self.geom_things[:-1] < 0)
             is_mesh = self.native.geom_dataid[geoms] >= 0
@@ -180,7 +180,7 @@ class _ModelBuilder:
 
 
 def build(scene: Scene) -> CompiledModel:
-    """Returns the scene's model, every thing in its place."""
+    """Return the scene's model, every thing in its place."""
     spec = mujoco.MjSpec()
     builder = _ModelBuilder(spec, MaterialTable(spec))
     _settings(spec)
@@ -222,7 +222,7 @@ def _default_groups(native: NativeModel, things: dict[str, CompiledThing]) -> np
 
 
 def _compiled(builder: _ModelBuilder) -> NativeModel:
-    """Returns the model; its textures are drawn at the same time, since MuJoCo does not hold Python's lock."""
+    """Return the model; its textures are drawn at the same time, since MuJoCo does not hold Python's lock."""
     with ThreadPoolExecutor(1) as other:
         compiling = other.submit(builder.spec.compile)
         builder.material_table.draw_textures()

@@ -39,7 +39,7 @@ def register_engine(engine: object) -> None:
 
 
 def _identity(scene: Scene) -> Hashable:
-    """Returns all that a scene consists of; its assets stand for themselves, since equal ones are made once."""
+    """Return all that a scene consists of; its assets stand for themselves, since equal ones are made once."""
     return tuple(_values(part) for parts in (scene.rooms, scene.panels, scene.things.values()) for part in parts)
 
 
@@ -59,7 +59,7 @@ def _cached_model(scene: Scene) -> CompiledModel:
 
 
 def model_of(scene: Scene) -> CompiledModel:
-    """Returns a model of the scene as it is now, the caller's own."""
+    """Return a model of the scene as it is now, the caller's own."""
     model = _cached_model(scene)
     with _lock:
         return model.copy()

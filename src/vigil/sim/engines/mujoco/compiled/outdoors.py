@@ -44,7 +44,7 @@ def add_ground(spec: NativeSpec, look: str) -> None:
 
 @lru_cache(maxsize=1)
 def sky() -> bytes:
-    """Returns the six faces of the sky, `SKY_PIXELS` wide and high, one after the other, three bytes a pixel."""
+    """Return the six faces of the sky, `SKY_PIXELS` wide and high, one after the other, three bytes a pixel."""
     place = ((np.arange(SKY_PIXELS) + 0.5) / SKY_PIXELS * 2.0 - 1.0).astype(np.float32)
     faces = []
     for right, down, outward in _FACES:
@@ -56,7 +56,7 @@ def sky() -> bytes:
 
 
 def _paint(x: np.ndarray, y: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Returns the colours (..., 3) seen in unit directions, in MuJoCo's frame."""
+    """Return the colours (..., 3) seen in unit directions, in MuJoCo's frame."""
     colours = np.broadcast_to(_GRASS, (*up.shape, 3)).copy()
     height = np.degrees(np.arcsin(up))
     above = height > LAWN_DEG - EDGE_DEG
@@ -65,7 +65,7 @@ def _paint(x: np.ndarray, y: np.ndarray, up: np.ndarray) -> np.ndarray:
 
 
 def _paint_above(x: np.ndarray, y: np.ndarray, up: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """Returns the colours (n, 3) of the sky and of what stands before it, down to the edge of the lawn."""
+    """Return the colours (n, 3) of the sky and of what stands before it, down to the edge of the lawn."""
     colour = _blend(_HORIZON, _ZENITH, np.clip(height / 55.0, 0.0, 1.0) ** 0.7)
     colour = _blend(colour, _CLOUD, _clouds(x, y, up))
     low = np.flatnonzero(height < HILLS_DEG + EDGE_DEG)
@@ -74,7 +74,7 @@ def _paint_above(x: np.ndarray, y: np.ndarray, up: np.ndarray, height: np.ndarra
 
 
 def _before_sky(colour: np.ndarray, azimuth: np.ndarray, height: np.ndarray) -> np.ndarray:
-    """Returns the colours (n, 3) with hills, trees and the lawn before them."""
+    """Return the colours (n, 3) with hills, trees and the lawn before them."""
     hills = 3.2 + 1.1 * np.sin(3 * azimuth + 0.4) + 0.6 * np.sin(7 * azimuth + 2.0) + 0.25 * np.sin(23 * azimuth)
     trees = 1.5 + 0.5 * np.sin(5 * azimuth + 1.0) + 0.35 * np.sin(17 * azimuth) + 0.25 * np.sin(41 * azimuth + 0.7)
     colour = _blend(colour, _blend(_TREES, _HORIZON, np.array(0.45, np.float32)), _edge(hills - height))
@@ -83,7 +83,7 @@ def _before_sky(colour: np.ndarray, azimuth: np.ndarray, height: np.ndarray) -> 
 
 
 def _clouds(x: np.ndarray, y: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Returns how much of the sky a cloud covers, 0..0.75."""
+    """Return how much of the sky a cloud covers, 0..0.75."""
     depth = np.maximum(up, 0.05)
     u, v = x / depth, y / depth
     waves = sum(

@@ -38,7 +38,7 @@ class MeshPiece:
 
 
 def merge(meshes: list[Triangles]) -> Triangles:
-    """Returns several meshes as one."""
+    """Return several meshes as one."""
     if len(meshes) == 1:
         return meshes[0]
     starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes[:-1]])
@@ -52,7 +52,7 @@ def merge(meshes: list[Triangles]) -> Triangles:
 
 @lru_cache(maxsize=2048)
 def pieces_of(asset: Asset) -> tuple[MeshPiece, ...]:
-    """Returns the asset's geoms, its notice included: as few as its joints, materials and roles allow."""
+    """Return the asset's geoms, its notice included: as few as its joints, materials and roles allow."""
     groups: dict[tuple, list[Part]] = {}
     for part in (*asset.parts, *notice_parts(asset)):
         groups.setdefault(

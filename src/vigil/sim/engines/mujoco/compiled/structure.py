@@ -40,7 +40,7 @@ class Shell:
 
 
 def shells_of(scene: Scene) -> list[Shell]:
-    """Returns the scene's structure, merged by room and material, in a fixed order."""
+    """Return the scene's structure, merged by room and material, in a fixed order."""
     shells = _walls(scene)
     for room in scene.rooms:
         shells.append(Shell("floor", _slab(room, 0.0, is_floor=True), room.floor_material, room.id))
@@ -53,7 +53,7 @@ def shells_of(scene: Scene) -> list[Shell]:
 
 
 def tint_of(material: MaterialRef) -> tuple[float, float, float] | None:
-    """Returns the colour that a house gives a material; None without one."""
+    """Return the colour that a house gives a material; None without one."""
     color = material.color
     return None if color is None else (color.r, color.g, color.b)
 
@@ -84,7 +84,7 @@ def _cuts(ends: list[float], scene: Scene) -> np.ndarray:
 
 
 def _behind_frame(panel: WallPanel, hole: Hole) -> Hole:
-    """Returns a hole a little smaller at every side that a frame covers."""
+    """Return a hole a little smaller at every side that a frame covers."""
     bottom = hole.bottom if hole.bottom <= panel.bottom + 0.01 else hole.bottom + BEHIND_FRAME_M
     return Hole(hole.left + BEHIND_FRAME_M, hole.right - BEHIND_FRAME_M, bottom, hole.top - BEHIND_FRAME_M)
 
@@ -121,7 +121,7 @@ def _wall(panel: WallPanel, heights: np.ndarray) -> Triangles:
 
 
 def _grid(vertices: np.ndarray, keep: np.ndarray, normal: np.ndarray, uvs: np.ndarray) -> Triangles:
-    """Returns the kept cells of a grid of THOR vertices (a, b, 3), facing along `normal`."""
+    """Return the kept cells of a grid of THOR vertices (a, b, 3), facing along `normal`."""
     rows, columns = vertices.shape[:2]
     index = np.arange(rows * columns).reshape(rows, columns)
     corners = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1)[keep]
@@ -140,7 +140,7 @@ def _facing(vertices: np.ndarray, triangles: np.ndarray, normal: np.ndarray, uvs
 
 
 def _slab(room: RoomShape, height: float, *, is_floor: bool) -> Triangles:
-    """Returns a floor or ceiling cut into cells."""
+    """Return a floor or ceiling cut into cells."""
     polygon = room_floor(room)
     low, high = room.polygon.min(axis=0), room.polygon.max(axis=0)
     cuts = [
@@ -175,7 +175,7 @@ def _ears(polygon: shapely.Polygon, height: float, normal: np.ndarray) -> Triang
 
 
 def _skirting(panel: WallPanel) -> list[Triangles]:
-    """Returns the boards along the foot of a wall, between the holes that reach the floor."""
+    """Return the boards along the foot of a wall, between the holes that reach the floor."""
     start, end = np.array(panel.start), np.array(panel.end)
     length = float(np.linalg.norm(end - start))
     gaps = sorted((hole.left, hole.right) for hole in panel.holes if hole.bottom < panel.bottom + SKIRTING_HEIGHT_M)

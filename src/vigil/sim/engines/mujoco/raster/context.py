@@ -20,7 +20,7 @@ class _Loader:
         self._address_of = ctypes.cast(address, ctypes.CFUNCTYPE(ctypes.c_size_t, ctypes.c_char_p))
 
     def load_opengl_function(self, name: str) -> int:
-        """Returns the address of a function, 0 when there is none of that name."""
+        """Return the address of a function, 0 when there is none of that name."""
         return self._address_of(name.encode()) or 0
 
     def release(self) -> None:
@@ -32,7 +32,7 @@ _LOADERS = {"egl": ("libEGL.so.1", "eglGetProcAddress"), "osmesa": ("libOSMesa.s
 
 @cache
 def context_in(backend: str) -> Any:
-    """Returns moderngl's view of the current context, which `backend` (egl, osmesa, native) made."""
+    """Return moderngl's view of the current context, which `backend` (egl, osmesa, native) made."""
     try:
         package.init_context(_Loader(*_LOADERS[backend]) if backend in _LOADERS else None)
     except (RuntimeError, ImportError, OSError) as error:  # of looking for a window
@@ -42,7 +42,7 @@ def context_in(backend: str) -> Any:
 
 @cache
 def program(backend: str, vertex: str, fragment: str, *definitions: str) -> Any:
-    """Returns a program of two shader files, made with preprocessor definitions."""
+    """Return a program of two shader files, made with preprocessor definitions."""
     return context_in(backend).program(
         vertex_shader=_source(vertex, definitions), fragment_shader=_source(fragment, definitions)
     )

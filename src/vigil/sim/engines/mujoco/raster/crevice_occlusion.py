@@ -41,7 +41,7 @@ no sill.
 
 
 def light_shares(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, samples: Samples) -> np.ndarray:
-    """Returns the share of its light (n,) that reaches each of the samples (n,) on geoms (n,).
+    """Return the share of its light (n,) that reaches each of the samples (n,) on geoms (n,).
 
     It is less than 1 for those that face another part of the same thing near by, or lie inside it.
     """
@@ -92,7 +92,7 @@ def light_shares(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, sa
 
 
 def distant_light_shares(model: CompiledModel, geoms: np.ndarray, shares: np.ndarray) -> np.ndarray:
-    """Returns the share of its light (n,) that each of geoms (n,) is drawn with where gaps are narrower than a pixel.
+    """Return the share of its light (n,) that each of geoms (n,) is drawn with where gaps are narrower than a pixel.
 
     It is no less than `shares` (n,), and such that what is pale in a gap looks no brighter than the leaf beside it.
     What is seen through glass stays as dark as it is near by.
@@ -115,19 +115,19 @@ def distant_light_shares(model: CompiledModel, geoms: np.ndarray, shares: np.nda
 
 
 def _albedo(model: CompiledModel, geoms: np.ndarray) -> np.ndarray:
-    """Returns how much light the materials of geoms (n,) send back, on average over the colours."""
+    """Return how much light the materials of geoms (n,) send back, on average over the colours."""
     roots = np.array([model.materials[number].rgba[:3] for number in model.default_materials[geoms]])
     return np.maximum((roots**2).mean(axis=1), 1e-3)
 
 
 def _is_next(others: Occluders, whole: Occluders, origins: np.ndarray, ways: np.ndarray) -> np.ndarray:
-    """Returns from which points (n, 3) the others are what lies next on the way (n, 3), as a case behind a seal."""
+    """Return from which points (n, 3) the others are what lies next on the way (n, 3), as a case behind a seal."""
     far = others.distances(origins, ways)
     return (far < GAP_M) & (far <= whole.distances(origins, ways))
 
 
 def _touches(others: Occluders, origins: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """Returns which points (n, 3) have the others close by, along any direction of the axes (k, 3).
+    """Return which points (n, 3) have the others close by, along any direction of the axes (k, 3).
 
     A strip that covers the gap between two leaves from behind belongs to one of them and reaches behind the other.
     """
@@ -138,7 +138,7 @@ def _touches(others: Occluders, origins: np.ndarray, axes: np.ndarray) -> np.nda
 
 
 def without_long_gradients(is_shut: np.ndarray, points: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Returns which of points (n, 3) are shut away (n,), but none from which the dark would run out into the open.
+    """Return which of points (n, 3) are shut away (n,), but none from which the dark would run out into the open.
 
     Light is blended along edges (m, 2): a long one from a dark point to a light one darkens what is plainly seen, as
     the front of a machine does round its door.
@@ -152,7 +152,7 @@ def without_long_gradients(is_shut: np.ndarray, points: np.ndarray, edges: np.nd
 
 
 def _enclosed(case: Occluders, origins: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """Returns which points (n, 3) have the case beside them, along both directions of each axis (k, 3)."""
+    """Return which points (n, 3) have the case beside them, along both directions of each axis (k, 3)."""
     enclosed = np.ones(len(origins), dtype=bool)
     for way in (*axes, *-axes):
         enclosed &= case.distances(origins, np.broadcast_to(way, origins.shape)) < FARTHEST_SIDE_M

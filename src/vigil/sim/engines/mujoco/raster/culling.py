@@ -18,7 +18,7 @@ _SIGNS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
 
 
 def invisible_geoms(model: CompiledModel, viewer: Viewer) -> np.ndarray:
-    """Returns which geoms (ngeom,) leave no trace in a picture."""
+    """Return which geoms (ngeom,) leave no trace in a picture."""
     native, data = model.native, model.data
     radius = np.where(native.geom_rbound > 0.0, native.geom_rbound, np.inf)  # 0: a plane without end
     sides = viewer.sides()
@@ -36,14 +36,14 @@ def invisible_geoms(model: CompiledModel, viewer: Viewer) -> np.ndarray:
 
 
 def _corners(model: CompiledModel, geoms: np.ndarray) -> np.ndarray:
-    """Returns the corners (8, n, 3) of boxes around geoms where they are now."""
+    """Return the corners (8, n, 3) of boxes around geoms where they are now."""
     turns, boxes = model.data.geom_xmat[geoms].reshape(-1, 3, 3), model.native.geom_aabb[geoms]
     own = boxes[:, :3] + _SIGNS[:, None] * (boxes[:, 3:] + MARGIN_M)
     return np.einsum("kni,nji->knj", own, turns) + model.data.geom_xpos[geoms]
 
 
 def _sectors(model: CompiledModel, viewer: Viewer) -> list[tuple[int, Sector]] | None:
-    """Returns in which directions rooms are seen; None when all may be."""
+    """Return in which directions rooms are seen; None when all may be."""
     mirror = viewer.mirror
     if mirror is None:
         return model.portals.visible_rooms(_place(viewer.eye))
@@ -53,7 +53,7 @@ def _sectors(model: CompiledModel, viewer: Viewer) -> list[tuple[int, Sector]] |
 
 
 def _place(point: np.ndarray) -> Place:
-    """Returns a point of MuJoCo's frame as a place of the plan."""
+    """Return a point of MuJoCo's frame as a place of the plan."""
     x, z, height = point.tolist()
     return x, z, height
 
@@ -61,7 +61,7 @@ def _place(point: np.ndarray) -> Place:
 def _is_elsewhere(
     model: CompiledModel, sectors: list[tuple[int, Sector]], geoms: np.ndarray, spans: Spans
 ) -> np.ndarray:
-    """Returns which of the geoms (n,) are in rooms, but in none that is seen in their direction."""
+    """Return which of the geoms (n,) are in rooms, but in none that is seen in their direction."""
     reach = model.native.geom_rbound[geoms] + MARGIN_M
     away = model.portals.distances(model.data.geom_xpos[geoms, :2])
     touches = (away <= reach[:, None]) & (away.min(axis=1) <= IN_ROOM_M)[:, None]

@@ -42,14 +42,14 @@ class Geometry:
     """The boxes of the gripper, numbered after the model's geoms; each has sides of 1 m about its middle."""
 
     def world(self, model: CompiledModel, geom: int) -> tuple[np.ndarray, np.ndarray]:
-        """Returns the points and normals of a geom where it is now, each (k, 3) float32."""
+        """Return the points and normals of a geom where it is now, each (k, 3) float32."""
         part = self.vertex_slices[geom]
         turn = model.data.geom_xmat[geom].reshape(3, 3).astype(np.float32)
         return self.vertices[part] @ turn.T + model.data.geom_xpos[geom].astype(np.float32), self.normals[part] @ turn.T
 
 
 def geometry_of(model: CompiledModel) -> Geometry:
-    """Returns the triangles of a model."""
+    """Return the triangles of a model."""
     native = model.native
     hand = np.arange(native.ngeom, native.ngeom + HAND_BOXES)
     charted = np.zeros(len(hand) + native.ngeom, dtype=bool)
@@ -95,7 +95,7 @@ def _mesh(native: Any, number: int) -> DrawnMesh:
 
 
 def _lawn() -> DrawnMesh:
-    """Returns the ground, as large as the plane that rays meet."""
+    """Return the ground, as large as the plane that rays meet."""
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32) * LAWN_HALF_M
     up = np.broadcast_to(np.array([0, 0, 1], np.float32), (4, 3))
     return DrawnMesh(
@@ -107,7 +107,7 @@ def _lawn() -> DrawnMesh:
 
 
 def _box() -> DrawnMesh:
-    """Returns a cube with sides of 1 m about the origin."""
+    """Return a cube with sides of 1 m about the origin."""
     vertices, normals, faces = [], [], []
     for axis, sign in itertools.product(range(3), (-0.5, 0.5)):
         across, up = np.eye(3)[(axis + 1) % 3] / 2, np.eye(3)[(axis + 2) % 3] / 2

@@ -62,7 +62,7 @@ class Samples:
     """(n, 3) float32, unit."""
 
     def part(self, chosen: slice) -> "Samples":
-        """Returns some of the points."""
+        """Return some of the points."""
         return Samples(self.points[chosen], self.normals[chosen])
 
     @property
@@ -72,7 +72,7 @@ class Samples:
 
 
 def ambient(scene: Occluders, samples: Samples) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the light (n, 3) float32 that comes from all around, with no lamp counted, and which are buried (n,).
+    """Return the light (n, 3) float32 that comes from all around, with no lamp counted, and which are buried (n,).
 
     What is buried lies inside something else, where a corner of the one runs into the other.
     """
@@ -93,7 +93,7 @@ def ambient(scene: Occluders, samples: Samples) -> tuple[np.ndarray, np.ndarray]
 def _distances(
     scene: Occluders, origins: np.ndarray, ways: np.ndarray, shares: list[np.ndarray]
 ) -> Iterator[np.ndarray]:
-    """Yields for each of some directions (k, 3) how far rays go from the points (n, 3) with a share; 0 for others."""
+    """Yield for each of some directions (k, 3) how far rays go from the points (n, 3) with a share; 0 for others."""
     chosen = [np.flatnonzero(share) for share in shares]
     counts = [len(each) for each in chosen]
     met = scene.distances(origins[np.concatenate(chosen)], np.repeat(ways, counts, axis=0))
@@ -104,12 +104,12 @@ def _distances(
 
 
 def ambient_facing_shares(samples: Samples) -> np.ndarray:
-    """Returns how much of the light from all around comes to the points (n,) float32 by the way that they face."""
+    """Return how much of the light from all around comes to the points (n,) float32 by the way that they face."""
     return 1.0 + _along(samples.normals, ASIDE)
 
 
 def _along(normals: np.ndarray, way: np.ndarray) -> np.ndarray:
-    """Returns the product (n,) of each normal (n, 3) with a direction (3,).
+    """Return the product (n,) of each normal (n, 3) with a direction (3,).
 
     By the matrix product its last digit depends on how many normals there are: on what else is lit at the same time.
     """
@@ -117,7 +117,7 @@ def _along(normals: np.ndarray, way: np.ndarray) -> np.ndarray:
 
 
 def _sphere() -> np.ndarray:
-    """Returns unit directions (n, 3), evenly over the sphere."""
+    """Return unit directions (n, 3), evenly over the sphere."""
     number = np.arange(DIRECTIONS)
     up = 1.0 - (2.0 * number + 1.0) / DIRECTIONS
     across = np.sqrt(1.0 - up * up)
@@ -135,7 +135,7 @@ def _add_brought(total: np.ndarray, share: np.ndarray, far: np.ndarray, up: floa
 
 
 def from_lamp(scene: Occluders, lamp: np.ndarray, samples: Samples, shares: np.ndarray) -> np.ndarray:
-    """Returns the light (n,) float32 that a lamp at a place (3,) of strength 1 sends to the points, faced or not.
+    """Return the light (n,) float32 that a lamp at a place (3,) of strength 1 sends to the points, faced or not.
 
     It is counted by shares (n,), and not at all where next to nothing of it counts.
     """
@@ -150,7 +150,7 @@ def from_lamp(scene: Occluders, lamp: np.ndarray, samples: Samples, shares: np.n
 
 
 def _disc_about(lamp: np.ndarray) -> np.ndarray:
-    """Returns the points (n, 3) float32 of a lamp to which rays go."""
+    """Return the points (n, 3) float32 of a lamp to which rays go."""
     number = np.arange(LAMP_RAYS)
     radius, angle = LAMP_RADIUS_M * np.sqrt((number + 0.5) / LAMP_RAYS), number * _GOLDEN
     disc = np.stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(LAMP_RAYS)], axis=1)
@@ -158,7 +158,7 @@ def _disc_about(lamp: np.ndarray) -> np.ndarray:
 
 
 def spill_shares(outside: np.ndarray) -> np.ndarray:
-    """Returns the share of a lamp's light that is left so many metres outside of its room, 1 in it.
+    """Return the share of a lamp's light that is left so many metres outside of its room, 1 in it.
 
     What comes through a doorway would be a bright patch on a wall far from any lamp in view.
     """
@@ -166,7 +166,7 @@ def spill_shares(outside: np.ndarray) -> np.ndarray:
 
 
 def lamp_facing_shares(lamp: np.ndarray, samples: Samples) -> np.ndarray:
-    """Returns the share (n,) float32 of a lamp's light that the points take by how far they turn from it.
+    """Return the share (n,) float32 of a lamp's light that the points take by how far they turn from it.
 
     Ceilings are lit from all over the room: under a lamp alone there would be a spot.
     """
@@ -176,7 +176,7 @@ def lamp_facing_shares(lamp: np.ndarray, samples: Samples) -> np.ndarray:
 
 
 def _distances_and_cosines(lamp: np.ndarray, samples: Samples) -> tuple[np.ndarray, np.ndarray]:
-    """Returns how far (n,) a lamp is from the points, and the cosine between the way to it and their normals."""
+    """Return how far (n,) a lamp is from the points, and the cosine between the way to it and their normals."""
     way = lamp.astype(np.float32) - samples.points
     far = np.sqrt(np.einsum("ij,ij->i", way, way))
     return far, np.einsum("ij,ij->i", way, samples.normals) / np.maximum(far, 1e-6)

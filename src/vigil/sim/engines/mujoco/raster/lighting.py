@@ -44,11 +44,11 @@ class CastLight:
 
     @staticmethod
     def empty(lamps: int, count: int) -> "CastLight":
-        """Returns room for the light on so many points."""
+        """Return room for the light on so many points."""
         return CastLight(np.zeros((count, 3), np.float16), np.zeros((lamps, count), np.float16))
 
     def smoothed(self, samples: Samples, is_known: np.ndarray, edges: np.ndarray, owners: np.ndarray) -> "CastLight":
-        """Returns the light averaged along the edges (m, 2), of one surface each, between the points that it fell on.
+        """Return the light averaged along the edges (m, 2), of one surface each, between the points that it fell on.
 
         Where it is not known (n,), it is that of what is near, or else of all that belongs to the same owner (n,).
         """
@@ -60,7 +60,7 @@ class CastLight:
         return CastLight(light[:, :3], light[:, 3:].T)
 
     def shaded(self, samples: Samples, lamps: list[np.ndarray]) -> "CastLight":
-        """Returns what the points take of the light by the way that they face: the form of a thing, exactly."""
+        """Return what the points take of the light by the way that they face: the form of a thing, exactly."""
         shares = [irradiance.lamp_facing_shares(lamp, samples) for lamp in lamps]
         return CastLight(
             self.ambient * irradiance.ambient_facing_shares(samples)[:, None],
@@ -68,16 +68,16 @@ class CastLight:
         )
 
     def lightened(self, is_strip: np.ndarray, owners: np.ndarray) -> tuple["CastLight", np.ndarray]:
-        """Returns the light as strips (n,) of owners (n,) have it from afar, and the share (n,) left near by."""
+        """Return the light as strips (n,) of owners (n,) have it from afar, and the share (n,) left near by."""
         afar, near_by = smoothing.lightened(np.column_stack([self.ambient, self.reach.T]), is_strip, owners)
         return CastLight(afar[:, :3], afar[:, 3:].T), near_by
 
     def dimmed(self, shares: np.ndarray) -> "CastLight":
-        """Returns the light with these shares (n,) of it left."""
+        """Return the light with these shares (n,) of it left."""
         return CastLight(self.ambient * shares[:, None], self.reach * shares)
 
     def mixed(self, strengths: np.ndarray, part: slice | np.ndarray) -> np.ndarray:
-        """Returns the light (k, 3) on some points with the lamps at their strengths (lamps, 3)."""
+        """Return the light (k, 3) on some points with the lamps at their strengths (lamps, 3)."""
         return self.ambient[part].astype(np.float32) + self.reach[:, part].astype(np.float32).T @ strengths
 
 
@@ -145,7 +145,7 @@ class BakedLight:
             start = stop
 
     def _on_strips(self, model: CompiledModel, geoms: np.ndarray, owners: np.ndarray) -> np.ndarray:
-        """Returns which vertices (n,) of geoms are of the narrow sides of doors; `owners` (n,) are numbers of geoms."""
+        """Return which vertices (n,) of geoms are of the narrow sides of doors; `owners` (n,) are numbers of geoms."""
         parts = [self.geometry.vertex_slices[geom] for geom in geoms.tolist()]
         found = smoothing.are_doors(model, geoms)[owners]
         points, normals = (
@@ -156,7 +156,7 @@ class BakedLight:
         return found
 
     def _faces(self, geoms: np.ndarray, counts: list[int]) -> np.ndarray:
-        """Returns the triangles (m, 3) of geoms with so many vertices each, these numbered one geom after the other."""
+        """Return the triangles (m, 3) of geoms with so many vertices each, these numbered one geom after the other."""
         slices, owned = self.geometry.vertex_slices, self.geometry.face_slices
         shifts = np.cumsum([0, *counts[:-1]]) - [slices[geom].start for geom in geoms]
         return np.concatenate(
@@ -164,7 +164,7 @@ class BakedLight:
         )
 
     def boxes_of(self, geoms: np.ndarray) -> list[tuple[int, int, int, int]]:
-        """Returns where the planes of geoms lie in the picture of all planes."""
+        """Return where the planes of geoms lie in the picture of all planes."""
         wanted = set(geoms.tolist())
         laid_out = self.lightmap_atlas
         return [box for box, owner in zip(laid_out.boxes, laid_out.owners, strict=True) if owner in wanted]
@@ -184,7 +184,7 @@ class BakedLight:
         self.planes.ambient[chosen], self.planes.reach[:, chosen] = cast.ambient, cast.reach
 
     def _cast(self, samples: Samples, occluders: Occluders) -> tuple[CastLight, np.ndarray]:
-        """Returns the light that comes to samples, whichever way they face, and which of them are buried."""
+        """Return the light that comes to samples, whichever way they face, and which of them are buried."""
         starts = range(0, len(samples.points), PART_POINTS)
         parts = [samples.part(slice(start, start + PART_POINTS)) for start in starts]
         found = run_in_parallel([partial(self._cast_part, part, occluders) for part in parts])
@@ -192,7 +192,7 @@ class BakedLight:
         return CastLight(np.concatenate(ambient), np.concatenate(reach, axis=1)), np.concatenate(is_buried)
 
     def _cast_part(self, samples: Samples, occluders: Occluders) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Returns the light from around (n, 3) and from each lamp (lamps, n), and which samples are buried (n,)."""
+        """Return the light from around (n, 3) and from each lamp (lamps, n), and which samples are buried (n,)."""
         ambient, is_buried = irradiance.ambient(occluders, samples)
         places = samples.origins[:, :2]
         reach = [
@@ -205,7 +205,7 @@ class BakedLight:
 
 
 def baked_light(model: CompiledModel) -> BakedLight:
-    """Returns the light of a model, the same for all its copies."""
+    """Return the light of a model, the same for all its copies."""
     if "light" not in model.shared_cache:
         model.shared_cache["light"] = BakedLight(model)
     return model.shared_cache["light"]
@@ -306,12 +306,12 @@ class Lighting:
 
 
 def encoded(light: np.ndarray) -> np.ndarray:
-    """Returns light as bytes: the square root of its share of the brightest."""
+    """Return light as bytes: the square root of its share of the brightest."""
     return (np.sqrt(np.clip(light / BRIGHTEST, 0.0, 1.0)) * 255.0 + 0.5).astype(np.uint8)
 
 
 def run_in_parallel(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
-    """Returns the results of tasks of which none needs another's, done on as many threads as may cast rays."""
+    """Return the results of tasks of which none needs another's, done on as many threads as may cast rays."""
     if len(tasks) == 1:
         return [tasks[0]()]
     with ThreadPoolExecutor(THREADS) as pool:  # of its own: a process may be forked after it has cast light
@@ -319,12 +319,12 @@ def run_in_parallel(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
 
 
 def _places(model: CompiledModel) -> np.ndarray:
-    """Returns where the parts of things are: (bodies, 7) places and quaternions."""
+    """Return where the parts of things are: (bodies, 7) places and quaternions."""
     return np.concatenate([model.data.mocap_pos, model.data.mocap_quat], axis=1)
 
 
 def _merge_similar(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns one vertex of each group of an owner's that is alike, and the group of each vertex."""
+    """Return one vertex of each group of an owner's that is alike, and the group of each vertex."""
     key = owners.astype(np.int64)
     for values, steps in ((points / GRID_M, 4096), (normals * FACINGS, 2 * FACINGS + 1)):
         for column in np.round(values).astype(np.int64).T:
@@ -334,7 +334,7 @@ def _merge_similar(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) 
 
 
 def _atlas_of(model: CompiledModel, geometry: Geometry) -> tuple[lightmap_atlas.LightmapAtlas, Samples]:
-    """Returns the planes of the structure, and where the light of each of their texels is cast."""
+    """Return the planes of the structure, and where the light of each of their texels is cast."""
     geoms = np.flatnonzero(geometry.is_in_atlas)
     places = [geometry.world(model, geom) for geom in geoms.tolist()]
     points, normals = (np.concatenate(each) for each in zip(*places, strict=True))

@@ -71,7 +71,7 @@ def _inside(places: np.ndarray, low: float, high: float) -> np.ndarray:
 
 
 def _axes(normal: np.ndarray) -> np.ndarray:
-    """Returns two unit directions (2, 3) along the plane."""
+    """Return two unit directions (2, 3) along the plane."""
     up = np.array([0.0, 0.0, 1.0]) if abs(normal[2]) < 0.7 else np.array([0.0, 1.0, 0.0])
     across = np.cross(up, normal)
     across /= np.linalg.norm(across)
@@ -79,7 +79,7 @@ def _axes(normal: np.ndarray) -> np.ndarray:
 
 
 def _packed(boxes: list[np.ndarray]) -> tuple[list[tuple[int, int]], int]:
-    """Returns the upper left corner of each box, in rows of falling height, and the height of all."""
+    """Return the upper left corner of each box, in rows of falling height, and the height of all."""
     corners: list[tuple[int, int]] = [(0, 0)] * len(boxes)
     left = top = row = 0
     for number in sorted(range(len(boxes)), key=lambda one: (-boxes[one][1], one)):
@@ -92,7 +92,7 @@ def _packed(boxes: list[np.ndarray]) -> tuple[list[tuple[int, int]], int]:
 
 
 def smoothed(light: np.ndarray, is_known: np.ndarray) -> np.ndarray:
-    """Returns the light (height, width, 3) of one plane, averaged over neighbours where it is known (height, width)."""
+    """Return the light (height, width, 3) of one plane, averaged over neighbours where it is known (height, width)."""
     sums = _blurred(np.where(is_known[..., None], light, 0.0))
     known = _blurred(is_known[..., None].astype(np.float32))
     return np.where(known > 0.0, sums / np.maximum(known, 1e-6), light)

@@ -23,7 +23,7 @@ class DrawnMesh:
 
 
 def refined(meshes: Sequence[DrawnMesh], longest: float = LONGEST_EDGE_M) -> list[DrawnMesh]:
-    """Returns the same surfaces with every edge halved until none is longer than `longest` metres.
+    """Return the same surfaces with every edge halved until none is longer than `longest` metres.
 
     Whether an edge is halved depends on that edge alone, so neighbours agree and no seam opens. Many meshes at once
     take a fraction of the time that each by itself would.
@@ -37,7 +37,7 @@ def refined(meshes: Sequence[DrawnMesh], longest: float = LONGEST_EDGE_M) -> lis
 
 
 def _longest_possible(mesh: DrawnMesh) -> float:
-    """Returns the diagonal of the box round a mesh, in metres."""
+    """Return the diagonal of the box round a mesh, in metres."""
     return float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))) if len(mesh.vertices) else 0.0
 
 
@@ -52,7 +52,7 @@ def _together(meshes: Sequence[DrawnMesh]) -> DrawnMesh:
 
 
 def _refined_together(mesh: DrawnMesh, longest: float) -> tuple[DrawnMesh, np.ndarray]:
-    """Returns the refined mesh, and for each of its vertices (n,) one of the first mesh that it lies connected with."""
+    """Return the refined mesh, and for each of its vertices (n,) one of the first mesh that it lies connected with."""
     origins = np.arange(len(mesh.vertices))
     done = []
     while True:
@@ -67,7 +67,7 @@ def _refined_together(mesh: DrawnMesh, longest: float) -> tuple[DrawnMesh, np.nd
 
 
 def _apart(mesh: DrawnMesh, origins: np.ndarray, counts: list[int]) -> Iterator[DrawnMesh]:
-    """Returns the meshes of so many vertices each at first that were refined together."""
+    """Return the meshes of so many vertices each at first that were refined together."""
     owners = np.repeat(np.arange(len(counts)), counts)[origins]
     order = np.argsort(owners, kind="stable")
     places = np.empty(len(order), dtype=np.int32)
@@ -83,7 +83,7 @@ def _apart(mesh: DrawnMesh, origins: np.ndarray, counts: list[int]) -> Iterator[
 
 
 def _halved(mesh: DrawnMesh, is_long: np.ndarray) -> tuple[DrawnMesh, np.ndarray]:
-    """Returns the mesh with the marked edges (m, 3) cut in the middle; edge i runs from corner i to corner i + 1.
+    """Return the mesh with the marked edges (m, 3) cut in the middle; edge i runs from corner i to corner i + 1.
 
     With it goes an end (k,) of the edge on which each new vertex lies.
     """
@@ -106,7 +106,7 @@ def _halved(mesh: DrawnMesh, is_long: np.ndarray) -> tuple[DrawnMesh, np.ndarray
 
 
 def _pieces(faces: np.ndarray, middles: np.ndarray) -> np.ndarray:
-    """Returns the triangles into which each falls: one to four."""
+    """Return the triangles into which each falls: one to four."""
     count = (middles >= 0).sum(axis=1)
     parts = [faces[count == 0]]
     for number, first in ((1, 0), (2, 1), (3, 0)):

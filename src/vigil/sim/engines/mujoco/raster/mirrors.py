@@ -15,7 +15,7 @@ _FLAT = 0.99
 
 
 def mirrors_before(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, viewer: Viewer) -> list[Mirror]:
-    """Returns the nearest mirrors among the geoms (nearest first) whose face the viewer sees."""
+    """Return the nearest mirrors among the geoms (nearest first) whose face the viewer sees."""
     found = []
     for geom in geoms.tolist():
         if not model.materials[model.native.geom_matid[geom]].is_mirror:
@@ -27,7 +27,7 @@ def mirrors_before(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, 
 
 
 def _mirror(model: CompiledModel, geometry: Geometry, geom: int, viewer: Viewer) -> Mirror | None:
-    """Returns the plane of most of the surface that faces the eye; None when all of it is turned away."""
+    """Return the plane of most of the surface that faces the eye; None when all of it is turned away."""
     points, normals = geometry.world(model, geom)
     eye = viewer.eye
     faces = geometry.faces[geometry.face_slices[geom]] - geometry.vertex_slices[geom].start
@@ -44,7 +44,7 @@ def _mirror(model: CompiledModel, geometry: Geometry, geom: int, viewer: Viewer)
 
 
 def box_of(points: np.ndarray, viewer: Viewer) -> tuple[int, int, int, int]:
-    """Returns the part of the frame (left, lower edge, width, height) in which points (n, 3) lie, in pixels.
+    """Return the part of the frame (left, lower edge, width, height) in which points (n, 3) lie, in pixels.
 
     It is a pixel wider on each side, and all of the frame when one of them is beside or behind the eye.
     """

@@ -27,7 +27,7 @@ THREADS = 1 if EmbreeScene is None else 2
 
 class _Caster(Protocol):
     def cast(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Returns how far rays (n, 3) float32 along unit directions go; more than `FAR_M` where they meet nothing."""
+        """Return how far rays (n, 3) float32 along unit directions go; more than `FAR_M` where they meet nothing."""
         ...
 
 
@@ -39,7 +39,7 @@ class EmbreeCaster:
         TriangleMesh(self._scene, np.ascontiguousarray(vertices, np.float32), np.ascontiguousarray(faces, np.int32))
 
     def cast(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Returns how far the rays go."""
+        """Return how far the rays go."""
         return self._scene.run(origins, directions, query="DISTANCE")
 
 
@@ -60,7 +60,7 @@ class MujocoCaster:
         mujoco.mj_kinematics(self._model, self._data)
 
     def cast(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Returns how far the rays go."""
+        """Return how far the rays go."""
         geom = np.zeros(1, np.int32)
         met = [
             mujoco.mj_ray(self._model, self._data, origin, way, None, 1, -1, geom)
@@ -77,14 +77,14 @@ class Occluders:
         self._caster: _Caster = (MujocoCaster if EmbreeScene is None else EmbreeCaster)(vertices, faces)
 
     def distances(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Returns how far each ray (n, 3) goes, in metres along its unit direction; `FAR_M` where it meets nothing."""
+        """Return how far each ray (n, 3) goes, in metres along its unit direction; `FAR_M` where it meets nothing."""
         if not len(origins):
             return np.zeros(0, np.float32)
         met = self._caster.cast(np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32))
         return np.minimum(met, np.float32(FAR_M))
 
     def are_blocked(self, origins: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """Returns whether anything stands between each point (n, 3) and some places (k, 3): (k, n)."""
+        """Return whether anything stands between each point (n, 3) and some places (k, 3): (k, n)."""
         way = (ends[:, None] - origins).reshape(-1, 3)
         length = np.sqrt(np.einsum("ij,ij->i", way, way))
         far = self.distances(np.tile(origins, (len(ends), 1)), way / length[:, None])
@@ -92,7 +92,7 @@ class Occluders:
 
 
 def occluders_of(model: CompiledModel, geometry: Geometry, geoms: np.ndarray) -> Occluders:
-    """Returns the triangles of geoms where they are in a model."""
+    """Return the triangles of geoms where they are in a model."""
     vertices = np.concatenate([geometry.world(model, geom)[0] for geom in geoms])
     counts = [geometry.vertex_slices[geom].stop - geometry.vertex_slices[geom].start for geom in geoms]
     starts = np.concatenate([[0], np.cumsum(counts)[:-1]])

@@ -36,7 +36,7 @@ class Painter:
     def paint(
         self, viewer: Viewer, lamp: np.ndarray, point_lights: list[PointLight], held: HeldGeoms | None = None
     ) -> np.ndarray:
-        """Returns the picture (height, width, 3) uint8, the first row on top; `lamp` is the place of the room's."""
+        """Return the picture (height, width, 3) uint8, the first row on top; `lamp` is the place of the room's."""
         self._surfaces.place(held)
         if held is not None:
             self._surfaces.hold(viewer, held)
@@ -65,7 +65,7 @@ class Painter:
         return _read(ssao.shaded, viewer)
 
     def identify(self, viewer: Viewer, held: HeldGeoms | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Returns the geom (height, width) int32 that each pixel shows, -1 for none, and its depth in metres."""
+        """Return the geom (height, width) int32 that each pixel shows, -1 for none, and its depth in metres."""
         self._surfaces.place(held)
         size = viewer.width, viewer.height
         target = self._context.framebuffer(
@@ -94,7 +94,7 @@ class Painter:
             each.release()
 
     def _mirrored(self, behind: Viewer, mirror: Mirror) -> tuple[Viewer, np.ndarray]:
-        """Returns a camera behind a mirror with the geoms that may be in view."""
+        """Return a camera behind a mirror with the geoms that may be in view."""
         return behind, np.setdiff1d(self._surfaces.shown(behind), [mirror.geom])
 
     def _reflect(

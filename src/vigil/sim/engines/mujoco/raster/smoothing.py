@@ -29,7 +29,7 @@ PLANE_M = 0.001
 
 
 def smooth_edges(normals: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Returns those edges (k, 2) of some (m, 2), each once, whose corners with normals (n, 3) are of one surface."""
+    """Return those edges (k, 2) of some (m, 2), each once, whose corners with normals (n, 3) are of one surface."""
     count = len(normals)
     once = np.unique(edges.min(axis=1).astype(np.int64) * count + edges.max(axis=1))
     first, last = np.divmod(once, count)
@@ -38,7 +38,7 @@ def smooth_edges(normals: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 
 def move_inward(samples: Samples, edges: np.ndarray) -> Samples:
-    """Returns samples moved from the rims of their surfaces inward, along edges (k, 2) of one surface each.
+    """Return samples moved from the rims of their surfaces inward, along edges (k, 2) of one surface each.
 
     In the corner of a rim little light comes; a large face would show it all over.
     """
@@ -55,7 +55,7 @@ def move_inward(samples: Samples, edges: np.ndarray) -> Samples:
 
 
 def smoothed(light: np.ndarray, is_known: np.ndarray, points: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Returns the light (n, k) on corners at points (n, 3), averaged along edges (m, 2) of one surface each.
+    """Return the light (n, k) on corners at points (n, 3), averaged along edges (m, 2) of one surface each.
 
     Where it is not known (n,), it comes from corners where it is; it is not a number where none of those is near.
     """
@@ -77,7 +77,7 @@ def smoothed(light: np.ndarray, is_known: np.ndarray, points: np.ndarray, edges:
 
 
 def are_doors(model: CompiledModel, geoms: np.ndarray) -> np.ndarray:
-    """Returns which geoms (n,) are of things with leaves and no inside, as doors and curtains."""
+    """Return which geoms (n,) are of things with leaves and no inside, as doors and curtains."""
     is_door = np.zeros(len(model.things) + 1, dtype=bool)
     for thing in model.things.values():
         is_door[thing.index] = len(thing.bodies) > 1 and not thing.has_inside
@@ -85,7 +85,7 @@ def are_doors(model: CompiledModel, geoms: np.ndarray) -> np.ndarray:
 
 
 def are_on_strips(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> np.ndarray:
-    """Returns which corners (n,) at points (n, 3) with normals (n, 3), both in the frame of their owner (n,), belong to
+    """Return which corners (n,) at points (n, 3) with normals (n, 3), both in the frame of their owner (n,), belong to
     a long and narrow flat side of it."""
     axis = np.abs(normals).argmax(axis=1)
     rows = np.arange(len(points))
@@ -103,7 +103,7 @@ def are_on_strips(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -
 
 
 def lightened(light: np.ndarray, chosen: np.ndarray, owners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the light (n, k) with no less than their owner's (n,) mean on the chosen (n,), and the share of
+    """Return the light (n, k) with no less than their owner's (n,) mean on the chosen (n,), and the share of
     it (n,) that they have from near by."""
     counts = np.maximum(np.bincount(owners), 1)
     means = np.stack([np.bincount(owners, column) / counts for column in light.T], axis=1)[owners]

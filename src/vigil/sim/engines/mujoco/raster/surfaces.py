@@ -37,7 +37,7 @@ class SurfaceKind:
     is_glossy: bool
 
     def definitions(self, point_lights: int) -> tuple[str, ...]:
-        """Returns what the shaders are made with, for so many lamps that are on."""
+        """Return what the shaders are made with, for so many lamps that are on."""
         names = ["CHARTED"] * self.is_in_atlas + ["GLOSSY"] * self.is_glossy
         return (*names, f"GLOWS {point_lights}")
 
@@ -89,11 +89,11 @@ class Surfaces:
         self._table.use(0)
 
     def shown(self, viewer: Viewer) -> np.ndarray:
-        """Returns the geoms that may be in view."""
+        """Return the geoms that may be in view."""
         return np.flatnonzero((self._model.native.geom_group != HIDDEN) & ~invisible_geoms(self._model, viewer))
 
     def mirrors(self, viewer: Viewer, shown: np.ndarray) -> list[Mirror]:
-        """Returns the mirrors among the geoms shown that the viewer looks into."""
+        """Return the mirrors among the geoms shown that the viewer looks into."""
         away = ((self._model.data.geom_xpos[shown] - viewer.eye) ** 2).sum(axis=1)
         return mirrors_before(self._model, self._geometry, shown[np.argsort(away, kind="stable")], viewer)
 
@@ -166,7 +166,7 @@ class Surfaces:
             self._light.write(self._lighting.vertices[part].tobytes(), offset=4 * part.start)
 
     def _groups(self, viewer: Viewer, shown: np.ndarray) -> dict[SurfaceKind | None, np.ndarray]:
-        """Returns the geoms of each kind, near ones first; at last, under None, those seen through, far ones first."""
+        """Return the geoms of each kind, near ones first; at last, under None, those seen through, far ones first."""
         native = self._model.native
         looks = self._looks[native.geom_matid]
         is_shown = np.zeros(native.ngeom, dtype=bool)
@@ -194,7 +194,7 @@ class Surfaces:
         return list(zip(np.cumsum([0, *counts[:-1]]).tolist(), counts, strict=True))
 
     def _array(self, kind: SurfaceKind | str, point_lights: int = 0) -> Any:
-        """Returns the vertices with the program for a kind of surface, or with one that needs nothing but places."""
+        """Return the vertices with the program for a kind of surface, or with one that needs nothing but places."""
         if (kind, point_lights) not in self._arrays:
             owners = self._owners, "1i", "geom"
             if isinstance(kind, str):
@@ -231,7 +231,7 @@ def _matrix(viewer: Viewer) -> bytes:
 
 
 def _looks(model: CompiledModel) -> np.ndarray:
-    """Returns (materials, 2, 4): colour with opacity; layer of the texture, own light, gloss, whether it is metal."""
+    """Return (materials, 2, 4): colour with opacity; layer of the texture, own light, gloss, whether it is metal."""
     looks = np.zeros((len(model.materials), 2, 4), np.float32)
     for number, look in enumerate(model.materials):
         looks[number, 0] = look.rgba

@@ -21,7 +21,7 @@ class TextureArray:
         self._count = 0
 
     def layer_of(self, picture: np.ndarray | None) -> int:
-        """Returns the layer of a picture (h, w, 3) uint8, adding it when it is new; it stays alive from then on."""
+        """Return the layer of a picture (h, w, 3) uint8, adding it when it is new; it stays alive from then on."""
         if picture is None:
             return 0
         if id(picture) not in self._layers:
@@ -36,7 +36,7 @@ class TextureArray:
         return self._count == len(self._bytes)
 
     def texture(self, context: Any) -> Any:
-        """Returns the array on the graphics side, with all layers added so far."""
+        """Return the array on the graphics side, with all layers added so far."""
         if not self.is_complete:
             if self._texture is not None:
                 self._texture.release()
@@ -49,7 +49,7 @@ class TextureArray:
 
 
 def _fitted(picture: np.ndarray) -> np.ndarray:
-    """Returns the picture (`SIDE`, `SIDE`, 4), its first row at the bottom, as v = 0 asks for.
+    """Return the picture (`SIDE`, `SIDE`, 4), its first row at the bottom, as v = 0 asks for.
 
     Four channels, for software renderers read three much more slowly.
     """

@@ -32,7 +32,7 @@ class Mirror:
         return np.concatenate([self.points, self.points - 2.0 * self._heights() * self.normal])
 
     def _heights(self) -> np.ndarray:
-        """Returns how far its points are before the plane that mirrors, (n, 1)."""
+        """Return how far its points are before the plane that mirrors, (n, 1)."""
         return ((self.points - self.point) @ self.normal)[:, None]
 
 
@@ -57,7 +57,7 @@ class Viewer:
         return up * self.width / self.height, up
 
     def matrix(self) -> np.ndarray:
-        """Returns the matrix (4, 4) from the world to the clip space of OpenGL."""
+        """Return the matrix (4, 4) from the world to the clip space of OpenGL."""
         across, up = self.slopes
         depth = FAR_M - NEAR_M
         lens = np.array(
@@ -85,7 +85,7 @@ class Viewer:
         return (0, 0, self.width, self.height) if self.mirror is None else self.mirror.box
 
     def sides(self) -> np.ndarray:
-        """Returns planes (n, 4), side · (x, y, z, 1) > 0 for all that is looked at, and its distance in metres."""
+        """Return planes (n, 4), side · (x, y, z, 1) > 0 for all that is looked at, and its distance in metres."""
         right, up, backward = self.axes.T
         size, box = np.array([self.width, self.height]), np.array(self.box)
         low, high = ((2.0 * at / size - 1.0) * self.slopes for at in (box[:2], box[:2] + box[2:]))
@@ -103,7 +103,7 @@ class Viewer:
         return planes if self.clip is None else np.vstack([planes, self.clip])
 
     def behind(self, mirror: Mirror) -> "Viewer":
-        """Returns the camera as a mirror shows it; what it sees is turned left to right."""
+        """Return the camera as a mirror shows it; what it sees is turned left to right."""
         turned = np.eye(3) - 2.0 * np.outer(mirror.normal, mirror.normal)
         eye = self.eye - 2.0 * float((self.eye - mirror.point) @ mirror.normal) * mirror.normal
         return replace(self, eye=eye, axes=turned @ self.axes, mirror=mirror)
