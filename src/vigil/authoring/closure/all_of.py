@@ -32,7 +32,7 @@ PARTLY_OPEN_SHARE = 0.6
 """Share of the open things that stand ajar; the others are wide open."""
 ALL_ACTS: tuple[Act, ...] = ("turn_off", "close", "turn_on", "open")
 FINISHED_STATE: dict[Act, ObjectSetup] = {"turn_off": ObjectSetup(is_toggled=False), "close": ObjectSetup(openness=0.0)}
-"""State of a thing that must be left alone, by the state that is asked for of the others."""
+"""State of a thing that must be left alone, by the act that is asked for of the others."""
 EVERY = (
     "{Verb} every {name} in the {room}.",
     "Please {verb} every {name} in the {room}.",
@@ -204,7 +204,7 @@ def _task_about_all(
 
 
 def _start_missing_some(context: HouseContext, things: list[Thing]) -> Pose | None:
-    """Return a start pose in the first thing's room that sees some of the things, at most half; None if there is none."""
+    """Return a start pose in the first thing's room that sees some of the things, at most half; None without one."""
     home = context.view.room_at(things[0].position)
     for place in context.starts(lambda places: np.full(len(places), True), TRIED_STARTS):
         if context.view.room_at(place) != home:

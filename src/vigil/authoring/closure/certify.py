@@ -243,7 +243,7 @@ class Certifier:
         return [self._view.scene.things[item.id] for item in items if item.room_id and room in (None, item.room)]
 
     def _answers(self, task: ClosureTask, second: Episode, house: House) -> list[ClosureAnswer]:
-        """Return the answers of twins. Raises BrokenRule where the sides are not twins, or the second side can be done."""
+        """Return the answers of twins. Raises BrokenRule if they are not twins, or the second can be done."""
         first = task.episodes[0]
         check_single_difference(task, second)
         for side in task.episodes if self._is_strict and task.kind != "if_so" else ():

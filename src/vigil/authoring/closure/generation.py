@@ -45,7 +45,7 @@ PROPOSALS: dict[Kind, Callable[[HouseContext], Tasks]] = {
 """Kind -> the function that proposes its tasks in a house."""
 AUTHOR = "closure grammar"
 FAMILY: Family = "SI"
-"""Families under which a house is marked as done; episodes are of SI, and of CR where a constraint must be resolved."""
+"""Family under which a house is marked as done; episodes are of SI, and of CR where a constraint must be resolved."""
 
 
 class ClosureGenerator:

@@ -1,8 +1,8 @@
 """One episode of a stream as examples: each request that a model would have been sent, with the solver's answer.
 
 The episode is played twice: first for what each action meets, then with pictures, each request made by the very class
-that makes a model's (`vigil.agents.conversation.Conversation`). A false report is kept only when the scoring of any run calls
-it false.
+that makes a model's (`vigil.agents.conversation.Conversation`). A false report is kept only when the scoring of any
+run calls it false.
 """
 
 import json

@@ -37,19 +37,19 @@ from vigil.scoring.closure import ClosureAnswer, Kind
 
 DRAFTS_SCHEMA = 1
 DRAFTS_VERSION = 4
-"""Of what is drafted in a house, and in which words. Raised when a house and a seed yield other drafts than before:
+"""Version of the drafts and their wording. Raised when a house and a seed yield other drafts than before:
 `tests/authoring/streaming` pins some. Drafts files, recipes and streams of another version are refused."""
 UNVERSIONED_DRAFTS = 1
-"""The version of drafts that name none."""
+"""The version of drafts that do not name one."""
 DIGITS = 6
-"""Of a draft's own hash in its id."""
+"""Number of hash digits in a draft's id."""
 
 
 HOUSE_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"
 MAX_LINES = 100_000
-"""Houses in one file."""
+"""The most houses in one file."""
 Split = Literal["train", "val", "test"]
-"""Of ProcTHOR-10K."""
+"""The splits of ProcTHOR-10K."""
 
 
 class _Line(BaseModel):
@@ -57,7 +57,7 @@ class _Line(BaseModel):
 
 
 class Header(_Line):
-    """Who proposes, and with which settings; two parts of one file agree on it."""
+    """The author of the proposals and the settings; both must agree for a file to be continued."""
 
     line: Literal["header"] = "header"
     schema_version: Annotated[int, schema_validator(DRAFTS_SCHEMA)] = DRAFTS_SCHEMA
@@ -67,46 +67,46 @@ class Header(_Line):
     per_house: int
     tried: int
     starts: int = Field(default=1, ge=1)
-    """Drawn for each draft, of which the hardest is kept; written where there are several."""
+    """Number of starts drawn for each draft, of which the hardest is used; written where it is more than one."""
     forms: Forms = "public"
-    """Which half of the sentence forms is spoken."""
+    """Half of the sentence forms that is used."""
     drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)
-    """The version of what is drafted, and in which words."""
+    """Version of the drafts and their wording."""
     is_seed_secret: bool = False
-    """Whether houses and episodes have names that tell nothing of the seed; written where they have."""
+    """Whether names of houses and episodes reveal nothing about the seed; written where they do not."""
     asset_database_sha256: str | None = None
-    """Of AI2-THOR's asset database, by which things have their sizes; written where there is one."""
+    """Hash of AI2-THOR's asset database from which things get their sizes; written where one is used."""
 
 
 class HouseOrigin(_Line):
-    """Where a house is from that the project did not generate; a pack pins it by this."""
+    """Source of a house that the project did not generate; a pack identifies the house by it."""
 
     line: Literal["house"] = "house"
     name: str = Field(pattern=HOUSE_PATTERN)
-    """Its name in packs."""
+    """Name of the house in packs."""
     dataset: str = Field(pattern=r"^[^/\x00]{1,255}$")
-    """Of a dataset, or the name of a file."""
+    """Name of the dataset, or of the file."""
     split: Split | None = None
     index: int | None = Field(default=None, ge=0, lt=MAX_LINES)
-    """Line of the file, or place in the split, from 0; None for the only house of a file."""
+    """Line of the file, or place in the split, from 0; None for the only house in a file."""
     revision: str | None = Field(default=None, pattern=r"^[0-9a-f]{40}$")
     sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
-    """Of its canonical JSON."""
+    """SHA-256 of the house's canonical JSON."""
 
 
 class DraftFacts(_Line):
-    """What a pack is balanced over, besides what the episode itself says."""
+    """Facts over which a pack is balanced, in addition to the episode's own."""
 
     category: str
-    """Of the target."""
+    """Category of the target."""
     rooms: int
     area_m2: float
     distance_m: float
-    """From the start to the target's box, in the floor plane."""
+    """Distance from the start to the target's box in the floor plane."""
     is_seen_by_turning: bool
-    """Whether the target can be seen from the start position, looking anywhere."""
+    """Whether the target can be seen from the start position at any heading and pitch."""
     label: Literal["on", "off", "open", "closed"] | None = None
-    """State verification only."""
+    """Label of the state; for state verification only."""
 
 
 class Draft(_Line):
@@ -114,7 +114,7 @@ class Draft(_Line):
 
     line: Literal["draft"] = "draft"
     kind: str
-    """Of the grammar's table."""
+    """Kind in the grammar's table."""
     episode: Episode
     actions: tuple[Action, ...]
     facts: DraftFacts
@@ -127,11 +127,11 @@ class ClosureDraft(_Line):
     kind: Kind
     drafts: tuple[Draft, ...] = Field(min_length=1, max_length=2)
     answers: tuple[ClosureAnswer, ...] = Field(min_length=1, max_length=2)
-    """Of each draft, in the same order."""
+    """One entry for each draft, in the same order."""
 
 
 class Rejection(_Line):
-    """Something proposed that no pack may hold."""
+    """A proposal that no pack may hold."""
 
     line: Literal["rejected"] = "rejected"
     family: Family
@@ -143,7 +143,7 @@ class Rejection(_Line):
 
 
 class FamilyDone(_Line):
-    """A family in a house is finished."""
+    """Marks a family in a house as finished."""
 
     line: Literal["done"] = "done"
     family: Family
@@ -160,7 +160,7 @@ _LINE: TypeAdapter[Header | DraftLine] = TypeAdapter(Annotated[Header | DraftLin
 
 @dataclass(frozen=True, slots=True)
 class DraftsContent:
-    """All that a drafts file says."""
+    """Content of a drafts file."""
 
     header: Header
     drafts: tuple[Draft, ...]
@@ -187,7 +187,7 @@ class DraftsFile:
 
     @contextmanager
     def writing(self, header: Header) -> Iterator["DraftsWriter"]:
-        """Begins or continues the file, which nobody else can write to meanwhile.
+        """Begin or continue the file, locked against other writers.
 
         Raises SettingError when it was begun with other settings, RecordError when it cannot be written.
         """
@@ -199,18 +199,18 @@ class DraftsFile:
             yield DraftsWriter(file, self.houses, frozenset((each.house, each.family) for each in done))
 
     def read(self) -> DraftsContent:
-        """Return what the file says. Raises SettingError naming the line that is wrong."""
+        """Return the file's content. Raises SettingError that names the invalid line."""
         return self._proposed(_finished(self._lines()))
 
     def check_assets(self, given: str | None) -> None:
-        """Raise SettingError when the drafts were made with another asset database than the one of hash `given`."""
+        """Raise SettingError when the drafts were made with an asset database whose hash is not `given`."""
         header = self._proposed(self._lines(most=1)).header
         fault = asset_mismatch(f"Drafts file {str(self.path)!r}", header.asset_database_sha256, given)
         if fault is not None:
             raise SettingError(fault)
 
     def house(self, name: str) -> House:
-        """Return a house that lies beside the file. Raises HouseError."""
+        """Return a house stored next to the file. Raises HouseError."""
         path = self.houses / f"{name}.json"
         if not path.exists():
             raise HouseError(f"House {name!r} of drafts file {str(self.path)!r} is missing: {str(path)!r}.")
@@ -222,10 +222,10 @@ class DraftsFile:
         return read_lines(self.path, most)
 
     def _continue(self, file: AppendFile, header: Header) -> tuple[FamilyDone, ...]:
-        """Return what is done in the file, which then ends with it."""
+        """Return the finished part of the file, after cutting off the rest."""
         first = _bytes_of(header)
         if first.startswith(b"".join(line.data for line in file.lines.complete) + file.lines.partial_line):
-            file.truncate(0)  # nothing, or what a kill left of the first line
+            file.truncate(0)  # empty, or an interrupted first line
             file.append(first)
             return ()
         finished = _finished(file.lines.complete)
@@ -262,19 +262,19 @@ class DraftsWriter:
     file: AppendFile
     houses: Path
     done: frozenset[tuple[str, Family]]
-    """Which families were done in which houses when the file was opened."""
+    """Families that were already done in each house when the file was opened."""
 
     def add(self, house: House | None, lines: Iterable[DraftLine]) -> None:
-        """Appends what was proposed in a house; None where there is no house. Raises RecordError."""
+        """Append the proposals made in a house; the house is None where there is none. Raises RecordError."""
         if house is not None:
             house.save(self.houses / f"{house.name}.json")
         self.file.append(*map(_bytes_of, lines))
 
 
 def draft_id(episode: Episode, category: str, house: House, secret: int | None = None) -> str:
-    """Return an id of the paper's form with a suffix of its family and its own hash: the same draft, the same id.
+    """Return an id of the paper's form, with its family and its hash as a suffix: the same draft has the same id.
 
-    With a `secret` seed the id tells nothing to who has not that seed.
+    With a `secret` seed the id reveals nothing without that seed.
     """
     dumped = canonical_json(episode.model_dump(mode="json", exclude={"id", "provenance"}))
     if secret is not None:
@@ -284,9 +284,9 @@ def draft_id(episode: Episode, category: str, house: House, secret: int | None =
 
 
 def id_stem(episode: Episode, category: str, house: House) -> str:
-    """Return how ids begin: who made the house, what the episode is about, and the house's seed or number.
+    """Return the beginning of ids: the house's maker, the episode's target, and the house's seed or number.
 
-    Generated houses have a seed; others are numbered by what their name ends in, 0 where that is no number.
+    Generated houses have a seed; others have the number that ends their name, or 0 without one.
     """
     seed = episode.provenance.seed
     number = re.search(r"\d{0,9}$", house.name, re.ASCII)

@@ -1,7 +1,7 @@
-"""Assembly: from drafts and reviews to the episodes of a pack, evenly over its strata, the same each time.
+"""Assembly of a pack from drafts and reviews, balanced over its strata and deterministic.
 
-Manual first: of each kind, what a reviewer approved enters before what nobody has reviewed; what one rejected never
-enters. For a new version of a pack, what is kept of the old one enters before all else.
+Within a kind, episodes approved by a reviewer enter before unreviewed ones; rejected ones never enter. For a new
+version of a pack, episodes retained from the old one enter before all others.
 """
 
 import hashlib
@@ -30,14 +30,14 @@ from vigil.protocol.house import House, canonical_json
 from vigil.scoring.levels import LEVELS_FILE, EpisodeLevel, Level, dump_levels
 
 HOUSE_USES = 3
-"""Episodes of one family in one house, at most."""
+"""Most episodes of one family in one house."""
 PER_FAMILY = 125
 FOUND_BY_TURNING = 0.4
-"""Share of searches (VS, SI) that turning and looking may show the target of, at most."""
+"""Largest share of searches (VS, SI) whose target turning and looking may show."""
 FACTS = "facts.jsonl"
 UPPER_LEVELS: tuple[Level, ...] = ("hard", "extreme")
 CLEAR_PX = 400
-"""A target that shows more pixels when it is first seen is clear to see, whatever else makes its episode hard."""
+"""A target with more pixels when it is first seen counts as clear, whatever else makes its episode hard."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,11 +48,11 @@ class Candidate:
     episode: Episode
     reviewer_kinds: tuple[str, ...] = ()
     is_from_previous: bool = False
-    """It comes from an earlier version of the pack."""
+    """Whether it comes from an earlier version of the pack."""
     level: Level | None = None
-    """None where the pack does not ask for levels."""
+    """Level of difficulty; None where the pack does not ask for levels."""
     target_px: int = 0
-    """When the target is first seen, where the pack asks for levels."""
+    """Pixels of the target when it is first seen, where the pack asks for levels."""
 
     @property
     def stratum(self) -> str:
@@ -61,12 +61,12 @@ class Candidate:
 
     @property
     def is_approved(self) -> bool:
-        """Whether a reviewer approved it, and none rejected it."""
+        """Return whether a reviewer approved it and none rejected it."""
         return self.episode.provenance.reviewed == "approved"
 
     @property
     def is_clear(self) -> bool:
-        """Whether it is of an upper level, with a target that is in view at the start and clear to see."""
+        """Return whether it is of an upper level and its target is clearly in view at the start."""
         is_upper = self.level in UPPER_LEVELS and FAMILIES[self.episode.family].visible_at_start
         return is_upper and self.target_px > CLEAR_PX
 
@@ -78,37 +78,37 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True)
 class PackRequest:
-    """Which pack to assemble."""
+    """Settings of the pack to assemble."""
 
     name: str
     per_family: int = PER_FAMILY
     seed: int = 0
-    """Breaks ties."""
+    """Seed that breaks ties."""
     house_uses: int = HOUSE_USES
     version: str = "1"
     description: str = ""
     aliases: tuple[str, ...] = ()
     families: tuple[Family, ...] = tuple(FAMILIES)
     is_seed_secret: bool = False
-    """Whether the pack tells no more of the seed than its hash."""
+    """Whether the pack reveals only the hash of its seed."""
     asset_database_sha256: str | None = None
-    """Of the file that things have their sizes from; None for the typical sizes of their kinds."""
+    """Hash of the file from which things get their sizes; None for the typical sizes of their kinds."""
     levels: tuple[Level, ...] = ()
-    """Levels of difficulty that each family is shared out over evenly; none where they do not matter."""
+    """Levels of difficulty over which each family is divided evenly; empty where levels do not matter."""
     is_robust: bool = False
-    """Whether episodes must hold by the rules about robustness, too, which the check of candidates then includes."""
+    """Whether episodes must also obey the rules about robustness, which the check of candidates then includes."""
     forms: Forms = "public"
-    """Which half of the sentence forms is spoken where drafts are proposed for it."""
+    """Half of the sentence forms that is used for new drafts."""
 
     @property
     def quotas(self) -> dict[Level, int]:
-        """Level -> how many of a family are to be of it; what cannot be shared out goes to the easier ones."""
+        """Level -> number of a family's episodes; a remainder goes to the easier levels."""
         each, left = divmod(self.per_family, max(len(self.levels), 1))
         return {level: each + (place < left) for place, level in enumerate(self.levels)}
 
 
 CandidateCheck = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
-"""Replays candidates. Returns episode id -> findings, for those that do not hold."""
+"""Replays candidates and returns episode id -> findings, for those that do not hold."""
 
 
 def candidates(
@@ -117,9 +117,10 @@ def candidates(
     previous: DraftsFile | None = None,
     levels: Mapping[str, EpisodeLevel] | None = None,
 ) -> list[Candidate]:
-    """Return all drafts that no reviewer rejects, each id once; `previous` is the one of `files` to keep from.
+    """Return all drafts that no reviewer rejects, each id once; `previous` is the one of `files` to retain episodes
+    from.
 
-    `levels` are those of the drafts by id, where the pack asks for them. Raises EpisodeError on an id with two
+    `levels` holds the drafts' levels by id, where the pack asks for them. Raises EpisodeError if an id has two
     contents.
     """
     by_id: dict[str, list[Review]] = defaultdict(list)
@@ -153,7 +154,7 @@ def _candidate(draft: Draft, reviews: Sequence[Review], *, is_from_previous: boo
 
 @dataclass(slots=True)
 class _SelectionCounts:
-    """What has been chosen, over all families."""
+    """The episodes chosen so far, over all families."""
 
     chosen: list[Candidate] = field(default_factory=list)
     categories: Counter[str] = field(default_factory=Counter)
@@ -161,7 +162,7 @@ class _SelectionCounts:
     rooms: Counter[int] = field(default_factory=Counter)
     of_family: Counter[tuple[str, ...]] = field(default_factory=Counter)
     even_share: int = 0
-    """Of each kind of the family that is being chosen."""
+    """Even share of each kind of the family that is being chosen."""
 
     def add(self, candidate: Candidate) -> None:
         episode, facts = candidate.episode, candidate.draft.facts
@@ -175,7 +176,7 @@ class _SelectionCounts:
         self.of_family.update((episode.family, *key) for key in keys)
 
     def takes(self, candidate: Candidate, pack_request: PackRequest) -> bool:
-        """Whether the pack's limits allow a candidate."""
+        """Return whether the pack's limits allow a candidate."""
         episode, family = candidate.episode, candidate.episode.family
         if self.of_family[family, "house", episode.house.name] >= pack_request.house_uses:
             return False
@@ -187,7 +188,7 @@ class _SelectionCounts:
         return not is_search or turned < int(FOUND_BY_TURNING * pack_request.per_family)
 
     def cost(self, candidate: Candidate, seed: int) -> tuple:
-        """Return what to choose by: the least first."""
+        """Return the sort key of a candidate: the smallest is chosen first."""
         episode, facts, family = candidate.episode, candidate.draft.facts, candidate.episode.family
         opposite = {"on": "off", "off": "on", "open": "closed", "closed": "open"}.get(facts.label or "", "")
         lead = self.of_family[family, "label", facts.category, facts.label or ""]
@@ -215,7 +216,10 @@ class _SelectionCounts:
 
 
 def select(pool: Sequence[Candidate], pack_request: PackRequest) -> list[Candidate]:
-    """Return exactly so many candidates of each family, sorted by id. Raises EpisodeError when there are too few."""
+    """Return exactly the requested number of candidates of each family, sorted by id.
+
+    Raises EpisodeError when there are too few.
+    """
     tally = _SelectionCounts()
     short: list[str] = []
     for family in pack_request.families:
@@ -243,7 +247,7 @@ def select(pool: Sequence[Candidate], pack_request: PackRequest) -> list[Candida
 def _missing(
     tally: _SelectionCounts, family: Family, pack_request: PackRequest, pool: Sequence[Candidate]
 ) -> list[str]:
-    """Return which levels of a family cannot be filled; none where levels do not matter."""
+    """Return which levels of a family cannot be filled; empty where levels do not matter."""
     offered = Counter(candidate.level for candidate in pool if candidate.episode.family == family)
     chosen = {level: tally.of_family[family, "level", level] for level in pack_request.levels}
     return [
@@ -256,7 +260,7 @@ def _missing(
 def select_valid(
     pool: Sequence[Candidate], pack_request: PackRequest, check: CandidateCheck
 ) -> tuple[list[Candidate], dict[str, list[Finding]]]:
-    """Return a selection in which every solution holds, and what was left out because it does not."""
+    """Return a selection in which every solution holds, and the candidates left out because theirs does not."""
     left, bad = list(pool), dict[str, list[Finding]]()
     held: set[str] = set()
     while True:
@@ -280,12 +284,11 @@ def assemble(
     previous: DraftsFile | None = None,
     levels: Mapping[str, EpisodeLevel] | None = None,
 ) -> tuple[Pack, dict[str, list[Finding]]]:
-    """Freezes a pack into `out`. Returns it with what was left out because its solution does not hold.
+    """Freeze a pack into `out`. Return it with the candidates left out because their solution does not hold.
 
-    Of `previous`, one of `files`, episodes enter first. `levels` are those of the drafts by id, which a request for levels
-    needs; the pack then holds those of its episodes.
-
-    Raises EpisodeError when the drafts are too few, SettingError when the folder is not empty or the name unfit.
+    Episodes of `previous`, one of `files`, enter first. `levels` holds the drafts' levels by id, which a request for
+    levels needs; the pack then stores those of its episodes. Raises EpisodeError when the drafts are too few,
+    SettingError when the folder is not empty or the name is invalid.
     """
     check_can_freeze(out, pack_request.name)
     for file in files:
@@ -336,7 +339,7 @@ def _check_levels(pool: Sequence[Candidate], pack_request: PackRequest) -> None:
 
 
 def _asked(candidate: Candidate, pack_request: PackRequest) -> dict[str, Any]:
-    """Return what is told of an episode besides, because the pack asked for it."""
+    """Return the additional facts about an episode that the pack asked for."""
     level = {"level": candidate.level} if pack_request.levels else {}
     return {**level, **({"is_robust": True} if pack_request.is_robust else {})}
 
@@ -378,7 +381,7 @@ def _meta(chosen: Sequence[Candidate], files: Sequence[DraftsFile], pack_request
 def _house_facts(
     chosen: Sequence[Candidate], origins: Mapping[str, HouseOrigin], pack_request: PackRequest
 ) -> dict[str, Any]:
-    """Return where houses are from that were not generated, and what gave their things sizes, as far as there is."""
+    """Return the sources of houses that were not generated, and of the things' sizes, as far as there are any."""
     names = sorted({candidate.episode.house.name for candidate in chosen} & origins.keys())
     sources = {name: origins[name].model_dump(exclude={"line", "name"}, exclude_none=True) for name in names}
     facts = {"asset_database_sha256": pack_request.asset_database_sha256, "house_sources": sources}
@@ -386,7 +389,7 @@ def _house_facts(
 
 
 def _level_facts(chosen: Sequence[Candidate], pack_request: PackRequest) -> dict[str, Any]:
-    """Return how many episodes of each family are of each level; nothing where levels do not matter."""
+    """Return the number of episodes of each family and level; empty where levels do not matter."""
     counts = Counter((candidate.episode.family, candidate.level) for candidate in chosen)
     levels = {
         family: {level: counts[family, level] for level in pack_request.levels} for family in pack_request.families
@@ -395,9 +398,9 @@ def _level_facts(chosen: Sequence[Candidate], pack_request: PackRequest) -> dict
 
 
 def seed_facts(name: str, seed: int, headers: Iterable[Header], *, is_seed_secret: bool) -> dict[str, Any]:
-    """Return what a manifest tells of a pack's seed: where any that it was made from is secret, their hash alone.
+    """Return what a manifest states about a pack's seed: only its hash if any seed behind the pack is secret.
 
-    Of secret drafts that seed counts, and not the one which breaks ties among them.
+    For secret drafts the hash is that of their seed, not of the seed that breaks ties.
     """
     secret = {each.seed for each in headers if each.is_seed_secret or (is_seed_secret and is_secret(each.seed))}
     if is_seed_secret and not secret:

@@ -18,7 +18,7 @@ StratumMember = tuple[Episode, DraftFacts]
 
 
 def stratum_of(episode: Episode, facts: DraftFacts) -> str:
-    """Return the kind of episode within its family that a pack holds evenly many of."""
+    """Return the kind of episode within its family; a pack holds equally many of each kind."""
     if episode.family == "PG":
         return episode.difficulty or "medium"
     if episode.family == "DA":
@@ -63,10 +63,10 @@ def count_strata(members: Sequence[StratumMember]) -> dict[str, Any]:
 
 
 def text_guess(members: Sequence[StratumMember]) -> float | None:
-    """Return how often a guess from words alone can name the right state (SV) at best; None without any.
+    """Return the best accuracy in naming the right state (SV) from words alone; None without any such episode.
 
-    The guesser knows, of this very pack, which label is the more common one for each question about each category;
-    0.5 is chance, and the fewer episodes there are, the further above it the best guess lies.
+    The guesser knows the more common label for each question about each category in this very pack. 0.5 is chance; the
+    fewer episodes there are, the further above it the best guess lies.
     """
     asked: dict[tuple[str, str], Counter[str | None]] = {}
     for episode, facts in members:

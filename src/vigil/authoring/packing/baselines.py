@@ -1,6 +1,6 @@
-"""Baselines of a pack: what agents without skill or sight reach, and what a pack promises of them.
+"""Baselines of a pack: the rates of agents without skill or sight, and the limits that a pack promises for them.
 
-Kept beside the pack in `baselines.json`, which is no part of its hash: it is measured on the frozen pack.
+They are stored in `baselines.json` next to the pack, outside its hash: they are measured on the frozen pack.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,7 +18,7 @@ BASELINES = "baselines.json"
 BASELINES_SCHEMA = 1
 BLIND_AGENTS = ("noop", "random", "sweep", "forward", "centre", "explore", "point", "click_around", "always_success")
 AGENTS = (*BLIND_AGENTS, "never_report", "premature", "solver")
-"""In the order of the table; those after the blind ones see hidden state."""
+"""Baseline agents in the order of the table; those after the blind ones see hidden state."""
 MAX_W_OF_A_BLIND_AGENT = 0.40
 RATES = ("W", "W_strict", "B", "FR", "NR", "IL", "Other")
 
@@ -42,7 +42,7 @@ class Baselines(SidecarFile):
     agents: dict[str, dict[str, AgentScore]]
     """Agent -> `all` or a family -> rates."""
     guesses: dict[str, tuple[int, int]]
-    """Way of guessing a queried state without a look -> how often it is right, of how many."""
+    """Way of guessing a queried state without looking -> number of correct guesses, and of guesses."""
 
 
 def measured_baselines(pack: Pack, summaries: Mapping[str, Mapping[str, Any]], version: str) -> Baselines:
@@ -57,7 +57,7 @@ def measured_baselines(pack: Pack, summaries: Mapping[str, Mapping[str, Any]], v
 
 
 def guesses_of(pack: Pack) -> dict[str, GuessScore]:
-    """Return how often a queried state is guessed right without a look, by the way of guessing."""
+    """Return how often a queried state is guessed correctly without looking, by the way of guessing."""
     return {
         "the more common label": majority_guess(pack.episodes, pack.solutions),
         "the words of the question": words_guess(pack.episodes, pack.solutions),
@@ -65,7 +65,7 @@ def guesses_of(pack: Pack) -> dict[str, GuessScore]:
 
 
 def broken_promises(found: Baselines) -> list[str]:
-    """Return in what the baselines break what every pack promises; empty when all is kept."""
+    """Return how the baselines break the promises of every pack; empty when they meet all of them."""
     broken: list[str] = []
     for agent, scores in found.agents.items():
         for family, score in scores.items():
@@ -83,14 +83,14 @@ def broken_promises(found: Baselines) -> list[str]:
 
 
 def _limit(agent: str, family: str) -> float | None:
-    """Return how much of a family an agent may complete at most; None without a promise."""
+    """Return the largest share of a family that an agent may complete; None without a promise."""
     if agent not in BLIND_AGENTS or family in ("SV", "all"):
         return None
     return 0.0 if agent == "noop" else MAX_W_OF_A_BLIND_AGENT
 
 
 def read_baselines(pack: Pack) -> Baselines | None:
-    """Return what was measured on this very pack; None when nothing was. Raises PackMismatch for a broken file."""
+    """Return what was measured on this very pack; None without measurements. Raises PackMismatch for a broken file."""
     return read_sidecar(pack, BASELINES, Baselines, "Measure anew.")
 
 
@@ -113,7 +113,7 @@ def baselines_table(found: Baselines) -> list[str]:
 
 
 def guess_lines(found: Baselines) -> list[str]:
-    """Return a line for each way of guessing a queried state without a look."""
+    """Return a line for each way of guessing a queried state without looking."""
     lines: list[str] = []
     for name, (hits, n) in found.guesses.items():
         low, high = GuessScore(hits, n).interval

@@ -1,7 +1,7 @@
-"""The check of candidates for a pack: each is replayed, and tried by a body that errs where a pack is to be robust.
+"""Check of candidates for a pack: each is replayed and, for a robust pack, played with a noisy body.
 
-Only what a selection wants is checked, house by house in worker processes. The tries of a body that errs take a second
-or more an episode, so what came of them is kept beside the drafts: the same candidate is not tried twice.
+Only selected candidates are checked, house by house in worker processes. Trials with a noisy body take a second or more
+per episode, so their results are stored next to the drafts and no candidate is tried twice.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,16 +16,16 @@ from vigil.protocol.house import House
 
 
 def check_log_of(file: DraftsFile) -> Path:
-    """Return the log of what robustness checks found about drafts; whoever removes it has them checked anew."""
+    """Return the log of robustness results for drafts; removing it makes the next run check them again."""
     return file.path.with_name(f"{file.path.stem}.checks.jsonl")
 
 
 def candidate_checker(
     files: Sequence[DraftsFile], settings: VerificationSettings, on_verified: OnVerified = lambda standing: None
 ) -> CandidateCheck:
-    """Return the function that checks candidates out of some drafts files, and gives back what does not hold.
+    """Return the function that checks candidates from some drafts files and returns the findings of those that fail.
 
-    Where robustness is checked, it raises RecordError when the log beside the first file cannot be read or written.
+    Where robustness is checked, it raises RecordError when the log next to the first file cannot be read or written.
     """
     house_of = house_finder(files)
     log = check_log_of(files[0]) if settings.is_robust else None
@@ -40,7 +40,7 @@ def candidate_checker(
 
 
 def house_finder(files: Sequence[DraftsFile]) -> Callable[[Episode], House]:
-    """Return the function that finds an episode's house beside one of some drafts files."""
+    """Return the function that finds an episode's house next to one of some drafts files."""
 
     def house_of(episode: Episode) -> House:
         name = episode.house.name

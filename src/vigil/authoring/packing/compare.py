@@ -1,4 +1,4 @@
-"""Comparison of two packs: which episodes came, went or changed, and in what."""
+"""Comparison of two packs: which episodes were added, removed or changed, and in which fields."""
 
 from dataclasses import dataclass
 

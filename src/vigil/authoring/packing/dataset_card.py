@@ -1,6 +1,6 @@
-"""The card of a pack: a README that says what it holds, and that HF `datasets` reads its files by.
+"""The card of a pack: a README that states what it holds and lets HF `datasets` read its files.
 
-The card is no part of the pack's hash: it is written anew when baselines have been measured on the frozen pack.
+The card is not part of the pack's hash: it is rewritten when baselines have been measured on the frozen pack.
 """
 
 from collections import Counter
@@ -20,7 +20,7 @@ from vigil.scoring.levels import LEVELS
 
 CARD = "README.md"
 TABLES = ("episodes", "solutions", "facts", "levels", "closure")
-"""Files of one row a line (`<table>.jsonl`) that a pack may have; the first one is what HF `datasets` loads unasked."""
+"""Files with one row per line (`<table>.jsonl`) that a pack may have; HF `datasets` loads the first by default."""
 
 _HEAD = """---
 license: apache-2.0
@@ -87,7 +87,7 @@ _LIMITS = """## Known limits
 
 
 def write_card(pack: Pack) -> Path:
-    """Writes the card into the pack's folder and returns its path."""
+    """Write the card into the pack's folder and return its path."""
     path = pack.folder / CARD
     path.write_text(card_of(pack), encoding="utf-8")
     return path
@@ -114,7 +114,7 @@ def card_of(pack: Pack) -> str:
 
 
 def _configs(pack: Pack) -> str:
-    """Return the tables of a pack as HF `datasets` wants them named."""
+    """Return the pack's tables with the names that HF `datasets` expects."""
     lines: list[str] = []
     for table in TABLES:
         if f"{table}.jsonl" in pack.manifest.files:
@@ -124,7 +124,7 @@ def _configs(pack: Pack) -> str:
 
 
 def _fields(pack: Pack) -> str:
-    """Return what each file holds; rows of tables that this pack has not are left out."""
+    """Return what each file holds, without rows for tables that this pack lacks."""
     absent = [f"| `{table}.jsonl` |" for table in TABLES if f"{table}.jsonl" not in pack.manifest.files]
     return "".join(line for line in _FIELDS.splitlines(keepends=True) if not line.startswith(tuple(absent)))
 
@@ -164,7 +164,7 @@ def _levels(meta: Mapping[str, Any]) -> str:
 
 
 def _suite(meta: Mapping[str, Any]) -> str:
-    """Return what is particular to a pack of the closure-stress suite; nothing for any other."""
+    """Return what is specific to a pack of the closure-stress suite; empty for any other."""
     if "suite" not in meta:
         return ""
     rows = [
@@ -245,7 +245,7 @@ def _making(meta: Mapping[str, Any]) -> str:
 
 
 def _robust(meta: Mapping[str, Any]) -> list[str]:
-    """Return what was asked besides of a robust pack, and how many were rejected; nothing for any other."""
+    """Return the extra requirements of a robust pack and how many candidates failed them; empty for any other pack."""
     if not meta.get("is_robust"):
         return []
     told = "- Robust: a body that errs finishes each episode in at least 9 of 10 tries; starts have room and a view."
@@ -253,7 +253,7 @@ def _robust(meta: Mapping[str, Any]) -> list[str]:
 
 
 def _sources(meta: Mapping[str, Any]) -> list[str]:
-    """Return which datasets houses are from that were not generated."""
+    """Return the datasets from which houses that were not generated come."""
     rows = meta.get("house_sources", {}).values()
     named = Counter(" ".join(filter(None, (row["dataset"], row.get("split"), row.get("revision")))) for row in rows)
     if not named:

@@ -1,6 +1,7 @@
-"""Measures: the figures that an episode's level follows from, taken from its house while its solution is replayed.
+"""Measures that determine an episode's level, taken in its house while its solution is replayed.
 
-Nothing is drawn: what a frame shows is asked of the simulator's rays. What the figures mean: `vigil.scoring.levels`.
+Nothing is rendered: rays in the simulator determine what a frame would show. `vigil.scoring.levels` defines the
+measures.
 """
 
 import math
@@ -27,7 +28,7 @@ from vigil.scoring.levels import LevelMeasures
 from vigil.sim.privileged import PrivilegedSimulator
 
 ROOM_STEP_M = 0.1
-"""Between two places of a walk at which the room is asked for; a doorway is longer than that."""
+"""Distance between two points of a walk at which the room is looked up; a doorway is longer than that."""
 
 
 def measures_of_episode(
@@ -68,7 +69,7 @@ def measures_of_episode(
 
 
 def _look_alikes(start: EpisodeStart) -> list[str]:
-    """Return the ids of the other things that the target's bare name may mean."""
+    """Return the ids of the other things to which the target's bare name could refer."""
     target = start.items.get(start.episode.goal.object_id)
     if target is None:
         return []
@@ -80,22 +81,25 @@ def _look_alikes(start: EpisodeStart) -> list[str]:
 
 
 def _containers(start: EpisodeStart, target: Thing) -> int:
-    """Return how many closed things there are to open: those around the target, or where the instruction does not say
-    which, all in which a person would look for it."""
+    """Return how many closed things have to be opened.
+
+    Those are the ones around the target, or, where the instruction does not name them, all in which a person would look
+    for the target.
+    """
     if start.episode.provenance.template != INSIDE_TEMPLATE:
         return len(closed_containers_around(start.view, target.id))
     return len(may_hold(start.view, start.items, target, room_mentioned(phrase for phrase, _ in start.mentioned)))
 
 
 def _reference_words(start: EpisodeStart) -> int:
-    """Return how many words the longest phrase has that means the target; 0 when none does."""
+    """Return the number of words of the longest phrase that refers to the target; 0 without such a phrase."""
     target = start.episode.goal.object_id
     meant = [phrase for phrase, items in start.mentioned if [item.id for item in items] == [target]]
     return max((len(str(phrase).split()) - 1 for phrase in meant), default=0)
 
 
 def _occlusion(view: PrivilegedView, target: Thing) -> float:
-    """Return the share of the target's surface before which another thing stands, seen from the camera."""
+    """Return the share of the target's surface that other things hide from the camera."""
     seen = view.sees(view.agent.eye, surface_points(target), target.id, through_glass=True)
     return round(1.0 - float(np.mean(seen)), 3)
 

@@ -12,7 +12,7 @@ from vigil.scoring.levels import EpisodeLevel, grade_episode
 from vigil.sim.privileged import PrivilegedSimulator
 
 OnMeasured = Callable[[int, int], None]
-"""Takes how many episodes are measured, of how many."""
+"""Callback that receives the number of episodes measured, and of all episodes."""
 
 
 def pack_levels(

@@ -1,6 +1,6 @@
 """Question-only baselines: how well a queried state (SV) is predicted from its question alone.
 
-A pack in which words give the answer away does not measure sight; chance is one half, as each question names a pair.
+A pack whose words reveal the answer does not measure sight. Chance is one half, as each question names a pair.
 """
 
 from collections import Counter
@@ -25,12 +25,12 @@ class GuessScore:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """The 95 % Wilson interval of the share that is right."""
+        """The 95 % Wilson interval of the share of correct guesses."""
         return wilson(self.hits, self.n)
 
     @property
     def is_chance(self) -> bool:
-        """Whether one half lies within the interval, or above it: the guesser knows nothing."""
+        """Return whether the interval contains one half or lies below it: the guesser knows nothing."""
         return self.interval[0] <= 0.5
 
 
@@ -43,7 +43,7 @@ class _Question:
 
 
 def majority_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> GuessScore:
-    """Return how often the more common label of each pair, known from this very pack, is right."""
+    """Return how often the more common label of each pair, known from this very pack, is correct."""
     questions = _questions(episodes, solutions)
     counts = {
         pair: Counter(question.label for question in questions if question.pair == pair) for pair in PAIRS.values()
@@ -52,7 +52,7 @@ def majority_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution
 
 
 def words_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> GuessScore:
-    """Return how often naive Bayes over the words of the question is right, learnt from all other houses."""
+    """Return how often naive Bayes over the question's words, trained on all other houses, is correct."""
     questions = _questions(episodes, solutions)
     hits = 0
     for house in sorted({question.house for question in questions}):

@@ -1,6 +1,6 @@
-"""Plays of a pack by readers of pictures: what came of each episode, and what every failure is put down to.
+"""Plays of a pack by people or models that see its pictures, with the result of each and the cause of each failure.
 
-Kept beside the pack in `plays.json`, which is no part of its hash: it is written after the pack was frozen.
+They are stored in `plays.json` next to the pack, outside its hash: the file is written after the pack was frozen.
 """
 
 from collections import Counter, defaultdict
@@ -19,7 +19,7 @@ from vigil.scoring.rates import wilson
 PLAYS = "plays.json"
 PLAYS_SCHEMA = 1
 Cause = Literal["agent", "picture", "wording", "world"]
-"""What a failure is put down to."""
+"""Cause of a failure."""
 CAUSES: tuple[Cause, ...] = get_args(Cause)
 
 
@@ -30,25 +30,25 @@ class ReaderPlay(BaseModel):
 
     episode_id: str
     reader: str
-    """Who played; the same name in other plays is the same reader."""
+    """The player; the same name in other plays is the same player."""
     group: str
     """The episode's level of difficulty, or its kind in a pack of closure stress."""
     steps: int = Field(ge=0)
     status: Status | None
-    """What was reported; None when nothing was."""
+    """The reported status; None without a report."""
     W: bool
     B: bool
     C: bool | None = None
     """Correct closure; None outside packs of closure stress."""
     label: str
     cause: Cause | None = None
-    """None when the episode was closed rightly."""
+    """The cause of failure; None when the episode was closed correctly."""
     reason: str = ""
-    """Of the one who looked for the cause."""
+    """Remark by the person who looked for the cause."""
 
     @property
     def is_right(self) -> bool:
-        """Whether it counts: C where the pack asks for it, else B."""
+        """Return whether the play counts as a success: C where the pack asks for it, else B."""
         return self.B if self.C is None else self.C
 
     @model_validator(mode="after")
@@ -59,7 +59,7 @@ class ReaderPlay(BaseModel):
 
 
 class ReaderPlays(SidecarFile):
-    """What readers came to on one pack."""
+    """Results of all plays of one pack."""
 
     schema_version: Annotated[int, schema_validator(PLAYS_SCHEMA)] = PLAYS_SCHEMA
     drawn: str
@@ -68,12 +68,12 @@ class ReaderPlays(SidecarFile):
 
 
 def read_plays(pack: Pack) -> ReaderPlays | None:
-    """Return what readers came to on this very pack; None when nobody played. Raises PackMismatch on a broken file."""
+    """Return the plays of this very pack; None without plays. Raises PackMismatch for a broken file."""
     return read_sidecar(pack, PLAYS, ReaderPlays, "Write it anew, or remove it.")
 
 
 def plays_table(found: ReaderPlays) -> list[str]:
-    """Return a Markdown table: what was right in all and by group, in per cent, and why the rest was not."""
+    """Return a Markdown table: success rates overall and by group, in per cent, and the causes of failures."""
     groups: dict[str, list[ReaderPlay]] = defaultdict(list)
     for play in found.plays:
         groups[play.group].append(play)

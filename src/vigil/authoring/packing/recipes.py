@@ -1,7 +1,7 @@
-"""Recipes: from which houses, with which seed and options a pack is made, and the SHA-256 that it must come out with.
+"""Recipes: the houses, seed and options from which a pack is made, and the SHA-256 that it must have.
 
-Houses of others are not shipped; a recipe names each by its place in a dataset and its hash, so that whoever has the
-dataset makes the same bytes. Recipes that come with the package lie in `vigil/data/recipes`.
+Houses from third-party datasets are not shipped; a recipe names each by its place in a dataset and its hash, so that
+anyone with the dataset can make the same bytes. Packaged recipes are in `vigil/data/recipes`.
 """
 
 import sys
@@ -33,49 +33,49 @@ from vigil.scoring.levels import Level
 RECIPE_SCHEMA = 1
 PACKAGED = Path(str(files("vigil") / "data" / "recipes"))
 LIBRARIES = ("vigil-bench", "mujoco", "numpy", "scipy", "shapely")
-"""Whose versions may move a float, and with it a pack's bytes."""
+"""Libraries whose version may change a float, and with it a pack's bytes."""
 MAX_STARTS = 1000
 
 
 class Recipe(BaseModel):
-    """All that a pack on houses of others is made from, but for the houses."""
+    """Everything from which a pack in third-party houses is made, except the houses."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     schema_version: Annotated[int, schema_validator(RECIPE_SCHEMA)] = RECIPE_SCHEMA
     name: str = Field(pattern=NAME_PATTERN)
-    """Of the pack."""
+    """Name of the pack."""
     houses_from: str = ""
-    """Where the dataset is to be had, for people."""
+    """Where people can get the dataset."""
     seed: int = Field(ge=0, lt=2**256)
     families: tuple[Family, ...]
     per_family: int = Field(ge=1, le=MAX_LINES)
     house_uses: int = Field(ge=1, le=MAX_LINES)
     backend: str
     asset_database_sha256: str | None = None
-    """Of AI2-THOR's asset database; None when things have the typical sizes of their kinds."""
+    """Hash of AI2-THOR's asset database; None when things have the typical sizes of their kinds."""
     versions: PackVersions
     made_with: dict[str, str]
-    """Python and libraries, with which the bytes came out."""
+    """Versions of Python and libraries with which the bytes were made."""
     pack_sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
     drafted_in: int | None = Field(default=None, ge=1)
-    """How many of the houses, drawn by the seed, episodes are proposed in; None for all."""
+    """Number of houses, drawn by the seed, in which episodes are proposed; None for all."""
     is_spread: bool = False
-    """Whether each is asked for one family alone, in turn."""
+    """Whether each house is asked for only one family, in turn."""
     levels: tuple[Level, ...] = ()
-    """Levels of difficulty that each family is shared out over; none where they do not matter."""
+    """Levels of difficulty over which each family is divided; empty where levels do not matter."""
     is_robust: bool = False
-    """Whether every episode holds by the rules about robustness."""
+    """Whether every episode obeys the rules about robustness."""
     starts: int = Field(default=1, ge=1, le=MAX_STARTS)
-    """Starts drawn for each draft, of which the hardest is kept."""
+    """Number of starts drawn for each draft, of which the hardest is used."""
     forms: Forms = "public"
-    """Which half of the sentence forms is spoken."""
+    """Half of the sentence forms that is used."""
     drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)
-    """The version of what is drafted, and in which words."""
+    """Version of the drafts and their wording."""
     suite: Literal["closure"] | None = None
-    """The suite that it is a pack of, whose `tasks` then stand in for families and levels."""
+    """Suite of the pack; its `tasks` then replace families and levels."""
     tasks: dict[Kind, int] = Field(default_factory=dict)
-    """Tasks of each kind of the suite."""
+    """Number of tasks of each kind of the suite."""
     houses: tuple[HouseOrigin, ...] = Field(min_length=1, max_length=MAX_LINES)
 
     @property
@@ -94,7 +94,7 @@ class Recipe(BaseModel):
         )
 
     def notes(self) -> list[str]:
-        """Return what here differs from where the recipe was made, and may change the bytes."""
+        """Return the differences between this machine and the recipe's that may change the bytes."""
         here = made_with()
         changed = [
             f"{name} {was} (here {here.get(name)})" for name, was in self.made_with.items() if here.get(name) != was
@@ -106,14 +106,14 @@ class Recipe(BaseModel):
         ]
 
     def save(self, path: Path) -> None:
-        """Writes the recipe, a house a line."""
+        """Write the recipe, one house per line."""
         rows = [house.model_dump_json(exclude={"line"}, exclude_none=True) for house in self.houses]
         head = self.model_dump_json(indent=1, exclude={"houses"})
         path.write_text(head.removesuffix("\n}") + ',\n "houses": [\n  ' + ",\n  ".join(rows) + "\n ]\n}\n", "utf-8")
 
     @classmethod
     def load(cls, place: str) -> "Recipe":
-        """Return the recipe in a file, or the packaged one of that name. Raises SettingError."""
+        """Return the recipe in a file, or the packaged recipe of that name. Raises SettingError."""
         packaged = {path.stem: path for path in sorted(PACKAGED.glob("*.json"))}
         path = packaged.get(place, Path(place))
         if not path.exists():
@@ -140,7 +140,7 @@ def recipe_of(
     starts: int = 1,
     tasks: Mapping[Kind, int] | None = None,
 ) -> Recipe:
-    """Return the recipe of a pack that nobody reviewed, whose houses are all of others; `tasks` are a suite's."""
+    """Return the recipe of an unreviewed pack in third-party houses only; `tasks` are those of a suite."""
     return Recipe(
         name=pack_request.name,
         seed=pack_request.seed,
@@ -166,12 +166,12 @@ def recipe_of(
 
 
 def made_with() -> dict[str, str]:
-    """Return the versions here of Python and of what may move a float."""
+    """Return the installed versions of Python and of libraries that may change a float."""
     return {"python": ".".join(map(str, sys.version_info[:2])), **{name: version(name) for name in LIBRARIES}}
 
 
 def check_drafts(recipe: Recipe) -> None:
-    """Raise SettingError on a recipe of another version of what is drafted: its bytes cannot come out."""
+    """Raise SettingError if the recipe has another version of drafts: its bytes cannot be made again."""
     if recipe.drafts != DRAFTS_VERSION:
         raise SettingError(
             f"Recipe {recipe.name!r} is of version {recipe.drafts} of what is drafted, and in which words; this "
@@ -181,14 +181,14 @@ def check_drafts(recipe: Recipe) -> None:
 
 
 def check_assets(recipe: Recipe, given: AssetDatabase) -> None:
-    """Raise SettingError when things would have other sizes than the recipe's."""
+    """Raise SettingError if things would have sizes other than the recipe's."""
     fault = asset_mismatch(f"Recipe {recipe.name!r}", recipe.asset_database_sha256, given.sha256)
     if fault is not None:
         raise SettingError(fault)
 
 
 def sources_of(recipe: Recipe, given: Sequence[str], report: Callable[[str], None]) -> list[HouseInFile]:
-    """Return the recipe's houses: of ProcTHOR-10K by themselves, others out of the files `given`.
+    """Return the recipe's houses: ProcTHOR's are downloaded, others come from the files `given`.
 
     Raises SettingError when a file is missing.
     """
@@ -206,7 +206,7 @@ def sources_of(recipe: Recipe, given: Sequence[str], report: Callable[[str], Non
 
 
 def _file(dataset: str, given: Sequence[str], is_only_one: bool) -> Path:
-    """Return which of the given files holds a dataset: the one of its name, or the only one there is."""
+    """Return the given file that holds a dataset: the one with its name, or the only one given."""
     same = [place for place in given if Path(place).name == dataset]
     if not same and is_only_one and len(given) == 1:
         same = list(given)
@@ -216,11 +216,11 @@ def _file(dataset: str, given: Sequence[str], is_only_one: bool) -> Path:
 
 
 OnHouse = Callable[[int], None]
-"""Is told how many houses have been read."""
+"""Callback that receives the number of houses read."""
 
 
 def origins_of(sources: Iterable[HouseInFile], on_house: OnHouse = lambda number: None) -> list[HouseOrigin]:
-    """Return where each house is from, with its hash. Raises HouseError at the first that is none."""
+    """Return the source and hash of each house. Raises HouseError at the first invalid one."""
     found: list[HouseOrigin] = []
     for source, house in read_all(sources):
         if isinstance(house, HouseError):

@@ -12,9 +12,9 @@ from vigil.protocol.episode import Family
 def rejected_by_rule(
     read: Sequence[DraftsContent], families: Collection[Family], bad: Mapping[str, Sequence[Finding]], tried: int
 ) -> dict[str, Any]:
-    """Return by rule how many proposals broke it, and how many of the candidates that were tried for selection.
+    """Return, by rule, how many proposals broke it and how many of the candidates tried for selection did.
 
-    A proposal counts under the first rule that it breaks, a candidate under each.
+    A proposal counts only under the first rule that it breaks, a candidate under each.
     """
     rejections = [each for proposed in read for each in proposed.rejections if each.family in families]
     held = sum(draft.episode.family in families for proposed in read for draft in proposed.drafts)
@@ -30,7 +30,7 @@ def rejected_by_rule(
 
 
 def rejection_lines(found: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Return what a card says of `rejected_by_rule`."""
+    """Return a card's text about `rejected_by_rule`."""
     return [
         f"- Of {counts['tried']} {what} {counts['rejected']} were rejected"
         f"{': ' if counts['by_rule'] else ''}{_listed(counts['by_rule'])}."

@@ -1,4 +1,4 @@
-"""Files beside a frozen pack, which are no part of its hash: what was measured on it afterwards."""
+"""Files next to a frozen pack, outside its hash: results that were measured on it afterwards."""
 
 from typing import TypeVar
 
@@ -10,7 +10,7 @@ from vigil.packs.pack import Pack
 
 
 class SidecarFile(BaseModel):
-    """What was found on one pack."""
+    """Results of one pack."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -22,9 +22,9 @@ Sidecar = TypeVar("Sidecar", bound=SidecarFile)
 
 
 def read_sidecar(pack: Pack, name: str, form: type[Sidecar], advice: str) -> Sidecar | None:
-    """Return what a file beside the pack says of this very pack, None without it; `advice` ends the error's message.
+    """Return the content of a file next to the pack, for this very pack; None without the file.
 
-    Raises PackMismatch for a broken file.
+    `advice` ends the error's message. Raises PackMismatch for a broken file.
     """
     path = pack.folder / name
     if not path.exists():

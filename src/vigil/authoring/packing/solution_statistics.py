@@ -1,4 +1,4 @@
-"""Solutions of a pack in figures: how long they are, and which skills they use."""
+"""Statistics of a pack's solutions: their lengths and the skills that they use."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -11,7 +11,7 @@ _Value = TypeVar("_Value")
 
 
 def steps_of(pack: Pack) -> dict[Family, dict[str, float]]:
-    """Return the mean and the most steps of the solutions, by family, beside the budget."""
+    """Return the mean and the largest number of steps of the solutions by family, with the budget."""
     lengths = _by_family(pack, lambda solution: len(solution.actions))
     return {
         family: {
@@ -24,7 +24,7 @@ def steps_of(pack: Pack) -> dict[Family, dict[str, float]]:
 
 
 def skill_shares(pack: Pack) -> dict[Family, dict[str, float]]:
-    """Return, by family, the share of its episodes whose solution uses each skill."""
+    """Return, by family, the share of episodes whose solution uses each skill."""
     used = _by_family(pack, lambda solution: {action.skill_name for action in solution.actions})
     found: dict[Family, dict[str, float]] = {}
     for family, sets in used.items():

@@ -1,6 +1,6 @@
-"""The starter pack: 80 episodes in houses of the project's own, proposed, validated, solved and frozen by one function.
+"""The starter pack: 80 episodes in generated houses; one function proposes, validates, solves and freezes them.
 
-Everything follows from the literal tables below and the versions of the generator and the assets: the same code gives
+Everything follows from the literal tables below and the versions of the generator and the assets: the same code makes
 the same bytes.
 """
 
@@ -48,17 +48,17 @@ HOUSES = (
 
 @dataclass(frozen=True, slots=True)
 class EpisodeQuota:
-    """A kind of episode that the pack has so many of."""
+    """A kind of episode with the number that the pack holds."""
 
     family: Family
     kind: str
     count: int
     fallback: str | None = None
-    """The kind to propose when no house yields the kind itself."""
+    """Kind to propose when no house yields the kind itself."""
 
     @property
     def proposals(self) -> list[Proposals]:
-        """What is proposed: other categories than before, then any, then another kind."""
+        """Order of attempts: a category not used yet, then any category, then another kind."""
         kinds = GRAMMAR[self.family]
         return [kinds[self.kind], kinds[self.kind], *([kinds[self.fallback]] if self.fallback else [])]
 
@@ -94,12 +94,12 @@ QUOTAS = (
     EpisodeQuota("PG", "small", 3),
     EpisodeQuota("DA", "approach", 10),
 )
-"""The scarcest kinds first, so that they find the houses that they need."""
+"""Slots with the rarest kinds first, so that they find suitable houses."""
 
 
 @dataclass(slots=True)
 class Selection:
-    """What has been chosen so far."""
+    """The episodes chosen so far."""
 
     episodes: list[Episode] = field(default_factory=list)
     solutions: list[Solution] = field(default_factory=list)
@@ -110,11 +110,11 @@ class Selection:
     family_categories: Counter[tuple[str, str]] = field(default_factory=Counter)
 
     def takes(self, family: str, category: str) -> bool:
-        """Whether another episode about a category is welcome."""
+        """Return whether another episode about a category may be added."""
         return not self.family_categories[family, category] and self.categories[category] < CATEGORY_USES
 
     def add(self, episode: Episode, actions: tuple[Action, ...], category: str, house: House) -> None:
-        """Takes over a valid episode, under its final id."""
+        """Add a valid episode under its final id."""
         provenance = episode.provenance.model_copy(update={"validated": True, "solution_steps": len(actions)})
         episode_id = self._id(episode, category, house)
         self.episodes.append(episode.model_copy(update={"id": episode_id, "provenance": provenance}))
@@ -133,7 +133,7 @@ class Selection:
 
 
 def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[str], None] = lambda line: None) -> Pack:
-    """Writes the starter pack into `out`, new or empty, and returns it; `report` is told of each episode.
+    """Write the starter pack into `out`, new or empty, and return it; `report` is called with each episode.
 
     Raises EpisodeError when the houses do not yield a kind of episode.
     """
@@ -186,7 +186,7 @@ def _house(index: int, spec: str) -> House:
 def _fill(
     slot: EpisodeQuota, number: int, houses: list[House], chosen: Selection, simulator: PrivilegedSimulator
 ) -> Episode:
-    """Finds the next episode for a slot, adds it to what is chosen and returns it."""
+    """Find the next episode for a slot, add it to the chosen ones and return it."""
     validator = Validator(simulator, is_draft=True)
     for is_strict, proposals in zip((True, False, False), slot.proposals, strict=False):
         for house in _in_order(slot, houses, chosen):

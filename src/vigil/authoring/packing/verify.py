@@ -1,6 +1,6 @@
 """Verification of a pack: every rule checked and every solution replayed, in worker processes, house by house.
 
-What has been verified can be kept in a log (one line an episode); the same command then continues.
+Results can be stored in a log with one line per episode, from which the same command continues.
 """
 
 import hashlib
@@ -30,39 +30,39 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 @dataclass(frozen=True, slots=True)
 class HouseBatch:
-    """A house with the episodes in it that are to be verified."""
+    """A house with its episodes to verify."""
 
     name: str
     document: dict[str, Any]
     episodes: tuple[tuple[Episode, tuple[Action, ...] | None], ...]
-    """Each with its recorded solution; None where none is recorded."""
+    """Episodes, each with its recorded solution or None."""
 
 
 @dataclass(frozen=True, slots=True)
 class VerificationSettings:
-    """What to verify with."""
+    """Settings of the verification."""
 
     backend: str = "mujoco"
     assets: AssetDatabase | None = None
     workers: int = 1
     is_robust: bool = False
-    """Whether the rules about robustness are checked, too, of what is right by all others."""
+    """Whether episodes that obey all other rules are also checked by the rules about robustness."""
 
     def simulator(self) -> PrivilegedSimulator:
-        """Return a simulator of its own."""
+        """Return a new simulator."""
         return make_simulator(self.backend, assets=self.assets or AssetDatabase.default())
 
 
 class EpisodeFindings(BaseModel):
-    """What was found about one episode."""
+    """Result for one episode."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     key: str
-    """Hash of the episode, its solution, the backend, the versions of rules and shapes, and what is checked besides."""
+    """Hash of the episode, its solution, the backend, the versions of rules and shapes, and the extra checks."""
     episode_id: str
     findings: tuple[tuple[str, str], ...] = ()
-    """(rule, message)."""
+    """Findings as (rule, message)."""
 
     @property
     def faults(self) -> list[Finding]:
@@ -72,7 +72,7 @@ class EpisodeFindings(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class VerificationProgress:
-    """Where a verification stands."""
+    """Progress of a verification."""
 
     done: int
     of: int
@@ -85,9 +85,9 @@ OnVerified = Callable[[VerificationProgress], None]
 def verify_pack(
     pack: Pack, settings: VerificationSettings, log: Path | None = None, on_progress: OnVerified = lambda standing: None
 ) -> list[Finding]:
-    """Return what is wrong with a pack's episodes, sorted by episode; `log` is continued where it is there.
+    """Return what is wrong with a pack's episodes, sorted by episode; an existing `log` is continued.
 
-    Raises RecordError on a log that cannot be read or written.
+    Raises RecordError if the log cannot be read or written.
     """
     solved = {name: solution.actions for name, solution in pack.solutions.items()}
     results = findings_of(pack.episodes, solved, pack.house_of, settings, log, on_progress)
@@ -104,9 +104,9 @@ def findings_of(
     log: Path | None = None,
     on_progress: OnVerified = lambda standing: None,
 ) -> list[EpisodeFindings]:
-    """Return what was found about each episode; what the `log` holds is not looked for again, the rest goes into it.
+    """Return the result of each episode; results in `log` are reused, new ones are appended to it.
 
-    Raises RecordError on a log that cannot be read or written.
+    Raises RecordError if the log cannot be read or written.
     """
     keys = {episode.id: (key_of(episode, solved.get(episode.id), settings), episode) for episode in episodes}
     with nullcontext() if log is None else AppendFile(log) as file:
@@ -125,7 +125,7 @@ def findings_of(
 def house_batches(
     episodes: Iterable[Episode], solved: Mapping[str, tuple[Action, ...]], house_of: Callable[[Episode], House]
 ) -> list[HouseBatch]:
-    """Return episodes with their solutions, put together by house."""
+    """Return episodes with their solutions, grouped by house."""
     ordered = sorted(episodes, key=lambda episode: (episode.house.name, episode.id))
     found: list[HouseBatch] = []
     for name, group in groupby(ordered, key=lambda episode: episode.house.name):
@@ -136,7 +136,7 @@ def house_batches(
 
 
 def findings_by_house(work: Sequence[HouseBatch], settings: VerificationSettings) -> Iterator[list[EpisodeFindings]]:
-    """Yield what was found, house by house, in the order of the work."""
+    """Yield the results, house by house, in the order of the work."""
     if settings.workers == 1 or len(work) < 2:
         validator = Validator(settings.simulator())
         for bundle in work:
@@ -152,7 +152,7 @@ def findings_by_house(work: Sequence[HouseBatch], settings: VerificationSettings
 
 
 def key_of(episode: Episode, actions: tuple[Action, ...] | None, settings: VerificationSettings) -> str:
-    """Return the hash by which a log names what was verified."""
+    """Return the hash that identifies the verified content in a log."""
     solution = Solution(episode_id=episode.id, actions=actions).model_dump(mode="json") if actions else None
     besides = ["robust"] if settings.is_robust else []
     besides += [settings.assets.sha256] if settings.assets and settings.assets.sha256 else []
@@ -189,7 +189,7 @@ def _verify(validator: Validator, bundle: HouseBatch, settings: VerificationSett
 
 
 def _known(log: AppendFile | None) -> dict[str, EpisodeFindings]:
-    """Return what a log holds, by key."""
+    """Return a log's results by key."""
     if log is None:
         return {}
     rows = [parse_line(line, EpisodeFindings, f"Log {str(log.path)!r}", "Remove it.") for line in log.lines.complete]

@@ -210,7 +210,9 @@ def _misplaced(goal: ObjectAtReceptacle, worlds: ControlWorlds, setup: Setup) ->
     return [
         ("the neighbour instead", [put(target, at) for at in placements_on_neighbours(things, receptacle, target)]),
         ("the receptacle's look-alike instead", [
-            put(target, at) for other in others[:1] for at in islice(placements_on(other, target, inside=goal.inside), 1)
+            put(target, at)
+            for other in others[:1]
+            for at in islice(placements_on(other, target, inside=goal.inside), 1)
         ]),
         ("the look-alike instead", [
             put(other, at)

@@ -1,6 +1,6 @@
 """Synthetic records: worlds made by the simulator's own setup instead of by playing, row after row.
 
-A wrong way (`vigil.authoring.review.negative_controls`) is judged by the same scoring as any run, so it has to be a record.
+A negative control (`vigil.authoring.review.negative_controls`) is scored as any run is, so it has to be a record.
 """
 
 from collections.abc import Sequence

@@ -1,6 +1,7 @@
 """Where to look: points on a thing's surface, and how to turn to a point.
 
-Geometry only; whether something stands in between is asked of the simulator's rays (`vigil.authoring.solving.privileged_view`).
+Geometry only: the simulator's rays tell whether something stands in between
+(`vigil.authoring.solving.privileged_view`).
 """
 
 import math

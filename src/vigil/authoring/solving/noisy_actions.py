@@ -50,7 +50,7 @@ class NoisyMacroActions(MacroActions):
         """The heading in which the last walk got nowhere."""
 
     def go(self, viewpoint: Viewpoint, has_arrived: Callable[[], bool] | None = None) -> Iterator[Action]:
-        """Walks to a view and faces it; with `has_arrived` stops as soon as that holds, else goes nearer and looks about.
+        """Walk to a view and face it; with `has_arrived` stop as soon as that holds, else go nearer and look around.
 
         Raises Unsolvable when there is no way.
         """
@@ -139,7 +139,7 @@ class NoisyMacroActions(MacroActions):
     def _cached_per_state(
         self, find_pixel: Callable[[], tuple[int, int] | None]
     ) -> Callable[[], tuple[int, int] | None]:
-        """Return a function that answers as `find_pixel` does, and works it out anew only where the world has changed."""
+        """Return a function that caches the answer of `find_pixel` until the world changes."""
         last: tuple[tuple, tuple[int, int] | None] | None = None
 
         def cached_pixel() -> tuple[int, int] | None:

@@ -1,6 +1,6 @@
 """Shortest walks in the floor plane: where a body can stand, how far everything is, and along which corners.
 
-Knows polygons only, no simulator and no episode. `vigil.authoring.sight` builds the free region of a scene.
+Knows polygons only, no simulator and no episode. `free_space` builds the free region of a scene.
 """
 
 import math

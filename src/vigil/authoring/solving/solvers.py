@@ -1,8 +1,8 @@
 """Solvers: one way of solving each episode, through the same four skills and pixel clicks as any agent.
 
-They see the hidden world (`vigil.authoring.solving.privileged_view`), plan with it and act like anybody else; each uses only the
-skills that its family expects. `privileged_agent` makes agents of them that the runner can play; its reports mark
-those.
+They see the hidden world (`vigil.authoring.solving.privileged_view`), plan with it and act like any agent; each uses
+only the skills that its family expects. `privileged_agent` makes agents of them that the runner can play; reports
+mark those agents.
 """
 
 import zlib

@@ -46,7 +46,7 @@ def families_of_stream(asked: tuple[Family, ...], workers: int) -> tuple[Family,
     if own and workers and ENVIRONMENT_VARIABLE not in os.environ:
         raise SettingError(
             f"Family {', '.join(own)} is registered in this process alone; background processes do not know it. Have "
-            f"every process import what registers it ({ENVIRONMENT_VARIABLE}=MODULE), make the houses in this one (workers 0), or "
-            "ask for the package's families."
+            f"every process import what registers it ({ENVIRONMENT_VARIABLE}=MODULE), make the houses in this one "
+            "(workers 0), or ask for the package's families."
         )
     return chosen

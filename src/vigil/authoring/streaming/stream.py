@@ -163,8 +163,8 @@ class Stream:
         asked = self.settings
         return (
             f"Stream {asked.label}: no episode of {', '.join(asked.families)} that is "
-            f"{' or '.join(asked.difficulties)} in {MAX_HOUSES_WITHOUT_EPISODE} houses in a row. Ask for more families or "
-            "difficulties."
+            f"{' or '.join(asked.difficulties)} in {MAX_HOUSES_WITHOUT_EPISODE} houses in a row. "
+            "Ask for more families or difficulties."
         )
 
 
