@@ -28,7 +28,15 @@ EXTENDED: dict[str, tuple[str, tuple[str, ...]]] = {
     ),
     "simulators": (
         "Simulators",
-        ("sim", "sim.protocol", "sim.privileged", "sim.scene_editor", "sim.conformance", "protocol.world", "base.geometry"),
+        (
+            "sim",
+            "sim.protocol",
+            "sim.privileged",
+            "sim.scene_editor",
+            "sim.conformance",
+            "protocol.world",
+            "base.geometry",
+        ),
     ),
     "assets": (
         "Assets and houses",
