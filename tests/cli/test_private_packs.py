@@ -276,7 +276,7 @@ def test_a_seed_is_given_once_and_of_others_houses_it_is_no_secret(tmp_path: Pat
         both = vigil(*verb, "--seed", "7", *file, *out)
         assert "--seed and --seed-file exclude each other" in str(both.exception)
     filed = vigil("pack", "make", "--name", "n", "--houses", "h.json", *file, *out)
-    assert "it stands in the recipe" in str(filed.exception)
+    assert "it is in the recipe" in str(filed.exception)
     demos = vigil("demos", "--pack", f"stream:{SEED}", *out)
     assert "long enough to be a secret" in str(demos.exception)
 

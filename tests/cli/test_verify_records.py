@@ -54,7 +54,7 @@ def test_an_action_that_its_reply_does_not_say_is_a_difference(vigil: Vigil, run
 def test_frames_need_a_simulator(vigil: Vigil, run: Path) -> None:
     said = vigil("verify", run, "--records-only", "--frames")
     assert said.code == 2
-    assert "give one of the two" in said.err
+    assert "give only one of the two" in said.err
 
 
 def test_a_run_of_another_engine_is_not_played_again(vigil: Vigil, run: Path, monkeypatch: pytest.MonkeyPatch) -> None:

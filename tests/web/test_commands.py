@@ -36,7 +36,7 @@ def free_port() -> int:
         (["play", "--player", "ada", "--family", "XY"], InputError, "XY"),
         (["review", "--reviewer", "../x"], SettingError, "reviewer"),
         (["review", "--reviewer", "ada", "--file", "no/such/reviews.jsonl"], SettingError, "does not exist"),
-        (["export", ".", "--out", "site"], RecordError, "no run"),
+        (["export", ".", "--out", "site"], RecordError, "is not a run"),
         (["export", ".", "--out", "no/one.mp4", "--episode", "e"], SettingError, "does not exist. Make it first"),
     ],
     ids=lambda value: "-".join(value[:2]) if isinstance(value, list) else None,
