@@ -26,7 +26,10 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["a", "--format", "parqet", "--out", "e.parquet"], "Format 'parqet' does not exist. Did you mean 'parquet'? Known: site"),
+        (
+            ["a", "--format", "parqet", "--out", "e.parquet"],
+            "'parqet' does not exist. Did you mean 'parquet'? Known: site",
+        ),
         (["a", "--format", "parquet", "--out", "e.csv"], "let its name end in .parquet"),
         (["a", "--format", "parquet", "--out", "no/e.parquet"], "folder 'no' does not exist"),
         (["a", "--format", "hf", "--out", "file"], "'file' is a file; --format hf writes a folder"),

@@ -44,7 +44,7 @@ def rooms_of(house: House) -> list[RoomShape]:
         if floor.area < LEAST_FLOOR_M2:
             raise HouseError(
                 f"House {house.name!r}: room {room.id!r}: its floor has {floor.area:.2g} m2, expected at least "
-                f"{LEAST_FLOOR_M2:g}. Mend its corners, or leave the room out."
+                f"{LEAST_FLOOR_M2:g}. Fix its corners, or leave the room out."
             )
     points = [light for light in document.procedural_parameters.lights if light.type == "point"]
     return [_room(room, document, points) for room in document.rooms]
@@ -76,7 +76,7 @@ def panels_of(house: House, *, empty: bool = False) -> list[WallPanel]:
         heights = [point.y for point in wall.polygon]
         if math.dist(*wall.ends) < LEAST_WALL_M or max(heights) - min(heights) < LEAST_WALL_M:
             raise HouseError(
-                f"House {house.name!r}: wall {wall.id!r} has no length or no height. Mend its corners, or leave it out."
+                f"House {house.name!r}: wall {wall.id!r} has no length or no height. Fix its corners, or leave it out."
             )
     walls = {wall.id: wall for wall in document.walls}
     rooms = {room.id: floor_of(room) for room in document.rooms}

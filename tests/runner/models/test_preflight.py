@@ -109,7 +109,7 @@ def test_one_bad_answer_of_two_passes() -> None:
             Reply(text="so", finish_reason="length", usage=Usage(input_tokens=2250, output_tokens=3)),
             ["cut it after 3 tokens, 2,250 of input before it", "larger context", "OLLAMA_CONTEXT_LENGTH"],
         ),
-        (Reply(text="<|channel|>analysis<|message|>hm"), ["no part of the protocol", "--reasoning-parser"]),
+        (Reply(text="<|channel|>analysis<|message|>hm"), ["not part of the protocol", "--reasoning-parser"]),
         (Reply(text='{"skill_name": "jump", "arguments": {}}'), ["unknown_skill", "`vigil prompt` shows"]),
     ],
 )

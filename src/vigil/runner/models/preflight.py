@@ -33,7 +33,7 @@ _SIGHT_HINT = (
 )
 _CHECK_NAME_AND_KEY = "Check that it is served there under that name, and the key in the environment."
 _FORCE_HINT = (
-    "Mend it, or go on all the same with --force (`inspect eval`: -T force=true): every such reply is then an "
+    "Fix it, or go on all the same with --force (`inspect eval`: -T force=true): every such reply is then an "
     "invalid action."
 )
 _UNKNOWN_REASONING = re.compile(
