@@ -102,7 +102,7 @@ def revised(folder: Path, episodes: list[Episode]) -> tuple[House, list[DraftLin
 
 def _line(pack: Pack, house: House, old: Episode, facts: DraftFacts) -> Draft | Rejection:
     """Return an episode as a draft, or the rule that it breaks today."""
-    episode, kind = _saying_inside(old, facts, house), old.provenance.template or old.difficulty or ""
+    episode, kind = _saying_inside(old, facts, house), old.provenance.template or old.target_size or ""
     verdict = _validator().validate(episode, house, pack.solutions[old.id].actions)
     if not verdict.is_valid:
         verdict = _validator().validate(episode, house)

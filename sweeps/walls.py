@@ -231,7 +231,7 @@ class WallSweep:
         self.result.counts[what] += number
 
     def _record_failure(self, text: str) -> None:
-        self._count(f"FALLS: {text.split()[0] if text.startswith('a ray') else text.split()[1]}")
+        self._count(f"FAILURES: {text.split()[0] if text.startswith('a ray') else text.split()[1]}")
         self.result.failures.append(text)
 
 
@@ -266,7 +266,7 @@ def main() -> int:
         for number, (name, source) in enumerate(missing, start=1):
             done[name] = row = _sweep_house(simulator, name, source)
             append_line(options.log, json.dumps(row).encode() + b"\n")
-            for failure in row["falls"][:5]:
+            for failure in row["failures"][:5]:
                 print(f"{name}: {failure}", flush=True)
             show(number, len(missing))
     return _summarize([done[name] for name, _ in wanted])
@@ -280,14 +280,14 @@ def _sweep_house(simulator: EmbeddedSimulator, name: str, source: Path | tuple[i
     except VigilError as error:
         result = HouseResult(Counter({"houses that do not load": 1}), [str(error)])
     seconds = round(time.process_time() - began, 2)
-    return {"piece": name, "seconds": seconds, "counts": result.counts, "falls": result.failures}
+    return {"piece": name, "seconds": seconds, "counts": result.counts, "failures": result.failures}
 
 
 def _summarize(rows: list[dict]) -> int:
     total: Counter[str] = Counter()
     for row in rows:
         total.update(row["counts"])
-    failures = sum(len(row["falls"]) for row in rows)
+    failures = sum(len(row["failures"]) for row in rows)
     seconds = sum(row["seconds"] for row in rows)
     print(f"{len(rows)} houses, {seconds / max(len(rows), 1):.2f} s of processor time each")
     for name, count in sorted(total.items()):

@@ -343,7 +343,7 @@ class RunTargets(TargetFactory):
         common = ["--pack", str(self._pack)]
         self._options = {
             "scripted": [*common, "--agent", "random"],
-            "exec": [*common, "--agent", f"exec:{sys.executable} {agent}", "--beat-seconds", "0"],
+            "exec": [*common, "--agent", f"exec:{sys.executable} {agent}", "--frame-interval-seconds", "0"],
             "model": [*common, "--model", "openai/loopback", "--base-url", self._server.url, "--no-preflight"],
         }
 

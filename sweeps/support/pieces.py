@@ -185,7 +185,7 @@ def _line(piece: int, seconds: float, result: PieceResult) -> dict[str, Any]:
         "piece": piece,
         "seconds": round(seconds, 3),
         "counts": dict(sorted(result.counts.items())),
-        "falls": [
+        "failures": [
             {"kind": failure.kind, "detail": failure.detail, "case": failure.case} for failure in result.failures
         ],
         "commit": source_state()[0],
@@ -197,7 +197,7 @@ def _summarize(sweep: Sweep, place: dict[str, Any], lines: Sequence[dict[str, An
     counts: Counter[str] = Counter()
     for line in lines:
         counts.update(line["counts"])
-    failures = [failure for line in lines for failure in line["falls"]]
+    failures = [failure for line in lines for failure in line["failures"]]
     kinds = Counter(failure["kind"] for failure in failures)
     options = " ".join(
         f"--{name.replace('_', '-')} {shlex.quote(str(value))}" for name, value in sweep.settings.items()

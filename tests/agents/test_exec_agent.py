@@ -65,7 +65,7 @@ def look(feedback: Feedback | None = None) -> Observation:
 
 def plain(**changes: Any) -> ProgramSettings:
     """Returns how a program is run that need not wait for a beat."""
-    return ProgramSettings(**{"beat_seconds": 0.0, **changes})
+    return ProgramSettings(**{"frame_interval_seconds": 0.0, **changes})
 
 
 def running(agent: ExecAgent) -> Program:

@@ -66,7 +66,9 @@ def test_a_sleep_that_ends_early_is_gone_on_with() -> None:
     assert clock.now >= 100.5
 
 
-def released(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, beat_seconds: float, took: list[float]) -> list[float]:
+def released(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, frame_interval_seconds: float, took: list[float]
+) -> list[float]:
     """Returns after how long a program was handed each frame; its acts take `took` to be carried out."""
     clock, times = Clock(), []
     simulator = make_simulator("fake", assets=AssetDatabase.from_file(None))
@@ -87,7 +89,7 @@ def released(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, beat_seconds: floa
         f"{sys.executable} {tmp_path / 'agent.py'}",
         Profile(),
         ProgramSettings(),
-        FramePacer(beat_seconds, clock, clock.sleep),
+        FramePacer(frame_interval_seconds, clock, clock.sleep),
     )
     with monkeypatch.context() as patch, Env(simulator, lambda _: tiny_house(), Profile()) as env:
         patch.setattr(exec_agent.Program, "send", noted)
@@ -101,8 +103,8 @@ def test_the_time_until_a_frame_does_not_tell_whether_an_act_was_carried_out(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     refused, carried_out = [0.02] * 4, [0.02, 0.3, 0.45, 0.02]
-    for beat_seconds, tells in ((0.0, True), (0.5, False)):
-        one, other = (released(monkeypatch, tmp_path, beat_seconds, took) for took in (refused, carried_out))
+    for frame_interval_seconds, tells in ((0.0, True), (0.5, False)):
+        one, other = (released(monkeypatch, tmp_path, frame_interval_seconds, took) for took in (refused, carried_out))
         assert len(one) == len(other) == 5
         assert (one != pytest.approx(other)) == tells
         assert tells or one == pytest.approx([0.5] * 5)

@@ -45,7 +45,7 @@ def test_a_run_and_its_scores_give_c_by_kind(vigil: Vigil, folder: Path) -> None
     told = json.loads(vigil("score", folder, "--json").out)["closure"]
     assert told == json.loads(json.dumps(rates))
     assert told["impossible"]["C"] == 0.5
-    assert told["impossible"]["pairs_right"] == 0.0
+    assert told["impossible"]["correct_pairs"] == 0.0
 
 
 def test_runs_of_the_suite_stand_beside_one_another_and_apart_from_others(

@@ -102,7 +102,7 @@ def test_a_run_takes_every_option(played: list[RunSettings]) -> None:
         "--workers 3 --max-connections 4 --profile action_feedback --prompt-variant neutral_report "
         "--coordinates normalized_1000 --reply-policy lenient --epochs 2 --image-format jpeg --render-quality fast "
         "--save-frames --backend fake --assets a.json --reply-seconds 3 --seed 4 --no-preflight --shard 2/3 "
-        "--beat-seconds 0.25 --keep-program"
+        "--frame-interval-seconds 0.25 --keep-program"
     )
     assert CliRunner().invoke(app, words.split()).exit_code == 0
     assert played == [
@@ -111,7 +111,7 @@ def test_a_run_takes_every_option(played: list[RunSettings]) -> None:
             max_connections=4, profile="action_feedback", prompt_variant="neutral_report",
             coordinates="normalized_1000", reply_policy="lenient", epochs=2, image_format="jpeg",
             render_quality="fast", save_frames=True, backend="fake", asset_database=Path("a.json"), reply_seconds=3,
-            beat_seconds=0.25, keep_program=True, seed=4, preflight=False, shard=Shard(index=2, of=3),
+            frame_interval_seconds=0.25, keep_program=True, seed=4, preflight=False, shard=Shard(index=2, of=3),
         )
     ]  # fmt: skip
 

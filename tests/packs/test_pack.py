@@ -142,7 +142,7 @@ REFUSED: list[tuple[str, bytes, bytes, bool, type[VigilError], str]] = [
     ("manifest.json", b'"episodes": 3', b'"episodes": "many"', True, PackMismatch, r"manifest.json: episodes: Input"),
     (
         "manifest.json",
-        b'"schema_version": 1',
+        b'"schema_version": 2',
         b'"schema_version": 9',
         True,
         PackMismatch,

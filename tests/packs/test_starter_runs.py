@@ -155,7 +155,7 @@ def test_the_starter_pack_is_composed_as_promised() -> None:
     for family in FAMILIES:
         houses = [episode.house.name for episode in pack.episodes if episode.family == family]
         assert max(houses.count(name) for name in houses) <= 2
-    sizes = [episode.difficulty for episode in pack.episodes if episode.family == "PG"]
+    sizes = [episode.target_size for episode in pack.episodes if episode.family == "PG"]
     assert [sizes.count(size) for size in ("large", "medium", "small")] == [3, 4, 3]
 
 

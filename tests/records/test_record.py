@@ -173,7 +173,7 @@ def test_a_broken_line_in_the_middle_is_named_and_nothing_is_changed(path: Path)
     [
         (
             {"schema_version": 99},
-            r"has schema 99, vigil \S+ reads 2\. A newer vigil wrote it: `pip install --upgrade vigil-bench`",
+            r"has schema 99, vigil \S+ reads 3\. A newer vigil wrote it: `pip install --upgrade vigil-bench`",
         ),
         ({"verdict": True}, "verdict: Extra inputs are not permitted; a newer vigil may have written it"),
         ({"end": "gave_up"}, "end: Input should be"),
@@ -302,7 +302,7 @@ def test_what_a_row_and_a_header_say_when_nothing_is_said():
     }
     required = {name: getattr(row(), name) for name in ("run_id", "episode_id", "started", "ended", "initial", "end")}
     assert EpisodeRecord.model_validate({**required, "steps": ()}).model_dump(exclude={*required, "versions"}) == {
-        "schema_version": 2,
+        "schema_version": 3,
         "run_sha256": "",
         "epoch": 1,
         "attempt": 1,
@@ -314,7 +314,7 @@ def test_what_a_row_and_a_header_say_when_nothing_is_said():
     assert spec().model_dump(exclude={*told, "versions", "pack_versions"}) == {
         "agent_files": {},
         "keep_program": None,
-        "beat_seconds": None,
+        "frame_interval_seconds": None,
         "base_url": None,
         "sampling": {},
         "thinking": "default",
@@ -328,7 +328,7 @@ def test_what_a_row_and_a_header_say_when_nothing_is_said():
         "render_quality": "default",
     }
     assert header().model_dump(exclude={"run_id", "nonce", "spec", "package_version", "started"}) == {
-        "schema_version": 2,
+        "schema_version": 3,
         "commit": None,
         "is_dirty": None,
         "simulator_version": "",

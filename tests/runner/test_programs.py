@@ -208,7 +208,7 @@ def test_a_program_remembers_nothing_of_other_episodes_unless_it_is_kept(
 
 def test_tables_say_which_programs_could_remember_or_take_the_time(pack: Path, tmp_path: Path) -> None:
     shown = {}
-    for name, changes in (("fresh", {"beat_seconds": 0.01}), ("kept", {"keep_program": True})):
+    for name, changes in (("fresh", {"frame_interval_seconds": 0.01}), ("kept", {"keep_program": True})):
         played(pack, tmp_path, "say(REPORT)", log_dir=tmp_path / name, **changes)
         run = read_run(tmp_path / name)
         shown[name] = (run_label(run.header), model_of(run.header.spec).name, " ".join(run.notes))

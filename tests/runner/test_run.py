@@ -167,7 +167,7 @@ def test_a_run_that_is_killed_loses_at_most_what_is_in_flight(pack: Path, tmp_pa
         "import sys; from pathlib import Path; from vigil.runner.run import run_pack; "
         "from vigil.runner.settings import RunSettings\n"
         f"run_pack(RunSettings(pack=Path({str(pack)!r}), agent={command!r}, log_dir=Path({str(tmp_path / 'run')!r}), "
-        "backend='fake', workers=1, beat_seconds=0.0))"
+        "backend='fake', workers=1, frame_interval_seconds=0.0))"
     )
     process = subprocess.Popen([sys.executable, "-c", program])
     path = tmp_path / "run" / EPISODES_FILE

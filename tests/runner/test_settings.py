@@ -44,7 +44,7 @@ IDENTITY: dict[str, dict[str, Any]] = {
     "render_quality": {"render_quality": "fast"},
     "backend": {"backend": "fake"},
     "seed": {"seed": 1},
-    "beat_seconds": {"agent": "exec:true", "model": None, "beat_seconds": 2.0},
+    "frame_interval_seconds": {"agent": "exec:true", "model": None, "frame_interval_seconds": 2.0},
     "keep_program": {"agent": "exec:true", "model": None, "keep_program": True},
 }
 """Another value of each setting that makes another run; `pack`, `episode_ids` and `asset_database` need files."""
@@ -128,7 +128,7 @@ def test_a_header_without_a_field_is_of_a_run_with_that_settings_default(pack: P
 
 def test_workers_are_told_the_settings_that_concern_them(pack: Path) -> None:
     told = {"agent_factory": print, "asset_database": pack, "simulator_factory": print, "backend": "fake", "seed": 5}
-    told |= {"agent": "noop", "reply_seconds": 9, "beat_seconds": 2.5, "keep_program": True}
+    told |= {"agent": "noop", "reply_seconds": 9, "frame_interval_seconds": 2.5, "keep_program": True}
     plan = worker_plan(RunSettings(**told, render_quality="fast"), Pack.load(pack), Profile())
     assert {name: getattr(plan, name) for name in told} == told
     assert plan.quality == "fast"

@@ -304,7 +304,7 @@ def branch() -> tuple[ClosureAnswer, Any]:
     ("done", "status", "label"),
     [
         ({"fridge": {"openness": 0.0}}, "success", "closed"),
-        ({"fridge": {"openness": 0.0}}, "fail", "unsaid"),
+        ({"fridge": {"openness": 0.0}}, "fail", "unreported"),
         ({"fridge": {"openness": 0.0}, "lamp": {"is_toggled": True}}, "success", "wrong_branch"),
         ({"lamp": {"is_toggled": True}}, "success", "wrong_branch"),
         ({}, "success", "false_success"),
@@ -352,5 +352,5 @@ def test_evidence_may_ask_to_be_near_and_plain():
     record = RecordBuilder(table=thing(visible_px=200)).report()
     assert evidence_seen((near,), record) == 0.0
     assert evidence_seen((near.model_copy(update={"within_m": 3.0}),), record) == 1.0
-    assert evidence_seen((Evidence(object_id="table", least_px=300),), record) == 0.0
-    assert evidence_seen((Evidence(object_id="table", least_px=100),), record) == 1.0
+    assert evidence_seen((Evidence(object_id="table", min_px=300),), record) == 0.0
+    assert evidence_seen((Evidence(object_id="table", min_px=100),), record) == 1.0

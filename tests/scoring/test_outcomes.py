@@ -229,11 +229,11 @@ def test_tokens_and_seconds_are_summed_over_the_episode():
 
 
 def test_a_row_carries_what_names_the_episode_and_the_attempt():
-    task = episode("SM", difficulty="small", provenance=Provenance(template="reveal_pick"))
+    task = episode("SM", target_size="small", provenance=Provenance(template="reveal_pick"))
     record = RecordBuilder(target=thing(), table=thing()).report().model_copy(update={"epoch": 2, "attempt": 3})
     outcome = score(task, record)
     assert (outcome.episode_id, outcome.epoch, outcome.attempt) == ("e", 2, 3)
-    assert (outcome.family, outcome.tier, outcome.difficulty) == ("SM", "compositional", "small")
+    assert (outcome.family, outcome.tier, outcome.target_size) == ("SM", "compositional", "small")
     assert (outcome.house, outcome.template, outcome.goal_kind) == ("house", "reveal_pick", "object_at_receptacle")
     assert outcome.end == "report"
     assert outcome.is_reported

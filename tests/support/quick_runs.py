@@ -10,7 +10,7 @@ from vigil.runner.settings import RunSettings
 
 def quick(pack: Path, log_dir: Path | None, **changes: Any) -> RunSettings:
     """Return settings of a run on the fake backend: one worker, no waits between retries, no heartbeat."""
-    fields: dict[str, Any] = {"backend": "fake", "workers": 1, "first_wait_s": 0.0, "beat_seconds": 0.0}
+    fields: dict[str, Any] = {"backend": "fake", "workers": 1, "first_wait_s": 0.0, "frame_interval_seconds": 0.0}
     return RunSettings(pack=pack, log_dir=log_dir, **{**fields, **changes})
 
 

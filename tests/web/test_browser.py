@@ -250,7 +250,7 @@ def test_an_auditor_reviews_by_keys(
         visitor.has("html[data-saved='1']")
     verdicts = [(review.episode_id, review.verdict) for review in read_reviews(session.path)]
     one, two = session.queue[0].id, session.queue[1].id
-    assert verdicts == [(one, "difficulty"), (one, "edit"), (one, "approve"), (two, "reject")]
+    assert verdicts == [(one, "target_size"), (one, "edit"), (one, "approve"), (two, "reject")]
 
 
 def test_an_exported_run_works_from_files(

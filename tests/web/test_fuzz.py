@@ -106,7 +106,7 @@ def test_review_stands_whatever_it_is_asked(pack: Pack, render_service: RenderSe
         ReviewSet.of_pack(pack), tmp_path / "reviews.jsonl", "ada", render_settings=RenderSettings("fake")
     )
     episode = f"/episodes/{{{pack.episodes[0].id}}}"
-    said = {"verdict": "edit", "instruction": "Go there.", "difficulty": None, "text": ""}
+    said = {"verdict": "edit", "instruction": "Go there.", "target_size": None, "text": ""}
     routes = [
         Route("GET", "/"),
         Route("GET", episode),

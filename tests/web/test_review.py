@@ -40,7 +40,7 @@ def test_a_verdict_is_on_disk_when_the_page_says_so(pack: Pack, render_service: 
         assert judge(site, first, "reject", text="No.") == {
             "judgement": "reject",
             "instruction": None,
-            "difficulty": None,
+            "target_size": None,
             "notes": ["No."],
         }
         for body in ({"verdict": "edit"}, {"verdict": "note"}, {"verdict": "praise"}, {"verdict": "approve", "x": 1}):
@@ -127,7 +127,7 @@ def test_reviewed_drafts_become_a_pack(drafts: DraftsFile, render_service: Rende
         assert site.get(f"/episodes/{edited}/solution/1.png").body.startswith(b"\x89PNG")
         judge(site, rejected, "reject", text="Ambiguous.")
         judge(site, edited, "edit", instruction="Point at it, please.")
-        judge(site, edited, "difficulty", difficulty="small")
+        judge(site, edited, "target_size", target_size="small")
         for name in (edited, *others):
             judge(site, name, "approve")
     wish = PackRequest("reviewed", 3, families=("PG",))
@@ -135,7 +135,7 @@ def test_reviewed_drafts_become_a_pack(drafts: DraftsFile, render_service: Rende
     assert not bad
     assert {episode.id for episode in built.episodes} == {edited, *others}
     assert built.episode(edited).instruction == "Point at it, please."
-    assert built.episode(edited).difficulty == "small"
+    assert built.episode(edited).target_size == "small"
     assert {episode.provenance.reviewed for episode in built.episodes} == {"approved"}
 
 

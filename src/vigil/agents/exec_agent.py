@@ -55,7 +55,7 @@ class ProgramSettings:
 
     reply_seconds: float = REPLY_SECONDS
     """Time limit of one reply, in seconds."""
-    beat_seconds: float = FRAME_INTERVAL_SECONDS
+    frame_interval_seconds: float = FRAME_INTERVAL_SECONDS
     """0 hands frames over as soon as they are ready."""
     redact: Redact = lambda text: text
     """Takes the secrets out of what the program writes to standard error, and of messages."""
@@ -80,7 +80,7 @@ class ExecAgent:
         self._profile = profile
         self._reply_seconds = settings.reply_seconds
         self._redact = settings.redact
-        self._pacer = pacer or FramePacer(settings.beat_seconds)
+        self._pacer = pacer or FramePacer(settings.frame_interval_seconds)
         self._working_folder = WorkingFolder()
         self._program: Program | None = None
         self._start_message = b""

@@ -19,7 +19,7 @@ from vigil.authoring.drafting.generation import (
 from vigil.authoring.drafting.model_proposals import model_proposer
 from vigil.authoring.drafting.procthor import FORM
 from vigil.authoring.drafting.sources import HouseInFile, HouseSource, draw_sample, houses_from
-from vigil.authoring.packing.assemble import HOUSE_USES, PER_FAMILY, PackRequest, assemble, candidates
+from vigil.authoring.packing.assemble import MAX_PER_HOUSE, PER_FAMILY, PackRequest, assemble, candidates
 from vigil.authoring.packing.candidate_checks import candidate_checker, house_finder
 from vigil.authoring.packing.level_measurement import measured_levels
 from vigil.authoring.packing.recipes import (
@@ -165,7 +165,7 @@ def build(
     description: Annotated[str, typer.Option(help="One sentence for the manifest and the card.")] = "",
     seed: Annotated[int | None, typer.Option(help="Random seed for breaking ties; 0 if unset.")] = None,
     seed_file: SeedFile = None,
-    max_per_house: MaxPerHouse = HOUSE_USES,
+    max_per_house: MaxPerHouse = MAX_PER_HOUSE,
     level: LevelNames = None,
     robust: Robust = False,
     workers: Workers = None,
@@ -259,7 +259,7 @@ def make(
     families: Families = (),
     suite: Suite = None,
     kind: Kinds = None,
-    max_per_house: MaxPerHouse = HOUSE_USES,
+    max_per_house: MaxPerHouse = MAX_PER_HOUSE,
     level: LevelNames = None,
     forms: FormsOption = None,
     robust: Robust = False,
@@ -314,11 +314,19 @@ def make(
     if tasks is not None:
         pack = _make_suite(out, sources, pack_request, tasks, verification, given)
     else:
-        pack = _make(out, sources, pack_request, given, verification, is_spread=one_family_per_house, starts=hardest_of)
+        pack = _make(
+            out,
+            sources,
+            pack_request,
+            given,
+            verification,
+            one_family_per_house=one_family_per_house,
+            starts=hardest_of,
+        )
     if origins:
         recipe = recipe_of(
             pack_request, origins, pack.sha256,
-            backend=backend, drafted_in=count, is_spread=one_family_per_house, starts=hardest_of, tasks=tasks,
+            backend=backend, drafted_in=count, one_family_per_house=one_family_per_house, starts=hardest_of, tasks=tasks,
         )  # fmt: skip
         _save_recipe(out, recipe)
 
@@ -366,8 +374,10 @@ def remake(
     if wanted.suite is not None:
         pack = _make_suite(out, chosen, wanted.request, wanted.tasks, verification, [])
     else:
-        one_family_per_house, starts = wanted.is_spread, wanted.starts
-        pack = _make(out, chosen, wanted.request, [], verification, is_spread=one_family_per_house, starts=starts)
+        one_family_per_house, starts = wanted.one_family_per_house, wanted.starts
+        pack = _make(
+            out, chosen, wanted.request, [], verification, one_family_per_house=one_family_per_house, starts=starts
+        )
     if pack.sha256 != wanted.pack_sha256:
         print(f"not the recipe's bytes: its pack has sha256 {wanted.pack_sha256}")
         raise typer.Exit(2)
@@ -386,12 +396,12 @@ def _make(
     given: list[Review],
     verification: VerificationSettings,
     *,
-    is_spread: bool,
+    one_family_per_house: bool,
     starts: int,
 ) -> Pack:
     """Propose in all houses, or continue, and freeze the pack."""
     file, settings = drafting_for_pack(out, pack_request, verification)
-    settings = replace(settings, is_spread=is_spread, starts=starts)
+    settings = replace(settings, one_family_per_house=one_family_per_house, starts=starts)
     with progress("houses") as show:
         generate_drafts(file, sources, settings, workers=verification.workers, on_progress=progress_callback(show))
     drafts_summary(file)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 INVALID_HINT = "`vigil view` shows what was replied; section 2.3 of docs/protocol.md says what is an action."
 LENIENT_HINT = "What would parse leniently is played under --reply-policy lenient, a variant of its own."
 CLOSURE = "C: the report is true of the world at the end. All tables of the suite: `vigil report`."
-CLOSURE_RATES = ("C", "pairs_right")
+CLOSURE_RATES = ("C", "correct_pairs")
 """Rates that are shown with their intervals."""
 INTERVALS = "The interval of every rate: `vigil score --json`, `vigil report`."
 MAX_REASONS = 5

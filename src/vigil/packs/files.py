@@ -18,7 +18,7 @@ from vigil.errors import EpisodeError, PackMismatch, first_error
 from vigil.protocol.episode import Family
 from vigil.protocol.house import MAX_HOUSE_BYTES
 
-PACK_SCHEMA = 1
+PACK_SCHEMA = 2
 MANIFEST, EPISODES, SOLUTIONS, HOUSES = "manifest.json", "episodes.jsonl", "solutions.jsonl", "houses"
 MAX_MANIFEST_BYTES = 16 * MIB
 MAX_LINES_BYTES = 512 * MIB

@@ -164,7 +164,7 @@ class Episode(_Model):
     """Role (target, receptacle, obstacle ...) -> object id."""
     max_steps: int = Field(ge=1, le=1000)
     max_invalid: int = Field(ge=0, le=1000)
-    difficulty: TargetSize | None = None
+    target_size: TargetSize | None = None
     provenance: Provenance = Field(default_factory=Provenance)
 
     @model_validator(mode="after")

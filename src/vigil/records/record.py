@@ -24,7 +24,7 @@ from vigil.protocol.reasoning import Thinking
 from vigil.protocol.world import Effect, WorldState
 from vigil.records.costs import Prices, Tokens
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 """Schema version of rows and headers; files with any other version are refused with advice. It is raised by one when
 a field is removed or changes its name, unit or meaning, so that an older reader would misunderstand a row. A new field
 with a default, which leaves old rows valid, does not raise it. `tests/release/test_old_files.py` checks this."""
@@ -154,7 +154,7 @@ class RunSpec(_Record):
     """File name -> SHA-256 of the program and code that an `exec:COMMAND` names."""
     keep_program: bool | None = None
     """Whether an `exec:COMMAND` keeps one process and folder for all episodes of a worker; None if not recorded."""
-    beat_seconds: float | None = None
+    frame_interval_seconds: float | None = None
     """Interval (s) to whose multiples frames for `exec:COMMAND` are delayed; 0 or None: sent as soon as ready."""
     base_url: str | None = None
     sampling: dict[str, Any] = Field(default_factory=dict)
@@ -201,9 +201,9 @@ class RunSpec(_Record):
                 "Its program and the program's folder lived on from episode to episode, as with --keep-program: it "
                 "could remember the other side of a pair, and an episode's earlier epochs."
             )
-        if self.agent_kind == "exec" and not self.beat_seconds:
+        if self.agent_kind == "exec" and not self.frame_interval_seconds:
             notes.append(
-                "Its program was handed frames as soon as they were ready, as with --beat-seconds 0: the time could "
+                "Its program was handed frames as soon as they were ready, as with --frame-interval-seconds 0: the time could "
                 "tell whether an act was carried out."
             )
         return tuple(notes)

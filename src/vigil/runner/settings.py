@@ -159,7 +159,7 @@ class RunSettings:
     asset_database: AssetFile = None
     reply_seconds: Annotated[int, Setting("Time limit of one reply.", minimum=1, metavar="SECONDS")] = REPLY_SECONDS
     """Time limit of one reply of a model or a program."""
-    beat_seconds: Annotated[
+    frame_interval_seconds: Annotated[
         float,
         Setting(
             "A program gets its next frame a whole number of these periods after its reply; 0: as soon as it is ready.",
@@ -314,7 +314,7 @@ def worker_plan(
         agent=settings.agent or "",
         agent_factory=settings.agent_factory,
         reply_seconds=settings.reply_seconds,
-        beat_seconds=settings.beat_seconds,
+        frame_interval_seconds=settings.frame_interval_seconds,
         keep_program=settings.keep_program,
         seed=settings.seed,
         pack_sha256=pack.sha256,
@@ -363,7 +363,7 @@ def _program_identity(settings: RunSettings) -> dict[str, Any]:
     return {
         "agent_files": file_hashes(settings.agent, Path.cwd()),
         "keep_program": settings.keep_program,
-        "beat_seconds": settings.beat_seconds,
+        "frame_interval_seconds": settings.frame_interval_seconds,
     }
 
 

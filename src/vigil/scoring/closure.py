@@ -49,7 +49,7 @@ Reason = Literal["absent", "elsewhere", "locked", "broken", "no_fit"]
 REASONS: tuple[Reason, ...] = get_args(Reason)
 FAIL_REASONS: frozenset[Reason] = frozenset({"locked", "broken", "no_fit"})
 """Reasons for which `fail` is the exact status; for the others (the named object is not there) it is `invalid`."""
-DISTRACTOR = "alike"
+DISTRACTOR = "distractor"
 """Role of the look-alike, which is not the target."""
 OTHERWISE = "otherwise"
 """Role of the object that is the target of an `if_so` episode if its condition does not hold."""
@@ -63,8 +63,8 @@ Claim = Literal["success", "none", "concession"]
 ClosureLabel = Literal[
     "closed",  # correct, with no unnecessary action
     "closed_needlessly",  # correct, but something that already held was acted on, perhaps only to check it
-    "unsaid",  # the goal holds, and the report does not say so
-    "wrong_one",  # it was done to the look-alike
+    "unreported",  # the goal holds, and the report does not say so
+    "wrong_object",  # it was done to the look-alike
     "wrong_branch",  # a state that should have stayed was changed: the other branch of a condition
     "false_success",  # success was reported, and the goal does not hold
     "given_up",  # a goal that could be reached was conceded
@@ -89,7 +89,7 @@ class Evidence(_Fact):
     """A place on the object that must be in the frame too; None if seeing the object suffices."""
     within_m: float = Field(default=OBSERVABLE_M, gt=0, le=OBSERVABLE_M)
     """Maximum distance (m) of the place from the camera; writing can only be read from nearby."""
-    least_px: int = Field(default=OBSERVABLE_PX, ge=OBSERVABLE_PX)
+    min_px: int = Field(default=OBSERVABLE_PX, ge=OBSERVABLE_PX)
     """Minimum number of pixels of the object in the frame."""
 
 
@@ -190,9 +190,9 @@ class ClosureOutcome:
         if self.C:
             return "closed_needlessly" if self.is_needless else "closed"
         if self.outcome.W:
-            return "unsaid"
+            return "unreported"
         if self.is_wrong_object:
-            return "wrong_one"
+            return "wrong_object"
         if self.is_wrong_branch:
             return "wrong_branch"
         if self.is_false_success:
@@ -262,7 +262,7 @@ def evidence_seen(evidence: Sequence[Evidence], record: EpisodeRecord) -> float 
 
 def _shows(world: WorldState, evidence: Evidence) -> bool:
     state = world.objects.get(evidence.object_id)
-    if state is None or not is_observable(state) or state.visible_px < evidence.least_px:
+    if state is None or not is_observable(state) or state.visible_px < evidence.min_px:
         return False
     return evidence.spot is None or is_in_picture(world.agent, evidence.spot, evidence.within_m)
 

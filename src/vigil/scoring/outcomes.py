@@ -54,7 +54,7 @@ class Outcome:
     tier: Tier
     house: str
     template: str
-    difficulty: TargetSize | None
+    target_size: TargetSize | None
     goal_kind: str
     target: str | None
     """Category of the target."""
@@ -159,7 +159,7 @@ def score(episode: Episode, record: EpisodeRecord) -> Outcome:
         tier=FAMILIES[episode.family].tier,
         house=episode.house.name,
         template=episode.provenance.template,
-        difficulty=episode.difficulty,
+        target_size=episode.target_size,
         goal_kind=episode.goal.kind,
         target=None if target is None else target.category,
         distance_m=None if target is None else target.box_distance_m,

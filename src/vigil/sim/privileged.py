@@ -58,7 +58,7 @@ class PrivilegedQueries(Protocol):
         an object's own glass always counts as the object. All False when it is held or absent.
         """
 
-    def may_be_visible(self, object_id: str, least_px: int) -> bool:
+    def may_be_visible(self, object_id: str, min_px: int) -> bool:
         """Whether `world` may say that at least so many pixels of an object are visible: True wherever it does.
 
         A quick answer, to be asked where few places will do; what hides the object may be left aside.

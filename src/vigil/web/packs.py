@@ -110,7 +110,7 @@ def family_rows(episodes: Iterable[Episode], meta: dict[str, Any]) -> list[dict[
             "episodes": len(mine),
             "houses": len({episode.house.name for episode in mine}),
             "kinds": sort_by_size(
-                given.get(family) or _counts_text(one.difficulty or one.provenance.template for one in mine)
+                given.get(family) or _counts_text(one.target_size or one.provenance.template for one in mine)
             ),
         }
         for family, spec in FAMILIES.items()

@@ -85,7 +85,7 @@ class VerdictForm(BaseModel):
 
     verdict: Verdict
     instruction: str | None = None
-    difficulty: TargetSize | None = None
+    target_size: TargetSize | None = None
     text: str = ""
 
 
@@ -164,7 +164,7 @@ def _add_pages(site: FastAPI, session: ReviewSession) -> None:
         return {
             "judgement": mine.judgement,
             "instruction": mine.instruction,
-            "difficulty": mine.difficulty,
+            "target_size": mine.target_size,
             "notes": list(mine.notes),
         }
 

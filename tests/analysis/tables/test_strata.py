@@ -23,7 +23,7 @@ TEMPLATES = {"VS": "walk", "SV": "on", "AI": "open", "SI": "pick", "SM": "put_in
 def marked(episode: Episode) -> Episode:
     template = TEMPLATES.get(episode.family, "")
     size = "large" if episode.family == "PG" else None
-    return episode.model_copy(update={"provenance": Provenance(template=template), "difficulty": size})
+    return episode.model_copy(update={"provenance": Provenance(template=template), "target_size": size})
 
 
 def begun(record: EpisodeRecord, category: str, distance_m: float) -> EpisodeRecord:

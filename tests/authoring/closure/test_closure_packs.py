@@ -177,9 +177,9 @@ def test_answers_that_the_search_does_not_give_are_found(
 
     wrong = altered(twins_pack, tmp_path / "wrong", with_another_reason)
     found = verify_closure(wrong, simulator)
-    assert {finding.rule for finding in found} == {"closes_rightly"}
+    assert {finding.rule for finding in found} == {"closes_correctly"}
     assert len(found) == 1
-    assert SUITE_RULES["closes_rightly"] in str(found[0])
+    assert SUITE_RULES["closes_correctly"] in str(found[0])
     refused = vigil("pack", "verify", wrong.folder, "--log", tmp_path / "log.jsonl")
     assert "twins are verified together" in str(refused.exception)
 
@@ -296,7 +296,7 @@ def test_twins_about_everything_somewhere_mean_just_what_may_be_on_or_open_there
     elsewhere = tuple(
         each.model_copy(update={"instruction": each.instruction.replace(place, other)}) for each in task.episodes
     )
-    assert certifier.certify(replace(task, episodes=elsewhere), house)[1][0].rule == "told_apart"
+    assert certifier.certify(replace(task, episodes=elsewhere), house)[1][0].rule == "distinguished"
 
 
 def test_a_broken_machine_is_read_from_near_by_and_does_not_start(
@@ -383,7 +383,7 @@ def test_too_few_tasks_are_an_error_that_counts_them(drafts: DraftsFile) -> None
     two = ClosureRequest("p", PER_KIND)
     assert select_tasks(pool, two) == select_tasks(pool[::-1], two)
     with pytest.raises(EpisodeError, match="all_of 1 of 2"):
-        select_tasks(pool, ClosureRequest("p", 2, house_uses=1))
+        select_tasks(pool, ClosureRequest("p", 2, max_per_house=1))
 
 
 def test_kinds_have_quotas_and_forms_are_shared_out(drafts: DraftsFile) -> None:

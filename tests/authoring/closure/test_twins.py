@@ -37,4 +37,4 @@ def test_what_is_called_more_exactly_is_none_of_its_name() -> None:
 def test_nothing_that_may_be_taken_for_it_is_left_where_it_is_sought(left: str) -> None:
     with pytest.raises(BrokenRule, match="fits") as broken:
         reason_for_absence([SOUGHT], [item(left, "dining table")])
-    assert broken.value.rule == "told_apart"
+    assert broken.value.rule == "distinguished"

@@ -170,7 +170,7 @@ def test_ids_say_who_made_the_house(starter: Pack, metadata: dict, name: str, be
 
 def test_spread_houses_are_asked_for_one_family_each(source: HouseInFile, tmp_path: Path) -> None:
     drafts = DraftsFile(tmp_path / "drafts.jsonl")
-    settings = GenerationSettings(("PG", "SV"), per_house=1, tried=1, is_spread=True)
+    settings = GenerationSettings(("PG", "SV"), per_house=1, tried=1, one_family_per_house=True)
     generate_drafts(drafts, copies(source, tmp_path, "abc"), settings, make_worker=lambda settings: Idle())
     assert [(row.house, row.family) for row in drafts.read().done] == [("a", "PG"), ("b", "SV"), ("c", "PG")]
 

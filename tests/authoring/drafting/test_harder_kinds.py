@@ -27,15 +27,15 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 HOUSES = {
     **dict.fromkeys(("PG alike", "VS alike", "SI alike", "SM two_to_one", "SM three_acts"), "bathroom_123"),
-    **dict.fromkeys(("CR obstacle_untold", "CR hand_untold"), "bathroom_123"),
+    **dict.fromkeys(("CR obstacle_implicit", "CR hand_implicit"), "bathroom_123"),
     **dict.fromkeys(("SM put_and_close", "SM out_of_into"), "bedroom_120"),
-    **dict.fromkeys(("AI alike", "CR swing_untold", "CR interlock_untold"), "kitchen_113"),
+    **dict.fromkeys(("AI look_alike", "CR swing_implicit", "CR interlock_implicit"), "kitchen_113"),
 }
 """Family and kind -> a house of the starter pack that allows it, of one room wherever there is one."""
 SEEDED = {
     **dict.fromkeys(("DA alike", "SI pick_inside", "SM take_and_close"), GeneratedHouse(6003, "1")),
     "SM swap": GeneratedHouse(6011, "2"),
-    "CR leaf_untold": GeneratedHouse(6002, "3"),
+    "CR leaf_implicit": GeneratedHouse(6002, "3"),
 }
 """Kinds that no house of the starter pack allows in a few tries, and the houses that do."""
 KINDS = (*HOUSES, *SEEDED)
@@ -87,7 +87,7 @@ def test_every_harder_kind_finds_a_valid_draft(found: dict[str, Found]) -> None:
 
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if kind.startswith("CR")])
-def test_an_untold_constraint_stands_and_is_not_spoken_of(
+def test_an_implicit_constraint_holds_and_is_not_spoken_of(
     kind: str, found: dict[str, Found], simulator: PrivilegedSimulator
 ) -> None:
     episode, house, verdict = found[kind]

@@ -57,7 +57,7 @@ def test_without_the_furniture_nothing_is_in_the_way(
     draft = drafts[0]
     bare = {name: change for name, change in draft.setup.objects.items() if change.placement is None}
     free = draft.model_copy(update={"setup": Setup(objects=bare)})
-    assert {finding.rule for finding in Validator(simulator).validate(free, house).findings} == {"constraint_stands"}
+    assert {finding.rule for finding in Validator(simulator).validate(free, house).findings} == {"constraint_holds"}
 
 
 def test_where_nobody_can_stand_once_the_leaf_is_closed_nothing_is_proposed(

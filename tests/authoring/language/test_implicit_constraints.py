@@ -34,7 +34,7 @@ ORDERED: dict[str, tuple[Act, str]] = {"object_released": ("pick", "mug"), "obje
 """Kind of constraint -> an act that it may prevent, and on what; a lamp is turned on otherwise."""
 
 
-def test_untold_kinds_are_known_by_their_names() -> None:
+def test_implicit_kinds_are_known_by_their_names() -> None:
     assert is_implicit(implicit_kind("leaf"))
     assert not is_implicit("leaf")
 

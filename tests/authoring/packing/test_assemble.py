@@ -53,10 +53,10 @@ def test_searches_that_turning_ends_are_few(search: Episode) -> None:
 
 def test_a_house_holds_a_few_of_a_family(search: Episode) -> None:
     drafts = [draft(search, n, f"h{n % 3}") for n in range(30)]
-    chosen = select(pool_of(drafts), PackRequest("p", 6, house_uses=2, families=("VS",)))
+    chosen = select(pool_of(drafts), PackRequest("p", 6, max_per_house=2, families=("VS",)))
     assert set(Counter(candidate.episode.house.name for candidate in chosen).values()) == {2}
     with pytest.raises(EpisodeError, match=r"VS 6 \(of 30 drafts\).*more houses"):
-        select(pool_of(drafts), PackRequest("p", 7, house_uses=2, families=("VS",)))
+        select(pool_of(drafts), PackRequest("p", 7, max_per_house=2, families=("VS",)))
 
 
 def test_labels_are_even_within_each_category(question: Episode) -> None:

@@ -60,7 +60,7 @@ def tried(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def request(per_family: int) -> PackRequest:
-    return PackRequest("p", per_family, families=("SV",), house_uses=4, is_robust=True)
+    return PackRequest("p", per_family, families=("SV",), max_per_house=4, is_robust=True)
 
 
 def test_what_was_tried_is_not_tried_again(
@@ -79,7 +79,7 @@ def test_what_was_tried_is_not_tried_again(
 
 
 def test_a_quick_check_keeps_nothing_beside_the_drafts(drafts: DraftsFile, tried: list[str], tmp_path: Path) -> None:
-    plain = PackRequest("p", 4, families=("SV",), house_uses=4)
+    plain = PackRequest("p", 4, families=("SV",), max_per_house=4)
     pack, _ = assemble(tmp_path / "a", [drafts], [], plain, candidate_checker([drafts], VerificationSettings()))
     assert not tried
     assert not check_log_of(drafts).exists()
@@ -96,7 +96,7 @@ def test_a_robust_pack_says_what_was_rejected_by_which_rule(
     drafts: DraftsFile, questions: list[Episode], tried: list[str], tmp_path: Path
 ) -> None:
     levels = {episode.id: grade_episode(episode, PLAIN) for episode in questions}
-    wanted = PackRequest("p", 3, families=("SV",), house_uses=4, is_robust=True, levels=("easy",))
+    wanted = PackRequest("p", 3, families=("SV",), max_per_house=4, is_robust=True, levels=("easy",))
     pack, _ = assemble(tmp_path / "a", [drafts], [], wanted, candidate_checker([drafts], ROBUST), levels=levels)
     assert tried
     assert pack.manifest.meta["rejected"] == {

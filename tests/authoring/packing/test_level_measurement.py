@@ -64,7 +64,7 @@ def test_levels_are_shared_out_evenly(starter: Pack) -> None:
 
 
 def test_small_targets_come_first_in_the_upper_levels_until_their_kind_has_its_share(starter: Pack) -> None:
-    episodes = {size: next(e for e in starter.episodes if e.difficulty == size) for size in ("small", "large")}
+    episodes = {size: next(e for e in starter.episodes if e.target_size == size) for size in ("small", "large")}
     kinds = [("small", 100), ("small", 5000), ("large", 5000)]
     pool = [
         replace(candidate(episodes[size], 100 * kind + number, LEVELS[number % 4]), target_px=target_px)
@@ -72,9 +72,9 @@ def test_small_targets_come_first_in_the_upper_levels_until_their_kind_has_its_s
         for number in range(40)
     ]
     chosen = select(pool, PackRequest("p", 16, families=("PG",), levels=LEVELS))
-    assert Counter(each.episode.difficulty for each in chosen) == {"small": 8, "large": 8}
+    assert Counter(each.episode.target_size for each in chosen) == {"small": 8, "large": 8}
     upper = [each for each in chosen if each.level in ("hard", "extreme")]
-    assert all(each.target_px == 100 for each in upper if each.episode.difficulty == "small")
+    assert all(each.target_px == 100 for each in upper if each.episode.target_size == "small")
     assert sum(each.target_px == 100 for each in upper) > len(upper) / 2
 
 

@@ -71,7 +71,7 @@ def solutions_of(starter: Pack, family: Family) -> list:
 
 
 def test_pointing_difficulties(starter: Pack) -> None:
-    assert Counter(episode.difficulty for episode in of(starter, "PG")) == {"large": 3, "medium": 4, "small": 3}
+    assert Counter(episode.target_size for episode in of(starter, "PG")) == {"large": 3, "medium": 4, "small": 3}
 
 
 def test_most_searches_need_walking(starter: Pack) -> None:

@@ -81,7 +81,9 @@ def test_what_is_won_on_top_instead_of_inside_is_found(
 ) -> None:
     monkeypatch.setattr(goals, "_at_receptacle", anywhere)
     found = [finding for verdict in judged(validator, starter, "SM", _is_inside) for finding in verdict.findings]
-    assert {(finding.rule, finding.message) for finding in found} == {("wrong_ways_fail", "on top instead of inside")}
+    assert {(finding.rule, finding.message) for finding in found} == {
+        ("negative_controls_fail", "on top instead of inside")
+    }
 
 
 def test_what_is_won_within_instead_of_on_is_found(
@@ -89,7 +91,9 @@ def test_what_is_won_within_instead_of_on_is_found(
 ) -> None:
     monkeypatch.setattr(goals, "_at_receptacle", anywhere)
     found = [finding for verdict in judged(validator, starter, "SM", _is_on_drawers) for finding in verdict.findings]
-    assert {(finding.rule, finding.message) for finding in found} == {("wrong_ways_fail", "within it instead of on it")}
+    assert {(finding.rule, finding.message) for finding in found} == {
+        ("negative_controls_fail", "within it instead of on it")
+    }
 
 
 def test_what_is_won_by_doing_and_undoing_is_found(
@@ -98,7 +102,7 @@ def test_what_is_won_by_doing_and_undoing_is_found(
     truth = goal_check.goal_truth
     monkeypatch.setattr(goal_check, "goal_truth", lambda goal, moments: tuple(map(goals.latched, truth(goal, moments))))
     found = [finding for verdict in judged(validator, starter, "AI") for finding in verdict.findings]
-    assert {(finding.rule, finding.message) for finding in found} == {("wrong_ways_fail", "done and undone")}
+    assert {(finding.rule, finding.message) for finding in found} == {("negative_controls_fail", "done and undone")}
 
 
 @pytest.mark.parametrize(

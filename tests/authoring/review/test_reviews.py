@@ -75,7 +75,7 @@ def test_a_broken_line_is_named(tmp_path: Path) -> None:
     [
         {"verdict": "edit"},
         {"verdict": "approve", "instruction": "Go."},
-        {"verdict": "difficulty"},
+        {"verdict": "target_size"},
         {"verdict": "note", "text": "  "},
         {"verdict": "approve", "reviewer": "../ada"},
         {"verdict": "approve", "reviewer": "gpt", "reviewer_kind": "model"},
@@ -93,7 +93,7 @@ def test_later_lines_overrule_and_other_versions_do_not_count() -> None:
     reviews = [
         said(episode, "reject", text="too dark"),
         said(episode, "approve"),
-        said(episode, "difficulty", difficulty="small"),
+        said(episode, "target_size", target_size="small"),
         said(changed, "reject"),
         said(episode, "reject", reviewer="bob"),
     ]

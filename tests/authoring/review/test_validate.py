@@ -98,19 +98,19 @@ BAD: dict[str, tuple[str, str | None, Spoil]] = {
     "goal_unmet": ("AI", "turn_on", lambda e: with_setup(e, is_toggled=True)),
     "visible_at_start": ("AI", None, lambda e: turned(e, 180.0)),
     "state_visible_at_start": ("SV", None, lambda e: turned(e, 180.0)),
-    "settled_openness": ("AI", "close", lambda e: with_setup(e, openness=0.6)),
+    "clear_openness": ("AI", "close", lambda e: with_setup(e, openness=0.6)),
     "standard_in_words": ("DA", None, lambda e: said(e, e.instruction.replace("one and a half metres", "reach"))),
     "target_named": ("AI", None, lambda e: said(e, "Do it.")),
     "unambiguous": ("AI", None, lambda e: said(e, f"{e.instruction} Mind the window.")),
     "found_by_opening": ("SI", None, lambda e: relabelled(e, "pick_inside")),
-    "look_alike_there": ("AI", None, lambda e: relabelled(e, "alike")),
-    "constraint_untold": ("CR", "obstacle", lambda e: relabelled(e, "obstacle_untold")),
+    "look_alike_present": ("AI", None, lambda e: relabelled(e, "look_alike")),
+    "constraint_implicit": ("CR", "obstacle", lambda e: relabelled(e, "obstacle_implicit")),
     "state_not_given_away": ("SV", "open", lambda e: said(e, e.instruction.replace("closed", "shut"))),
-    "graded": ("PG", None, lambda e: e.model_copy(update={"difficulty": None})),
+    "graded": ("PG", None, lambda e: e.model_copy(update={"target_size": None})),
     "chain_of_objects": ("SM", None, of_no_template),
     "not_shut_away": ("SM", "reveal_pick", silent_about_its_container),
     "inside_in_words": ("SM", "rearrange", inside),
-    "constraint_stands": ("CR", "obstacle", unobstructed),
+    "constraint_holds": ("CR", "obstacle", unobstructed),
     "constraint_visible": ("CR", "obstacle", lambda e: turned(e, 180.0)),
     "solvable": ("CR", "interlock", to_carry_a_machine),
 }
@@ -130,7 +130,7 @@ BAD_SOLUTIONS: dict[str, Callable[[tuple[Action, ...]], tuple[Action, ...]]] = {
 }
 """Rule -> how to spoil a solution."""
 
-ELSEWHERE = {"near_sees_target", "margins", "not_blind_luck", "wrong_ways_fail"}
+ELSEWHERE = {"near_sees_target", "margins", "not_blind_luck", "negative_controls_fail"}
 """Rules with a test of their own below; the last one's is `test_wrong_ways.py`."""
 
 

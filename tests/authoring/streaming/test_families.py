@@ -37,7 +37,7 @@ def own() -> Iterator[str]:
 def drafts(context: HouseContext) -> Drafts:
     """Yields pointing under another name."""
     for episode in proposals.pointing(context, "large"):
-        yield episode.model_copy(update={"family": "ZZ", "difficulty": None})
+        yield episode.model_copy(update={"family": "ZZ", "target_size": None})
 
 
 def read(**asked: Any) -> list[Any]:

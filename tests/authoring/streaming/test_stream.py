@@ -26,7 +26,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 BATHROOM = 15
 PG = StreamSettings(7, ("PG",))
-PINNED = "89c48409947e4a2cdb5d480ea0cce784751dd0269c531ae1a064a76987c336fc"
+PINNED = "9c606ed27bbecda32aa6ccf99c9756469f863000f076d824f140b7eefaaa252a"
 
 
 @pytest.fixture(scope="module")
@@ -193,12 +193,12 @@ def test_pointing_is_graded_by_size_and_states_by_distance(made: StreamHouse) ->
     for draft in made.drafts:
         by_distance = "easy" if draft.facts.distance_m <= 1.1 else "medium" if draft.facts.distance_m <= 2.0 else "hard"
         by_size = {"large": "easy", "medium": "medium", "small": "hard", None: by_distance}
-        assert difficulty_of(draft) == by_size[draft.episode.difficulty]
+        assert difficulty_of(draft) == by_size[draft.episode.target_size]
 
 
 def test_a_longer_solution_is_more_difficult(made: StreamHouse) -> None:
     draft = made.drafts[0]
-    reached = draft.episode.model_copy(update={"family": "DA", "difficulty": None})
+    reached = draft.episode.model_copy(update={"family": "DA", "target_size": None})
     told = [
         difficulty_of(draft.model_copy(update={"episode": reached, "actions": draft.actions[:1] * count}))
         for count in (4, 5, 6, 7)

@@ -152,7 +152,7 @@ def rates_by_kind(outcomes: Sequence[ClosureOutcome]) -> dict[str, dict[str, Any
 def _rates(part: Sequence[ClosureOutcome]) -> dict[str, Any]:
     found = {
         "C": rate(part, lambda each: each.C),
-        "pairs_right": correct_pairs(part),
+        "correct_pairs": correct_pairs(part),
         "W": rate(part, lambda each: each.outcome.W),
         "false_success": rate(part, lambda each: each.is_false_success),
         "no_report": rate(part, lambda each: not each.outcome.is_reported),

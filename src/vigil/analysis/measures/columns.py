@@ -48,7 +48,7 @@ COLUMNS: dict[str, str] = {
     "tier": "tier of the family",
     "house": "name of the house",
     "template": "kind of task within the family",
-    "difficulty": "size of the target as the pack has it: `large`, `medium`, `small`",
+    "target_size": "size of the target as the pack has it: `large`, `medium`, `small`",
     "goal_kind": "kind of goal",
     "target": "category of the thing that the episode is about",
     "distance_m": "from the start to its box in the floor plane, in m",

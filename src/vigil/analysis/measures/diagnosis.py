@@ -61,8 +61,8 @@ ENDING_ADVICE: Mapping[str, str] = {
     "NR": "It never reported: compare P(no rep | W=1), which counts goals that were reached and not closed, and watch "
     "in `vigil view` what it went on doing.",
     "IL": "See the reasons of the replies.",
-    "unsaid": "It had done it, or need not do it, and did not say so: look at the last frames in `vigil view`.",
-    "wrong_one": "It took the look-alike: what tells the two apart was not looked at, or not read.",
+    "unreported": "It had done it, or need not do it, and did not say so: look at the last frames in `vigil view`.",
+    "wrong_object": "It took the look-alike: what tells the two apart was not looked at, or not read.",
     "wrong_branch": "It acted on the other branch of the condition: look in `vigil view` at what it saw of it.",
     "given_up": "It conceded what could be done: watch in `vigil view` what it had looked at.",
     "closed_needlessly": "It did what was done already, and reported rightly: it acted before it looked.",

@@ -55,7 +55,7 @@ def _names_where(wanted: np.ndarray, names: list[str]) -> np.ndarray:
 
 def _size(rows: pd.DataFrame) -> np.ndarray:
     """Return the size by the rule, or as the pack says if the rule needs a measurement."""
-    pairs = zip(values(rows, "target", object), values(rows, "difficulty", object), strict=True)
+    pairs = zip(values(rows, "target", object), values(rows, "target_size", object), strict=True)
     return _names_where(_is_of_family(rows, "PG"), [SIZE_OF_CATEGORY.get(target, said) or "" for target, said in pairs])
 
 

@@ -83,7 +83,9 @@ def _by_name(context: HouseContext) -> Tasks:
             if len(things) < MIN_TARGETS:
                 continue
             if not _are_all(context, name, room, {thing.id for thing in things}):
-                yield rejection(context, "all_of", "told_apart", f"every {name} in the {room}: others answer to it too")
+                yield rejection(
+                    context, "all_of", "distinguished", f"every {name} in the {room}: others answer to it too"
+                )
             elif len(things) > MAX_TARGETS:
                 yield rejection(context, "all_of", "few_enough", f"{len(things)} things are a {name} in {room_id}")
             else:

@@ -60,10 +60,10 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 _WORDING_RULES = frozenset({"target_named", "unambiguous"})
 EXEMPT: dict[str, frozenset[str]] = {
-    "all_of": frozenset({"protocol", "hidden_at_start", "settled_openness", *_WORDING_RULES}),
-    "already": frozenset({"settled_openness"}),
-    **{f"already {form}": frozenset({"protocol", "settled_openness", *_WORDING_RULES}) for form in EVERYTHING_FORMS},
-    "if_so": frozenset({"protocol", "hidden_at_start", "settled_openness"}),
+    "all_of": frozenset({"protocol", "hidden_at_start", "clear_openness", *_WORDING_RULES}),
+    "already": frozenset({"clear_openness"}),
+    **{f"already {form}": frozenset({"protocol", "clear_openness", *_WORDING_RULES}) for form in EVERYTHING_FORMS},
+    "if_so": frozenset({"protocol", "hidden_at_start", "clear_openness"}),
     "impossible put": frozenset({"protocol", "hidden_at_start"}),
     "silent_refusal full_shelf": frozenset({"protocol", "hidden_at_start"}),
     "out_of_sight": frozenset({"protocol", "hidden_at_start"}),
@@ -72,7 +72,7 @@ EXEMPT: dict[str, frozenset[str]] = {
 """Rules of the families that a kind, or one of its forms, breaks on purpose; `protocol` is checked as for a suite."""
 FORMS_READ_BACK = ("state", "bearing", "size")
 """Forms of look-alike tasks that have their own wording."""
-UNMENTIONED_ROLES = frozenset({DISTRACTOR, "place", "blocker", "hog"})
+UNMENTIONED_ROLES = frozenset({DISTRACTOR, "place", "blocker", "occupant"})
 """Roles of objects that an episode records but its instruction does not name."""
 MIN_LOOKING_SHARE = 0.5
 """The least share of the budget that looking at everything asked about takes."""
@@ -175,7 +175,7 @@ class Certifier:
     def _faults(self, task: ClosureTask, episode: Episode) -> BrokenRules:
         """Yield the rules of its own kind that a side breaks."""
         yield from (("protocol", fault) for fault in protocol_faults(episode, SUITE))
-        if "settled_openness" in exempt_of(task):
+        if "clear_openness" in exempt_of(task):
             yield from self._faults_of_gaps(episode)
         if task.kind == "all_of" and isinstance(episode.goal, AllOf):
             yield from self._faults_of_all(episode, episode.goal)
@@ -194,11 +194,11 @@ class Certifier:
         alike, target = episode.bindings[DISTRACTOR], episode.goal.object_id
         things = self._view.scene.things
         if things[alike].category != things[target].category or not things[alike].is_present:
-            yield "told_apart", f"{alike!r} is not of the kind of {target!r}"
+            yield "distinguished", f"{alike!r} is not of the kind of {target!r}"
         if task.form in FORMS_READ_BACK:
             meant = referents_in(episode.instruction, items_of(self._view.scene).values(), self._view)
             if meant != {target}:
-                yield "told_apart", f"the words mean {', '.join(sorted(meant)) or 'nothing'}"
+                yield "distinguished", f"the words mean {', '.join(sorted(meant)) or 'nothing'}"
 
     def _faults_of_gaps(self, episode: Episode) -> BrokenRules:
         """Yield things that are neither closed, nor wide open, nor visibly ajar from close by."""
@@ -206,12 +206,12 @@ class Certifier:
             if thing.openness <= ALMOST_CLOSED or thing.openness >= WIDE_OPEN:
                 continue
             if not (can_be_partly_open(thing) and is_partly_open(thing.openness)):
-                yield "gap_can_be_told", f"{thing.id!r} starts at openness {thing.openness}"
+                yield "gap_visible", f"{thing.id!r} starts at openness {thing.openness}"
                 continue
             try:
                 self._viewpoint_showing((gap_evidence(thing, thing.openness),))
             except Unsolvable:
-                yield "gap_can_be_told", f"no reachable place shows the free edge of {thing.id!r} from near by"
+                yield "gap_visible", f"no reachable place shows the free edge of {thing.id!r} from near by"
 
     def _faults_of_all(self, episode: Episode, goal: AllOf) -> BrokenRules:
         ids = {part.object_id for part in goal.parts}
@@ -361,7 +361,7 @@ class Certifier:
         with self._view.at_pose(pose):
             states = self._view.world({each.object_id for each in evidence}).objects
         clear = [
-            is_observable(states[each.object_id]) and states[each.object_id].visible_px >= each.least_px + MARGIN_PX
+            is_observable(states[each.object_id]) and states[each.object_id].visible_px >= each.min_px + MARGIN_PX
             for each in evidence
         ]
         places = [(each.spot, each.within_m) for each in evidence if each.spot is not None]
@@ -377,13 +377,13 @@ class Certifier:
             yield "evidence_seen", f"{len(actions)} steps of {second.max_steps} to see the evidence"
         record = self._validator.play(second, house, actions)
         if record.end == "error":
-            yield "closes_rightly", record.error.message if record.error else "it ended as an error"
+            yield "closes_correctly", record.error.message if record.error else "it ended as an error"
             return
         verdict = score_closure(answer, second, record)
         if verdict.evidence_seen != 1.0:
             yield "evidence_seen", f"{verdict.evidence_seen} of the evidence is seen"
         if not verdict.C or verdict.is_needless or verdict.outcome.W is answer.is_impossible:
-            yield "closes_rightly", f"C={verdict.C:d} W={verdict.outcome.W:d} ({verdict.outcome.label})"
+            yield "closes_correctly", f"C={verdict.C:d} W={verdict.outcome.W:d} ({verdict.outcome.label})"
 
     def _begin(self, episode: Episode) -> None:
         """Reset the simulator to an episode's start. Raises BrokenRule where that is impossible."""
@@ -395,4 +395,4 @@ class Certifier:
 
 def _referent_faults(meant: set[str], ids: set[str]) -> BrokenRules:
     if meant != ids:
-        yield "told_apart", f"{len(meant)} things are meant, {len(ids)} the goal is about"
+        yield "distinguished", f"{len(meant)} things are meant, {len(ids)} the goal is about"

@@ -81,7 +81,7 @@ def _absent_tasks(context: HouseContext) -> Tasks:
         item = context.items[target.id]
         phrase, support = phrase_by_support(context, item), context.view.scene.things.get(target.parent or "")
         if phrase is None or support is None:
-            yield rejection(context, "impossible", "told_apart", f"{target.id!r} cannot be told by where it lies")
+            yield rejection(context, "impossible", "distinguished", f"{target.id!r} cannot be told by where it lies")
             continue
         spots = _spots(support, target)
         if not spots or children(context.view.scene, target.id):
@@ -252,7 +252,7 @@ def _no_room_task(
             setup=setup,
             instruction=say(_put_on(phrases[0]), context.rng, target=str(phrases[0]), receptacle=str(phrases[1])),
             goal=ObjectAtReceptacle(object_id=target.id, receptacle_id=stand.id),
-            bindings={"target": target.id, "receptacle": stand.id, "hog": occupant.id},
+            bindings={"target": target.id, "receptacle": stand.id, "occupant": occupant.id},
             template="put",
         ),
     )

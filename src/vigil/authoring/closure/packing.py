@@ -44,7 +44,7 @@ class ClosureRequest:
     """Number of tasks of a kind that `quotas` does not list; kinds that come as twins are counted in pairs."""
     seed: int = 0
     """Seed that breaks ties."""
-    house_uses: int = 3
+    max_per_house: int = 3
     """Most tasks of a kind in one house."""
     kinds: tuple[Kind, ...] = KINDS
     quotas: Mapping[Kind, int] = field(default_factory=dict)
@@ -115,7 +115,7 @@ def select_tasks(pool: Sequence[ClosureDraft], request: ClosureRequest) -> list[
         left = {task.drafts[0].episode.id: task for task in pool if task.kind == kind}
         offered, uses = len(left), Counter[tuple[str, str]]()
         for number in range(request.asked(kind)):
-            free = [task for task in left.values() if uses["house", _house(task)] < request.house_uses]
+            free = [task for task in left.values() if uses["house", _house(task)] < request.max_per_house]
             if not free:
                 short.append(f"{kind} {number} of {request.asked(kind)} (of {offered} drafts)")
                 break

@@ -60,7 +60,7 @@ def gap_evidence(thing: Thing, openness: float) -> Evidence:
     came_out[np.linalg.norm(moved, axis=1) < FREE_SHARE * gap_m(thing)] = -np.inf
     spot = surface_points(replace(thing, openness=openness))[int(came_out.argmax())]
     place = Vec3(*(round(float(value), 3) for value in spot))
-    return Evidence(object_id=thing.id, spot=place, within_m=GAP_FROM_M, least_px=EVIDENCE_PX)
+    return Evidence(object_id=thing.id, spot=place, within_m=GAP_FROM_M, min_px=EVIDENCE_PX)
 
 
 def _displacements(thing: Thing) -> np.ndarray:

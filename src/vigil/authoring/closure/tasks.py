@@ -59,7 +59,7 @@ def interleave(context: HouseContext, *proposals: Tasks) -> Tasks:
 
 def object_evidence(thing_id: str) -> Evidence:
     """Return the evidence that a thing gives when it is clearly seen."""
-    return Evidence(object_id=thing_id, least_px=EVIDENCE_PX)
+    return Evidence(object_id=thing_id, min_px=EVIDENCE_PX)
 
 
 def is_out_of_view_from(context: HouseContext, pose: Pose, thing_id: str) -> bool:

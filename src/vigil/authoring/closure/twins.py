@@ -64,6 +64,6 @@ def reason_for_absence(
     everything = list(items)
     for phrase in phrases:
         for other in referents(phrase, everything)[:1]:
-            raise BrokenRule("told_apart", f"{str(phrase)!r} fits {other.id!r} still")
+            raise BrokenRule("distinguished", f"{str(phrase)!r} fits {other.id!r} still")
     left = [(phrase.name, each.name) for phrase in phrases for each in referents(phrase.without_place, everything)]
     return "elsewhere" if any(name == found or not is_strict for name, found in left) else "absent"

@@ -22,7 +22,7 @@ def verify_closure(
 ) -> list[Finding]:
     """Return what is wrong with the tasks of a pack of the suite, sorted by episode. Raises PackMismatch."""
     answers = closure_answers(pack.folder)
-    findings = [Finding(episode.id, "closes_rightly", "it has no answer") for episode in pack.episodes
+    findings = [Finding(episode.id, "closes_correctly", "it has no answer") for episode in pack.episodes
                 if episode.id not in answers]  # fmt: skip
     tasks = [] if findings else list(_tasks(pack, answers))
     certifier, faulty = Certifier(simulator, pack.manifest.versions.rules), 0
@@ -71,7 +71,7 @@ def _verify(certifier: Certifier, pack: Pack, task: ClosureTask, answers: dict[s
     recorded = tuple(pack.solutions[episode.id].actions for episode in task.episodes)
     sides, found = certifier.certify(task, pack.house_of(task.episodes[0]), recorded)
     return found or [
-        Finding(side.episode.id, "closes_rightly", "its answer is not the one that the search gives")
+        Finding(side.episode.id, "closes_correctly", "its answer is not the one that the search gives")
         for side in sides
         if side.answer != answers[side.episode.id]
     ]

@@ -1,7 +1,7 @@
 """Proposals of constraints to resolve (CR): something in the way, a blocked swing, an interlock, a full hand.
 
 Open leaves are proposed by `vigil.authoring.drafting.leaves`. That a constraint binds is proved by
-`vigil.authoring.review.rules` (`constraint_stands`), not by construction.
+`vigil.authoring.review.rules` (`constraint_holds`), not by construction.
 """
 
 from collections.abc import Iterator

@@ -35,8 +35,8 @@ from vigil.protocol.episode import Episode, Family
 from vigil.protocol.house import House, canonical_json
 from vigil.scoring.closure import ClosureAnswer, Kind
 
-DRAFTS_SCHEMA = 1
-DRAFTS_VERSION = 4
+DRAFTS_SCHEMA = 2
+DRAFTS_VERSION = 5
 """Version of the drafts and their wording. Raised when a house and a seed yield other drafts than before:
 `tests/authoring/streaming` pins some. Drafts files, recipes and streams of another version are refused."""
 UNVERSIONED_DRAFTS = 1

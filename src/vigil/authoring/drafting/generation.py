@@ -62,7 +62,7 @@ class GenerationSettings:
     """Drafts validated of each family in each house, shared out likewise."""
     backend: str = "mujoco"
     assets: AssetDatabase | None = None
-    is_spread: bool = False
+    one_family_per_house: bool = False
     """Whether each house is asked for one family alone, in turn: more houses in the same time."""
     starts: int = 1
     """Starts drawn for each draft, of which the hardest is kept; with several, what is hard to name comes first."""
@@ -80,7 +80,7 @@ class GenerationSettings:
 
     def families_in(self, index: int) -> tuple[Family, ...]:
         """Return which families the house at a place in the list of houses is asked for."""
-        return (self.families[index % len(self.families)],) if self.is_spread else self.families
+        return (self.families[index % len(self.families)],) if self.one_family_per_house else self.families
 
     def header(self, simulator: str, author: str) -> Header:
         """Return the first line of the drafts file."""

@@ -49,7 +49,7 @@ PositionMask = Callable[[np.ndarray], np.ndarray]
 class VisibilityTest:
     """The test that an object is clearly seen, in a state as seen from somewhere."""
 
-    least_px: int
+    min_px: int
     """With fewer visible pixels the test fails."""
     is_met: Callable[[ObjectState], bool]
 
@@ -68,7 +68,7 @@ class TaskSpec:
     bindings: dict[str, str]
     setup: Setup = field(default_factory=Setup)
     template: str = ""
-    difficulty: TargetSize | None = None
+    target_size: TargetSize | None = None
 
 
 class HouseContext:
@@ -247,7 +247,7 @@ class HouseContext:
 
     def _is_clear_from(self, pose: Pose, thing_id: str, is_clear: VisibilityTest) -> bool:
         with self.view.at_pose(pose):
-            return self.view.may_be_visible(thing_id, is_clear.least_px) and is_clear(self.view.state_of(thing_id))
+            return self.view.may_be_visible(thing_id, is_clear.min_px) and is_clear(self.view.state_of(thing_id))
 
     def away_from(self, thing: Thing, least_m: float, most_m: float) -> PositionMask:
         """Return the mask of places between two distances from a thing's box."""
@@ -273,7 +273,7 @@ class HouseContext:
             bindings=ask.bindings,
             max_steps=spec.max_steps,
             max_invalid=spec.max_invalid,
-            difficulty=ask.difficulty,
+            target_size=ask.target_size,
             provenance=Provenance(author=AUTHOR, template=ask.template, seed=seed_of(self.house)),
         )
 

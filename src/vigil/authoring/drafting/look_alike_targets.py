@@ -135,7 +135,7 @@ def _drafts(
             goal=goal_of(thing) if goal_of is not None else goal_for(thing, act or "pick"),
             bindings={"target": thing.id},
             template=WALK_TEMPLATE if family == "VS" else LOOK_ALIKE_TEMPLATE,
-            difficulty=size_of_thing(thing) if family == "PG" else None,
+            target_size=size_of_thing(thing) if family == "PG" else None,
         )
         yield context.draft(family, task)
 

@@ -70,7 +70,7 @@ ASKS: dict[Family, str] = {
     "obstacle (something stands in the way; pick it up), leaf (an open door bars the way; close it), swing (something "
     "keeps the target from opening; pick it up), interlock (a machine must be closed before it starts, or stopped "
     "before it opens; target alone), hand (put down what is in the hand, the obstacle, then pick up the target); each "
-    "also with _untold (say the order alone, and nothing of what prevents it). Roles: target, obstacle.",
+    "also with _implicit (say the order alone, and nothing of what prevents it). Roles: target, obstacle.",
 }
 
 _TEXT = """You author tasks for an embodied agent that sees one picture at a time in a house.

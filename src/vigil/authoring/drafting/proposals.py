@@ -83,9 +83,9 @@ def is_target(thing: Thing) -> bool:
     return thing.category not in NEVER_TARGETS and not thing.is_structure
 
 
-def is_seen(least_px: int) -> VisibilityTest:
+def is_seen(min_px: int) -> VisibilityTest:
     """Return the test that an object is clearly in the frame, by at least so many pixels and a margin."""
-    needed = least_px + MARGIN_PX
+    needed = min_px + MARGIN_PX
     return VisibilityTest(needed, lambda state: state.visible and state.visible_px >= needed and is_observable(state))
 
 
@@ -118,7 +118,7 @@ def pointing(context: HouseContext, size: TargetSize) -> Drafts:
                     instruction=context.sentence_about(thing, POINT),
                     goal=TargetGrounded(object_id=thing.id),
                     bindings={"target": thing.id},
-                    difficulty=size,
+                    target_size=size,
                 ),
             )
 
@@ -227,9 +227,9 @@ def verifying(context: HouseContext, label: StateLabel) -> Drafts:
             )
 
 
-def _shows_state(state: Literal["is_toggled", "is_open"], least_px: int) -> VisibilityTest:
+def _shows_state(state: Literal["is_toggled", "is_open"], min_px: int) -> VisibilityTest:
     """Return the test that the parts of an object that tell a state are clearly in the frame."""
-    needed = least_px + 2 * MARGIN_PX
+    needed = min_px + 2 * MARGIN_PX
     return VisibilityTest(
         needed, lambda seen: seen.state_px(state) >= needed and seen.visible and is_state_observable(seen, state)
     )

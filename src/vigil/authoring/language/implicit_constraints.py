@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterator
 
-IMPLICIT_SUFFIX = "_untold"
+IMPLICIT_SUFFIX = "_implicit"
 _IN_THE_WAY = r"in (?:the|your|its) way|make way|block(?:s|ed|ing)?\b|barred\b|get (?:past|through)\b|clear\b|obstacle"
 GIVEAWAY_WORDS = {
     "object_moved": rf"{_IN_THE_WAY}|from opening\b|\baside\b|in front of it|stands before",

@@ -29,7 +29,7 @@ from vigil.protocol.episode import FAMILIES, Episode, Family, Solution
 from vigil.protocol.house import House, canonical_json
 from vigil.scoring.levels import LEVELS_FILE, EpisodeLevel, Level, dump_levels
 
-HOUSE_USES = 3
+MAX_PER_HOUSE = 3
 """Most episodes of one family in one house."""
 PER_FAMILY = 125
 FOUND_BY_TURNING = 0.4
@@ -84,7 +84,7 @@ class PackRequest:
     per_family: int = PER_FAMILY
     seed: int = 0
     """Seed that breaks ties."""
-    house_uses: int = HOUSE_USES
+    max_per_house: int = MAX_PER_HOUSE
     version: str = "1"
     description: str = ""
     aliases: tuple[str, ...] = ()
@@ -178,7 +178,7 @@ class _SelectionCounts:
     def takes(self, candidate: Candidate, pack_request: PackRequest) -> bool:
         """Return whether the pack's limits allow a candidate."""
         episode, family = candidate.episode, candidate.episode.family
-        if self.of_family[family, "house", episode.house.name] >= pack_request.house_uses:
+        if self.of_family[family, "house", episode.house.name] >= pack_request.max_per_house:
             return False
         level, quotas = candidate.level, pack_request.quotas
         if quotas and (level is None or self.of_family[family, "level", level] >= quotas.get(level, 0)):

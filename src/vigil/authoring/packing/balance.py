@@ -20,7 +20,7 @@ StratumMember = tuple[Episode, DraftFacts]
 def stratum_of(episode: Episode, facts: DraftFacts) -> str:
     """Return the kind of episode within its family; a pack holds equally many of each kind."""
     if episode.family == "PG":
-        return episode.difficulty or "medium"
+        return episode.target_size or "medium"
     if episode.family == "DA":
         return distance_band(facts.distance_m)
     if isinstance(episode.goal, ReportStatus):

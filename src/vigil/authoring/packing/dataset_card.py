@@ -63,7 +63,7 @@ _FIELDS = """## Files
 |---|---|
 | `episodes.jsonl` | an episode: `id`, `family`, `house` (name, SHA-256), `start` pose, `setup` (what is changed \
 before it starts), `instruction`, `goal`, `bindings` (role to object), \
-`max_steps`, `max_invalid`, `difficulty`, `provenance` |
+`max_steps`, `max_invalid`, `target_size`, `provenance` |
 | `solutions.jsonl` | the actions that solve an episode: W = W_strict = B = 1 when replayed |
 | `facts.jsonl` | what the pack is balanced over: category, rooms, area, distance, label |
 | `levels.jsonl` | how difficult an episode is: the figures that are measured, their index, the level |

@@ -30,7 +30,7 @@ from vigil.protocol.episode import Family
 from vigil.scoring.closure import SUITE, Kind
 from vigil.scoring.levels import Level
 
-RECIPE_SCHEMA = 1
+RECIPE_SCHEMA = 2
 PACKAGED = Path(str(files("vigil") / "data" / "recipes"))
 LIBRARIES = ("vigil-bench", "mujoco", "numpy", "scipy", "shapely")
 """Libraries whose version may change a float, and with it a pack's bytes."""
@@ -50,7 +50,7 @@ class Recipe(BaseModel):
     seed: int = Field(ge=0, lt=2**256)
     families: tuple[Family, ...]
     per_family: int = Field(ge=1, le=MAX_LINES)
-    house_uses: int = Field(ge=1, le=MAX_LINES)
+    max_per_house: int = Field(ge=1, le=MAX_LINES)
     backend: str
     asset_database_sha256: str | None = None
     """Hash of AI2-THOR's asset database; None when things have the typical sizes of their kinds."""
@@ -60,7 +60,7 @@ class Recipe(BaseModel):
     pack_sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
     drafted_in: int | None = Field(default=None, ge=1)
     """Number of houses, drawn by the seed, in which episodes are proposed; None for all."""
-    is_spread: bool = False
+    one_family_per_house: bool = False
     """Whether each house is asked for only one family, in turn."""
     levels: tuple[Level, ...] = ()
     """Levels of difficulty over which each family is divided; empty where levels do not matter."""
@@ -85,7 +85,7 @@ class Recipe(BaseModel):
             self.name,
             self.per_family,
             self.seed,
-            self.house_uses,
+            self.max_per_house,
             families=self.families,
             asset_database_sha256=self.asset_database_sha256,
             levels=self.levels,
@@ -136,7 +136,7 @@ def recipe_of(
     *,
     backend: str,
     drafted_in: int | None,
-    is_spread: bool,
+    one_family_per_house: bool,
     starts: int = 1,
     tasks: Mapping[Kind, int] | None = None,
 ) -> Recipe:
@@ -146,14 +146,14 @@ def recipe_of(
         seed=pack_request.seed,
         families=pack_request.families,
         per_family=pack_request.per_family,
-        house_uses=pack_request.house_uses,
+        max_per_house=pack_request.max_per_house,
         backend=backend,
         asset_database_sha256=pack_request.asset_database_sha256,
         versions=PackVersions.current(),
         made_with=made_with(),
         pack_sha256=pack_sha256,
         drafted_in=drafted_in,
-        is_spread=is_spread,
+        one_family_per_house=one_family_per_house,
         levels=pack_request.levels,
         is_robust=pack_request.is_robust,
         starts=starts,

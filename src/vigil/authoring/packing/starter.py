@@ -163,8 +163,8 @@ def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[s
 
 
 def kinds_of(episodes: Iterable[Episode]) -> dict[str, int]:
-    """Return how many episodes there are of each family, template and difficulty."""
-    kinds = [" ".join(filter(None, (e.family, e.provenance.template, e.difficulty))) for e in episodes]
+    """Return how many episodes there are of each family, template and target size."""
+    kinds = [" ".join(filter(None, (e.family, e.provenance.template, e.target_size))) for e in episodes]
     return dict(sorted(Counter(kinds).items()))
 
 

@@ -19,8 +19,8 @@ from vigil.base.versions import schema_validator
 from vigil.protocol.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, TargetSize
 from vigil.protocol.house import canonical_json
 
-REVIEW_SCHEMA = 1
-Verdict = Literal["approve", "reject", "edit", "difficulty", "note"]
+REVIEW_SCHEMA = 2
+Verdict = Literal["approve", "reject", "edit", "target_size", "note"]
 Judgement = Literal["approve", "reject"]
 
 
@@ -39,8 +39,8 @@ class Review(BaseModel):
     verdict: Verdict
     instruction: str | None = Field(default=None, min_length=1, max_length=MAX_INSTRUCTION_CHARS)
     """The new wording; `edit` alone."""
-    difficulty: TargetSize | None = None
-    """`difficulty` alone."""
+    target_size: TargetSize | None = None
+    """`target_size` alone."""
     text: str = Field(default="", max_length=4000)
     """A reason, or the note."""
 
@@ -50,8 +50,8 @@ class Review(BaseModel):
             raise ValueError("the name of a model, and of no person, begins with `model: `")
         if (self.verdict == "edit") != (self.instruction is not None):
             raise ValueError("`instruction` belongs to `edit`, and `edit` needs it")
-        if (self.verdict == "difficulty") != (self.difficulty is not None):
-            raise ValueError("`difficulty` belongs to the verdict `difficulty`, which needs it")
+        if (self.verdict == "target_size") != (self.target_size is not None):
+            raise ValueError("`target_size` belongs to the verdict `target_size`, which needs it")
         if self.verdict == "note" and not self.text.strip():
             raise ValueError("a note needs a text")
         return self
@@ -63,7 +63,7 @@ class Decision:
 
     judgement: Judgement | None = None
     instruction: str | None = None
-    difficulty: TargetSize | None = None
+    target_size: TargetSize | None = None
     notes: tuple[str, ...] = ()
 
 
@@ -119,10 +119,10 @@ def apply_reviews(episode: Episode, reviews: Sequence[Review]) -> Episode:
     judgements = {decision.judgement for decision in decisions(episode, mine).values()}
     reviewed = "rejected" if "reject" in judgements else "approved" if "approve" in judgements else None
     edits = [review.instruction for review in mine if review.instruction is not None]
-    sizes = [review.difficulty for review in mine if review.difficulty is not None]
+    sizes = [review.target_size for review in mine if review.target_size is not None]
     changes = {
         "instruction": edits[-1] if edits else episode.instruction,
-        "difficulty": sizes[-1] if sizes else episode.difficulty,
+        "target_size": sizes[-1] if sizes else episode.target_size,
         "provenance": episode.provenance.model_copy(update={"reviewed": reviewed}),
     }
     return Episode.model_validate({**dict(episode), **changes})
@@ -154,7 +154,9 @@ def agreement(episodes: Iterable[Episode], reviews: Sequence[Review], a: str, b:
 def _after(before: Decision, review: Review) -> Decision:
     notes = (*before.notes, review.text) if review.text.strip() else before.notes
     judgement: Judgement | None = review.verdict if review.verdict in ("approve", "reject") else before.judgement
-    return Decision(judgement, review.instruction or before.instruction, review.difficulty or before.difficulty, notes)
+    return Decision(
+        judgement, review.instruction or before.instruction, review.target_size or before.target_size, notes
+    )
 
 
 def _kappa(pairs: Sequence[tuple[str, Judgement, Judgement]]) -> float | None:

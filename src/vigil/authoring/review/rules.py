@@ -52,7 +52,7 @@ EXPLICIT_TEMPLATES = ("obstacle", "leaf", "swing", "interlock", "hand")
 CR_TEMPLATES = (*EXPLICIT_TEMPLATES, *map(implicit_kind, EXPLICIT_TEMPLATES))
 INSIDE_TEMPLATE = "pick_inside"
 """Of searches whose target lies in something closed, which the instruction does not name."""
-LOOK_ALIKE_TEMPLATE = "alike"
+LOOK_ALIKE_TEMPLATE = "look_alike"
 """Of episodes about one of several look-alikes."""
 
 Faults = Iterator[str]
@@ -90,7 +90,7 @@ def _unmet(case: EpisodeStart) -> Faults:
 
 
 def _visible(case: EpisodeStart) -> Faults:
-    least = SMALL_START_PX if case.episode.difficulty == "small" else START_PX
+    least = SMALL_START_PX if case.episode.target_size == "small" else START_PX
     state = case.first
     if state.visible_px < least + MARGIN_PX:
         yield f"{state.visible_px} px of the object to act on are in view at the start, {least + MARGIN_PX} are needed"
@@ -272,8 +272,8 @@ def _found(case: EpisodeStart) -> Faults:
 
 
 def _has_target_size(case: EpisodeStart) -> Faults:
-    if case.episode.difficulty is None:
-        yield "the episode has no difficulty"
+    if case.episode.target_size is None:
+        yield "the episode has no target size"
 
 
 def _seen_constraint(case: EpisodeStart) -> Faults:
@@ -329,22 +329,22 @@ RULES: dict[str, Rule] = {
     "graded": Rule(only("PG"), "pointing tasks are graded by the size of the target", _has_target_size),
     "in_reach_at_start": Rule(only("PG"), "pointing needs no walking", _in_reach),
     "out_of_reach_at_start": Rule(only("DA", "AI"), "there is a way to go", _out_of_reach),
-    "settled_openness": Rule(every_family, "open and closed are clearly so", _clearly_open_or_closed),
+    "clear_openness": Rule(every_family, "open and closed are clearly so", _clearly_open_or_closed),
     "near_sees_target": Rule(only("DA"), "being near on the other side of a wall is no arrival", _other_rooms),
     "standard_in_words": Rule(only("DA"), "the agent is told how near is near", _standard_stated),
     "target_named": Rule(every_family, "every bound object is said so that it alone is meant", _named),
     "unambiguous": Rule(every_family, "every thing mentioned is one thing", _unambiguous),
     "found_by_opening": Rule(only("SI"), "what lies in something closed is fair to look for", _found_inside),
-    "look_alike_there": Rule(_done, "an episode about one of several look-alikes has one", _has_look_alike),
+    "look_alike_present": Rule(_done, "an episode about one of several look-alikes has one", _has_look_alike),
     "state_not_given_away": Rule(_asked, "the instruction does not answer itself", _state_not_given_away),
     "chain_of_objects": Rule(only("SM"), "a sequence has a template and several objects", _chained),
     "not_shut_away": Rule(only("SM"), "what is to be taken is in view, or in what the instruction names", _found),
     "inside_in_words": Rule(every_family, "into is said where inside is meant, and only there", _inside_as_worded),
-    "constraint_untold": Rule(
+    "constraint_implicit": Rule(
         only("CR"), "a constraint that is to be found is not given away", _constraint_not_given_away
     ),
     "constraint_visible": Rule(only("CR"), "what is in the way is seen at the start", _seen_constraint),
-    "constraint_stands": Rule(
+    "constraint_holds": Rule(
         only("CR"), "the goal is out of reach until the constraint is resolved", _constraint_binds
     ),
 }

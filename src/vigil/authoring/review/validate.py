@@ -40,14 +40,14 @@ OTHER_RULES = {
     "within_budget": "the solution takes at most four fifths of the budget",
     "solution_holds": "the solution, replayed, gives W = W_strict = B = 1",
     "not_blind_luck": "walking, turning, clicking or waiting without sight does not complete it",
-    "wrong_ways_fail": "on top for inside, within for on, the look-alike, the neighbour, done and undone: none does it",
+    "negative_controls_fail": "on top for inside, within for on, the look-alike, the neighbour, done and undone: none does it",
     "margins": "the solution clears every threshold with a margin (2 cm, 20 px)",
 }
 """Rule name -> reason, for the rules that are no functions of a start."""
 SUITE_RULES = {
     "twins_differ_in_one": "the twins have one instruction, start and goal, and differ in one thing's setup",
     "difference_hidden": "what bars the way, or takes up the place, is out of view at the start on both sides",
-    "told_apart": "nothing else answers to what is meant",
+    "distinguished": "nothing else answers to what is meant",
     "some_out_of_view": "of several targets, half at least are out of view at the start",
     "twin_impossible": "the exhaustive search finds no way of doing what is asked for",
     "obvious_is_full": "every click on the surface nearest to the hand's height is refused, and another has room",
@@ -55,11 +55,11 @@ SUITE_RULES = {
     "evidence_seen": "all evidence can be seen within four fifths of the budget",
     "enough_to_look_at": "where all of a place is asked about, looking at everything takes half of the budget at least",
     "time_to_look": "where things are told by their state, acting on them takes three fifths of the budget at most",
-    "closes_rightly": "the recorded solution, replayed, is a correct closure",
+    "closes_correctly": "the recorded solution, replayed, is a correct closure",
     "can_be_set_up": "the simulator can bring the start about",
     "few_enough": "there are two to five targets, three at least where they are told by their state alone; and two to "
     "24 things of which one must make sure",
-    "gap_can_be_told": "what stands ajar does so by 4 cm at least, and its free edge can be seen from near by",
+    "gap_visible": "what stands ajar does so by 4 cm at least, and its free edge can be seen from near by",
     "place_can_be_seen": "a named place can be looked at from above, and nothing that is asked about is shut away",
 }
 """The same of the closure-stress suite, whose tasks `vigil.authoring.closure.certify` checks."""
@@ -141,7 +141,9 @@ class Validator:
         controls = negative_controls(SyntheticWorlds(self._simulator, episode), self._view, record)
         passed = (control for control in controls if scores_as_success(episode, control))
         return ValidationResult(
-            tuple(Finding(episode.id, "wrong_ways_fail", control.name) for control in passed), steps, tuple(controls)
+            tuple(Finding(episode.id, "negative_controls_fail", control.name) for control in passed),
+            steps,
+            tuple(controls),
         )
 
     def robustness(self, episode: Episode, house: House) -> tuple[Finding, ...]:

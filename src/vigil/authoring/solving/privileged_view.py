@@ -107,9 +107,9 @@ class PrivilegedView:
         """Return the hidden state of the agent and the named objects."""
         return self._simulator.world(object_ids)
 
-    def may_be_visible(self, thing_id: str, least_px: int) -> bool:
+    def may_be_visible(self, thing_id: str, min_px: int) -> bool:
         """Whether so many pixels of a thing may be visible from where the agent is: no is told sooner than a state."""
-        return self._simulator.may_be_visible(thing_id, least_px)
+        return self._simulator.may_be_visible(thing_id, min_px)
 
     def room_at(self, position: Vec3) -> str | None:
         """Return the id of the room that holds a place."""

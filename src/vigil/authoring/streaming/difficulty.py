@@ -26,8 +26,8 @@ MAX_DISTANCE_M = (1.1, 2.0)
 def difficulty_of(draft: Draft) -> Difficulty:
     """Return how difficult a draft is."""
     family = draft.episode.family
-    if draft.episode.difficulty is not None:
-        return OF_SIZE[draft.episode.difficulty]
+    if draft.episode.target_size is not None:
+        return OF_SIZE[draft.episode.target_size]
     if family == "SV":
         measured, (easy, medium) = draft.facts.distance_m, MAX_DISTANCE_M
     else:

@@ -127,7 +127,7 @@ def suite_request(pack_request: PackRequest, tasks: Mapping[Kind, int]) -> Closu
         pack_request.name,
         pack_request.per_family,
         pack_request.seed,
-        pack_request.house_uses,
+        pack_request.max_per_house,
         tuple(tasks),
         tasks,
         version=pack_request.version,

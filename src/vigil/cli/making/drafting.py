@@ -57,7 +57,7 @@ def drafting_for_pack(
     settings = GenerationSettings(
         pack_request.families,
         pack_request.seed,
-        pack_request.house_uses,
+        pack_request.max_per_house,
         backend=verification.backend,
         assets=verification.assets,
         forms=pack_request.forms,

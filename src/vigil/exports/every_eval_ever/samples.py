@@ -143,6 +143,6 @@ def _token_usage(record: EpisodeRecord, outcome: Outcome) -> _Json | None:
 
 
 def _metadata(outcome: Outcome) -> dict[str, str]:
-    names = ("family", "tier", "house", "template", "difficulty", "goal_kind", "epoch", "attempt", "end", "label")
+    names = ("family", "tier", "house", "template", "target_size", "goal_kind", "epoch", "attempt", "end", "label")
     facts = {name: getattr(outcome, name) for name in (*names, "subtype", "W", "W_strict", "reported")}
     return {name: str(value) for name, value in facts.items() if value is not None}

@@ -49,7 +49,7 @@ class WorkerPlan:
     agent_factory: PrivilegedFactory | None = None
     reply_seconds: float = REPLY_SECONDS
     """Time limit of a program's reply."""
-    beat_seconds: float = FRAME_INTERVAL_SECONDS
+    frame_interval_seconds: float = FRAME_INTERVAL_SECONDS
     """Period of a program's frames: the next one comes a whole number of periods after the reply."""
     keep_program: bool = False
     """Whether one program plays all episodes of the worker, instead of being started for each."""

@@ -102,7 +102,9 @@ class RequestHandler:
     def __init__(self, plan: WorkerPlan, channel: "WorkerChannel") -> None:
         self._plan = plan
         self._channel = channel
-        self._program = ProgramSettings(plan.reply_seconds, plan.beat_seconds, Secrets.of_command(plan.agent).redact)
+        self._program = ProgramSettings(
+            plan.reply_seconds, plan.frame_interval_seconds, Secrets.of_command(plan.agent).redact
+        )
         self._pack = None if plan.pack is None else Pack.load(plan.pack, plan.pack_sha256)
         self._house: House | None = None
         """House that the current assignment includes."""

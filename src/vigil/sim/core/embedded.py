@@ -168,10 +168,10 @@ class EmbeddedSimulator:
         rays, thing = offsets / away[:, None], self._thing(object_id)
         return self._require_loaded().sight.meets(eye, rays, thing, through_glass=through_glass)
 
-    def may_be_visible(self, object_id: str, least_px: int) -> bool:
+    def may_be_visible(self, object_id: str, min_px: int) -> bool:
         """Whether so many pixels of an object may be in view; True wherever they are."""
         loaded = self._require_loaded()
-        return loaded.sight.may_be_visible(loaded.state.agent, self._thing(object_id), least_px)
+        return loaded.sight.may_be_visible(loaded.state.agent, self._thing(object_id), min_px)
 
     @contextmanager
     def rollback(self) -> Iterator[None]:

@@ -274,12 +274,12 @@ class Sight:
             known |= self._see(agent, missing)
         return {thing.id: known[thing.id] for thing in things}
 
-    def may_be_visible(self, agent: Pose, thing: Thing, least_px: int) -> bool:
+    def may_be_visible(self, agent: Pose, thing: Thing, min_px: int) -> bool:
         """Whether so many pixels of a thing would be seen if nothing stood before it; sooner told than what is seen."""
         window = self._window_of(agent, thing)
-        if window is None or window.most_px < least_px:
-            return least_px <= 0
-        return len(self._outline(agent, thing, window).rays) * window.stride**2 >= least_px
+        if window is None or window.most_px < min_px:
+            return min_px <= 0
+        return len(self._outline(agent, thing, window).rays) * window.stride**2 >= min_px
 
     def _see(self, agent: Pose, things: list[Thing]) -> dict[str, ObjectVisibility]:
         """Casts each thing's outline alone first, then into the scene."""

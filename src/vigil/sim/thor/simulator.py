@@ -169,7 +169,7 @@ class ThorSimulator:
             return np.zeros(len(points), dtype=bool)
         return np.array([self._meets(eye, Vec3(*point)) == thing.id for point in points.tolist()], dtype=bool)
 
-    def may_be_visible(self, object_id: str, least_px: int) -> bool:
+    def may_be_visible(self, object_id: str, min_px: int) -> bool:
         """Whether the picture shows so many pixels of the object."""
         thing = self._thing(object_id)
         is_there = thing.is_present and not thing.is_held
@@ -178,7 +178,7 @@ class ThorSimulator:
             if is_there
             else 0
         )
-        return pixels >= least_px
+        return pixels >= min_px
 
     @contextmanager
     def rollback(self) -> Iterator[None]:

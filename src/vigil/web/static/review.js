@@ -75,7 +75,7 @@
       at("judgement").textContent = found.judgement ?? "none yet";
       at("judgement").className = `tag ${found.judgement === "approve" ? "good" : found.judgement === "reject" ? "bad" : ""}`;
       if (found.instruction) at("instruction").textContent = found.instruction;
-      if (found.difficulty) at("difficulty").textContent = found.difficulty;
+      if (found.target_size) at("target-size").textContent = found.target_size;
       at("notes").replaceChildren(
         ...found.notes.map((text) => {
           const item = document.createElement("li");
@@ -121,9 +121,9 @@
     x: () => write("reject"),
     e: () => write("edit"),
     n: () => write("note"),
-    1: () => say({ verdict: "difficulty", difficulty: "large" }),
-    2: () => say({ verdict: "difficulty", difficulty: "medium" }),
-    3: () => say({ verdict: "difficulty", difficulty: "small" }),
+    1: () => say({ verdict: "target_size", target_size: "large" }),
+    2: () => say({ verdict: "target_size", target_size: "medium" }),
+    3: () => say({ verdict: "target_size", target_size: "small" }),
     j: () => leave("after"),
     k: () => leave("before"),
   };
@@ -147,6 +147,6 @@
   at("next").onclick = KEYS.ArrowRight;
   at("play").onclick = KEYS[" "];
   for (const id of ["approve", "reject", "edit", "note"]) at(id).onclick = KEYS[{ approve: "a", reject: "x", edit: "e", note: "n" }[id]];
-  for (const button of document.querySelectorAll("[data-size]")) button.onclick = () => say({ verdict: "difficulty", difficulty: button.dataset.size });
+  for (const button of document.querySelectorAll("[data-size]")) button.onclick = () => say({ verdict: "target_size", target_size: button.dataset.size });
   go(1);
 })();
