@@ -31,7 +31,8 @@ from vigil.integrations.gymnasium.sources import load_pack
 from vigil.packs.even_draw import draw_evenly
 from vigil.packs.pack import Selection
 from vigil.protocol.actions import Reply
-from vigil.protocol.episode import FAMILIES, Episode, parse_families
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES, parse_families
 from vigil.sim import make_simulator
 
 TURN = json.dumps({"skill_name": "navigate", "arguments": {"mode": "turn_right", "magnitude": 30}})

@@ -11,7 +11,7 @@ import time
 from collections import Counter
 
 from vigil.authoring.streaming.stream import Stream
-from vigil.protocol.episode import parse_families
+from vigil.protocol.families import parse_families
 
 
 def main() -> None:

@@ -15,12 +15,11 @@ from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.review.validate import Validator
 from vigil.authoring.solving.solvers import privileged_agent
 from vigil.env import Env
-from vigil.protocol.episode import Episode, FamilySpec, register_family
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import register_family
+from vigil.protocol.family import DraftKind, FamilySpec, StreamGrading
 from vigil.protocol.goals import AgentNearTarget
 from vigil.sim import make_simulator
-
-SKILLS = ("navigate", "look", "report")
-register_family("SA", FamilySpec("Search and Approach", "compositional", False, 30, 8, SKILLS, ("agent_near_target",)))
 
 
 def drafts(context: HouseContext):
@@ -32,6 +31,22 @@ def drafts(context: HouseContext):
                 start, goal = context.facing(place, thing, 0.0, 180.0), AgentNearTarget(object_id=thing.id)
                 yield context.draft("SA", TaskSpec(start, text, goal, {"target": thing.id}))
                 break
+
+
+register_family(
+    FamilySpec(
+        code="SA",
+        name="Search and Approach",
+        tier="compositional",
+        visible_at_start=False,
+        max_steps=30,
+        max_invalid=8,
+        skills=("navigate", "look", "report"),
+        goal_kinds=("agent_near_target",),
+        kinds={"seek": DraftKind(drafts)},
+        grading=StreamGrading("actions", easy=5, medium=9),
+    )
+)
 
 
 def first_valid(simulator, house: vigil.House) -> Episode:

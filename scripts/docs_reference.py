@@ -22,6 +22,8 @@ EXTENDED: dict[str, tuple[str, tuple[str, ...]]] = {
             "protocol.goals",
             "scoring.goal_check",
             "protocol.episode",
+            "protocol.families",
+            "protocol.family",
             "authoring.solving.goal_actions",
             "authoring.review.goal_controls",
         ),

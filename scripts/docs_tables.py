@@ -14,11 +14,12 @@ from vigil.cli.models import LISTED, keys_of, switch_of
 from vigil.exports.steps import STEP_COLUMNS
 from vigil.integrations.gymnasium import Options
 from vigil.protocol.actions import INTENT_ALIASES, INTENTS
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.finish_reasons import FINISH_REASONS, MEANINGS, REFERENCES
 from vigil.protocol.profile import COORDINATES_BY_MODEL
 from vigil.runner.inspect_task import TASK_SETTINGS
 from vigil.runner.models.providers import parse_model_name
-from vigil.scoring.levels import BOUNDS, COSTS, LEVELS
+from vigil.scoring.levels import COSTS, LEVELS
 from vigil.sim.thor.differences import DIFFERENCES
 from vigil.thor.actions.missing import MISSING
 from vigil.thor.actions.table import ACTIONS
@@ -101,7 +102,9 @@ def level_costs() -> str:
 
 def level_bounds() -> str:
     """Return up to which index each level reaches, by family."""
-    rows = [(family, *(f"{bound:g}" for bound in bounds), "above") for family, bounds in BOUNDS.items()]
+    rows = [
+        (family, *(f"{bound:g}" for bound in spec.level_bounds or ()), "above") for family, spec in FAMILIES.items()
+    ]
     return _markdown(("family", *LEVELS), rows)
 
 

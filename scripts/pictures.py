@@ -13,7 +13,8 @@ from vigil.authoring.solving.primitive_actions import reply_of
 from vigil.env import Env
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Action, InteractPixel
-from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.profile import Profile
 from vigil.sim import make_simulator
 

@@ -35,7 +35,8 @@ from vigil.authoring.packing.assemble import FACTS
 from vigil.authoring.review.validate import Validator
 from vigil.cli.progress import progress
 from vigil.packs.pack import Pack
-from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.goals import ObjectAtReceptacle
 from vigil.protocol.house import House
 from vigil.sim import make_simulator

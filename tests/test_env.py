@@ -18,7 +18,8 @@ from vigil.base.versions import Versions
 from vigil.env import Env
 from vigil.errors import HouseError
 from vigil.protocol.actions import InteractPixel, Navigate, Reply, Report
-from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.observation import Feedback, Observation
 from vigil.protocol.profile import ACTION_FEEDBACK, Profile
 from vigil.protocol.prompt import frame_stub, past_turn, rendered_sha256, system_prompt

@@ -9,7 +9,8 @@ from vigil.base.geometry import Pose, Vec3, rotate_floor, yaw_towards
 from vigil.errors import SettingError
 from vigil.housegen import generate, spec_for
 from vigil.packs.pack import Pack
-from vigil.protocol.episode import FAMILIES, Episode, Family, HouseRef
+from vigil.protocol.episode import Episode, HouseRef
+from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.goals import Constraint
 from vigil.protocol.house import House
 from vigil.protocol.world import ObjectSetup, Setup

@@ -7,7 +7,7 @@ from vigil.agents.registry import is_known, make_agent
 from vigil.agents.scripted import PROSE, REPORT_PROBABILITY, SCRIPTS, scripted_agent
 from vigil.errors import SettingError
 from vigil.protocol.actions import InteractPixel, Navigate, ParsedReply, Report
-from vigil.protocol.episode import FAMILIES, Family
+from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.observation import Observation
 from vigil.protocol.profile import Profile
 from vigil.protocol.replies import parse_text

@@ -5,7 +5,7 @@ from typing import get_args
 import pytest
 
 from vigil.base.glossary import RESULTS, SECTIONS, TERMS, term_of
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 from vigil.scoring.outcomes import Label, OutcomeCategory, Subtype
 from vigil.scoring.rates import CONDITIONAL, RATES
 

@@ -12,7 +12,7 @@ from vigil.errors import InputError
 from vigil.packs.names import other_names
 from vigil.packs.pack import Pack, find_pack
 from vigil.packs.private import REVEAL, is_private
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 
 
 def vigil(*arguments: str | Path) -> Result:

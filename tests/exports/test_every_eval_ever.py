@@ -17,7 +17,7 @@ from vigil.exports.every_eval_ever.folder import write_results
 from vigil.exports.every_eval_ever.identity import identity_of, model_info
 from vigil.exports.every_eval_ever.publisher import Publisher
 from vigil.protocol.actions import Reply, Usage
-from vigil.protocol.episode import FAMILIES, Family
+from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.profile import ACTION_FEEDBACK, Profile
 from vigil.records.record import EpisodeRecord, RunHeader, Shard, read_header
 from vigil.scoring.saved_run import read_run

@@ -9,12 +9,11 @@ from pyarrow import json as arrow_json
 
 import vigil
 from vigil.assets.database import AssetDatabase
-from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.packing.assemble import FOUND_BY_TURNING, MAX_PER_HOUSE
 from vigil.authoring.review.validate import validate_pack
 from vigil.packs.files import MANIFEST
 from vigil.packs.pack import Pack
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 from vigil.scoring.levels import LEVELS, read_pack_levels
 from vigil.sim import make_simulator
 
@@ -44,8 +43,8 @@ KINDS = {
     "SV": ("on", "off", "open", "closed"),
     "AI": ("open", "close", "turn_on", "turn_off", "pick", "look_alike"),
     "SI": ("open", "close", "turn_on", "turn_off", "pick", "look_alike", "pick_inside"),
-    "SM": tuple(GRAMMAR["SM"]),
-    "CR": tuple(GRAMMAR["CR"]),
+    "SM": tuple(FAMILIES["SM"].kinds),
+    "CR": tuple(FAMILIES["CR"].kinds),
 }
 UNEVEN = {"SM": 4}
 """By how many kinds of a family differ where not each has robust drafts of every level; by one in all others."""

@@ -13,7 +13,7 @@ from vigil.env import Env
 from vigil.packs.even_draw import draw_evenly
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import InteractPixel
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.profile import Profile
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings

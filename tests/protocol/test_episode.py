@@ -1,5 +1,7 @@
 """Episodes say what they need and refuse what their family does not know."""
 
+from dataclasses import replace
+
 import pytest
 from builders import GOALS, episode
 from pydantic import ValidationError
@@ -7,7 +9,9 @@ from pydantic import ValidationError
 from vigil.base.geometry import Vec3
 from vigil.errors import SettingError
 from vigil.protocol.actions import Navigate, Report
-from vigil.protocol.episode import FAMILIES, Episode, FamilySpec, Solution, register_family
+from vigil.protocol.episode import Episode, Solution
+from vigil.protocol.families import FAMILIES, PACKAGED_FAMILIES, register_family
+from vigil.protocol.family import StreamGrading
 from vigil.protocol.goals import ObjectHeld, ObjectInState
 from vigil.protocol.world import ObjectSetup, Placement, Setup
 
@@ -22,12 +26,18 @@ from vigil.protocol.world import ObjectSetup, Placement, Setup
 )
 def test_a_family_that_cannot_be_is_not_registered(name: str, kinds: tuple[str, ...], message: str):
     with pytest.raises(SettingError, match=message):
-        register_family(name, FamilySpec("Mine", "diagnostic", True, 5, 2, ("report",), kinds))
-    assert len(FAMILIES) == 8
+        register_family(replace(FAMILIES["PG"], code=name, name="Mine", goal_kinds=kinds))
+    assert set(FAMILIES) == PACKAGED_FAMILIES
+
+
+def test_a_grading_whose_bounds_do_not_rise_is_not_registered():
+    with pytest.raises(SettingError, match=r"0 < easy <= medium; got 3 and 2"):
+        register_family(replace(FAMILIES["PG"], code="ZZ", grading=StreamGrading("actions", easy=3, medium=2)))
+    assert "ZZ" not in FAMILIES
 
 
 def test_a_family_may_be_registered_again_and_an_unknown_one_is_named():
-    register_family("AI", FAMILIES["AI"])
+    register_family(FAMILIES["AI"])
     with pytest.raises(ValidationError, match="there is no family 'ZZ'; the families are PG, DA"):
         Episode.model_validate(episode("AI").model_dump() | {"family": "ZZ"})
 

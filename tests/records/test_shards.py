@@ -10,7 +10,8 @@ from pydantic import ValidationError
 from tiny_pack import tiny_episode, tiny_house
 
 from vigil.errors import SettingError
-from vigil.protocol.episode import Episode, Family
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import Family
 from vigil.records.record import Shard
 from vigil.records.shards import parse_shard, play_order, shard_episodes
 

@@ -8,9 +8,8 @@ from hypothesis import strategies as st
 from tiny_pack import tiny_episode
 
 from vigil.errors import SettingError
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 from vigil.scoring.levels import (
-    BOUNDS,
     COSTS,
     LEVELS,
     LEVELS_FILE,
@@ -59,7 +58,8 @@ def test_an_unseen_target_costs_no_more_than_one_of_ten_pixels() -> None:
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_bounds_rise_and_belong_to_the_easier_level(family: str) -> None:
-    bounds = BOUNDS[family]
+    bounds = FAMILIES[family].level_bounds
+    assert bounds is not None
     assert list(bounds) == sorted(bounds)
     assert [level_of(family, bound) for bound in bounds] == ["easy", "medium", "hard"]
     assert level_of(family, bounds[-1] + 0.001) == "extreme"

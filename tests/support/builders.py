@@ -3,19 +3,15 @@
 from datetime import UTC, datetime
 from typing import Any
 
+from pydantic import TypeAdapter
+
 from vigil.base.geometry import Box, Pose, Vec3
 from vigil.base.versions import Versions
 from vigil.protocol.actions import Action, InteractPixel, InvalidAction, Navigate, Reply, Report
-from vigil.protocol.episode import FAMILIES, Episode, Family, HouseRef, Provenance
+from vigil.protocol.episode import Episode, HouseRef, Provenance
+from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.goals import (
-    AgentNearTarget,
-    Constraint,
     Goal,
-    ObjectAtReceptacle,
-    ObjectHeld,
-    ObjectInState,
-    ReportStatus,
-    TargetGrounded,
 )
 from vigil.protocol.world import Effect, ObjectState, WorldState
 from vigil.records.record import End, EpisodeRecord, ErrorFact, StepRecord
@@ -99,17 +95,7 @@ class RecordBuilder:
 
 
 GOALS: dict[Family, Goal] = {
-    "PG": TargetGrounded(object_id="target"),
-    "DA": AgentNearTarget(object_id="target"),
-    "VS": ObjectInState(object_id="target", state="is_visible"),
-    "SV": ReportStatus(object_id="target", state="is_toggled"),
-    "AI": ObjectInState(object_id="target", state="is_toggled"),
-    "SI": ObjectHeld(object_id="target"),
-    "SM": ObjectAtReceptacle(object_id="target", receptacle_id="table", chain=(ObjectHeld(object_id="target"),)),
-    "CR": ObjectHeld(
-        object_id="target",
-        constraint=Constraint(kind="object_moved", object_id="obstacle", latched=True, distance_m=0.5),
-    ),
+    family: TypeAdapter(Goal).validate_python(dict(spec.sample_goal)) for family, spec in FAMILIES.items()
 }
 
 

@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 from published_runs import CAN_ADVANCE, EpisodeScript, make_episodes
 
 from vigil.protocol.actions import STATUSES
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 
 EPISODES = {one.family: one for one in make_episodes(1)}
 SCRIPTS = st.builds(

@@ -13,7 +13,8 @@ from builders import RecordBuilder, episode, thing
 
 from vigil.analysis.measures.paper import paper
 from vigil.base.versions import PackVersions, Versions
-from vigil.protocol.episode import FAMILIES, Episode, Family, HouseRef
+from vigil.protocol.episode import Episode, HouseRef
+from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.profile import Profile
 from vigil.protocol.prompt import policy_sha256, policy_version, rendered_sha256
 from vigil.records.record import AgentKind, EpisodeRecord, RunHeader, RunSpec

@@ -9,7 +9,8 @@ from vigil.base.geometry import Pose, Vec3
 from vigil.packs.freeze import freeze
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Report
-from vigil.protocol.episode import FAMILIES, Episode, Family, HouseRef, Solution
+from vigil.protocol.episode import Episode, HouseRef, Solution
+from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.goals import AgentNearTarget, Goal, ObjectInState, ReportStatus, TargetGrounded
 from vigil.protocol.house import House, canonical_json
 

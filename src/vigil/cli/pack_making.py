@@ -59,7 +59,7 @@ from vigil.errors import SettingError
 from vigil.packs.freeze import check_can_freeze
 from vigil.packs.pack import Pack
 from vigil.packs.private import chosen_seed, is_secret
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 from vigil.runner.models.completion import open_completion
 from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families, Workers
 from vigil.runner.workers.pool import worker_count
@@ -326,7 +326,8 @@ def make(
     if origins:
         recipe = recipe_of(
             pack_request, origins, pack.sha256,
-            backend=backend, drafted_in=count, one_family_per_house=one_family_per_house, starts=hardest_of, tasks=tasks,
+            backend=backend, drafted_in=count, one_family_per_house=one_family_per_house, starts=hardest_of,
+            tasks=tasks,
         )  # fmt: skip
         _save_recipe(out, recipe)
 

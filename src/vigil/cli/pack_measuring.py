@@ -34,7 +34,7 @@ from vigil.cli.text import console, print_notes
 from vigil.errors import SettingError, SimulatorError
 from vigil.packs.pack import Pack
 from vigil.packs.private import check_revealed, is_private
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
 from vigil.runner.shared_settings import AssetFile, PackLocation, Workers

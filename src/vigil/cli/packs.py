@@ -27,7 +27,7 @@ from vigil.errors import SettingError
 from vigil.packs.names import other_names, version_words
 from vigil.packs.pack import Pack, Selection, find_pack, manifest_of, manifest_sha256, packaged_names
 from vigil.packs.private import is_private
-from vigil.protocol.episode import FAMILIES, Family
+from vigil.protocol.families import FAMILIES, Family
 from vigil.runner.shared_settings import AssetFile, Backend, EpisodeIds, Families, Workers
 from vigil.runner.workers.pool import worker_count
 from vigil.scoring.closure import SUITE

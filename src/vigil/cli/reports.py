@@ -26,7 +26,8 @@ from vigil.cli.text import print_notes
 from vigil.errors import RecordError, SettingError, did_you_mean
 from vigil.packs.pack import Pack
 from vigil.packs.private import REVEAL, check_revealed, is_private
-from vigil.protocol.episode import FAMILIES, Episode, Family
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES, Family
 from vigil.runner.shared_settings import AssetFile, PackLocation
 from vigil.runner.workers.frames import first_frames, frames_of_record
 from vigil.scoring.levels import read_levels

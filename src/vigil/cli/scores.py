@@ -14,7 +14,7 @@ from rich.text import Text
 from vigil.cli.arguments import AsJson, RunArguments
 from vigil.cli.text import COLUMNS, percent, print_fitting, print_notes, with_interval
 from vigil.packs.pack import manifest_of
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 from vigil.records.record import RunHeader, RunSpec
 from vigil.runner.shared_settings import PackLocation
 from vigil.scoring.closure import SUITE

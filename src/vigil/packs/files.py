@@ -15,7 +15,7 @@ from vigil.base.files import MIB, read_file
 from vigil.base.json_files import read_json
 from vigil.base.versions import PackVersions, schema_mismatch
 from vigil.errors import EpisodeError, PackMismatch, first_error
-from vigil.protocol.episode import Family
+from vigil.protocol.families import Family
 from vigil.protocol.house import MAX_HOUSE_BYTES
 
 PACK_SCHEMA = 2

@@ -23,7 +23,8 @@ from vigil.errors import EpisodeError, PackMismatch, SettingError, did_you_mean
 from vigil.packs.even_draw import SuiteEntry, balanced_units
 from vigil.packs.files import EPISODES, HOUSES, MANIFEST, SOLUTIONS, Manifest, PackFiles
 from vigil.packs.names import STREAM, newer_version, newest_version
-from vigil.protocol.episode import FAMILIES, Episode, Family, Solution, allowed_goal_kinds
+from vigil.protocol.episode import Episode, Solution
+from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.house import House
 
 PACKAGED = Path(str(files("vigil") / "data" / "packs"))
@@ -333,7 +334,7 @@ def protocol_faults(episode: Episode, suite: str | None = None) -> list[str]:
     """
     spec = FAMILIES[episode.family]
     faults: list[str] = []
-    if suite is None and episode.goal.kind not in allowed_goal_kinds(episode.family):
+    if suite is None and episode.goal.kind not in FAMILIES[episode.family].allowed_goal_kinds:
         faults.append(f"a goal of kind {episode.goal.kind} is asked for in the packs of a suite alone")
     if (episode.max_steps, episode.max_invalid) != (spec.max_steps, spec.max_invalid):
         faults.append(

@@ -230,7 +230,7 @@ class Reply(_Action):
     agent_ended: str = ""
     """What a program did instead of answering: it ended, hung or wrote out of turn, which is a protocol failure."""
     cut: ReplyCut | None = None
-    """Size of the original reply if `text` is only a part of it: see `vigil.protocol.reply_truncation`."""
+    """Size of the original reply if `text` is only a part of it: see `vigil.protocol.replies`."""
 
     @model_validator(mode="before")
     @classmethod

@@ -203,8 +203,8 @@ class RunSpec(_Record):
             )
         if self.agent_kind == "exec" and not self.frame_interval_seconds:
             notes.append(
-                "Its program was handed frames as soon as they were ready, as with --frame-interval-seconds 0: the time could "
-                "tell whether an act was carried out."
+                "Its program was handed frames as soon as they were ready, as with --frame-interval-seconds 0: the "
+                "time could tell whether an act was carried out."
             )
         return tuple(notes)
 

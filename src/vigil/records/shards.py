@@ -11,7 +11,8 @@ import re
 from collections.abc import Iterable, Mapping
 
 from vigil.errors import SettingError
-from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
 from vigil.records.record import Shard
 
 _TEXT = re.compile(r"([1-9]\d{0,5})/([1-9]\d{0,5})", re.ASCII)

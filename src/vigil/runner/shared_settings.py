@@ -5,7 +5,7 @@ from typing import Annotated
 
 from vigil.base.settings import Setting
 from vigil.protocol.actions import Coordinates
-from vigil.protocol.episode import Family, parse_families
+from vigil.protocol.families import Family, parse_families
 from vigil.protocol.observation import Quality
 from vigil.protocol.profile import PromptVariant, SystemRole
 from vigil.protocol.prompt_file import read_prompt_file

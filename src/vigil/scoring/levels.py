@@ -5,6 +5,7 @@ not verdicts: no score depends on them. `vigil.authoring.measuring` measures the
 """
 
 import math
+import statistics
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,8 @@ from vigil.base.json_lines import dump_line, parse_line, read_lines
 from vigil.base.versions import schema_validator
 from vigil.errors import SettingError, did_you_mean
 from vigil.packs.files import MANIFEST, PackFiles
-from vigil.protocol.episode import Episode, Family
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES, Family
 
 LEVELS_SCHEMA = 2
 LEVELS_FILE = "levels.jsonl"
@@ -83,16 +85,6 @@ COSTS: dict[str, LevelCost] = {
 }
 """Figure -> its contribution to the index; one point is worth about a doubling of path length."""
 
-BOUNDS: dict[Family, tuple[float, float, float]] = {
-    "PG": (2.6, 3.4, 4.3), "DA": (5.6, 7.0, 8.4), "VS": (5.3, 8.0, 12.1), "SV": (1.6, 2.8, 4.3),
-    "AI": (4.2, 5.8, 7.6), "SI": (8.2, 11.7, 14.3), "SM": (8.0, 10.5, 12.5), "CR": (3.6, 5.8, 8.0),
-}  # fmt: skip
-"""Family -> the highest index that is easy, medium, hard; above it is extreme.
-
-Near the quarters of what the grammar drafts when half of its drafts take the first start that shows their target well,
-and half the hardest of twelve; higher in VS and SM, where readers who played failed most.
-"""
-
 
 class EpisodeLevel(BaseModel):
     """How difficult one episode is: a line of `levels.jsonl`."""
@@ -112,8 +104,14 @@ def index_of(measures: LevelMeasures) -> float:
 
 
 def level_of(family: Family, index: float) -> Level:
-    """Return the level of an index within a family; custom families use the mean bounds."""
-    bounds = BOUNDS.get(family) or tuple(sum(each) / len(BOUNDS) for each in zip(*BOUNDS.values(), strict=True))
+    """Return the level of an index within a family (`FamilySpec.level_bounds`).
+
+    The package's bounds are near the quarters of what the grammar drafts when half of its drafts take the first start
+    that shows their target well, and half the hardest of twelve; higher in VS and SM, where readers who played failed
+    most.
+    """
+    given = [spec.level_bounds for spec in FAMILIES.values() if spec.level_bounds is not None]
+    bounds = FAMILIES[family].level_bounds or tuple(statistics.fmean(each) for each in zip(*given, strict=True))
     return LEVELS[sum(index > bound for bound in bounds)]
 
 

@@ -12,7 +12,9 @@ from typing import Literal
 
 from vigil.errors import RecordError
 from vigil.protocol.actions import InteractPixel, Report, SkillName, Status
-from vigil.protocol.episode import FAMILIES, Episode, Family, TargetSize, Tier
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES, Family
+from vigil.protocol.family import TargetSize, Tier
 from vigil.protocol.finish_reasons import hit_token_limit
 from vigil.protocol.goals import STATE_LABELS, TOLERANCE, ReportStatus
 from vigil.records.record import End, EpisodeRecord, StepRecord

@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 
 from vigil.errors import RecordError
 from vigil.packs.pack import count_families
-from vigil.protocol.episode import FAMILIES, Episode, Family
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES, Family
 from vigil.records.record import Boundary, EpisodeRecord, Key, effective_records
 from vigil.scoring.outcomes import Outcome, Subtype, score
 from vigil.scoring.rates import CREDITS, RATES, Columns, broken_identities, count, mean, outcome_columns, select_rows

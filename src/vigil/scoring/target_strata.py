@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from vigil.protocol.episode import TargetSize
+from vigil.protocol.family import TargetSize
 
 SIZE_OF_CATEGORY: dict[str, TargetSize] = {
     **dict.fromkeys(("Fridge", "Television"), "large"),

@@ -15,7 +15,7 @@ from vigil.base.glossary import RESULTS
 from vigil.errors import RecordError, SettingError
 from vigil.packs.pack import manifest_of
 from vigil.packs.private import check_revealed, is_private
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 from vigil.records.record import Key
 from vigil.scoring.summary import summarise
 from vigil.web.drawing import RenderService

@@ -19,7 +19,8 @@ from vigil.errors import PackMismatch
 from vigil.packs.even_draw import draw_evenly
 from vigil.packs.names import other_names, version_words
 from vigil.packs.pack import manifest_of, manifest_sha256
-from vigil.protocol.episode import FAMILIES, Episode, Family
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.goals import describe_goal
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
 from vigil.scoring.levels import LEVELS, read_pack_levels

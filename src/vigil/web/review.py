@@ -28,7 +28,9 @@ from vigil.errors import SettingError, first_error
 from vigil.packs.files import HOUSES
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Action
-from vigil.protocol.episode import FAMILIES, Episode, TargetSize
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
+from vigil.protocol.family import TargetSize
 from vigil.protocol.goals import describe_goal
 from vigil.protocol.house import House
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings

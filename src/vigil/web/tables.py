@@ -8,7 +8,7 @@ from typing import Any, get_args
 import numpy as np
 
 from vigil.analysis.measures.intervals import PairedTest, paired_test
-from vigil.protocol.episode import FAMILIES, Family
+from vigil.protocol.families import FAMILIES, Family
 from vigil.records.costs import describe_costs
 from vigil.scoring.outcomes import Label, Outcome
 from vigil.scoring.rates import Rate, count, outcome_columns

@@ -9,7 +9,8 @@ from typing import Any
 from vigil.base.geometry import Box
 from vigil.errors import RecordError
 from vigil.protocol.actions import InteractPixel
-from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.goals import describe_goal
 from vigil.protocol.profile import Profile
 from vigil.protocol.replies import parse_reply

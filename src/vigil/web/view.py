@@ -10,7 +10,7 @@ from fastapi.responses import HTMLResponse, RedirectResponse, Response
 
 from vigil.base.glossary import RESULTS
 from vigil.errors import RecordError, SettingError
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 from vigil.runner.workers.messages import RenderSettings
 from vigil.scoring.outcomes import Outcome
 from vigil.scoring.saved_run import RecordTable

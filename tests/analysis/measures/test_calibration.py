@@ -9,7 +9,8 @@ from published_runs import EpisodeScript, Write, good, make_episodes, record_of,
 from vigil.analysis.measures.calibration import calibrate, success_table
 from vigil.analysis.measures.rows import read_runs
 from vigil.errors import RecordError
-from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
 from vigil.scoring.levels import LEVELS, EpisodeLevel, LevelMeasures, dump_levels
 
 PLAIN = LevelMeasures(

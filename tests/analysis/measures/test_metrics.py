@@ -26,7 +26,7 @@ from vigil.analysis.measures.metrics import (
     regimes,
 )
 from vigil.analysis.measures.rows import outcome_table
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 from vigil.scoring.outcomes import score
 
 

@@ -24,7 +24,7 @@ from vigil.analysis.measures.study import study
 from vigil.analysis.measures.transitions import label_matrix, transitions
 from vigil.analysis.tables.registry import tables
 from vigil.errors import RecordError
-from vigil.protocol.episode import FAMILIES, Family
+from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.profile import ACTION_FEEDBACK, Profile
 from vigil.protocol.prompt_file import variant_of
 from vigil.records.record import EpisodeRecord, ProviderFacts, read_header

@@ -9,7 +9,7 @@ import pytest
 from vigil.base import geometry as pose
 from vigil.protocol import actions, goals, observation, profile, prompt
 from vigil.protocol.actions import INTENTS, SKILLS, STATUSES
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 from vigil.scoring import outcomes as scoring
 
 PAPER = Path(__file__).parents[2] / "golden" / "paper.json"

@@ -11,7 +11,7 @@ from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import Study, study
 from vigil.analysis.tables.registry import tables
 from vigil.analysis.tables.table import Table, TableRow
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 from vigil.scoring.rates import wilson
 
 ANCHORS = tuple(row["model"] for row in paper().tables["global_cross_section"])

@@ -30,7 +30,8 @@ from vigil.authoring.review.validate import Validator
 from vigil.errors import HouseError, RecordError, SettingError
 from vigil.housegen import spec_for
 from vigil.packs.pack import Pack
-from vigil.protocol.episode import Episode, Family
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import Family
 from vigil.protocol.house import House
 from vigil.sim.privileged import PrivilegedSimulator
 

@@ -5,7 +5,7 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from vigil.authoring.drafting.grammar import GRAMMAR
+from vigil.authoring.drafting.grammar import kinds_of
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.sources import GeneratedHouse
 from vigil.authoring.language.disambiguation import anchor_of, look_alikes
@@ -20,6 +20,7 @@ from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import InteractPixel
 from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.goals import AllOf, ObjectAtReceptacle, ObjectHeld, is_observable
 from vigil.protocol.house import House
 from vigil.protocol.world import ObjectSetup, Setup
@@ -61,7 +62,7 @@ def found(starter: Pack, simulator: PrivilegedSimulator) -> dict[str, Found]:
         context.forms = "all"
         context.begin(Setup())
         family, template = kind.split()
-        for draft in islice(GRAMMAR[family][template](context), TRIED):
+        for draft in islice(kinds_of(family)[template](context), TRIED):
             verdict = validator.validate(draft, house)
             context.begin(Setup())
             if verdict.is_valid:
@@ -82,7 +83,7 @@ def of_kind(found: dict[str, Found], template: str) -> Found:
 
 def test_every_harder_kind_finds_a_valid_draft(found: dict[str, Found]) -> None:
     assert set(found) == set(KINDS)
-    harder = {f"{family} {kind}" for family, kinds in GRAMMAR.items() for kind in kinds}
+    harder = {f"{family} {kind}" for family, spec in FAMILIES.items() for kind in spec.kinds}
     assert set(KINDS) <= harder
 
 

@@ -27,7 +27,8 @@ from vigil.cli import app
 from vigil.errors import PackMismatch
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Report, Status
-from vigil.protocol.episode import FAMILIES, Episode, HouseRef, Solution
+from vigil.protocol.episode import Episode, HouseRef, Solution
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.goals import ReportStatus
 
 RATES = {"W": 0.0, "W_strict": 0.0, "B": 0.0, "FR": 0.0, "NR": 1.0, "IL": 0.0, "Other": 0.0}

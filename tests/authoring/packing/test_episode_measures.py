@@ -7,7 +7,8 @@ import pytest
 from vigil.authoring.packing.episode_measures import measures_of_episode
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Action, Navigate
-from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
 from vigil.scoring.levels import LevelMeasures
 from vigil.sim.privileged import PrivilegedSimulator
 

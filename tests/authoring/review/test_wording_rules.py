@@ -13,7 +13,8 @@ from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.validate import Validator, reason_of
 from vigil.authoring.review.wording_rules import WORDING_RULES, worded_badly
 from vigil.packs.pack import Pack
-from vigil.protocol.episode import Episode, Family
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import Family
 from vigil.protocol.goals import Constraint, Goal, ObjectHeld, ObjectInState
 from vigil.sim.privileged import PrivilegedSimulator
 

@@ -9,7 +9,8 @@ from vigil.env import Env
 from vigil.errors import SettingError
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Navigate
-from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.profile import Profile
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.outcomes import Outcome, score

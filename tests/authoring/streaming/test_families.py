@@ -9,15 +9,12 @@ from typing import Any
 import pytest
 
 from vigil.authoring.drafting import proposals
-from vigil.authoring.drafting.grammar import GRAMMAR
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import Drafts
-from vigil.authoring.streaming import families
-from vigil.authoring.streaming.difficulty import MAX_ACTIONS
-from vigil.authoring.streaming.families import register_drafts
 from vigil.authoring.streaming.stream import Stream
 from vigil.errors import SettingError
-from vigil.protocol.episode import FAMILIES, register_family
+from vigil.protocol.families import FAMILIES, register_family
+from vigil.protocol.family import DraftKind, FamilySpec, StreamGrading
 
 BATHROOM = 15
 PACKAGED = tuple(FAMILIES)
@@ -26,12 +23,15 @@ PACKAGED = tuple(FAMILIES)
 @pytest.fixture
 def own() -> Iterator[str]:
     """A family without drafts."""
-    register_family("ZZ", replace(FAMILIES["PG"], name="Pointing Anew"))
+    register_family(replace(FAMILIES["PG"], code="ZZ", name="Pointing Again", kinds={}, stratum="template", rules=()))
     yield "ZZ"
     for name in ("ZZ", "SA"):
-        families._own.discard(name)
-        for table in (FAMILIES, GRAMMAR, MAX_ACTIONS):
-            table.pop(name, None)
+        FAMILIES.pop(name, None)
+
+
+def add_drafts(family: str) -> None:
+    kinds = {"again": DraftKind(drafts)}
+    FAMILIES[family] = replace(FAMILIES[family], kinds=kinds, grading=StreamGrading("actions", easy=1, medium=2))
 
 
 def drafts(context: HouseContext) -> Drafts:
@@ -46,10 +46,10 @@ def read(**asked: Any) -> list[Any]:
 
 def test_a_stream_holds_a_registered_family(own: str) -> None:
     plain = read(families=("PG",))
-    register_drafts(own, {"anew": drafts}, most_actions=(1, 2))
+    add_drafts(own)
     found = read(families=(own,), difficulties=("medium",))
     assert found
-    assert {(item.episode.family, item.difficulty, item.draft.kind) for item in found} == {("ZZ", "medium", "anew")}
+    assert {(item.episode.family, item.difficulty, item.draft.kind) for item in found} == {("ZZ", "medium", "again")}
     assert len({item.episode.id for item in found}) == len(found)
     assert [item.episode for item in read(families=("PG", own)) if item.episode.family == "PG"] == [
         item.episode for item in plain
@@ -62,32 +62,15 @@ def test_a_stream_holds_a_registered_family(own: str) -> None:
 
 
 def test_a_family_that_nothing_drafts_is_named(own: str) -> None:
-    with pytest.raises(SettingError, match=r"nothing that drafts episodes of family 'ZZ'.*register_drafts"):
+    with pytest.raises(SettingError, match=r"cannot draft family 'ZZ': register it with `kinds`"):
         Stream(7, families=(own,), workers=0)
     assert Stream(7, workers=1).settings.families == PACKAGED
 
 
-@pytest.mark.parametrize(
-    ("family", "kinds", "most_actions", "message"),
-    [
-        ("PG", {"anew": drafts}, (1, 2), "'PG': it is the package's own"),
-        ("XX", {"anew": drafts}, (1, 2), "'XX': it is the package's own, or unknown"),
-        ("ZZ", {}, (1, 2), "got kinds none"),
-        ("ZZ", {"anew": drafts}, (3, 2), r"EASY <= MEDIUM actions; got kinds anew and \(3, 2\)"),
-    ],
-)
-def test_drafts_that_make_no_sense_are_named(
-    own: str, family: str, kinds: dict[str, Any], most_actions: tuple[int, int], message: str
-) -> None:
-    with pytest.raises(SettingError, match=message):
-        register_drafts(family, kinds, most_actions=most_actions)
-    assert own not in GRAMMAR
-
-
 def test_the_page_s_example_runs(own: str) -> None:
     page = (Path(__file__).parents[3] / "docs" / "extending.md").read_text(encoding="utf-8")
-    (code,) = [each for each in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if "register_drafts" in each]
-    register_family("SA", replace(FAMILIES[own], name="Search and Approach"))
-    names: dict[str, Any] = {"register_drafts": register_drafts, "drafts": drafts, "Stream": Stream}
+    (code,) = [each for each in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if "DraftKind" in each]
+    names: dict[str, Any] = {"FamilySpec": FamilySpec, "DraftKind": DraftKind, "StreamGrading": StreamGrading}
+    names |= {"register_family": register_family, "drafts": drafts, "Stream": Stream}
     exec(code, names)
     assert names["items"].settings.families == ("SA",)

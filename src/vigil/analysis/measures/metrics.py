@@ -18,7 +18,7 @@ from vigil.analysis.measures.intervals import (
     houses_of,
 )
 from vigil.analysis.measures.rows import ACTION_KINDS, Run, select_rows, values
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 from vigil.scoring.rates import COLUMNS, Columns, Counts, Interval, Rate, broken_identities, count, mean
 
 LABELS = ("B", "FR", "Other", "NR", "IL")

@@ -17,7 +17,7 @@ import pandas as pd
 from vigil.analysis.measures.intervals import PairedTest, mcnemar, paired_difference, paired_test
 from vigil.analysis.measures.rows import Run, select_rows
 from vigil.errors import RecordError
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 from vigil.scoring.rates import Interval
 
 PairKind = Literal["feedback", "prompt", "serving", "repeat"]

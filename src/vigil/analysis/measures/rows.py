@@ -22,7 +22,7 @@ from vigil.base.processes import worker_pool
 from vigil.errors import SettingError
 from vigil.packs.pack import count_rooms, frozen_episodes, manifest_of
 from vigil.packs.private import is_private, redact_ids
-from vigil.protocol.episode import FAMILIES, Family
+from vigil.protocol.families import FAMILIES, Family
 from vigil.records.record import EPISODES_FILE, RunHeader
 from vigil.scoring.levels import EpisodeLevel, read_pack_levels
 from vigil.scoring.outcomes import REPORT_POLICIES, ActionKind, Outcome, credit

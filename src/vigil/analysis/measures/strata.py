@@ -8,13 +8,15 @@ import pandas as pd
 
 from vigil.analysis.measures.metrics import rate_columns
 from vigil.analysis.measures.rows import values
-from vigil.protocol.episode import FAMILIES, Family
+from vigil.protocol.families import FAMILIES, Family
 from vigil.scoring.rates import Counts, count, select_rows
 from vigil.scoring.target_strata import DISTANCE_BANDS_M, SIZE_OF_CATEGORY, distance_band
 
 _SIZES = ("large", "medium", "small")
 _BANDS = tuple(distance_band(distance_m) for distance_m in (0.0, *DISTANCE_BANDS_M))
-_WITH_TEMPLATE: tuple[Family, ...] = ("VS", "SV", "AI", "SI", "SM")
+_WITH_TEMPLATE: tuple[Family, ...] = tuple(
+    family for family, spec in FAMILIES.items() if spec.stratum not in ("target_size", "distance") and family != "CR"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +83,7 @@ def _distance(rows: pd.DataFrame) -> np.ndarray:
 
 STRATA: dict[str, Callable[[pd.DataFrame], np.ndarray]] = {
     "Target size (PG)": _size,
-    "Template (VS, SV, AI, SI, SM)": _template,
+    f"Template ({', '.join(_WITH_TEMPLATE)})": _template,
     "Constraint (CR)": _constraint,
     "Rooms of the house (all families)": _rooms,
     "Distance from start to target (DA)": lambda rows: np.where(_is_of_family(rows, "DA"), _distance(rows), ""),

@@ -10,38 +10,37 @@ from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 from vigil.analysis.plots.style import FAINT, INK, LABEL_COLOURS, canvas, styled
 from vigil.analysis.plots.trajectory import AgentTrajectory, key_steps, step_caption
-from vigil.protocol.episode import FAMILIES, Episode, Family
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES, PACKAGED_FAMILIES, Family
+from vigil.protocol.family import Tier
 from vigil.scoring.outcomes import Outcome
 
-_TIER_COLOURS = {"diagnostic": "#0072b2", "compositional": "#d55e00"}
+_TIER_COLOURS: dict[Tier, str] = {"diagnostic": "#0072b2", "compositional": "#d55e00"}
 _TIER_TEXTS = {
     "diagnostic": "Diagnostic tier: one bottleneck each",
     "compositional": "Compositional tier: capacities chained",
 }
+_CARD_WIDTH_IN = 2.75
 _HEIGHT = 49.0
 """Height of the pipeline's drawing, in tenths of an inch."""
 _BOXES_TOP = 19.0
 _MAX_WIDTH = 21.2
 """Largest width of a picture including the gap; a wider one would overlap the boxes below."""
-_FAMILY_SUMMARIES: dict[Family, str] = {
-    "PG": "point at the named object",
-    "DA": "walk up to it",
-    "VS": "bring it into view",
-    "SV": "tell the state it is in",
-    "AI": "DA + interaction",
-    "SI": "VS + DA + interaction",
-    "SM": "ordered chain of AI",
-    "CR": "AI, its way or access blocked",
-}
 
 
 def protocol_figure(frames: Mapping[Family, np.ndarray], episodes: Mapping[Family, Episode]) -> Figure:
-    """Draw the eight families, each with the first frame of an example episode; without an example it is blank."""
+    """Draw the package's families, each with the first frame of an example episode; without an example it is blank."""
     with styled():
-        figure = canvas(11.0, 6.9)
-        grid = figure.subplots(2, 4)
-        for row, tier in enumerate(_TIER_COLOURS):
-            families: list[Family] = [family for family in _FAMILY_SUMMARIES if FAMILIES[family].tier == tier]
+        tiers: dict[Tier, list[Family]] = {
+            tier: [code for code, spec in FAMILIES.items() if spec.tier == tier and code in PACKAGED_FAMILIES]
+            for tier in _TIER_COLOURS
+        }
+        most = max(map(len, tiers.values()))
+        figure = canvas(_CARD_WIDTH_IN * most, 6.9)
+        grid = figure.subplots(2, most)
+        for row, (tier, families) in enumerate(tiers.items()):
+            for empty in grid[row][len(families) :]:
+                empty.axis("off")
             for column, family in enumerate(families):
                 _card(grid[row][column], family, frames.get(family), episodes.get(family))
             heading = grid[row][0].annotate(
@@ -101,9 +100,7 @@ def _card(axes: Axes, family: Family, frame: np.ndarray | None, episode: Episode
     axes.set_title(f"\n{family}  {spec.name}", fontsize=9.5)
     seen = "target in view" if spec.visible_at_start else "target out of view"
     instruction = "" if episode is None else f"\n“{_wrapped(episode.instruction, 46)}”"
-    text = (
-        f"{_FAMILY_SUMMARIES[family]}; {seen}\n{spec.max_steps} steps, {spec.max_invalid} invalid replies{instruction}"
-    )
+    text = f"{spec.summary}; {seen}\n{spec.max_steps} steps, {spec.max_invalid} invalid replies{instruction}"
     axes.set_xlabel(text, fontsize=7.3, loc="left", linespacing=1.35)
 
 

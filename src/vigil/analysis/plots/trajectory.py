@@ -18,7 +18,8 @@ from vigil.analysis.measures.rows import Run
 from vigil.analysis.plots.style import FAINT, INK, LABEL_COLOURS, canvas, ink_of, ink_on, styled
 from vigil.errors import RecordError
 from vigil.protocol.actions import Action, InteractPixel, Navigate, Report
-from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
 from vigil.records.record import EpisodeRecord, Key, StepRecord
 from vigil.scoring.goal_check import check
 from vigil.scoring.outcomes import Label, Outcome, score

@@ -4,7 +4,7 @@ from vigil.analysis.measures.paper import paper
 from vigil.analysis.measures.study import Study
 from vigil.analysis.tables.table import Column, Table, TableRow, counts, texts
 from vigil.protocol.actions import INTENTS, SKILLS, STATUSES
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 
 PUBLISHED_PER_FAMILY = 125
 _FURTHER_LABELS = {

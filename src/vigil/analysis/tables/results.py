@@ -25,7 +25,7 @@ from vigil.analysis.tables.table import (
     texts,
     with_best_bold,
 )
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 from vigil.scoring.rates import RATES
 
 PUBLISHED = "Published: the paper's own pack and simulator"

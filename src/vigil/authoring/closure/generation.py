@@ -29,7 +29,8 @@ from vigil.authoring.drafting.generation import GenerationSettings, HouseResult,
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.sources import HouseSource
 from vigil.errors import EpisodeError, HouseError, SettingError
-from vigil.protocol.episode import Episode, Family
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import Family
 from vigil.protocol.world import Setup
 from vigil.scoring.closure import KINDS, Kind
 

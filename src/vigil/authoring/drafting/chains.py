@@ -34,7 +34,7 @@ from vigil.authoring.language.chain_sentences import CHAINS
 from vigil.authoring.language.wording import Act, opening_phrase, order_slots, pronoun_slots
 from vigil.authoring.review.containers import BELONGS_IN
 from vigil.base.geometry import floor_distance
-from vigil.protocol.episode import DEFAULT_HORIZON_DEG
+from vigil.protocol.family import DEFAULT_HORIZON_DEG
 from vigil.protocol.goals import AllOf, ChainLink, Goal, GoalPart, ObjectAtReceptacle, ObjectHeld, ObjectInState
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.supports import children, level_surfaces

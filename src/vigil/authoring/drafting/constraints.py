@@ -28,7 +28,8 @@ from vigil.authoring.language.wording import Act, opening_phrase, order_slots, p
 from vigil.authoring.solving.free_space import is_cut_off
 from vigil.authoring.solving.visible_points import SEEN_POINTS
 from vigil.base.geometry import Box, Pose, Vec3, rotate_floor
-from vigil.protocol.episode import DEFAULT_HORIZON_DEG, Episode
+from vigil.protocol.episode import Episode
+from vigil.protocol.family import DEFAULT_HORIZON_DEG
 from vigil.protocol.goals import Constraint
 from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.geometry import body_box, box_distances

@@ -31,7 +31,8 @@ from vigil.housegen.document import generator_name
 from vigil.packs.pack import asset_mismatch
 from vigil.packs.private import secret_name
 from vigil.protocol.actions import Action
-from vigil.protocol.episode import Episode, Family
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import Family
 from vigil.protocol.house import House, canonical_json
 from vigil.scoring.closure import ClosureAnswer, Kind
 

@@ -28,7 +28,7 @@ from vigil.authoring.drafting.drafts import (
     Rejection,
     draft_id,
 )
-from vigil.authoring.drafting.grammar import GRAMMAR
+from vigil.authoring.drafting.grammar import kinds_of
 from vigil.authoring.drafting.house_context import AUTHOR, HouseContext
 from vigil.authoring.drafting.sources import HouseSource
 from vigil.authoring.language.sentences import Forms
@@ -36,7 +36,8 @@ from vigil.authoring.review.validate import Validator
 from vigil.base.processes import worker_pool
 from vigil.errors import EpisodeError, HouseError, SettingError
 from vigil.protocol.actions import Action, Report
-from vigil.protocol.episode import Episode, Family
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.goals import ReportStatus
 from vigil.protocol.house import House
 from vigil.protocol.world import Setup
@@ -99,11 +100,11 @@ class GenerationSettings:
 
     def kept_of_kind(self, family: Family) -> int:
         """Return how many drafts of each of a family's kinds are kept in a house."""
-        return -(-self.per_house // len(GRAMMAR[family]))
+        return -(-self.per_house // len(FAMILIES[family].kinds))
 
     def tried_of_kind(self, family: Family) -> int:
         """Return how many drafts of each of a family's kinds are validated in a house."""
-        return -(-self.tried // len(GRAMMAR[family]))
+        return -(-self.tried // len(FAMILIES[family].kinds))
 
     def simulator(self) -> PrivilegedSimulator:
         """Return a simulator of its own."""
@@ -209,7 +210,7 @@ def grammar_proposer(settings: GenerationSettings) -> Proposer:
     """Return the built-in grammar as a proposer."""
 
     def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode]]]:
-        for kind, drafts in GRAMMAR[family].items():
+        for kind, drafts in kinds_of(family).items():
             key = f"{family} {kind} {context.house.name}"
             context.rng = np.random.default_rng([settings.seed, zlib.crc32(key.encode())])
             yield kind, drafts(context)

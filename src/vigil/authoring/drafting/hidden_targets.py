@@ -8,7 +8,7 @@ from vigil.authoring.language.sentences import SEARCH_ORDERS
 from vigil.authoring.language.wording import order_slots, pronoun_slots
 from vigil.authoring.review.containers import MAX_CLOSED, may_hold, visible_through_glass_from
 from vigil.authoring.review.rules import INSIDE_TEMPLATE
-from vigil.protocol.episode import DEFAULT_HORIZON_DEG
+from vigil.protocol.family import DEFAULT_HORIZON_DEG
 from vigil.protocol.goals import ObjectHeld
 from vigil.protocol.world import Setup
 from vigil.scene.things import Thing

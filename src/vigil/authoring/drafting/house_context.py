@@ -22,7 +22,9 @@ from vigil.base.geometry import Pose, Vec3, wrap_deg, yaw_towards
 from vigil.errors import EpisodeError
 from vigil.housegen.document import seed_of
 from vigil.protocol.actions import REACH_M
-from vigil.protocol.episode import FAMILIES, Episode, Family, HouseRef, Provenance, TargetSize
+from vigil.protocol.episode import Episode, HouseRef, Provenance
+from vigil.protocol.families import FAMILIES, Family
+from vigil.protocol.family import TargetSize
 from vigil.protocol.goals import Goal
 from vigil.protocol.house import House
 from vigil.protocol.world import ObjectSetup, ObjectState, Setup

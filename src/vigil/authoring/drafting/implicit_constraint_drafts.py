@@ -16,14 +16,10 @@ from vigil.protocol.goals import Goal, ObjectHeld, ObjectInState
 from vigil.protocol.world import Setup
 
 
-def with_implicit_constraint(explicit: Callable[[HouseContext], Drafts]) -> Callable[[HouseContext], Drafts]:
-    """Return what yields the drafts of a told kind with the constraint left out of their instructions."""
-
-    def drafts(context: HouseContext) -> Drafts:
-        for episode in explicit(context):
-            yield _without_constraint(context, episode)
-
-    return drafts
+def without_constraint(context: HouseContext, drafts: Callable[[HouseContext], Drafts]) -> Drafts:
+    """Yield the drafts of an explicit kind with the constraint left out of their instructions."""
+    for episode in drafts(context):
+        yield _without_constraint(context, episode)
 
 
 def _without_constraint(context: HouseContext, episode: Episode) -> Episode:

@@ -9,7 +9,6 @@ from vigil.authoring.drafting.constraints import acts_for
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import (
     LEVEL_DEG,
-    START_DISTANCE_M,
     Drafts,
     can_be_searched_for,
     goal_for,
@@ -29,7 +28,8 @@ from vigil.authoring.language.wording import order_slots, pronoun_slots
 from vigil.authoring.review.rules import LOOK_ALIKE_TEMPLATE, place_blind_to
 from vigil.authoring.solving.look_targets import surface_points
 from vigil.base.geometry import Pose, floor_distance, wrap_deg, yaw_towards
-from vigil.protocol.episode import DEFAULT_HORIZON_DEG, FAMILIES, Family
+from vigil.protocol.families import FAMILIES, Family
+from vigil.protocol.family import DEFAULT_HORIZON_DEG
 from vigil.protocol.goals import (
     NEAR_M,
     OBSERVABLE_M,
@@ -57,7 +57,7 @@ def pointing_among_look_alikes(context: HouseContext) -> Drafts:
 
     def start(thing: Thing, also: PoseTest) -> Pose | None:
         is_clear = is_in_view_to_point(context, size_of_thing(thing))
-        return context.start_seeing(thing, START_DISTANCE_M["PG"], DEFAULT_HORIZON_DEG, is_clear, also)
+        return context.start_seeing(thing, FAMILIES["PG"].start_distance_m, DEFAULT_HORIZON_DEG, is_clear, also)
 
     yield from _drafts(context, ("PG", POINT), start, lambda thing: TargetGrounded(object_id=thing.id))
 
@@ -68,7 +68,9 @@ def approaching_among_look_alikes(context: HouseContext) -> Drafts:
     def start(thing: Thing, also: PoseTest) -> Pose | None:
         if not is_approachable(thing) or place_blind_to(context.view, thing, NEAR_M) is not None:
             return None
-        return context.start_seeing(thing, START_DISTANCE_M["DA"], DEFAULT_HORIZON_DEG, is_in_view(context), also)
+        return context.start_seeing(
+            thing, FAMILIES["DA"].start_distance_m, DEFAULT_HORIZON_DEG, is_in_view(context), also
+        )
 
     yield from _drafts(
         context, ("DA", APPROACH), start, lambda thing: AgentNearTarget(object_id=thing.id, threshold_m=NEAR_M)
@@ -92,7 +94,9 @@ def acting_among_look_alikes(context: HouseContext) -> Drafts:
     """Yield AI drafts."""
 
     def start(thing: Thing, also: PoseTest) -> Pose | None:
-        return context.start_seeing(thing, START_DISTANCE_M["AI"], DEFAULT_HORIZON_DEG, is_in_view(context), also)
+        return context.start_seeing(
+            thing, FAMILIES["AI"].start_distance_m, DEFAULT_HORIZON_DEG, is_in_view(context), also
+        )
 
     yield from _drafts(context, ("AI", ORDERS), start, None)
 

@@ -13,12 +13,13 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from vigil.authoring.drafting.drafts import Rejection
 from vigil.authoring.drafting.generation import Proposer
-from vigil.authoring.drafting.grammar import GRAMMAR
+from vigil.authoring.drafting.grammar import kinds_of
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import allows, is_target, size_of_thing
 from vigil.authoring.language.referring import phrase_for
 from vigil.errors import first_error
-from vigil.protocol.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, Family
+from vigil.protocol.episode import MAX_INSTRUCTION_CHARS, Episode
+from vigil.protocol.families import FAMILIES, Family
 from vigil.scene.things import Thing
 
 Complete = Callable[[str], str]
@@ -41,37 +42,6 @@ class Idea(BaseModel):
     """Role -> id."""
     instruction: str = Field(min_length=1, max_length=MAX_INSTRUCTION_CHARS)
 
-
-ASKS: dict[Family, str] = {
-    "PG": "Ask to point at one thing in view, within reach. Kinds are the size of the target, and alike (something "
-    "else that its bare name could mean is in view). Role: target.",
-    "DA": "Ask to walk up to one thing in view. Say the standard: 'to within about one and a half metres of ..., "
-    "near enough to touch it'. Kinds: approach, alike (something else that its bare name could mean is in view). Role: "
-    "target.",
-    "VS": "Ask to look for one thing that is out of view at the start. Kinds: walk (another room or place), turn "
-    "(turning on the spot shows it), alike (its bare name could mean something else too). Say when it is done: once "
-    "the thing is in the picture. Role: target.",
-    "SV": "Ask in which state one thing in view is; name both possible answers, never the answer. Kinds are the true "
-    "answer: on, off, open, closed. Role: target.",
-    "AI": "Ask to do one thing with a target in view but out of reach. Kinds: open, close, turn_on, turn_off, pick, "
-    "alike (any of these, with something else in view that the target's bare name could mean). Role: target.",
-    "SI": "Ask to find a target that is out of view and do one thing with it. Kinds: open, close, turn_on, turn_off, "
-    "pick, each also with _afar (not visible by turning); alike (its bare name could mean something else too); "
-    "pick_inside (it lies in a closed container, of which the instruction says nothing). Roles: target, and for "
-    "pick_inside container.",
-    "SM": "Ask for a sequence. Kinds: reveal_pick (open container, take target), put_into (take target, put into "
-    "receptacle, opened first where it is closed), rearrange (take target from source to receptacle), open_pick_place "
-    "(open container, take target, put at receptacle), two_to_one (put target and second at one receptacle), "
-    "put_and_close (open receptacle, put target inside, close it), take_and_close (open container, take target, put it "
-    "at receptacle, close container), swap (target from source to receptacle, second from receptacle to source), "
-    "out_of_into (target from container into receptacle, both closed), three_acts (open, close, start or stop first "
-    "and next, and put target at receptacle). Roles: target and those that the kind names.",
-    "CR": "Ask for something that is prevented until an obstacle is dealt with; say both, the obstacle first. Kinds: "
-    "obstacle (something stands in the way; pick it up), leaf (an open door bars the way; close it), swing (something "
-    "keeps the target from opening; pick it up), interlock (a machine must be closed before it starts, or stopped "
-    "before it opens; target alone), hand (put down what is in the hand, the obstacle, then pick up the target); each "
-    "also with _implicit (say the order alone, and nothing of what prevents it). Roles: target, obstacle.",
-}
 
 _TEXT = """You author tasks for an embodied agent that sees one picture at a time in a house.
 Family {family} ({name}). {ask}
@@ -106,8 +76,8 @@ def question(context: HouseContext, family: Family, count: int) -> str:
     return _TEXT.format(
         family=family,
         name=FAMILIES[family].name,
-        ask=ASKS[family],
-        kinds=", ".join(GRAMMAR[family]),
+        ask=FAMILIES[family].briefing,
+        kinds=", ".join(FAMILIES[family].kinds),
         inventory="\n".join(json.dumps(row, ensure_ascii=False) for row in inventory(context)),
         count=count,
     )
@@ -152,7 +122,7 @@ def draft_of(idea: Idea, context: HouseContext, family: Family, author: str) -> 
     """Return a draft with the things, and in the words, of an idea; a rejection where no start is found for it."""
     context.allowed_ids = frozenset(idea.things.values())
     try:
-        drafts = list(islice(GRAMMAR[family][idea.kind](context), TRIED))
+        drafts = list(islice(kinds_of(family)[idea.kind](context), TRIED))
     finally:
         context.allowed_ids = None
     for draft in drafts:
@@ -164,8 +134,8 @@ def draft_of(idea: Idea, context: HouseContext, family: Family, author: str) -> 
 
 
 def _known(idea: Idea, context: HouseContext, family: Family) -> Idea | Rejection:
-    if idea.kind not in GRAMMAR[family]:
-        known = ", ".join(GRAMMAR[family])
+    if idea.kind not in FAMILIES[family].kinds:
+        known = ", ".join(FAMILIES[family].kinds)
         message = f"{idea.kind!r} is none of {known}"
         return _rejected(context, family, idea.kind, "kind_known", message, idea.instruction)
     absent = [thing_id for thing_id in idea.things.values() if thing_id not in context.view.scene.things]

@@ -12,7 +12,9 @@ from vigil.authoring.language.sentences import APPROACH, ORDERS, POINT, SEARCH, 
 from vigil.authoring.language.wording import Act, order_slots, pronoun_slots, question
 from vigil.authoring.review.rules import SMALL_START_PX, START_PX, STATE_START_PX, WIDE_OPEN, place_blind_to
 from vigil.base.geometry import EYE_HEIGHT_M, Pose
-from vigil.protocol.episode import DEFAULT_HORIZON_DEG, Episode, Family, TargetSize
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES, Family
+from vigil.protocol.family import DEFAULT_HORIZON_DEG, TargetSize
 from vigil.protocol.goals import (
     NEAR_M,
     AgentNearTarget,
@@ -54,8 +56,6 @@ SV_TOGGLES = frozenset(
     }
 )
 """What shows from across a room whether it is on."""
-START_DISTANCE_M = {"PG": (0.3, 1.35), "DA": (2.2, 6.0), "SV": (0.5, 3.5), "AI": (1.8, 5.0), "VS": (1.8, 12.0)}
-"""How far from its target an episode of the family starts: in sight to point, out of reach to act; SI as VS."""
 APPROACHED_M = (0.15, 1.9)
 """Sizes between which a thing is approached: smaller is hard to see from afar, larger is reached from everywhere."""
 MIN_SEARCHED_SIZE_M = 0.1
@@ -108,7 +108,7 @@ def pointing(context: HouseContext, size: TargetSize) -> Drafts:
     """Yield PG drafts with targets of a size."""
     for thing in context.things(lambda thing: is_target(thing) and size_of_thing(thing) == size):
         start = context.start_seeing(
-            thing, START_DISTANCE_M["PG"], DEFAULT_HORIZON_DEG, is_in_view_to_point(context, size)
+            thing, FAMILIES["PG"].start_distance_m, DEFAULT_HORIZON_DEG, is_in_view_to_point(context, size)
         )
         if start is not None:
             yield context.draft(
@@ -128,7 +128,7 @@ def approaching(context: HouseContext) -> Drafts:
     for thing in context.things(lambda thing: is_approachable(thing)):
         if place_blind_to(context.view, thing, NEAR_M) is not None:
             continue
-        start = context.start_seeing(thing, START_DISTANCE_M["DA"], DEFAULT_HORIZON_DEG, is_in_view(context))
+        start = context.start_seeing(thing, FAMILIES["DA"].start_distance_m, DEFAULT_HORIZON_DEG, is_in_view(context))
         if start is not None:
             yield context.draft(
                 "DA",
@@ -183,7 +183,7 @@ def start_not_seeing(context: HouseContext, thing: Thing, *, by_turning: bool | 
 
 
 def _starts_not_seeing(context: HouseContext, thing: Thing, by_turning: bool | None, horizon: float) -> Iterator[Pose]:
-    for place in context.starts(context.away_from(thing, *START_DISTANCE_M["VS"])):
+    for place in context.starts(context.away_from(thing, *FAMILIES["VS"].start_distance_m)):
         can_turn = context.is_visible_from(place, thing)
         if by_turning is not None and can_turn != by_turning:
             continue
@@ -207,7 +207,7 @@ def verifying(context: HouseContext, label: StateLabel) -> Drafts:
             continue
         start = context.start_seeing(
             thing,
-            START_DISTANCE_M["SV"],
+            FAMILIES["SV"].start_distance_m,
             LEVEL_DEG if thing.position.y > EYE_HEIGHT_M - ABOVE_EYES_M else DEFAULT_HORIZON_DEG / 2,
             _shows_state(state, HARD_STATE_PX if context.prefers_hard_starts else STATE_PX),
         )
@@ -247,7 +247,9 @@ def acting(context: HouseContext, act: Act) -> Drafts:
         context,
         ("AI", ORDERS, act),
         context.things(lambda thing: is_target(thing) and allows(thing, act)),
-        lambda thing: context.start_seeing(thing, START_DISTANCE_M["AI"], DEFAULT_HORIZON_DEG, is_in_view(context)),
+        lambda thing: context.start_seeing(
+            thing, FAMILIES["AI"].start_distance_m, DEFAULT_HORIZON_DEG, is_in_view(context)
+        ),
     )
 
 

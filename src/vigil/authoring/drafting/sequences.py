@@ -9,7 +9,8 @@ from vigil.authoring.drafting.proposals import CLEAR_PX, Drafts, can_be_searched
 from vigil.authoring.language.referring import Phrase
 from vigil.authoring.language.wording import opening_phrase, pronoun_slots, say, sequence_forms
 from vigil.authoring.review.containers import BELONGS_IN, belongs_in
-from vigil.protocol.episode import DEFAULT_HORIZON_DEG, Episode
+from vigil.protocol.episode import Episode
+from vigil.protocol.family import DEFAULT_HORIZON_DEG
 from vigil.protocol.goals import Goal, ObjectAtReceptacle, ObjectHeld, ObjectInState
 from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.supports import is_level, surface_frame, surface_named

@@ -25,7 +25,8 @@ from vigil.housegen.document import generators_of
 from vigil.packs.freeze import check_can_freeze, freeze
 from vigil.packs.pack import Pack
 from vigil.packs.private import SEED_SHA256, is_secret, seed_sha256
-from vigil.protocol.episode import FAMILIES, Episode, Family, Solution
+from vigil.protocol.episode import Episode, Solution
+from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.house import House, canonical_json
 from vigil.scoring.levels import LEVELS_FILE, EpisodeLevel, Level, dump_levels
 
@@ -184,7 +185,7 @@ class _SelectionCounts:
         if quotas and (level is None or self.of_family[family, "level", level] >= quotas.get(level, 0)):
             return False
         turned = self.of_family[family, "turn", "True"]
-        is_search = family in ("VS", "SI") and candidate.draft.facts.is_seen_by_turning
+        is_search = not FAMILIES[family].visible_at_start and candidate.draft.facts.is_seen_by_turning
         return not is_search or turned < int(FOUND_BY_TURNING * pack_request.per_family)
 
     def cost(self, candidate: Candidate, seed: int) -> tuple:
@@ -193,7 +194,7 @@ class _SelectionCounts:
         opposite = {"on": "off", "off": "on", "open": "closed", "closed": "open"}.get(facts.label or "", "")
         lead = self.of_family[family, "label", facts.category, facts.label or ""]
         turned, walked = (self.of_family[family, "turn", value] for value in ("True", "False"))
-        is_ahead = family in ("VS", "SI") and turned >= FOUND_BY_TURNING * (turned + walked + 1)
+        is_ahead = not FAMILIES[family].visible_at_start and turned >= FOUND_BY_TURNING * (turned + walked + 1)
         return (
             is_ahead and facts.is_seen_by_turning,
             0 if candidate.level is None else self.of_family[family, "level", candidate.level],

@@ -8,7 +8,8 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from vigil.authoring.drafting.drafts import DraftFacts
-from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.goals import ReportStatus
 from vigil.scoring.target_strata import distance_band
 
@@ -19,13 +20,14 @@ StratumMember = tuple[Episode, DraftFacts]
 
 def stratum_of(episode: Episode, facts: DraftFacts) -> str:
     """Return the kind of episode within its family; a pack holds equally many of each kind."""
-    if episode.family == "PG":
+    stratum = FAMILIES[episode.family].stratum
+    if stratum == "target_size":
         return episode.target_size or "medium"
-    if episode.family == "DA":
+    if stratum == "distance":
         return distance_band(facts.distance_m)
-    if isinstance(episode.goal, ReportStatus):
+    if stratum == "label":
         return facts.label or episode.provenance.template
-    if episode.family == "VS":
+    if stratum == "turning":
         return "turn" if facts.is_seen_by_turning else "walk"
     return episode.provenance.template
 
@@ -45,7 +47,7 @@ def count_strata(members: Sequence[StratumMember]) -> dict[str, Any]:
         found = [stratum_of(episode, facts) for episode, facts in members if episode.family == family]
         if found:
             families[family] = _counted(found)
-    searches = [(episode.family, facts) for episode, facts in members if episode.family in ("VS", "SI")]
+    searches = [(episode.family, facts) for episode, facts in members if not FAMILIES[episode.family].visible_at_start]
     return {
         "families": families,
         "not_found_by_turning": {

@@ -12,7 +12,7 @@ from vigil.authoring.packing.question_only import GuessScore, majority_guess, wo
 from vigil.authoring.packing.sidecar_files import SidecarFile, read_sidecar
 from vigil.base.versions import schema_validator
 from vigil.packs.pack import Pack
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 
 BASELINES = "baselines.json"
 BASELINES_SCHEMA = 1
@@ -84,7 +84,7 @@ def broken_promises(found: Baselines) -> list[str]:
 
 def _limit(agent: str, family: str) -> float | None:
     """Return the largest share of a family that an agent may complete; None without a promise."""
-    if agent not in BLIND_AGENTS or family in ("SV", "all"):
+    if agent not in BLIND_AGENTS or family == "all" or "report_status" in FAMILIES[family].goal_kinds:
         return None
     return 0.0 if agent == "noop" else MAX_W_OF_A_BLIND_AGENT
 

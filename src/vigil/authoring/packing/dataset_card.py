@@ -15,7 +15,7 @@ from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
 from vigil.packs.pack import Pack
 from vigil.packs.private import is_private
 from vigil.protocol.actions import SKILLS
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 from vigil.scoring.levels import LEVELS
 
 CARD = "README.md"

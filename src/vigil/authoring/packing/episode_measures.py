@@ -20,7 +20,8 @@ from vigil.authoring.solving.look_targets import surface_points
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.actions import Action, Navigate, Report
-from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.goals import OBSERVABLE_PX
 from vigil.protocol.house import House
 from vigil.scene.things import Thing

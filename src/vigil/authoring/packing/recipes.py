@@ -26,7 +26,7 @@ from vigil.base.versions import PackVersions, schema_validator
 from vigil.errors import HouseError, PackMismatch, SettingError, did_you_mean, first_error
 from vigil.packs.files import NAME_PATTERN
 from vigil.packs.pack import asset_mismatch
-from vigil.protocol.episode import Family
+from vigil.protocol.families import Family
 from vigil.scoring.closure import SUITE, Kind
 from vigil.scoring.levels import Level
 

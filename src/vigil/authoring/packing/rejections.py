@@ -6,7 +6,7 @@ from typing import Any
 
 from vigil.authoring.drafting.drafts import DraftsContent
 from vigil.authoring.review.validate import Finding
-from vigil.protocol.episode import Family
+from vigil.protocol.families import Family
 
 
 def rejected_by_rule(

@@ -5,7 +5,8 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from vigil.packs.pack import Pack
-from vigil.protocol.episode import FAMILIES, Family, Solution
+from vigil.protocol.episode import Solution
+from vigil.protocol.families import FAMILIES, Family
 
 _Value = TypeVar("_Value")
 

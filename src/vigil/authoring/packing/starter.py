@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from vigil.authoring.drafting.drafts import id_stem
-from vigil.authoring.drafting.grammar import GRAMMAR, Proposals
+from vigil.authoring.drafting.grammar import Proposals, kinds_of
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.review.validate import Validator
@@ -24,7 +24,8 @@ from vigil.housegen.generate import generate
 from vigil.packs.freeze import freeze
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Action
-from vigil.protocol.episode import Episode, Family, Solution
+from vigil.protocol.episode import Episode, Solution
+from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.house import House
 from vigil.sim.privileged import PrivilegedSimulator
 
@@ -59,40 +60,15 @@ class EpisodeQuota:
     @property
     def proposals(self) -> list[Proposals]:
         """Order of attempts: a category not used yet, then any category, then another kind."""
-        kinds = GRAMMAR[self.family]
+        kinds = kinds_of(self.family)
         return [kinds[self.kind], kinds[self.kind], *([kinds[self.fallback]] if self.fallback else [])]
 
 
-QUOTAS = (
-    EpisodeQuota("CR", "leaf", 2, "obstacle"),
-    EpisodeQuota("CR", "obstacle", 2),
-    EpisodeQuota("CR", "swing", 2),
-    EpisodeQuota("CR", "interlock", 2),
-    EpisodeQuota("CR", "hand", 2),
-    EpisodeQuota("SM", "reveal_pick", 3),
-    EpisodeQuota("SM", "put_into", 3),
-    EpisodeQuota("SM", "open_pick_place", 2),
-    EpisodeQuota("SM", "rearrange", 2),
-    EpisodeQuota("SV", "on", 3),
-    EpisodeQuota("SV", "off", 3),
-    EpisodeQuota("SV", "open", 2),
-    EpisodeQuota("SV", "closed", 2),
-    EpisodeQuota("VS", "walk", 7),
-    EpisodeQuota("VS", "turn", 3),
-    EpisodeQuota("SI", "open", 2),
-    EpisodeQuota("SI", "close", 2),
-    EpisodeQuota("SI", "turn_on", 2),
-    EpisodeQuota("SI", "turn_off", 2),
-    EpisodeQuota("SI", "pick", 2),
-    EpisodeQuota("AI", "open", 2),
-    EpisodeQuota("AI", "close", 2),
-    EpisodeQuota("AI", "turn_on", 2),
-    EpisodeQuota("AI", "turn_off", 2),
-    EpisodeQuota("AI", "pick", 2),
-    EpisodeQuota("PG", "large", 3),
-    EpisodeQuota("PG", "medium", 4),
-    EpisodeQuota("PG", "small", 3),
-    EpisodeQuota("DA", "approach", 10),
+QUOTAS = tuple(
+    EpisodeQuota(family, name, kind.in_starter, kind.fallback)
+    for family, spec in reversed(FAMILIES.items())
+    for name, kind in sorted(spec.kinds.items(), key=lambda item: item[1].fallback is None)
+    if kind.in_starter
 )
 """Slots with the rarest kinds first, so that they find suitable houses."""
 
@@ -155,14 +131,14 @@ def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[s
             "house_generator": generators_of(houses),
             "seed": SEED,
             "simulator": simulator.name,
-            "kinds": kinds_of(chosen.episodes),
+            "kinds": count_kinds(chosen.episodes),
         },
     )
     write_card(pack)
     return pack
 
 
-def kinds_of(episodes: Iterable[Episode]) -> dict[str, int]:
+def count_kinds(episodes: Iterable[Episode]) -> dict[str, int]:
     """Return how many episodes there are of each family, template and target size."""
     kinds = [" ".join(filter(None, (e.family, e.provenance.template, e.target_size))) for e in episodes]
     return dict(sorted(Counter(kinds).items()))

@@ -15,7 +15,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict
 
 from vigil.assets.database import AssetDatabase
-from vigil.authoring.review.rules import RULES
+from vigil.authoring.review.rules import RULES, binds
 from vigil.authoring.review.validate import Finding, Validator
 from vigil.base.json_lines import AppendFile, dump_line, parse_line
 from vigil.base.processes import worker_pool
@@ -156,7 +156,7 @@ def key_of(episode: Episode, actions: tuple[Action, ...] | None, settings: Verif
     solution = Solution(episode_id=episode.id, actions=actions).model_dump(mode="json") if actions else None
     besides = ["robust"] if settings.is_robust else []
     besides += [settings.assets.sha256] if settings.assets and settings.assets.sha256 else []
-    besides += [name for name, rule in RULES.items() if rule.is_for(episode.family)]
+    besides += [name for name, rule in RULES.items() if binds(rule, name, episode.family)]
     facts = [episode.model_dump(mode="json"), solution, settings.backend, PackVersions.current().model_dump(), *besides]
     return hashlib.sha256(canonical_json(facts)).hexdigest()
 

@@ -2,7 +2,8 @@
 
 from vigil.agents.scripted import EXPLORE_ACTIONS, POINT_ACTIONS, TURN_ACTIONS, WALK_ACTIONS, click_actions
 from vigil.protocol.actions import Action, Report
-from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.goals import AgentNearTarget, ObjectHeld, ObjectInState, TargetGrounded
 
 

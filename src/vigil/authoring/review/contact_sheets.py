@@ -7,7 +7,8 @@ from pathlib import Path
 from PIL import Image, ImageDraw, ImageFont
 
 from vigil.authoring.review.reviews import queue
-from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.house import House
 from vigil.sim.protocol import Simulator
 

@@ -16,7 +16,9 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from vigil.base.json_lines import append_line, dump_line, parse_line, read_lines
 from vigil.base.versions import schema_validator
-from vigil.protocol.episode import FAMILIES, MAX_INSTRUCTION_CHARS, Episode, TargetSize
+from vigil.protocol.episode import MAX_INSTRUCTION_CHARS, Episode
+from vigil.protocol.families import FAMILIES
+from vigil.protocol.family import TargetSize
 from vigil.protocol.house import canonical_json
 
 REVIEW_SCHEMA = 2

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from vigil.authoring.language.disambiguation import anchor_of, look_alikes
-from vigil.authoring.language.implicit_constraints import constraint_giveaways, implicit_kind, is_implicit
+from vigil.authoring.language.implicit_constraints import constraint_giveaways, is_implicit
 from vigil.authoring.language.wording import asks_inside
 from vigil.authoring.review.containers import not_found_by_opening
 from vigil.authoring.review.episode_start import EpisodeStart
@@ -19,7 +19,8 @@ from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.geometry import Pose, Vec3
 from vigil.packs.pack import protocol_faults
 from vigil.protocol.actions import REACH_HEIGHT_M, REACH_M
-from vigil.protocol.episode import FAMILIES, Episode, Family
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.goals import (
     STATE_LABELS,
     AgentNearTarget,
@@ -44,12 +45,6 @@ STANDARDS_IN_WORDS = (
 )
 NEAR_MARGIN_M, SURFACE_POINTS = 0.01, (16, 128, 1024)
 """Slack of "near" and of "in another room", and points of the target looked at, when blind places are looked for."""
-SM_TEMPLATES = (
-    *("reveal_pick", "put_into", "rearrange", "open_pick_place"),
-    *("two_to_one", "put_and_close", "take_and_close", "swap", "out_of_into", "three_acts"),
-)
-EXPLICIT_TEMPLATES = ("obstacle", "leaf", "swing", "interlock", "hand")
-CR_TEMPLATES = (*EXPLICIT_TEMPLATES, *map(implicit_kind, EXPLICIT_TEMPLATES))
 INSIDE_TEMPLATE = "pick_inside"
 """Of searches whose target lies in something closed, which the instruction does not name."""
 LOOK_ALIKE_TEMPLATE = "look_alike"
@@ -62,7 +57,8 @@ Faults = Iterator[str]
 class Rule:
     """A named rule."""
 
-    is_for: Callable[[Family], bool]
+    is_for: Callable[[Family], bool] | None
+    """Whether the rule binds a family; None for a rule that binds the families which name it (`FamilySpec.rules`)."""
     reason: str
     faults: Callable[[EpisodeStart], Faults]
 
@@ -236,8 +232,9 @@ def _state_not_given_away(case: EpisodeStart) -> Faults:
 
 
 def _chained(case: EpisodeStart) -> Faults:
-    if case.episode.provenance.template not in SM_TEMPLATES:
-        yield f"template {case.episode.provenance.template!r} is none of {', '.join(SM_TEMPLATES)}"
+    kinds = FAMILIES[case.episode.family].kinds
+    if case.episode.provenance.template not in kinds:
+        yield f"template {case.episode.provenance.template!r} is none of {', '.join(kinds)}"
     if len(set(case.episode.bindings.values())) < 2:
         yield "a sequence binds at least two objects"
     goal = case.episode.goal
@@ -286,8 +283,9 @@ def _seen_constraint(case: EpisodeStart) -> Faults:
 
 def _constraint_binds(case: EpisodeStart) -> Faults:
     """The goal cannot be reached while the constraint stands: no exact place allows the goal's own interaction."""
-    if case.episode.provenance.template not in CR_TEMPLATES:
-        yield f"template {case.episode.provenance.template!r} is none of {', '.join(CR_TEMPLATES)}"
+    kinds = FAMILIES[case.episode.family].kinds
+    if case.episode.provenance.template not in kinds:
+        yield f"template {case.episode.provenance.template!r} is none of {', '.join(kinds)}"
     if is_doable(case.episode.goal, MacroActions(case.view, may_tilt=True, is_exhaustive=True)):
         yield "the goal can be reached without resolving the constraint"
 
@@ -313,11 +311,6 @@ def _searched(family: Family) -> bool:
     return _done(family) and not FAMILIES[family].visible_at_start
 
 
-def only(*families: Family) -> Callable[[Family], bool]:
-    """Return whether a rule that is for some families binds one."""
-    return lambda family: family in families
-
-
 RULES: dict[str, Rule] = {
     "protocol": Rule(every_family, "budgets and start horizon are the family's", _protocol),
     "objects_exist": Rule(every_family, "what is bound is in the scene", _objects),
@@ -326,35 +319,36 @@ RULES: dict[str, Rule] = {
     "visible_at_start": Rule(_seen, "the object to act on is in view", _visible),
     "hidden_at_start": Rule(_searched, "what is to be searched for is out of view", _hidden),
     "state_visible_at_start": Rule(_asked, "what is asked about can be told from the first frame", _state_visible),
-    "graded": Rule(only("PG"), "pointing tasks are graded by the size of the target", _has_target_size),
-    "in_reach_at_start": Rule(only("PG"), "pointing needs no walking", _in_reach),
-    "out_of_reach_at_start": Rule(only("DA", "AI"), "there is a way to go", _out_of_reach),
+    "graded": Rule(None, "pointing tasks are graded by the size of the target", _has_target_size),
+    "in_reach_at_start": Rule(None, "pointing needs no walking", _in_reach),
+    "out_of_reach_at_start": Rule(None, "there is a way to go", _out_of_reach),
     "clear_openness": Rule(every_family, "open and closed are clearly so", _clearly_open_or_closed),
-    "near_sees_target": Rule(only("DA"), "being near on the other side of a wall is no arrival", _other_rooms),
-    "standard_in_words": Rule(only("DA"), "the agent is told how near is near", _standard_stated),
+    "near_sees_target": Rule(None, "being near on the other side of a wall is no arrival", _other_rooms),
+    "standard_in_words": Rule(None, "the agent is told how near is near", _standard_stated),
     "target_named": Rule(every_family, "every bound object is said so that it alone is meant", _named),
     "unambiguous": Rule(every_family, "every thing mentioned is one thing", _unambiguous),
-    "found_by_opening": Rule(only("SI"), "what lies in something closed is fair to look for", _found_inside),
+    "found_by_opening": Rule(None, "what lies in something closed is fair to look for", _found_inside),
     "look_alike_present": Rule(_done, "an episode about one of several look-alikes has one", _has_look_alike),
     "state_not_given_away": Rule(_asked, "the instruction does not answer itself", _state_not_given_away),
-    "chain_of_objects": Rule(only("SM"), "a sequence has a template and several objects", _chained),
-    "not_shut_away": Rule(only("SM"), "what is to be taken is in view, or in what the instruction names", _found),
+    "chain_of_objects": Rule(None, "a sequence has a template and several objects", _chained),
+    "not_shut_away": Rule(None, "what is to be taken is in view, or in what the instruction names", _found),
     "inside_in_words": Rule(every_family, "into is said where inside is meant, and only there", _inside_as_worded),
-    "constraint_implicit": Rule(
-        only("CR"), "a constraint that is to be found is not given away", _constraint_not_given_away
-    ),
-    "constraint_visible": Rule(only("CR"), "what is in the way is seen at the start", _seen_constraint),
-    "constraint_holds": Rule(
-        only("CR"), "the goal is out of reach until the constraint is resolved", _constraint_binds
-    ),
+    "constraint_implicit": Rule(None, "a constraint that is to be found is not given away", _constraint_not_given_away),
+    "constraint_visible": Rule(None, "what is in the way is seen at the start", _seen_constraint),
+    "constraint_holds": Rule(None, "the goal is out of reach until the constraint is resolved", _constraint_binds),
 }
 """Rule name -> rule, in the order in which they are checked."""
+
+
+def binds(rule: Rule, name: str, family: Family) -> bool:
+    """Whether a rule of this name is for a family."""
+    return name in FAMILIES[family].rules if rule.is_for is None else rule.is_for(family)
 
 
 def broken_by(case: EpisodeStart) -> Iterator[tuple[str, str]]:
     """Yield (rule, message) for every rule that a case breaks."""
     for name, rule in RULES.items():
-        if not rule.is_for(case.episode.family):
+        if not binds(rule, name, case.episode.family):
             continue
         found = list(rule.faults(case))
         yield from ((name, message) for message in found)

@@ -22,7 +22,8 @@ from vigil.env import Env
 from vigil.errors import EpisodeError, PackMismatch
 from vigil.packs.pack import Pack, check_house
 from vigil.protocol.actions import REACH_M, Action, InteractPixel, Report
-from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.goals import OBSERVABLE_M, OBSERVABLE_PX, AgentNearTarget, ObjectInState, ReportStatus
 from vigil.protocol.house import House
 from vigil.protocol.profile import Profile
@@ -40,7 +41,8 @@ OTHER_RULES = {
     "within_budget": "the solution takes at most four fifths of the budget",
     "solution_holds": "the solution, replayed, gives W = W_strict = B = 1",
     "not_blind_luck": "walking, turning, clicking or waiting without sight does not complete it",
-    "negative_controls_fail": "on top for inside, within for on, the look-alike, the neighbour, done and undone: none does it",
+    "negative_controls_fail": "on top for inside, within for on, the look-alike, the neighbour, done and undone: none "
+    "does it",
     "margins": "the solution clears every threshold with a margin (2 cm, 20 px)",
 }
 """Rule name -> reason, for the rules that are no functions of a start."""

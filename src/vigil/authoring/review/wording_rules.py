@@ -9,18 +9,14 @@ from collections.abc import Iterator
 
 from vigil.authoring.language.referring import BETWEEN, ROOM_NAMES, DescribedThing, Phrase, items_as_seen, referents
 from vigil.authoring.review.episode_start import EpisodeStart
-from vigil.authoring.review.rules import Faults, Rule, every_family, only
+from vigil.authoring.review.rules import Faults, Rule, binds, every_family
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.goals import ObjectHeld
 
 VAGUE = re.compile(
     r"\b(clear(?:ly)?|well in view|in front of you|good (?:view|look)|close by|close to|nearby|near by)\b"
 )
 """Words of which nobody can say when they hold."""
-TO_BE_CHECKED = {
-    "DA": re.compile(r"\b(touch|reach)\b"),
-    "VS": re.compile(r"\b(see|seen|seeing|in (?:the |your )?(?:picture|view)|into (?:the picture|view))\b"),
-}
-"""Family -> words for an end that an agent can tell: from what it could do, or from its frames."""
 _ROOMS = "|".join(ROOM_NAMES.values())
 STACKED = re.compile(
     rf"\b(?:put|place|placed|leave)\b[^.;]*? in the [\w -]+? in the (?:{_ROOMS})\b|"
@@ -38,7 +34,7 @@ def _stop(case: EpisodeStart) -> Faults:
     vague = VAGUE.search(said)
     if vague is not None:
         yield f"nobody can tell when {vague[0]!r} holds"
-    elif not TO_BE_CHECKED[case.episode.family].search(said):
+    elif not re.search(FAMILIES[case.episode.family].end_words or "", said):
         yield "the instruction says nothing by which an agent can tell that it is done"
 
 
@@ -110,7 +106,7 @@ def _meant(case: EpisodeStart) -> list[tuple[Phrase, DescribedThing]]:
 
 
 WORDING_RULES: dict[str, Rule] = {
-    "stop_can_be_checked": Rule(only("DA", "VS"), "an agent can tell by frames or reach that it is done", _stop),
+    "stop_can_be_checked": Rule(None, "an agent can tell by frames or reach that it is done", _stop),
     "no_second_answer": Rule(every_family, "a counter with doors is a cabinet, too, for who sees it", _second_answers),
     "called_as_it_looks": Rule(every_family, "nobody calls a worktop beside a washbasin the countertop", _names),
     "one_such_room": Rule(every_family, "a room is named only where the home has one of the kind", _rooms),
@@ -119,7 +115,7 @@ WORDING_RULES: dict[str, Rule] = {
     "no_needless_colour": Rule(every_family, "no colour is named where the name alone is enough", _needless),
     "no_stacked_places": Rule(every_family, "places that follow each other are misread", _stacked),
     "pairs_are_plural": Rule(every_family, "one picks them up, a pair of boots", _number),
-    "hand_is_freed": Rule(only("CR"), "who is told to pick up what is in the way is told to put it aside", _hand),
+    "hand_is_freed": Rule(None, "who is told to pick up what is in the way is told to put it aside", _hand),
 }
 """Rule name -> rule, in the order in which they are checked."""
 
@@ -127,5 +123,5 @@ WORDING_RULES: dict[str, Rule] = {
 def worded_badly(case: EpisodeStart) -> Iterator[tuple[str, str]]:
     """Yield (rule, message) for every rule about wording that a draft breaks."""
     for name, rule in WORDING_RULES.items():
-        if rule.is_for(case.episode.family):
+        if binds(rule, name, case.episode.family):
             yield from ((name, message) for message in rule.faults(case))

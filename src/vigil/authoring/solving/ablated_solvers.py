@@ -21,7 +21,8 @@ from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.paths import Point2
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.protocol.actions import Action, Navigate, Report
-from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.goals import OBSERVABLE_PX, Constraint, Goal
 from vigil.protocol.world import CLOSED_BELOW
 

@@ -19,7 +19,8 @@ from vigil.authoring.solving.noisy_actions import NoisyMacroActions
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.errors import SettingError
 from vigil.protocol.actions import Action, InteractPixel, Reply, Report
-from vigil.protocol.episode import FAMILIES, Episode
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
 from vigil.sim.privileged import PrivilegedSimulator
 

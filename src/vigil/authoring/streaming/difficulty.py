@@ -10,17 +10,12 @@ from typing import Literal, get_args
 
 from vigil.authoring.drafting.drafts import Draft
 from vigil.errors import SettingError, did_you_mean
-from vigil.protocol.episode import Family, TargetSize
+from vigil.protocol.families import FAMILIES
+from vigil.protocol.family import TargetSize
 
 Difficulty = Literal["easy", "medium", "hard"]
 DIFFICULTIES: tuple[Difficulty, ...] = get_args(Difficulty)
 OF_SIZE: dict[TargetSize, Difficulty] = {"large": "easy", "medium": "medium", "small": "hard"}
-MAX_ACTIONS: dict[Family, tuple[int, int]] = {
-    "DA": (4, 6), "VS": (2, 5), "AI": (5, 7), "SI": (5, 9), "SM": (8, 11), "CR": (5, 8),
-}  # fmt: skip
-"""Family -> actions of the longest solution that is easy, and of the longest that is medium; the report counts."""
-MAX_DISTANCE_M = (1.1, 2.0)
-"""Of state verification: from the start to the farthest target that is easy, and to the farthest that is medium."""
 
 
 def difficulty_of(draft: Draft) -> Difficulty:
@@ -28,11 +23,10 @@ def difficulty_of(draft: Draft) -> Difficulty:
     family = draft.episode.family
     if draft.episode.target_size is not None:
         return OF_SIZE[draft.episode.target_size]
-    if family == "SV":
-        measured, (easy, medium) = draft.facts.distance_m, MAX_DISTANCE_M
-    else:
-        measured, (easy, medium) = len(draft.actions), MAX_ACTIONS[family]
-    return "easy" if measured <= easy else "medium" if measured <= medium else "hard"
+    grading = FAMILIES[family].grading
+    assert grading is not None, f"streams do not hold families without a grading, as {family} is"
+    measured = draft.facts.distance_m if grading.by == "distance_m" else len(draft.actions)
+    return "easy" if measured <= grading.easy else "medium" if measured <= grading.medium else "hard"
 
 
 def difficulties_named(names: Iterable[str]) -> tuple[Difficulty, ...]:

@@ -26,7 +26,7 @@ from vigil.packs.files import MANIFEST
 from vigil.packs.freeze import check_can_freeze, freeze
 from vigil.packs.pack import Pack, manifest_of
 from vigil.packs.private import SEED_SHA256, seed_sha256
-from vigil.protocol.episode import Family
+from vigil.protocol.families import Family
 from vigil.protocol.house import canonical_json
 
 ADVICE = "Remove it; it is made anew."

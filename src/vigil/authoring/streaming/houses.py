@@ -14,14 +14,15 @@ from pydantic import BaseModel, ConfigDict
 
 from vigil.authoring.drafting.drafts import DIGITS, Draft, Rejection
 from vigil.authoring.drafting.generation import DraftGenerator, GenerationSettings, Proposer, grammar_proposer
-from vigil.authoring.drafting.grammar import GRAMMAR
+from vigil.authoring.drafting.grammar import kinds_of
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.sources import MIXED, GeneratedHouse, secret_house
 from vigil.authoring.streaming.address import stream_version
 from vigil.authoring.streaming.difficulty import DIFFICULTIES, Difficulty, difficulty_of
 from vigil.packs.files import HOUSES
 from vigil.packs.pack import manifest_of, packaged_names
-from vigil.protocol.episode import FAMILIES, Episode, Family
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.house import House, canonical_json
 
 PER_HOUSE, TRIED = 4, 8
@@ -136,7 +137,7 @@ def _with_less_search(propose: Proposer) -> Proposer:
 
     def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode | Rejection]]]:
         context.tried_starts = TRIED_STARTS
-        stride = -(-len(GRAMMAR[family]) // KINDS_TRIED)
+        stride = -(-len(kinds_of(family)) // KINDS_TRIED)
         turn = zlib.crc32(context.house.name.encode())
         for place, (kind, drafts) in enumerate(propose(context, family)):
             if (place + turn) % stride == 0:

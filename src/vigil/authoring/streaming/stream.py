@@ -23,7 +23,8 @@ from vigil.authoring.streaming.difficulty import DIFFICULTIES, Difficulty, diffi
 from vigil.authoring.streaming.families import families_of_stream
 from vigil.authoring.streaming.houses import StreamHouse, StreamHouseMaker, StreamSettings
 from vigil.errors import SettingError
-from vigil.protocol.episode import Episode, Family, Solution
+from vigil.protocol.episode import Episode, Solution
+from vigil.protocol.families import Family
 from vigil.protocol.house import House
 
 HOUSES_AHEAD = 2

@@ -12,7 +12,7 @@ from vigil.authoring.language.sentences import Forms
 from vigil.authoring.packing.assemble import PackRequest
 from vigil.authoring.packing.verify import VerificationSettings
 from vigil.packs.private import is_secret
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 
 FormsName = Literal["public", "held-out", "all"]
 FormsOption = Annotated[

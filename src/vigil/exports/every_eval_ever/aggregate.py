@@ -9,7 +9,7 @@ from vigil.exports.every_eval_ever.publisher import Publisher
 from vigil.exports.every_eval_ever.samples import SCHEMA_VERSION, Heading, has_exact_prompt
 from vigil.packs.pack import manifest_of
 from vigil.protocol.actions import SKILLS
-from vigil.protocol.episode import FAMILIES
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.prompt import policy_text
 from vigil.records.record import RunHeader
 from vigil.scoring.saved_run import SavedRun

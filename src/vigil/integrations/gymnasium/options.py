@@ -10,7 +10,7 @@ from vigil.authoring.streaming.difficulty import Difficulty, difficulties_named
 from vigil.errors import SettingError, did_you_mean, first_error
 from vigil.integrations.rewards import HonestFailReward, LagPenalty, WorldReward
 from vigil.protocol.actions import Coordinates, ReplyPolicy
-from vigil.protocol.episode import Family, parse_families
+from vigil.protocol.families import Family, parse_families
 from vigil.protocol.observation import Quality
 from vigil.protocol.profile import PROFILE_NAMES, Profile
 

@@ -13,7 +13,7 @@ from vigil.integrations.rewards import HonestFailReward, LagPenalty, WorldReward
 from vigil.packs.pack import find_pack
 from vigil.packs.private import REVEAL_HELP
 from vigil.protocol.actions import Coordinates, ReplyPolicy
-from vigil.protocol.episode import parse_families
+from vigil.protocol.families import parse_families
 from vigil.protocol.observation import Quality
 from vigil.protocol.profile import PROFILE_NAMES, ImageFormat, Profile, PromptVariant, SystemRole
 from vigil.sim import BACKENDS

@@ -22,7 +22,8 @@ from vigil.errors import SettingError
 from vigil.integrations.verifiers.config import VigilTasksetConfig
 from vigil.packs.pack import Pack, Selection
 from vigil.packs.private import check_revealed, is_private, is_secret
-from vigil.protocol.episode import Episode, parse_families
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import parse_families
 from vigil.runner.workers.messages import Assignment
 
 REVEAL_OPTION = "--env.taskset.reveal-private-pack true"

@@ -18,7 +18,8 @@ from vigil.base.files import MIB, is_inside, read_file
 from vigil.env import Env
 from vigil.errors import RecordError
 from vigil.packs.pack import Pack
-from vigil.protocol.episode import Episode, Family
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import Family
 from vigil.protocol.profile import Profile
 from vigil.records.record import FRAMES_FOLDER, EpisodeRecord, RunSpec
 from vigil.sim import make_simulator

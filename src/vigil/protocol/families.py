@@ -1,0 +1,92 @@
+"""The registry of families: those of the package, each a file in `vigil.authoring.families`, and registered ones.
+
+The table `FAMILIES` is data: nothing branches on a family's name when an episode is scored. Source: `protocol.md`
+section 4 and the paper's table `family_specs`.
+"""
+
+import importlib
+import pkgutil
+import re
+from collections.abc import Iterable
+from typing import Annotated, get_args
+
+from pydantic import AfterValidator
+
+from vigil.errors import SettingError, did_you_mean
+from vigil.protocol.family import FamilySpec
+from vigil.protocol.goals import Goal
+
+_PACKAGE = "vigil.authoring.families"
+_REQUIRED = ("summary", "kinds", "briefing", "level_bounds", "sample_goal")
+"""Fields that a family of the package must fill."""
+
+
+def _check_family(name: str) -> str:
+    if name not in FAMILIES:
+        raise ValueError(
+            f"there is no family {name!r}; the families are {', '.join(FAMILIES)}. A custom family is known where its "
+            "module is imported: `vigil run --import MODULE`, VIGIL_IMPORT=MODULE for any command"
+        )
+    return name
+
+
+Family = Annotated[str, AfterValidator(_check_family)]
+"""A name in `FAMILIES`."""
+
+
+def _packaged_families() -> dict[str, FamilySpec]:
+    """Import each file of the package of families, and return the families by code, in the order of tables."""
+    package = importlib.import_module(_PACKAGE)
+    found = [
+        importlib.import_module(f"{_PACKAGE}.{module.name}").FAMILY for module in pkgutil.iter_modules(package.__path__)
+    ]
+    for spec in found:
+        missing = [name for name in _REQUIRED if not getattr(spec, name)]
+        if missing:
+            raise TypeError(f"Family {spec.code!r} of {_PACKAGE} lacks {', '.join(missing)}.")
+    return {spec.code: spec for spec in sorted(found, key=lambda spec: (spec.position, spec.code))}
+
+
+FAMILIES: dict[Family, FamilySpec] = _packaged_families()
+"""Code -> family."""
+PACKAGED_FAMILIES = frozenset(FAMILIES)
+
+
+def register_family(spec: FamilySpec) -> None:
+    """Add a custom family to `FAMILIES`, in this process only; its goals must be of the existing kinds.
+
+    Raises SettingError for a code that is taken or is not two capital letters, for an unknown kind of goal, and for a
+    grading whose bounds do not rise.
+    """
+    if not re.fullmatch(r"[A-Z]{2}", spec.code):
+        raise SettingError(
+            f"Family {spec.code!r}: a family is named by two capital letters, as {', '.join(FAMILIES)} are."
+        )
+    taken = FAMILIES.get(spec.code, spec)
+    if taken != spec:
+        raise SettingError(f"Family {spec.code!r} is {taken.name!r} already. Choose another name.")
+    known = [kind.model_fields["kind"].default for kind in get_args(get_args(Goal)[0])]
+    for kind in spec.allowed_goal_kinds:
+        if kind not in known:
+            hint = did_you_mean(kind, known)
+            raise SettingError(
+                f"Family {spec.code!r}: goal kind {kind!r} does not exist.{hint} Known: {', '.join(known)}."
+            )
+    if spec.grading is not None and not 0 < spec.grading.easy <= spec.grading.medium:
+        raise SettingError(
+            f"Family {spec.code!r}: expected a grading with 0 < easy <= medium; got {spec.grading.easy:g} and "
+            f"{spec.grading.medium:g}."
+        )
+    FAMILIES[spec.code] = spec
+
+
+def parse_families(names: Iterable[str]) -> tuple[Family, ...]:
+    """Return the families of these names in the table's order; a name may list several, as in "PG,sm".
+
+    Raises SettingError for a name that is not a family.
+    """
+    wanted = {word.strip().upper() for name in names for word in name.split(",")}
+    for word in sorted(wanted - FAMILIES.keys()):
+        hint = did_you_mean(word, FAMILIES)
+        raise SettingError(f"Family {word!r} does not exist.{hint} The families: {', '.join(FAMILIES)}.")
+    return tuple(family for family in FAMILIES if family in wanted)
