@@ -1,7 +1,7 @@
 """Episodes of every family and course, drawn by hypothesis."""
 
 from hypothesis import strategies as st
-from published_runs import CAN_ADVANCE, EpisodeScript, make_episodes
+from published_runs import EpisodeScript, can_advance, make_episodes
 
 from vigil.protocol.actions import STATUSES
 from vigil.protocol.families import FAMILIES
@@ -14,4 +14,4 @@ SCRIPTS = st.builds(
     end=st.sampled_from([*STATUSES, "NR", "IL"]),
     wait=st.integers(0, 3),
     advanced=st.booleans(),
-).map(lambda plot: plot if plot.family in CAN_ADVANCE else EpisodeScript(plot.family, plot.w, plot.end, plot.wait))
+).map(lambda plot: plot if can_advance(plot.family) else EpisodeScript(plot.family, plot.w, plot.end, plot.wait))

@@ -9,12 +9,20 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from builders import RecordBuilder, episode, thing
+from builders import GOALS, RecordBuilder, episode, thing
 
 from vigil.analysis.measures.paper import paper
 from vigil.base.versions import PackVersions, Versions
 from vigil.protocol.episode import Episode, HouseRef
 from vigil.protocol.families import FAMILIES, Family
+from vigil.protocol.goals import (
+    AgentNearTarget,
+    Goal,
+    ObjectAtReceptacle,
+    ObjectInState,
+    ReportStatus,
+    TargetGrounded,
+)
 from vigil.protocol.profile import Profile
 from vigil.protocol.prompt import policy_sha256, policy_version, rendered_sha256
 from vigil.records.record import AgentKind, EpisodeRecord, RunHeader, RunSpec
@@ -37,16 +45,29 @@ FR = {
 NR = {"InternVL3.5-38B": 661, "Qwen3-VL-32B": 446, "MiMo-Embodied-7B": 431}
 """Episodes per thousand whose budget ended without a report, for models where the text prints them."""
 UNSEEN = {"visible": False, "visible_px": 0, "open_px": 0, "toggle_px": 0, "nearest_visible_m": None}
-REACHED: dict[Family, dict[str, Any]] = {
-    "DA": {"box_distance_m": 1.0, "center_distance_m": 1.2},
-    "VS": {"visible": True, "visible_px": 500, "nearest_visible_m": 2.0},
-    "AI": {"is_toggled": True},
-    "SI": {"is_held": True},
-    "SM": {"parent": "table", "support_chain": ("table",)},
-    "CR": {"is_held": True},
-}
-CAN_ADVANCE: tuple[Family, ...] = ("DA", "AI", "SI", "SM", "CR")
-"""Families whose goals can be partly reached."""
+PUBLISHED: tuple[Family, ...] = tuple(paper().tables["global_cross_section"][0]["families"])
+"""The families of the paper, of which its numbers are."""
+
+
+def reached(goal: Goal) -> dict[str, Any]:
+    """Return the facts of the target when a family's sample goal is reached."""
+    match goal:
+        case AgentNearTarget():
+            return {"box_distance_m": 1.0, "center_distance_m": 1.2}
+        case ObjectInState(state="is_visible"):
+            return {"visible": True, "visible_px": 500, "nearest_visible_m": 2.0}
+        case ObjectInState():
+            return {goal.state: True}
+        case ObjectAtReceptacle():
+            return {"parent": "table", "support_chain": ("table",)}
+        case _:
+            return {"is_held": True}
+
+
+def can_advance(family: Family) -> bool:
+    """Whether the sample goal of a family can be partly reached."""
+    goal = GOALS[family]
+    return not isinstance(goal, TargetGrounded | ReportStatus) and getattr(goal, "state", "") != "is_visible"
 
 
 @dataclass(frozen=True)
@@ -84,22 +105,23 @@ def record_of(script: EpisodeScript) -> EpisodeRecord:
 
 def _start_record(script: EpisodeScript) -> RecordBuilder:
     family = script.family
-    if family == "SV":
+    goal = GOALS[family]
+    if isinstance(goal, ReportStatus):
         return RecordBuilder(target=thing(is_toggled=True, **({} if script.w else UNSEEN)))
-    if family == "PG":
+    if isinstance(goal, TargetGrounded):
         builder = RecordBuilder(target=thing())
         return builder.ground("target") if script.w else builder.do()
+    is_search = getattr(goal, "state", "") == "is_visible"
     builder = RecordBuilder(
-        target=thing(is_toggled=False, **(UNSEEN if family == "VS" else {})),
-        **({"table": thing()} if family == "SM" else {}),
-        **({"obstacle": thing()} if family == "CR" else {}),
+        target=thing(is_toggled=False, **(UNSEEN if is_search else {})),
+        **{name: thing() for name in goal.ids() if name != "target"},
     )
-    if family == "CR" and script.w:
+    if goal.constraint is not None and script.w:
         builder.do(obstacle={"is_held": True})
     if script.w:
-        return builder.do(target=REACHED[family])
+        return builder.do(target=reached(goal))
     if script.advanced:
-        return builder.do(target={"is_held": True} if family == "SM" else {"box_distance_m": 2.5})
+        return builder.do(target={"is_held": True} if goal.chain else {"box_distance_m": 2.5})
     return builder.do()
 
 
@@ -151,13 +173,13 @@ def scripts_of(counts: Counts) -> dict[Family, list[EpisodeScript]]:
     mismatched_w0 = counts.false_reports - (sum(counts.w.values()) - sum(counts.b.values()) - missed)
     reports = _reports_w0(counts, mismatched_w0)
     scripts: dict[Family, list[EpisodeScript]] = {}
-    for family in FAMILIES:
+    for family in PUBLISHED:
         matching, wrong = ("on", "off") if family == "SV" else ("success", "fail")
         scripts[family] = [EpisodeScript(family, True, matching, next(waits)) for _ in range(counts.b[family])]
         for _ in range(counts.w[family] - counts.b[family]):
             scripts[family].append(EpisodeScript(family, True, next(no_reports) if missed > 0 else wrong))
             missed -= 1
-    for family in FAMILIES:
+    for family in PUBLISHED:
         for status, advanced in reports[family]:
             scripts[family].append(EpisodeScript(family, False, status, advanced=advanced))
         rest = PER_FAMILY - len(scripts[family])
@@ -185,19 +207,19 @@ def _reports_w0(counts: Counts, mismatched: int) -> dict[Family, list[tuple[str,
     wanted += [("success", False)] * counts.at_zero
     wanted += [("open", False)] * (mismatched - counts.false_successes)
     wanted += [("fail", False)] * (counts.reports_w0 - mismatched)
-    room = {family: PER_FAMILY - counts.w[family] for family in FAMILIES if family != "SV"}
-    found: dict[Family, list[tuple[str, bool]]] = {family: [] for family in FAMILIES}
+    room = {family: PER_FAMILY - counts.w[family] for family in PUBLISHED if family != "SV"}
+    found: dict[Family, list[tuple[str, bool]]] = {family: [] for family in PUBLISHED}
     for status, advanced in wanted:
-        family = next(f for f in (CAN_ADVANCE if advanced else room) if len(found[f]) < room[f])
+        family = next(f for f in room if len(found[f]) < room[f] and (can_advance(f) or not advanced))
         found[family].append((status, advanced))
     return found
 
 
 def make_episodes(per_family: int = PER_FAMILY) -> list[Episode]:
-    """Return episodes of every family, spread over forty houses, in the order of their ids."""
+    """Return episodes over forty houses, by id: of every family, or of the published ones in their number."""
     found = [
         episode(family, id=f"{family}-{number:03}", house=HouseRef(name=f"house_{number % 40}", sha256="0" * 64))
-        for family in FAMILIES
+        for family in (PUBLISHED if per_family == PER_FAMILY else FAMILIES)
         for number in range(per_family)
     ]
     return sorted(found, key=lambda one: one.id)

@@ -344,7 +344,8 @@ def truncate_for_record(reply: Reply) -> Reply:
     """Return `reply` as a record stores it: whole, or with `cut` set if it is far longer than any valid answer.
 
     The whole reply is always what is parsed. The stored part parses to the same result, because the record also has
-    the length of the whole. The beginning of the reasoning can be dropped, because its closing marker suffices to recognize it.
+    the length of the whole. The beginning of the reasoning can be dropped, because its closing marker suffices to
+    recognize it.
     """
     raw = reply.raw
     if len(raw) <= RECORDED_ANSWER_BYTES:
