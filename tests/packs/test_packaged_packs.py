@@ -8,14 +8,12 @@ import pytest
 from pyarrow import json as arrow_json
 
 import vigil
-from vigil.assets.database import AssetDatabase
 from vigil.authoring.packing.assemble import FOUND_BY_TURNING, MAX_PER_HOUSE
-from vigil.authoring.review.validate import validate_pack
+from vigil.authoring.packing.verify import VerificationSettings, verify_pack
 from vigil.packs.files import MANIFEST
 from vigil.packs.pack import Pack
 from vigil.protocol.families import FAMILIES
 from vigil.scoring.levels import LEVELS, read_pack_levels
-from vigil.sim import make_simulator
 
 BUILT = {"vigil_smoke_v2": 1, "vigil_mini_v2_1": 10, "vigil_balanced_1000_v2_2": 125}
 """Name -> episodes of each family."""
@@ -127,5 +125,4 @@ def test_files_are_tables_for_other_tools(pack: Pack, name: str) -> None:
 
 
 def test_the_smoke_packs_solutions_hold() -> None:
-    simulator = make_simulator("mujoco", assets=AssetDatabase.default())
-    assert validate_pack(Pack.load("vigil_smoke_v2"), simulator) == []
+    assert verify_pack(Pack.load("vigil_smoke_v2"), VerificationSettings()) == []

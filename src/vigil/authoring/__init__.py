@@ -1,1 +1,1 @@
-""""""
+"""Authoring: proposing, solving and reviewing episodes, and freezing packs of them."""

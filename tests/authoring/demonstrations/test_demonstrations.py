@@ -123,7 +123,7 @@ def test_a_report_that_is_true_is_no_correction(
     for item in items:
         player.examples(item)
         shown = demonstrated(examples[item.episode.family])
-        assert player._kept(shown, [(shown[-1], "premature_success", shown[-1].answer)]) == []
+        assert player._false_ones(shown, [(shown[-1], "premature_success", shown[-1].answer)]) == []
 
 
 def test_a_solution_that_fails_when_it_is_played_again_is_an_error(
@@ -197,7 +197,7 @@ def test_a_folder_is_written_whole_or_not_at_all(stream: Stream, tmp_path: Path)
     assert not list(tmp_path.iterdir())
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "file").write_text("x")
-    with pytest.raises(SettingError, match="not empty"):
+    with pytest.raises(SettingError, match="not an empty folder"):
         write_demonstrations(tmp_path / "full", stream, 1, PROFILE)
     with pytest.raises(SettingError, match=r"Format 'csv' does not exist. Choose one of: sft, parquet, lerobot\."):
         write_demonstrations(tmp_path / "d", stream, 1, PROFILE, form="csv")  # type: ignore[arg-type]

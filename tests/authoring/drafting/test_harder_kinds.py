@@ -27,14 +27,16 @@ from vigil.protocol.world import ObjectSetup, Setup
 from vigil.sim.privileged import PrivilegedSimulator
 
 HOUSES = {
-    **dict.fromkeys(("PG alike", "VS alike", "SI alike", "SM two_to_one", "SM three_acts"), "bathroom_123"),
+    **dict.fromkeys(
+        ("PG look_alike", "VS look_alike", "SI look_alike", "SM two_to_one", "SM three_acts"), "bathroom_123"
+    ),
     **dict.fromkeys(("CR obstacle_implicit", "CR hand_implicit"), "bathroom_123"),
     **dict.fromkeys(("SM put_and_close", "SM out_of_into"), "bedroom_120"),
     **dict.fromkeys(("AI look_alike", "CR swing_implicit", "CR interlock_implicit"), "kitchen_113"),
 }
 """Family and kind -> a house of the starter pack that allows it, of one room wherever there is one."""
 SEEDED = {
-    **dict.fromkeys(("DA alike", "SI pick_inside", "SM take_and_close"), GeneratedHouse(6003, "1")),
+    **dict.fromkeys(("DA look_alike", "SI pick_inside", "SM take_and_close"), GeneratedHouse(6003, "1")),
     "SM swap": GeneratedHouse(6011, "2"),
     "CR leaf_implicit": GeneratedHouse(6002, "3"),
 }
@@ -148,7 +150,7 @@ def test_too_many_closed_things_cannot_be_searched(
     assert {finding.rule for finding in verdict.findings} == {"found_by_opening"}
 
 
-@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind.endswith(" alike")])
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind.endswith(" look_alike")])
 def test_one_of_several_look_alikes_is_told_apart(
     kind: str, found: dict[str, Found], simulator: PrivilegedSimulator
 ) -> None:

@@ -52,9 +52,9 @@ def test_files_are_no_dataset() -> None:
         ("procthor-10k:val:1000", ["0 to 999"]),
         ("procthor-10k:val:5-1000", ["0 to 999"]),
         ("procthor-10k:val:9-5", ["begins with the smaller"]),
-        ("procthor-10k:val:", ["'' is no index", "procthor-10k:val:0-99"]),
-        ("procthor-10k:val:-1", ["'-1' is no index"]),
-        ("procthor-10k:val:1:2", ["'1:2' is no index"]),
+        ("procthor-10k:val:", ["'' is not an index", "procthor-10k:val:0-99"]),
+        ("procthor-10k:val:-1", ["'-1' is not an index"]),
+        ("procthor-10k:val:1:2", ["'1:2' is not an index"]),
     ],
 )
 def test_what_names_no_house_is_refused(text: str, words: list[str]) -> None:

@@ -162,7 +162,7 @@ def test_a_pack_is_frozen_with_its_card_and_the_truth_about_reviews(drafts_file:
     assert pack.episode(episodes[0].id).instruction.startswith("Please: ")
     card = (pack.folder / "README.md").read_text()
     assert "configs:" in card
-    assert "Reviewed by a person: 1; by a model alone: 1; by nobody: 3." in card
+    assert "Reviewed by a person: 1; by models only: 1; by nobody: 3." in card
     rows = [json.loads(line) for line in (pack.folder / "facts.jsonl").read_text().splitlines()]
     assert [row["episode_id"] for row in rows] == [episode.id for episode in pack.episodes]
     assert "facts.jsonl" in pack.manifest.files

@@ -116,7 +116,7 @@ def test_figures_of_another_pack_do_not_count(pack, tmp_path):
     file.write_text(found.model_copy(update={"pack_sha256": "0" * 64}).model_dump_json())
     assert read_baselines(pack) is None
     file.write_text("{}")
-    with pytest.raises(PackMismatch, match="Measure anew"):
+    with pytest.raises(PackMismatch, match="Measure again"):
         read_baselines(pack)
 
 

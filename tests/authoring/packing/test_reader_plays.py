@@ -61,5 +61,5 @@ def test_the_card_tells_plays_of_this_very_pack_alone(pack: Pack, found: ReaderP
     file.write_text(found.model_copy(update={"pack_sha256": "0" * 64}).model_dump_json())
     assert read_plays(pack) is None
     file.write_text("{}")
-    with pytest.raises(PackMismatch, match="Write it anew, or remove it"):
+    with pytest.raises(PackMismatch, match="Write it again, or remove it"):
         read_plays(pack)

@@ -135,7 +135,7 @@ def test_a_recipe_of_another_version_of_drafts_is_refused(made: Path, tmp_path: 
     recipe.save(tmp_path / "old.json")
     done = vigil("remake", tmp_path / "old.json", "--houses", made / "two.jsonl.gz", "--out", tmp_path / "o")
     assert isinstance(done.exception, SettingError)
-    assert f"this package drafts by version {DRAFTS_VERSION}" in str(done.exception)
+    assert f"this package has version {DRAFTS_VERSION}" in str(done.exception)
     assert not (tmp_path / "o").exists()
 
 
@@ -243,7 +243,7 @@ def test_no_other_revision_than_the_pinned_one_is_fetched(
     (tmp_path / "evil.json").write_text(json.dumps(recipe))
     done = vigil("remake", tmp_path / "evil.json", "--houses", made / "two.jsonl.gz", "--out", tmp_path / "o")
     assert isinstance(done.exception, SettingError)
-    assert f"this package knows {REVISION} alone" in str(done.exception)
+    assert f"this package accepts only {REVISION}" in str(done.exception)
     assert prior.calls == []
 
 

@@ -56,7 +56,7 @@ def test_a_stream_holds_a_registered_family(own: str) -> None:
     ]
     assert Stream(7, workers=0).settings.families == (*PACKAGED, own)
     for asked in ((own,), ()):
-        with pytest.raises(SettingError, match=r"Family ZZ is registered in this process alone.* \(workers 0\)"):
+        with pytest.raises(SettingError, match=r"Family ZZ is registered only in this process.* \(workers 0\)"):
             Stream(7, families=asked, workers=1)
     assert Stream(7, families=PACKAGED, workers=1).settings.families == PACKAGED
 

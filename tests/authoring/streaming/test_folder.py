@@ -102,7 +102,7 @@ def test_nothing_else_is_written_over(tmp_path: Path) -> None:
     with pytest.raises(SettingError, match="not empty"):
         write_stream(tmp_path / "other", asked(), 2)
     (tmp_path / "train.stream.jsonl").rename(tmp_path / "new.stream.jsonl")
-    with pytest.raises(SettingError, match="another stream's houses"):
+    with pytest.raises(SettingError, match="houses of another stream"):
         write_stream(tmp_path / "new", asked(first=1), 5)
     (tmp_path / "new.stream.jsonl").rename(tmp_path / "train.stream.jsonl")
     assert contents(tmp_path / "train") == {

@@ -1,1 +1,1 @@
-"""Making packs of the closure-stress suite: tasks, certificates, drafts, selection, verification."""
+"""The closure-stress suite: its tasks, their certificates and drafts, and the selection and verification of packs."""

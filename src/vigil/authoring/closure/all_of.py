@@ -1,4 +1,4 @@
-"""Tasks about several things: all of a name in a room, or all that are on or stand open in a room or the home."""
+"""Tasks about several things: all with a name in a room, or all that are on or open in a room or the home."""
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -20,19 +20,20 @@ from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Thing
 
 MIN_TARGETS, MAX_TARGETS = 2, 5
-"""Targets of an `all_of` task."""
+"""Least and greatest number of targets of an `all_of` task."""
 MIN_TARGETS_BY_STATE = 3
-"""Targets of an `all_of` task that are identified by their state: the agent must look around for each."""
+"""Least number of targets that are identified by their state."""
 MIN_CANDIDATES: dict[Act, tuple[int, int]] = {"turn_off": (5, 9), "close": (8, 14)}
-"""The least number of things that are on (or open) when a task is about all of them: in a room, and in the home."""
-TRIED_STARTS = 40
+"""Act -> least number of things that might need it, in a room and in the home, so that the agent must look around."""
+TRIED_STARTS, FACING_SPREAD_DEG = 40, 40.0
+"""Number of places tried for a start, and greatest angle (deg) between its heading and the first target's direction."""
 TRIED_CHOICES = 3
-"""How many choices of things to turn on or open are tried in a place."""
+"""Number of random choices of targets tried in a place."""
 PARTLY_OPEN_SHARE = 0.6
-"""Share of the open things that stand ajar; the others are wide open."""
+"""Share of the open targets that are partly open; the others are wide open."""
 ALL_ACTS: tuple[Act, ...] = ("turn_off", "close", "turn_on", "open")
 FINISHED_STATE: dict[Act, ObjectSetup] = {"turn_off": ObjectSetup(is_toggled=False), "close": ObjectSetup(openness=0.0)}
-"""State of a thing that must be left alone, by the act that is asked for of the others."""
+"""Act -> state of a thing that does not need it."""
 EVERY = (
     "{Verb} every {name} in the {room}.",
     "Please {verb} every {name} in the {room}.",
@@ -53,9 +54,9 @@ EVERYTHING: dict[Act, tuple[str, ...]] = {
     ),
 }
 LIGHTS = frozenset({"CeilingLamp", "LightSwitch"})
-"""What is left on where everything else is to be off."""
+"""Categories that remain on when everything else must be off."""
 HOME = "this home"
-"""What all rooms together are called in an instruction."""
+"""Words for all rooms together in an instruction."""
 _ROOM = f"(?P<room>{'|'.join(ROOM_NAMES.values())})"
 BY_NAME_PATTERN = re.compile(rf"\bevery (?P<name>[\w -]+?) in the {_ROOM}\b")
 BY_STATE_PATTERN = re.compile(
@@ -64,7 +65,7 @@ BY_STATE_PATTERN = re.compile(
 
 
 def all_of(context: HouseContext) -> Tasks:
-    """Yield tasks about several things: all of a name, or all that are on or stand open."""
+    """Yield tasks about several things: all with a name, or all that are on or open."""
     yield from interleave(
         context,
         _by_name(context),
@@ -82,9 +83,9 @@ def _by_name(context: HouseContext) -> Tasks:
         for (name, room, room_id), things in groups.items():
             if len(things) < MIN_TARGETS:
                 continue
-            if not _are_all(context, name, room, {thing.id for thing in things}):
+            if not _means_exactly(context, name, room, {thing.id for thing in things}):
                 yield rejection(
-                    context, "all_of", "distinguished", f"every {name} in the {room}: others answer to it too"
+                    context, "all_of", "distinguished", f"every {name} in the {room}: the words also mean other things"
                 )
             elif len(things) > MAX_TARGETS:
                 yield rejection(context, "all_of", "few_enough", f"{len(things)} things are a {name} in {room_id}")
@@ -98,7 +99,7 @@ def _by_name(context: HouseContext) -> Tasks:
 
 
 PlaceObjects = Callable[[HouseContext], Iterator[tuple[str, list[Thing]]]]
-"""Yield the places that "everything" can refer to, each with the things that are there."""
+"""A function that yields the places that "everything" can refer to, each with the things that are there."""
 
 
 def _by_state(context: HouseContext, act: Act, over: PlaceObjects) -> Tasks:
@@ -110,7 +111,7 @@ def _by_state(context: HouseContext, act: Act, over: PlaceObjects) -> Tasks:
             continue
         for _ in range(TRIED_CHOICES):
             most = min(MAX_TARGETS, len(fit))
-            chosen = _of_several_rooms(context, fit, int(context.rng.integers(MIN_TARGETS_BY_STATE, most + 1)))
+            chosen = _random_targets(context, fit, int(context.rng.integers(MIN_TARGETS_BY_STATE, most + 1)))
             asked = {key: change for thing in chosen for key, change in setup_on_or_open(context, thing, act).items()}
             others = {each.id: FINISHED_STATE[act] for each in on_or_open(things, act) if each.id not in asked}
             sentence = say(EVERYTHING[act], context.rng, place=place)
@@ -119,18 +120,18 @@ def _by_state(context: HouseContext, act: Act, over: PlaceObjects) -> Tasks:
 
 
 def form_for_place(form: str, place: str) -> str:
-    """Return the name of a form about one room, or about the home."""
+    """Return the name of a form for a place, which is one room or the home."""
     return f"{form}_home" if place == HOME else f"{form}_room"
 
 
 def home(context: HouseContext) -> Iterator[tuple[str, list[Thing]]]:
-    """Yield the whole home, where it has several rooms, with the things that are in them."""
+    """Yield the home with all things in its rooms, if it has several rooms."""
     if len(context.view.scene.rooms) > 1:
         yield HOME, [context.thing(item.id) for item in context.items.values() if item.room_id is not None]
 
 
 def rooms_named_once(context: HouseContext) -> Iterator[tuple[str, list[Thing]]]:
-    """Yield the rooms whose name is unique, each with its wording and the things that are there."""
+    """Yield the rooms whose name is unique, each in words and with the things that are there."""
     rooms = context.view.scene.rooms
     for room in rooms:
         name = ROOM_NAMES.get(room.room_type)
@@ -139,14 +140,14 @@ def rooms_named_once(context: HouseContext) -> Iterator[tuple[str, list[Thing]]]
 
 
 def setup_on_or_open(context: HouseContext, thing: Thing, act: Act) -> dict[str, ObjectSetup]:
-    """Return the setup in which an act still has to be done: what must be closed stands ajar or wide open."""
+    """Return the changes after which an act still has to be done; what must be closed is partly or wide open."""
     if act == "close" and can_be_partly_open(thing) and context.rng.random() < PARTLY_OPEN_SHARE:
         return {thing.id: ObjectSetup(openness=random_partial_openness(thing, context.rng))}
     return dict(setup_for(thing, act).objects)
 
 
 def may_be_asked(thing: Thing, act: Act) -> bool:
-    """Return whether a thing may be among those that are on, or open, and must be acted on."""
+    """Return whether a thing may be a target of an act."""
     return is_target(thing) and allows(thing, act) and thing.category not in FLAMES
 
 
@@ -161,12 +162,12 @@ def _is_meant(thing: Thing, act: Act) -> bool:
 
 
 def is_shut_away(context: HouseContext, thing: Thing) -> bool:
-    """Return whether a thing lies in something closed, so that its state cannot be seen."""
+    """Return whether a thing lies in a closed container, so that its state cannot be seen."""
     return bool(closed_containers_around(context.view, thing.id))
 
 
-def _of_several_rooms(context: HouseContext, things: list[Thing], count: int) -> list[Thing]:
-    """Return a given number of things in a random order, from more than one room where they are in several."""
+def _random_targets(context: HouseContext, things: list[Thing], count: int) -> list[Thing]:
+    """Return `count` random things, from at least two rooms if they are in several."""
     chosen = context.shuffled(things)
     first = context.items[chosen[0].id].room_id
     elsewhere = next((each for each in chosen if context.items[each.id].room_id != first), chosen[1])
@@ -174,12 +175,12 @@ def _of_several_rooms(context: HouseContext, things: list[Thing], count: int) ->
 
 
 def on_or_open(things: Iterable[Thing], act: Act) -> list[Thing]:
-    """Return which things are on (ceiling lights and flames excepted) or have an open drawer or door."""
+    """Return the things that are on (except ceiling lights and flames), or the open drawers and doors, by act."""
     meant = [thing for thing in things if _is_meant(thing, act)]
     return [thing for thing in meant if (thing.is_toggled if act == "turn_off" else thing.openness > 0.0)]
 
 
-def _are_all(context: HouseContext, name: str, room: str, ids: set[str]) -> bool:
+def _means_exactly(context: HouseContext, name: str, room: str, ids: set[str]) -> bool:
     """Return whether a name refers to exactly these things."""
     return {item.id for item in referents(Phrase(name, room=room), context.items.values())} == ids
 
@@ -211,7 +212,7 @@ def _start_missing_some(context: HouseContext, things: list[Thing]) -> Pose | No
     for place in context.starts(lambda places: np.full(len(places), True), TRIED_STARTS):
         if context.view.room_at(place) != home:
             continue
-        pose = context.facing(place, things[0], LEVEL_DEG, 40.0)
+        pose = context.facing(place, things[0], LEVEL_DEG, FACING_SPREAD_DEG)
         with context.view.at_pose(pose):
             seen = [context.view.state_of(thing.id).visible_px for thing in things]
         if max(seen) > 0 and hides_half(seen) and context.has_room_to_move(pose):
@@ -220,5 +221,5 @@ def _start_missing_some(context: HouseContext, things: list[Thing]) -> Pose | No
 
 
 def hides_half(seen_px: Sequence[int]) -> bool:
-    """Return whether at least half of several things are out of view, by the pixels that show each."""
+    """Return whether at least half of several things are out of view, given the visible pixels of each."""
     return 2 * sum(px == 0 for px in seen_px) >= len(seen_px)

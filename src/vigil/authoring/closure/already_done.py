@@ -1,6 +1,6 @@
-"""Twins that ask for a state that may already hold, or for one of two things by a condition.
+"""Twins that ask for a state that may hold already, or for one of two acts depending on a state.
 
-The state is that of one thing or of a whole room.
+The state that may hold already is that of one thing, of a room or of the home.
 """
 
 import re
@@ -73,7 +73,7 @@ MAKE_SURE_ALL_PATTERN = re.compile(
     rf"\bevery(?:thing)?\b.* in (?:the (?P<room>{'|'.join(ROOM_NAMES.values())})|{HOME})\b"
 )
 EVERYTHING_FORMS = ("off_room", "off_home", "closed_room", "closed_home")
-"""The forms that ask about all of a room, or of the home."""
+"""Forms that ask about everything in a room or in the home."""
 IF_SO = (
     "If {whole} is {label}, {order_it}; otherwise {other}.",
     "Check {whole}: if it is {label}, {order_it}; if not, {other}.",
@@ -82,12 +82,12 @@ IF_SO = (
 )
 LABELS: dict[Act, str] = {"open": "open", "close": "fully closed", "turn_on": "on", "turn_off": "off"}
 CONDITION_LABELS: dict[Act, str] = {"close": "open, even a little", "turn_off": "on"}
-"""What must be done where a condition holds, with the wording of the condition."""
+"""Act that is asked for if a condition holds -> words of the condition."""
 MAX_ALTERNATIVES_TRIED = 3
 
 
 def already(context: HouseContext) -> Tasks:
-    """Yield twins that ask to make sure of a state, which on one side holds from the start."""
+    """Yield twins that ask to make sure of a state, which holds from the start on one side."""
     one = interleave(context, *(_make_sure_tasks(context, act) for act in ALL_ACTS))
     yield from interleave(
         context,
@@ -111,7 +111,7 @@ def _unfinished_setup(
 ) -> tuple[Setup, tuple[Evidence, ...]]:
     """Return the setup in which an act still has to be done, and the evidence for it.
 
-    What must be closed stands ajar where a frame can show that.
+    What must be closed is partly open if a frame can show that.
     """
     if act != "close" or not can_be_partly_open(target):
         return setup, (object_evidence(target.id),)
@@ -121,7 +121,7 @@ def _unfinished_setup(
 
 
 def _make_sure_all_tasks(context: HouseContext, act: Act, over: PlaceObjects) -> Tasks:
-    """Yield twins that ask to make sure of a room or the home, where everything but one thing is as it should be."""
+    """Yield twins that ask to make sure of a room or the home, where at most one thing still needs the act."""
     for place, things in over(context):
         found = objects_meant(things, act)
         if not MIN_TARGETS <= len(found) <= MAX_PARTS:
@@ -138,7 +138,7 @@ def _make_sure_all_tasks(context: HouseContext, act: Act, over: PlaceObjects) ->
 
 
 def objects_meant(things: list[Thing], act: Act) -> list[Thing]:
-    """Return the things that must not be on, or open: those that may be, and those that are."""
+    """Return the things that must not be on, or open: those that may be asked about, and those that are on or open."""
     ids = {thing.id for thing in on_or_open(things, act)}
     return [thing for thing in things if is_counted(thing, act) or thing.id in ids]
 
@@ -146,8 +146,9 @@ def objects_meant(things: list[Thing], act: Act) -> list[Thing]:
 def _all_but_one_task(
     context: HouseContext, act: Act, place: str, target: Thing, others: list[Thing]
 ) -> ClosureTask | None:
-    """Return twins: on the first side one thing, out of view at the start, still needs the act; on the second none
-    does.
+    """Return twins: on the first side only the target still needs the act, on the second nothing does.
+
+    The target is out of view at the start. None if the setup is impossible or no start is found.
     """
     at_rest = {thing.id: FINISHED_STATE[act] for thing in others}
     rest = Setup(objects={**at_rest, **setup_for(target, act).objects})
@@ -181,7 +182,7 @@ def _all_but_one_task(
 
 
 def _of_state(context: HouseContext, act: Act) -> Iterator[tuple[Episode, ObjectInState, Thing]]:
-    """Yield drafts of an act that changes a clearly visible state, with goal and target."""
+    """Yield SI drafts of an act that changes a clearly visible state, with goal and target."""
     for episode in seeking(context, act):
         goal, target = episode.goal, context.thing(episode.goal.object_id)
         is_plain = act in ("open", "close") or target.category in SV_TOGGLES - FLAMES
@@ -190,7 +191,7 @@ def _of_state(context: HouseContext, act: Act) -> Iterator[tuple[Episode, Object
 
 
 def _phrase_for_state(context: HouseContext, target: Thing, act: Act) -> str:
-    """Return what to call what is asked about."""
+    """Return the words for the thing, or its part, whose state is asked about."""
     phrase = str(context.phrase(target.id))
     return opening_phrase(target.category, phrase).whole if act in ("open", "close") else phrase
 
@@ -203,7 +204,7 @@ def setup_with_goal_met(episode: Episode, goal: ObjectInState) -> Setup:
 
 
 def if_so(context: HouseContext) -> Tasks:
-    """Yield twins that ask for one thing if a state holds, and for another if it does not."""
+    """Yield twins that ask for one act if a state holds, and for another act if it does not."""
     yield from interleave(context, *(_conditional_tasks(context, act) for act in CONDITION_LABELS))
 
 
@@ -221,7 +222,7 @@ def _conditional_tasks(context: HouseContext, act: Act) -> Tasks:
 
 
 def _order_it(context: HouseContext, target: Thing, act: Act) -> str:
-    """Return the order about the thing that was just named, including the part that opens."""
+    """Return the order about the thing that was just named with the part that opens."""
     if act in ("open", "close"):
         return VERBS[act][int(context.rng.integers(len(VERBS[act])))].format("it")
     return order_slots(act, target.category, "", context.rng)["order_it"]
@@ -237,7 +238,10 @@ def _may_be_alternative(context: HouseContext, thing: Thing, target: Thing, room
 def _conditional_task(
     context: HouseContext, episode: Episode, goal: ObjectInState, target: Thing, other: Thing, act: Act
 ) -> ClosureTask | None:
-    """Return twins: on the first side the condition holds, on the second the other thing has to be acted on."""
+    """Return twins: on the first side the condition holds, on the second the other thing has to be acted on.
+
+    None if the setup is impossible or one of the things cannot be named.
+    """
     instead: Act = "turn_on" if allows(other, "turn_on") else "open"
     both = Setup(objects={**setup_for(other, instead).objects, **episode.setup.objects})
     setup, evidence = _unfinished_setup(context, both, target, act)

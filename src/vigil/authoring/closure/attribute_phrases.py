@@ -1,6 +1,6 @@
-"""Phrases that distinguish two things of one name by state, by what lies on them, or by size.
+"""Phrases that distinguish things with one name by state, by what lies on them, or by size.
 
-Phrases by colour or place are in `vigil.authoring.language.referring`; the phrases here have their own wording and
+Phrases with colour or place are in `vigil.authoring.language.referring`. The phrases here have their own wording and
 their own reader.
 """
 
@@ -14,29 +14,27 @@ from vigil.scene.supports import children, surface_named
 from vigil.scene.things import Thing
 
 SIZE_RATIO, VOLUME_RATIO = 1.2, 1.6
-"""How much longer, and how much more voluminous, the larger of two things must be for the difference to be clear."""
+"""Least ratios of longest sides and of volumes of two things, from which it is clear which one is larger."""
 STATES = ("open", "closed", "burning", "not burning")
 
 
 def by_size(name: str, *, is_larger: bool) -> str:
-    """Return what to call the larger or smaller of two things."""
+    """Return the phrase for the larger or smaller of two things with a name."""
     return f"the {'larger' if is_larger else 'smaller'} {name}"
 
 
 def by_state(name: str, label: str) -> str:
-    """Return what to call the one of several things that is in a state."""
+    """Return the phrase for the thing with a name that is in a state of `STATES`."""
     return f"the {name} that is {label}"
 
 
 def by_bearing(name: str, other: str, *, is_inside: bool) -> str:
-    """Return what to call the one of several things that carries another thing."""
+    """Return the phrase for the thing with a name in or on which another thing lies."""
     return f"the {name} with the {other} {'in' if is_inside else 'on'} it"
 
 
 def referents_in(instruction: str, items: Iterable[DescribedThing], view: PrivilegedView) -> set[str]:
-    """Return the ids of the objects that the instruction refers to by phrases of this module; empty without such a
-    phrase.
-    """
+    """Return the ids of the things that an instruction means by a phrase of this module; empty without a phrase."""
     everything, things = list(items), view.scene.things
     names = "|".join(re.escape(name) for name in sorted({item.name for item in everything}, key=lambda n: (-len(n), n)))
     if found := re.search(rf"\bthe (?P<which>larger|smaller) (?P<name>{names})\b", instruction):
@@ -60,7 +58,7 @@ def _named(name: str, items: list[DescribedThing], things: dict[str, Thing]) -> 
 
 
 def is_clearly_larger(thing: Thing, other: Thing) -> bool:
-    """Return whether it is clear which of two things is the larger one."""
+    """Return whether a thing is clearly larger than another."""
     longer = max(thing.asset.size) >= SIZE_RATIO * max(other.asset.size)
     return longer and _volume(thing) >= VOLUME_RATIO * _volume(other)
 
@@ -71,7 +69,7 @@ def _volume(thing: Thing) -> float:
 
 
 def is_in_state(thing: Thing, label: str) -> bool:
-    """Return whether a word of `STATES` describes a thing as it is now."""
+    """Return whether a label of `STATES` describes a thing in its current state."""
     if label in ("burning", "not burning"):
         return thing.is_toggleable and thing.is_toggled == (label == "burning")
     if not thing.is_openable:
@@ -80,6 +78,6 @@ def is_in_state(thing: Thing, label: str) -> bool:
 
 
 def is_inside_of(child: Thing, parent: Thing) -> bool:
-    """Return whether a thing lies in the hollow of another, not on top of it."""
+    """Return whether a thing lies inside another, not on top of it."""
     surface = surface_named(parent, child.surface)
     return surface is not None and surface.is_inside

@@ -1,6 +1,6 @@
-"""Certificates: a proof, by search and by replay, that a task of the closure-stress suite is what its answer says.
+"""Certificates: proof, by search and by replay, that a task of the closure-stress suite is what its answer says.
 
-The possible side obeys the rules of its family (`vigil.authoring.review`), except those exempted by name; the other
+The possible side satisfies the rules of its family (`vigil.authoring.review`), except those exempted by name. The other
 side has its own rules. Source: `protocol.md` section 8, decision 30.
 """
 
@@ -69,18 +69,21 @@ EXEMPT: dict[str, frozenset[str]] = {
     "out_of_sight": frozenset({"protocol", "hidden_at_start"}),
     **{f"look_alike {form}": _WORDING_RULES for form in ("state", "bearing", "size")},
 }
-"""Rules of the families that a kind, or one of its forms, breaks on purpose; `protocol` is checked as for a suite."""
+"""Kind, or kind and form -> rules of the families that it breaks on purpose; `protocol` is checked as for a suite."""
 FORMS_READ_BACK = ("state", "bearing", "size")
-"""Forms of look-alike tasks that have their own wording."""
+"""Forms of look-alike tasks whose phrases have their own reader (`attribute_phrases`)."""
 UNMENTIONED_ROLES = frozenset({DISTRACTOR, "place", "blocker", "occupant"})
 """Roles of objects that an episode records but its instruction does not name."""
 MIN_LOOKING_SHARE = 0.5
-"""The least share of the budget that looking at everything asked about takes."""
+"""Least share of the step budget for looking at everything that is asked about."""
 MAX_ACTING_SHARE = 0.6
-"""The largest share of the budget that acting may take where the agent must look around for what to act on."""
+"""Greatest share of the step budget for acting, if the agent must look around for what to act on."""
 EVIDENCE_DISTANCE_M = (0.5, 4.0)
+"""Distances (m) from a thing between which views of its evidence are looked for."""
 MAX_LOOKS = 80
+"""Greatest number of views tried for evidence."""
 SUMMARY = "Done."
+"""Summary of the report that closes the second side."""
 BrokenRules = Iterator[tuple[str, str]]
 
 
@@ -94,17 +97,17 @@ class Certified:
 
 
 def exempt_of(task: ClosureTask) -> frozenset[str]:
-    """Return the rules of the families that a task breaks on purpose."""
+    """Return the names of the families' rules that a task breaks on purpose."""
     is_put = isinstance(task.episodes[0].goal, ObjectAtReceptacle) and task.kind == "impossible"
     form = "put" if is_put else task.form
     return EXEMPT.get(f"{task.kind} {form}", EXEMPT.get(task.kind, frozenset()))
 
 
 class Certifier:
-    """Certifies tasks on one simulator."""
+    """A certifier of tasks on one simulator."""
 
     def __init__(self, simulator: PrivilegedSimulator, rules: int = RULES_VERSION) -> None:
-        """Certify by a version of the rules: a frozen pack is checked against the rules of its time."""
+        """`rules` is the version of the rules to apply; a frozen pack has that of its time."""
         self._is_strict = rules >= STRICT_SINCE
         self._simulator = simulator
         self._validator = Validator(simulator)
@@ -113,9 +116,9 @@ class Certifier:
     def certify(
         self, task: ClosureTask, house: House, recorded: tuple[tuple[Action, ...], ...] = ()
     ) -> tuple[list[Certified], list[Finding]]:
-        """Return the sides of a task with their answers, or what is wrong with it.
+        """Return the sides of a task with their answers, or an empty list with findings about the first faulty side.
 
-        `recorded` holds the actions of each side in a frozen pack; without them the actions are searched for.
+        `recorded` has the actions of each side in a frozen pack; without them the actions are searched for.
         """
         first = task.episodes[0]
         actions, found = self._solve_side(task, first, house, recorded[0] if recorded else None)
@@ -143,7 +146,7 @@ class Certifier:
         house: House,
         recorded: tuple[Action, ...] | None,
     ) -> tuple[tuple[Action, ...], list[Finding]]:
-        """Return what closes the second of two twins correctly, or what is wrong with it. May raise BrokenRule."""
+        """Return the actions that close the second side correctly, with findings about it. May raise BrokenRule."""
         if task.kind == "if_so":
             return self._solve_side(task, second, house, recorded)
         actions = recorded or self._show_evidence_and_report(second, answer)
@@ -154,7 +157,7 @@ class Certifier:
     def _solve_side(
         self, task: ClosureTask, episode: Episode, house: House, recorded: tuple[Action, ...] | None
     ) -> tuple[tuple[Action, ...], list[Finding]]:
-        """Return the solution of a side to which the families' rules apply, or what is wrong with it."""
+        """Return the solution of a side to which the families' rules apply, with findings about it."""
         mentioned = {role: each for role, each in episode.bindings.items() if role not in UNMENTIONED_ROLES}
         bare = episode.model_copy(update={"bindings": mentioned})
         exempt = exempt_of(task)
@@ -173,7 +176,7 @@ class Certifier:
         return result.actions, found
 
     def _faults(self, task: ClosureTask, episode: Episode) -> BrokenRules:
-        """Yield the rules of its own kind that a side breaks."""
+        """Yield (rule, message) for the faults of a side under the rules of the suite and its kind."""
         yield from (("protocol", fault) for fault in protocol_faults(episode, SUITE))
         if "clear_openness" in exempt_of(task):
             yield from self._faults_of_gaps(episode)
@@ -188,20 +191,20 @@ class Certifier:
 
     def _faults_of_full(self, goal: ObjectAtReceptacle) -> BrokenRules:
         if not is_full(self._view, goal.object_id, goal.receptacle_id):
-            yield "obvious_is_full", f"{goal.receptacle_id!r} has room where one tries first, or none at all"
+            yield "obvious_is_full", f"{goal.receptacle_id!r} has room at the obvious place, or nowhere"
 
     def _faults_of_alike(self, task: ClosureTask, episode: Episode) -> BrokenRules:
         alike, target = episode.bindings[DISTRACTOR], episode.goal.object_id
         things = self._view.scene.things
         if things[alike].category != things[target].category or not things[alike].is_present:
-            yield "distinguished", f"{alike!r} is not of the kind of {target!r}"
+            yield "distinguished", f"{alike!r} does not have the category of {target!r}"
         if task.form in FORMS_READ_BACK:
             meant = referents_in(episode.instruction, items_of(self._view.scene).values(), self._view)
             if meant != {target}:
-                yield "distinguished", f"the words mean {', '.join(sorted(meant)) or 'nothing'}"
+                yield "distinguished", f"the instruction means {', '.join(sorted(meant)) or 'nothing'}"
 
     def _faults_of_gaps(self, episode: Episode) -> BrokenRules:
-        """Yield things that are neither closed, nor wide open, nor visibly ajar from close by."""
+        """Yield the faults of things that are neither closed, nor wide open, nor visibly partly open from close by."""
         for thing in (self._view.scene.things[name] for name in sorted(episode.setup.objects)):
             if thing.openness <= ALMOST_CLOSED or thing.openness >= WIDE_OPEN:
                 continue
@@ -211,7 +214,7 @@ class Certifier:
             try:
                 self._viewpoint_showing((gap_evidence(thing, thing.openness),))
             except Unsolvable:
-                yield "gap_visible", f"no reachable place shows the free edge of {thing.id!r} from near by"
+                yield "gap_visible", f"no reachable place shows the free edge of {thing.id!r} from close by"
 
     def _faults_of_all(self, episode: Episode, goal: AllOf) -> BrokenRules:
         ids = {part.object_id for part in goal.parts}
@@ -221,7 +224,7 @@ class Certifier:
             yield "some_out_of_view", f"more than half of the {len(ids)} targets are in view at the start"
 
     def _meant_by(self, instruction: str) -> set[str]:
-        """Return the ids of all things that "every ..." or "everything that ..." refers to now."""
+        """Return the ids of all things that "every ..." or "everything that ..." means in the current state."""
         items = items_of(self._view.scene)
         if named := BY_NAME_PATTERN.search(instruction):
             return {item.id for item in referents(Phrase(named["name"], room=named["room"]), items.values())}
@@ -238,12 +241,12 @@ class Certifier:
         yield from _referent_faults({thing.id for thing in meant}, {part.object_id for part in goal.parts})
 
     def _in_room(self, room: str | None) -> list[Thing]:
-        """Return the things of the rooms of a name, or of all rooms where it is None."""
+        """Return the things in rooms with a name, or in all rooms if it is None."""
         items = items_of(self._view.scene).values()
         return [self._view.scene.things[item.id] for item in items if item.room_id and room in (None, item.room)]
 
     def _answers(self, task: ClosureTask, second: Episode, house: House) -> list[ClosureAnswer]:
-        """Return the answers of twins. Raises BrokenRule if they are not twins, or the second can be done."""
+        """Return the answers of twins. Raises BrokenRule if they are not twins, or the impossible side is possible."""
         first = task.episodes[0]
         check_single_difference(task, second)
         for side in task.episodes if self._is_strict and task.kind != "if_so" else ():
@@ -264,7 +267,7 @@ class Certifier:
         return [answer, ClosureAnswer(episode_id=second.id, **facts)]
 
     def _reason(self, task: ClosureTask, second: Episode, house: House) -> Reason:
-        """Return why the second side is impossible. Raises BrokenRule where something still matches."""
+        """Return why the second side is impossible. Raises BrokenRule if the reason does not hold."""
         first = task.episodes[0]
         self._begin(first)
         start = EpisodeStart(first, house, self._view)
@@ -273,16 +276,16 @@ class Certifier:
         self._begin(second)
         if task.removed != first.goal.object_id:
             if removed.is_pickupable or not removed.is_present:
-                raise BrokenRule("cannot_be_moved", f"{task.removed!r} can be picked up, or is gone")
+                raise BrokenRule("cannot_be_moved", f"{task.removed!r} can be picked up, or is absent")
             return "no_fit" if isinstance(first.goal, ObjectAtReceptacle) else "locked"
         if removed.is_present:
             if not removed.is_broken:
-                raise BrokenRule("twin_impossible", f"{task.removed!r} is there, and not broken")
+                raise BrokenRule("twin_impossible", f"{task.removed!r} is present and not broken")
             return "broken"
         return reason_for_absence(meant, items_of(self._view.scene).values(), is_strict=self._is_strict)
 
     def _search_refusal(self, second: Episode) -> str:
-        """Return what the exhaustive search says. Raises BrokenRule where it finds a way."""
+        """Return the result of the exhaustive search in words. Raises BrokenRule if it finds a way."""
         macro_actions = MacroActions(self._view, may_tilt=True, is_exhaustive=True)
         goal, target = second.goal, self._view.scene.things[second.goal.object_id]
         if not target.is_present:
@@ -290,11 +293,11 @@ class Certifier:
         if isinstance(goal, ObjectAtReceptacle):
             if fits_on(self._view.scene, target.id, goal.receptacle_id):
                 raise BrokenRule(
-                    "twin_impossible", f"{target.id!r} has room on {goal.receptacle_id!r} on this side too"
+                    "twin_impossible", f"{target.id!r} also has room on {goal.receptacle_id!r} on this side"
                 )
             return f"{target.id!r} has no room on {goal.receptacle_id!r}, wherever it is put and however it is turned."
         if is_doable(second.goal, macro_actions):
-            raise BrokenRule("twin_impossible", "the goal can be reached on this side too")
+            raise BrokenRule("twin_impossible", "the goal can also be reached on this side")
         if target.is_broken:
             return f"{target.id!r} is out of order."
         return f"No reachable place from which it works on {target.id!r}."
@@ -302,7 +305,7 @@ class Certifier:
     def _show_evidence_and_report(self, second: Episode, answer: ClosureAnswer) -> tuple[Action, ...]:
         """Return the actions that show all evidence and then report.
 
-        Raises BrokenRule where the evidence cannot be seen.
+        Raises BrokenRule if the evidence cannot be seen.
         """
         self._begin(second)
         actions: list[Action] = []
@@ -318,9 +321,9 @@ class Certifier:
         return (*actions, Report(status=answer.accepted[0], summary=SUMMARY))
 
     def _show_evidence(self, macro_actions: MacroActions, answer: ClosureAnswer) -> Iterator[Action]:
-        """Yield the actions that show all evidence: in one view, or thing by thing with the nearest first.
+        """Yield the actions that show all evidence: in one view, or for everything in a place the nearest thing first.
 
-        Raises Unsolvable.
+        Raises Unsolvable if no reachable place shows it.
         """
         is_of_many = answer.form in EVERYTHING_FORMS
         left = [(each,) for each in answer.evidence] if is_of_many else [answer.evidence]
@@ -333,12 +336,12 @@ class Certifier:
                 raise Unsolvable(f"Where the walk to {nearest[0].object_id!r} ends, its evidence is not seen.")
 
     def _distance_to(self, evidence: Evidence) -> tuple[float, str]:
-        """Return how far a thing is from the agent, with its id to break ties."""
+        """Return the floor distance (m) of a thing from the agent, with its id to break ties."""
         thing = self._view.scene.things[evidence.object_id]
         return floor_distance(self._view.agent.position, thing.position), thing.id
 
     def _viewpoint_showing(self, evidence: tuple[Evidence, ...]) -> Viewpoint:
-        """Return the nearest view from which all evidence is clearly seen at once. Raises Unsolvable."""
+        """Return the nearest viewpoint that clearly shows all evidence at once. Raises Unsolvable if there is none."""
         thing = self._view.scene.things[evidence[0].object_id]
         spots = [each.spot for each in evidence if each.object_id == thing.id and each.spot is not None]
         points = np.array(spots) if spots else surface_points(thing)
@@ -370,9 +373,9 @@ class Certifier:
     def _faults_of_second_side(
         self, second: Episode, answer: ClosureAnswer, house: House, actions: tuple[Action, ...]
     ) -> BrokenRules:
-        """Yield what is wrong with the second side of twins and with the actions that should close it."""
+        """Yield (rule, message) for the faults of the second side of twins and of the actions that should close it."""
         if answer.form in EVERYTHING_FORMS and len(actions) < MIN_LOOKING_SHARE * second.max_steps:
-            yield "enough_to_look_at", f"{len(actions)} steps of {second.max_steps} to see all that is asked about"
+            yield "enough_to_look_at", f"only {len(actions)} steps of {second.max_steps} to see all that is asked about"
         if len(actions) > BUDGET_SHARE * second.max_steps:
             yield "evidence_seen", f"{len(actions)} steps of {second.max_steps} to see the evidence"
         record = self._validator.play(second, house, actions)
@@ -381,12 +384,12 @@ class Certifier:
             return
         verdict = score_closure(answer, second, record)
         if verdict.evidence_seen != 1.0:
-            yield "evidence_seen", f"{verdict.evidence_seen} of the evidence is seen"
+            yield "evidence_seen", f"a share of {verdict.evidence_seen} of the evidence is seen"
         if not verdict.C or verdict.is_needless or verdict.outcome.W is answer.is_impossible:
             yield "closes_correctly", f"C={verdict.C:d} W={verdict.outcome.W:d} ({verdict.outcome.label})"
 
     def _begin(self, episode: Episode) -> None:
-        """Reset the simulator to an episode's start. Raises BrokenRule where that is impossible."""
+        """Reset the simulator to an episode's start. Raises BrokenRule if that is impossible."""
         try:
             self._simulator.reset(episode.start, episode.setup)
         except EpisodeError as error:
@@ -395,4 +398,4 @@ class Certifier:
 
 def _referent_faults(meant: set[str], ids: set[str]) -> BrokenRules:
     if meant != ids:
-        yield "distinguished", f"{len(meant)} things are meant, {len(ids)} the goal is about"
+        yield "distinguished", f"the instruction means {len(meant)} things, the goal is about {len(ids)}"

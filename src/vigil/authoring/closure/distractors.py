@@ -1,4 +1,4 @@
-"""Tasks about one of two things of a kind, distinguished by colour, place, state, what it carries, or size."""
+"""Tasks about one of several things of a category, distinguished by colour, place, state, what lies on it, or size."""
 
 from collections.abc import Iterator
 from itertools import islice
@@ -22,18 +22,18 @@ from vigil.scoring.closure import DISTRACTOR
 
 ACTS: tuple[Act, ...] = ("pick", *ALL_ACTS)
 OPEN_OR_CLOSED_ITEMS = ("Box", "Laptop")
-"""Things that can be carried and are visibly open or closed."""
+"""Categories that can be carried and are visibly open or closed."""
 FOOD = ("Apple", "Tomato", "Egg", "Potato")
-"""What may lie on or in one of two dishes to distinguish it."""
+"""Categories that may lie on or in a dish to distinguish it."""
 ON_FURNITURE = ("Book", "Vase", "Statue", "AlarmClock", "TissueBox", "Candle")
-"""What may lie on or in one of two pieces of furniture to distinguish it."""
+"""Categories that may lie on a piece of furniture to distinguish it."""
 MAX_BORNE_TRIED = 4
 _BEARING_ACTS: tuple[Act, ...] = ("pick", "open")
-"""Acts asked of a thing that is distinguished by what it carries; the first act that it allows is taken."""
+"""Acts with a thing that is distinguished by what lies on it; the first that it allows is used."""
 
 
 def look_alike(context: HouseContext) -> Tasks:
-    """Yield tasks about one of two things of a kind that differ in one visible attribute."""
+    """Yield tasks about one of several things of a category that differ in one visible attribute."""
     forms = _of_colour(context), _of_place(context), _of_state(context), _of_bearing(context), _of_size(context)
     yield from interleave(context, *forms)
 
@@ -78,7 +78,10 @@ def _of_place(context: HouseContext) -> Tasks:
 
 
 def _same_name_objects(context: HouseContext, thing_id: str) -> list[Thing]:
-    """Return the other things of a thing's category if nothing else can be confused with it, in the scene's order."""
+    """Return the other things that a thing's bare name means, in the scene's order.
+
+    The list is empty if one of them has another category.
+    """
     items = context.items
     item = items[thing_id]
     others = [each for each in referents(Phrase(item.name), items.values()) if each.id != thing_id]
@@ -88,7 +91,7 @@ def _same_name_objects(context: HouseContext, thing_id: str) -> list[Thing]:
 
 
 def _candidates(context: HouseContext) -> Iterator[tuple[Thing, list[Thing]]]:
-    """Yield things with the other things of the same name, in a random order."""
+    """Yield possible targets, each with the other things that its bare name means, in a random order."""
     wanted = [each for each in context.view.scene.things.values() if each.is_present and is_target(each)]
     for thing in context.shuffled(wanted):
         others = _same_name_objects(context, thing.id)
@@ -121,7 +124,7 @@ def _state(label: str) -> ObjectSetup:
 def _of_size(context: HouseContext) -> Tasks:
     for target, others in _candidates(context):
         acts: list[Act] = [act for act in ACTS if allows(target, act)]
-        if len(others) != 1 or not acts or target.is_drawer:  # nobody compares drawers of two pieces of furniture
+        if len(others) != 1 or not acts or target.is_drawer:  # people do not compare drawers of different furniture
             continue
         if context.items[target.id].room_id != context.items[others[0].id].room_id:
             continue
@@ -159,7 +162,7 @@ def _of_bearing(context: HouseContext) -> Tasks:
 
 
 def _supported_candidates(context: HouseContext, target: Thing, others: list[Thing]) -> list[Thing]:
-    """Return the uniquely named things that could lie on a thing to distinguish it, in a random order."""
+    """Return the things with a unique name that could lie on a target to distinguish it, in a random order."""
     items = list(context.items.values())
     ids = {target.id, *(each.id for each in others)}
     suits = FOOD if target.is_pickupable else ON_FURNITURE
@@ -175,7 +178,7 @@ def _supported_candidates(context: HouseContext, target: Thing, others: list[Thi
 
 
 def _placements_on_top(target: Thing, borne: Thing) -> Iterator[Placement]:
-    """Yield places for a thing on another one, and inside another one that can be carried."""
+    """Yield the placements of a thing on a target, and inside it if it can be carried."""
     yield from placements_on(target, borne, inside=False)
     if target.is_pickupable:
         yield from placements_on(target, borne, inside=True)
@@ -184,7 +187,10 @@ def _placements_on_top(target: Thing, borne: Thing) -> Iterator[Placement]:
 def _distractor_task(
     context: HouseContext, act: Act, target: Thing, alike: Thing, words: str, setup: Setup, form: str
 ) -> Tasks:
-    """Yield the task about a thing distinguished in this way; nothing where no start shows that thing alone."""
+    """Yield the task about a target that `words` distinguish from a look-alike.
+
+    Nothing is yielded if the setup is impossible, or no start shows the look-alike without the target.
+    """
     if not context.can_begin(setup):
         return
     start = context.start_seeing(

@@ -1,4 +1,4 @@
-"""Generation of the suite's drafts: propose each kind in a house, certify each proposal, keep those that hold."""
+"""Generation of the suite's drafts: propose tasks of each kind in a house, and certify each of them."""
 
 import time
 import zlib
@@ -50,7 +50,7 @@ FAMILY: Family = "SI"
 
 
 class ClosureGenerator:
-    """A simulator with what proposing and certifying need."""
+    """A draft worker that proposes and certifies tasks of the suite."""
 
     def __init__(self, settings: GenerationSettings) -> None:
         self._settings = settings
@@ -58,7 +58,7 @@ class ClosureGenerator:
         self._certifier = Certifier(self._simulator)
 
     def work(self, source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
-        """Return the house and the results of proposing all kinds in it."""
+        """Return the house, or None if it cannot be made, and the lines of proposing all kinds in it."""
         begun = time.monotonic()
         try:
             house = source.house()
@@ -66,7 +66,7 @@ class ClosureGenerator:
             context.forms = self._settings.forms
         except (HouseError, EpisodeError, SettingError) as error:
             return None, list(lines_without_house(source.name, families, str(error), time.monotonic() - begun))
-        found = [line for kind in KINDS for line in self._kind(context, kind)]
+        found = [line for kind in KINDS for line in self._lines_of_kind(context, kind)]
         rules = Counter(line.rule for line in found if isinstance(line, Rejection))
         done = FamilyDone(
             family=FAMILY,
@@ -79,7 +79,7 @@ class ClosureGenerator:
         lines: list[DraftLine] = [*([] if origin is None else [origin]), *found, done]
         return house, lines
 
-    def _kind(self, context: HouseContext, kind: Kind) -> Iterator[ClosureDraft | Rejection]:
+    def _lines_of_kind(self, context: HouseContext, kind: Kind) -> Iterator[ClosureDraft | Rejection]:
         context.rng = np.random.default_rng(
             [self._settings.seed, zlib.crc32(f"closure {kind} {context.house.name}".encode())]
         )
@@ -99,7 +99,7 @@ class ClosureGenerator:
                 return
 
     def _examine(self, context: HouseContext, task: ClosureTask) -> ClosureDraft | Rejection:
-        """Return a task under its own ids when it holds, else the reason why it does not."""
+        """Return the draft of a certified task, with its final ids; else a rejection with the first broken rule."""
         sides, findings = self._certifier.certify(task, context.house)
         if findings:
             return Rejection(
@@ -111,7 +111,7 @@ class ClosureGenerator:
                 instruction=task.episodes[0].instruction,
             )
         facts = facts_of(context, sides[0].episode, sides[0].actions)
-        drafts = tuple(_named(context, side, facts, self._settings.secret) for side in sides)
+        drafts = tuple(_draft_of(context, side, facts, self._settings.secret) for side in sides)
         pair = f"pair:{drafts[0].episode.id}" if len(drafts) > 1 else None
         answers = tuple(
             side.answer.model_copy(update={"episode_id": draft.episode.id, "pair": pair})
@@ -121,12 +121,12 @@ class ClosureGenerator:
 
 
 def closure_worker(settings: GenerationSettings) -> ClosureGenerator:
-    """Return the suite's grammar with its simulator."""
+    """Return a worker that proposes the suite's tasks on its own simulator."""
     return ClosureGenerator(settings)
 
 
-def _named(context: HouseContext, side: Certified, facts: DraftFacts, secret: int | None) -> Draft:
-    """Return a side as a draft under an id of the same form for both twins, which does not reveal the side."""
+def _draft_of(context: HouseContext, side: Certified, facts: DraftFacts, secret: int | None) -> Draft:
+    """Return the draft of a side; ids have one form for both twins, so that they do not reveal the side."""
     episode: Episode = side.episode
     provenance = episode.provenance.model_copy(update={"validated": True, "solution_steps": len(side.actions)})
     name = draft_id(episode, facts.category, context.house, secret)

@@ -1,4 +1,4 @@
-"""Twins of which one is impossible: the thing is gone, barred or broken, or its receptacle is full."""
+"""Twins of which one is impossible: the target is absent, blocked or broken, or the receptacle is full."""
 
 from itertools import islice
 
@@ -36,20 +36,19 @@ from vigil.scoring.closure import Evidence
 
 TRIED_FURNITURE = 4
 NOTICE_READABLE_M = 2.0
-"""Distance from the camera at which a notice can be read."""
+"""Greatest distance (m) from the camera at which a notice can be read."""
 BELOW_EYES_M = 0.2
-"""How far below the eyes a surface must be to be seen from above."""
-SPOT_SHARES = (-0.3, 0.3)
-"""Places on a surface, from its middle and as shares of its size, where evidence is looked for."""
+"""Least height (m) of the eyes above a surface that can be seen from above."""
+SPOT_SHARES, SPOT_ABOVE_M = (-0.3, 0.3), 0.002
+"""Offsets from a surface's middle (shares of its size) and height (m) of the points that are evidence."""
 STANDS = ("SideTable", "Stool", "Chair", "Ottoman", "CoffeeTable", "Shelf", "Cart", "TVStand", "Dresser", "Desk")
-"""Receptacles that may turn out to be full."""
+"""Categories of receptacles that may be full."""
 OCCUPANTS = ("Television", "Desktop", "CoffeeMachine", "Safe", "Microwave")
-"""Things that may take up the room and clearly cannot be carried."""
+"""Categories that may fill a receptacle and clearly cannot be carried."""
 MIN_OCCUPIED_SHARE = 0.5
-"""Least share of the surface that is taken up, so that a viewer can see that it is full."""
+"""Least share of a surface that an occupant takes up, so that a viewer sees that the receptacle is full."""
 BLOCKERS = ("Ottoman", "ArmChair", "SideTable", "CoffeeTable", "Cart")
-"""Things that may stand before a door or drawer and clearly cannot be carried; a chair or a lamp could be moved away.
-"""
+"""Categories that may block a door or drawer and clearly cannot be carried, unlike a chair or a lamp."""
 TRIED_TARGETS, MAX_OCCUPANTS_TRIED = 6, 3
 _CLAIMS = ("I do not know where {target} is", "Where is {target}?")
 PLACED_ORDERS = Sentences(
@@ -58,7 +57,7 @@ PLACED_ORDERS = Sentences(
         for half in (SEARCH_ORDERS.public, SEARCH_ORDERS.held_out)
     )
 )
-"""Orders that state where something is, and so do not ask for it."""
+"""Orders of searches that do not ask where the target is, since the phrase says it."""
 PUT_ON = (
     "Put {target} on {receptacle}.",
     "Please put {target} on {receptacle}.",
@@ -81,9 +80,11 @@ def _absent_tasks(context: HouseContext) -> Tasks:
         item = context.items[target.id]
         phrase, support = phrase_by_support(context, item), context.view.scene.things.get(target.parent or "")
         if phrase is None or support is None:
-            yield rejection(context, "impossible", "distinguished", f"{target.id!r} cannot be told by where it lies")
+            yield rejection(
+                context, "impossible", "distinguished", f"{target.id!r} cannot be identified by its support"
+            )
             continue
-        spots = _spots(support, target)
+        spots = _evidence_spots(support, target)
         if not spots or children(context.view.scene, target.id):
             yield rejection(
                 context, "impossible", "place_can_be_seen", f"{support.id!r} cannot be looked at from above"
@@ -102,7 +103,7 @@ def _absent_tasks(context: HouseContext) -> Tasks:
 
 
 def phrase_by_support(context: HouseContext, item: DescribedThing, *, may_colour: bool = True) -> Phrase | None:
-    """Return what to call a thing by what it lies on or in; None when that is ambiguous."""
+    """Return a phrase for a thing that names its support; None if there is no unambiguous one."""
     items = list(context.items.values())
     if item.support is None or {each.id for each in referents(Phrase(item.support), items)} != {item.support_id}:
         return None
@@ -120,11 +121,11 @@ def phrase_by_support(context: HouseContext, item: DescribedThing, *, may_colour
     return None
 
 
-def _spots(support: Thing, target: Thing) -> list[Vec3]:
-    """Return places spread over the surface that a thing lies on; empty where it is too high to be seen from above."""
+def _evidence_spots(support: Thing, target: Thing) -> list[Vec3]:
+    """Return points spread over the surface on which a thing lies; empty if it cannot be seen from above."""
     for surface, frame in level_surfaces(support):
         if surface.name == target.surface:
-            shares = [(x * surface.size_x, 0.002, z * surface.size_z) for x in SPOT_SHARES for z in SPOT_SHARES]
+            shares = [(x * surface.size_x, SPOT_ABOVE_M, z * surface.size_z) for x in SPOT_SHARES for z in SPOT_SHARES]
             found = [Vec3(*(round(float(value), 3) for value in point)) for point in frame(np.array(shares))]
             is_low = all(spot.y <= EYE_HEIGHT_M - BELOW_EYES_M for spot in found)
             return found if is_low and not surface.needs_opening else []
@@ -157,7 +158,7 @@ def _blocked_tasks(context: HouseContext) -> Tasks:
 
 
 def _is_never_in_view(context: HouseContext, episode: Episode, thing: Thing, moved: Placement) -> bool:
-    """Return whether a thing is fully out of view at an episode's start, where it stands and where it is moved to."""
+    """Return whether a thing is fully out of view at an episode's start, both unmoved and moved to a placement."""
     setups = episode.setup, changed_setup(episode.setup, thing.id, placement=moved)
     found = all(context.can_begin(setup) and is_out_of_view_from(context, episode.start, thing.id) for setup in setups)
     context.begin(Setup())
@@ -191,7 +192,7 @@ def _no_room_tasks(context: HouseContext) -> Tasks:
             context.things(lambda thing, stand=stand: _may_occupy(context, thing, stand)), MAX_OCCUPANTS_TRIED
         ):
             taken = next(islice(placements_on(stand, occupant, inside=False), 1), None)
-            if taken is None or not _takes_up(stand, occupant):
+            if taken is None or not _takes_enough_room(stand, occupant):
                 continue
             targets = context.things(lambda thing, stand=stand: _may_go_on(context, thing, stand))
             for target in targets[:TRIED_TARGETS]:
@@ -201,14 +202,14 @@ def _no_room_tasks(context: HouseContext) -> Tasks:
                     break
 
 
-def _put_on(target: Phrase | None) -> tuple[str, ...]:
-    """Return the orders that do not chain two places ("the pen on the bed on the chair")."""
-    is_told_by_place = target is not None and target.support is not None
-    return tuple(each for each in PUT_ON if not is_told_by_place or " it " in each)
+def _orders_for(target: Phrase | None) -> tuple[str, ...]:
+    """Return the orders for a target that do not name two places in succession ("the pen on the bed on the chair")."""
+    names_place = target is not None and target.support is not None
+    return tuple(each for each in PUT_ON if not names_place or " it " in each)
 
 
-def _takes_up(stand: Thing, occupant: Thing) -> bool:
-    """Return whether a thing takes up most of the surface on top of a stand."""
+def _takes_enough_room(stand: Thing, occupant: Thing) -> bool:
+    """Return whether a thing takes up at least `MIN_OCCUPIED_SHARE` of a stand's largest upper surface."""
     tops = [surface for surface, _ in level_surfaces(stand) if not surface.is_inside]
     area = max((top.size_x * top.size_z for top in tops), default=0.0)
     return occupant.asset.size.x * occupant.asset.size.z >= MIN_OCCUPIED_SHARE * area
@@ -228,7 +229,10 @@ def _may_go_on(context: HouseContext, thing: Thing, stand: Thing) -> bool:
 def _no_room_task(
     context: HouseContext, stand: Thing, occupant: Thing, taken: Placement, target: Thing
 ) -> ClosureTask | None:
-    """Return the twins in which a thing fits on a stand, or does not fit because something heavy stands there."""
+    """Return twins in which a target fits on a stand, or does not fit because an occupant stands there.
+
+    None if that is not so, the setup is impossible, or no start or words are found.
+    """
     setup = Setup()
     full = changed_setup(setup, occupant.id, placement=taken)
     if not context.can_begin(full):
@@ -250,7 +254,7 @@ def _no_room_task(
         TaskSpec(
             start=start,
             setup=setup,
-            instruction=say(_put_on(phrases[0]), context.rng, target=str(phrases[0]), receptacle=str(phrases[1])),
+            instruction=say(_orders_for(phrases[0]), context.rng, target=str(phrases[0]), receptacle=str(phrases[1])),
             goal=ObjectAtReceptacle(object_id=target.id, receptacle_id=stand.id),
             bindings={"target": target.id, "receptacle": stand.id, "occupant": occupant.id},
             template="put",

@@ -1,4 +1,4 @@
-"""Tasks whose last act hides its own result: to put a thing away and close where it is."""
+"""Tasks whose last act hides the result: to put an object into a container and close the container."""
 
 from vigil.assets.catalog import CATALOG
 from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, ClosureTask, Tasks
@@ -22,7 +22,7 @@ TRIED_TARGETS = 3
 
 
 def out_of_sight(context: HouseContext) -> Tasks:
-    """Yield tasks to put a thing into something that is closed at the end, so that the result cannot be seen."""
+    """Yield tasks to put an object into a container that is closed at the end, so that the result cannot be seen."""
     for container in context.things(lambda thing: thing.category in BELONGS_IN and thing.is_openable):
         targets = context.things(lambda thing, container=container: _may_go_in(context, thing, container))
         for target in targets[:TRIED_TARGETS]:
@@ -53,7 +53,7 @@ def _put_away(context: HouseContext, target: Thing, container: Thing) -> Closure
     if start is None or None in phrases:
         return None
     parts = opening_phrase(container.category, str(phrases[1]))
-    shut = parts.whole if parts.piece == "it" else parts.piece  # "it" would refer to what is put away
+    shut = parts.whole if parts.piece == "it" else parts.piece  # "it" would mean the object that is put away
     is_in = ObjectAtReceptacle(object_id=target.id, receptacle_id=container.id, inside=True)
     is_shut = ObjectInState(object_id=container.id, state="is_open", value=False)
     task = TaskSpec(

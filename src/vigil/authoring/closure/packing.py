@@ -1,4 +1,4 @@
-"""Packs of the suite: selection from drafts to a frozen pack, balanced over kinds, and the score of guessing.
+"""Packs of the suite: selection of tasks from drafts, freezing, and the expected score of guessing.
 
 Source: `protocol.md` section 8, decision 30.
 """
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import vigil
-from vigil.authoring.drafting.drafts import ClosureDraft, Draft, DraftsContent, DraftsFile
+from vigil.authoring.drafting.drafts import ClosureDraft, Draft, DraftsContent, DraftsFile, house_in
 from vigil.authoring.packing.assemble import FACTS, seed_facts
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.review.reviews import Review, apply_reviews, decisions
@@ -32,12 +32,12 @@ BLIND: dict[str, tuple[Status | None, ...]] = {
     "always_invalid": ("invalid",),
     "coin": ("success", "fail"),
 }
-"""Agents that report without looking: the statuses that each draws from; None means no report."""
+"""Name of an agent that reports without looking -> the statuses from which it draws; None means no report."""
 
 
 @dataclass(frozen=True, slots=True)
 class ClosureRequest:
-    """Settings of the suite's pack to freeze."""
+    """Settings of a pack of the suite."""
 
     name: str
     per_kind: int
@@ -45,32 +45,32 @@ class ClosureRequest:
     seed: int = 0
     """Seed that breaks ties."""
     max_per_house: int = 3
-    """Most tasks of a kind in one house."""
+    """Greatest number of tasks of a kind in one house."""
     kinds: tuple[Kind, ...] = KINDS
     quotas: Mapping[Kind, int] = field(default_factory=dict)
-    """Number of tasks by kind, where it differs from the default."""
+    """Kind -> number of tasks, if it differs from `per_kind`."""
     version: str = "1"
     description: str = ""
     aliases: tuple[str, ...] = ()
     is_seed_secret: bool = False
     asset_database_sha256: str | None = None
-    """Hash of the file from which things get their sizes; None for the typical sizes of their kinds."""
+    """Hash of the asset database from which things get their sizes; None if they have typical sizes."""
 
     def asked(self, kind: Kind) -> int:
-        """Return how many tasks of a kind are wanted."""
+        """Return the requested number of tasks of a kind."""
         return self.quotas.get(kind, self.per_kind)
 
 
 TaskCheck = Callable[[ClosureDraft], list[Finding]]
-"""Certifies a task again and returns what is wrong with it."""
+"""A function that certifies a task again and returns its findings."""
 
 
 def reviewed_tasks(
     pool: Sequence[ClosureDraft], reviews: Sequence[Review], check: TaskCheck
 ) -> tuple[list[ClosureDraft], list[Finding]]:
-    """Return tasks as their reviewers want them, and what is wrong with those that were reworded.
+    """Return the tasks with the reviews applied, and the findings about reworded tasks.
 
-    A task is left out if any side is rejected; a new wording of one side applies to both.
+    A task is left out if a side is rejected or its new wording has findings. A new wording of one side applies to both.
     """
     by_id: dict[str, list[Review]] = {}
     for review in reviews:
@@ -79,16 +79,16 @@ def reviewed_tasks(
     bad: list[Finding] = []
     for task in pool:
         mine = [review for draft in task.drafts for review in by_id.get(draft.episode.id, [])]
-        judged = _judged(task, mine) if mine else task
-        found = check(judged) if judged is not None and _words(judged) != _words(task) else []
+        judged = _with_reviews(task, mine) if mine else task
+        found = check(judged) if judged is not None and _instruction_of(judged) != _instruction_of(task) else []
         bad += found
         if judged is not None and not found:
             kept.append(judged)
     return kept, bad
 
 
-def _judged(task: ClosureDraft, reviews: Sequence[Review]) -> ClosureDraft | None:
-    """Return a task as its reviewers want it; None if one of its sides is rejected."""
+def _with_reviews(task: ClosureDraft, reviews: Sequence[Review]) -> ClosureDraft | None:
+    """Return a task with the reviews applied; None if one of its sides is rejected."""
     episodes = [apply_reviews(draft.episode, reviews) for draft in task.drafts]
     if any(episode.provenance.reviewed == "rejected" for episode in episodes):
         return None
@@ -100,14 +100,14 @@ def _judged(task: ClosureDraft, reviews: Sequence[Review]) -> ClosureDraft | Non
     return task.model_copy(update={"drafts": tuple(drafts)})
 
 
-def _words(task: ClosureDraft) -> str:
+def _instruction_of(task: ClosureDraft) -> str:
     return task.drafts[0].episode.instruction
 
 
 def select_tasks(pool: Sequence[ClosureDraft], request: ClosureRequest) -> list[ClosureDraft]:
     """Return exactly the requested number of tasks of each kind, balanced over reasons, acts, categories and houses.
 
-    Raises EpisodeError when there are too few.
+    Raises EpisodeError if there are too few.
     """
     chosen: list[ClosureDraft] = []
     short: list[str] = []
@@ -115,13 +115,13 @@ def select_tasks(pool: Sequence[ClosureDraft], request: ClosureRequest) -> list[
         left = {task.drafts[0].episode.id: task for task in pool if task.kind == kind}
         offered, uses = len(left), Counter[tuple[str, str]]()
         for number in range(request.asked(kind)):
-            free = [task for task in left.values() if uses["house", _house(task)] < request.max_per_house]
+            free = [task for task in left.values() if uses["house", _house_name(task)] < request.max_per_house]
             if not free:
                 short.append(f"{kind} {number} of {request.asked(kind)} (of {offered} drafts)")
                 break
             best = min(free, key=lambda task: _cost(task, uses, request.seed))
             del left[best.drafts[0].episode.id]
-            uses.update(_keys(best))
+            uses.update(_balance_keys(best))
             chosen.append(best)
     if short:
         raise EpisodeError(
@@ -131,30 +131,25 @@ def select_tasks(pool: Sequence[ClosureDraft], request: ClosureRequest) -> list[
     return chosen
 
 
-def _keys(task: ClosureDraft) -> list[tuple[str, str]]:
+def _balance_keys(task: ClosureDraft) -> list[tuple[str, str]]:
     draft = task.drafts[0]
     return [
-        ("form", task.answers[-1].reason or _form(task)),
-        ("thing", f"{_house(task)} {draft.episode.goal.object_id}"),
+        ("form", task.answers[-1].reason or task.answers[0].form),
+        ("thing", f"{_house_name(task)} {draft.episode.goal.object_id}"),
         ("what", f"{task.answers[-1].reason} {draft.episode.provenance.template}"),
         ("category", draft.facts.category),
-        ("house", _house(task)),
+        ("house", _house_name(task)),
     ]
 
 
-def _form(task: ClosureDraft) -> str:
-    """Return which form of its kind a task has."""
-    return task.answers[0].form
-
-
-def _house(task: ClosureDraft) -> str:
+def _house_name(task: ClosureDraft) -> str:
     return task.drafts[0].episode.house.name
 
 
 def _cost(task: ClosureDraft, uses: Counter[tuple[str, str]], seed: int) -> tuple:
     name = task.drafts[0].episode.id
     is_approved = any(draft.episode.provenance.reviewed == "approved" for draft in task.drafts)
-    used = [uses[key] for key in _keys(task)]
+    used = [uses[key] for key in _balance_keys(task)]
     return (used[0], not is_approved, *used[1:], zlib.crc32(f"{seed} {name}".encode()), name)
 
 
@@ -165,9 +160,10 @@ def freeze_closure(
     reviews: Sequence[Review] = (),
     check: TaskCheck = lambda task: [],
 ) -> tuple[Pack, list[Finding]]:
-    """Freeze a pack of the suite into `out`. Return it with what is wrong with reworded tasks, which are left out.
+    """Freeze a pack of the suite into `out`, and return it with the findings about reworded tasks that were left out.
 
-    Raises EpisodeError when the drafts are too few, SettingError when the folder is not empty or the name is invalid.
+    Raises EpisodeError if there are too few drafts, SettingError if a drafts file is invalid, the folder is not empty
+    or the name is invalid.
     """
     check_can_freeze(out, request.name)
     for file in files:
@@ -180,7 +176,7 @@ def freeze_closure(
     answers = sorted((each for task in chosen for each in task.answers), key=lambda each: each.episode_id)
     check_pairs(answers)
     names = sorted({draft.episode.house.name for draft in drafts})
-    houses = [next(file for file in files if (file.houses / f"{name}.json").is_file()).house(name) for name in names]
+    houses = [house_in(files, name) for name in names]
     facts = [{"episode_id": d.episode.id, **d.facts.model_dump(mode="json")} for d in drafts]
     meta: dict[str, Any] = {
         "suite": SUITE,
@@ -212,7 +208,7 @@ def freeze_closure(
 def _review_counts(
     chosen: Sequence[ClosureDraft], offered: Sequence[ClosureDraft], reviews: Sequence[Review]
 ) -> dict[str, int]:
-    """Return how many episodes were judged by a person, by a model alone, and by nobody, and how many were rejected.
+    """Return the numbers of chosen episodes judged by a person, by models only and by nobody, and of rejected ones.
 
     The twins of rejected episodes count as rejected.
     """
@@ -236,7 +232,7 @@ def _review_counts(
 
 
 def _house_facts(read: Sequence[DraftsContent], names: Sequence[str], request: ClosureRequest) -> dict[str, Any]:
-    """Return the sources of houses that were not generated, and of the things' sizes, as far as there are any."""
+    """Return the manifest's entries about houses that were not generated and about an asset database, if any."""
     origins = {origin.name: origin for proposed in read for origin in proposed.origins}
     sources = {
         name: origins[name].model_dump(exclude={"line", "name"}, exclude_none=True) for name in names if name in origins
@@ -246,20 +242,20 @@ def _house_facts(read: Sequence[DraftsContent], names: Sequence[str], request: C
 
 
 def solution_of(draft: Draft) -> Solution:
-    """Return a draft's recorded solution: the actions that close its episode correctly."""
+    """Return a draft's recorded solution."""
     return Solution(episode_id=draft.episode.id, actions=draft.actions)
 
 
 def kind_counts(answers: Sequence[ClosureAnswer]) -> dict[str, int]:
-    """Return how many episodes there are of each kind, side and reason."""
+    """Return the number of episodes of each kind, side and reason, which are joined by spaces; sorted."""
     names = [" ".join(filter(None, (each.kind, each.side, each.reason))) for each in answers]
     return dict(sorted(Counter(names).items()))
 
 
 def guessing(answers: Sequence[ClosureAnswer]) -> dict[str, dict[str, float]]:
-    """Return the expected C and share of correct pairs (%) of agents without sight, by kind.
+    """Return agent without sight -> its expected C (%) and share of correct pairs (%) by kind.
 
-    They never act, so that a goal holds at the end exactly if it holds at the reset.
+    These agents never act, so that a goal holds at the end exactly if it holds at the reset.
     """
     kinds = [kind for kind in KINDS if any(each.kind == kind for each in answers)]
     return {
@@ -280,7 +276,7 @@ def _pair_chances(answers: Sequence[ClosureAnswer], kind: Kind, drawn: tuple[Sta
 
 
 def _chance(answer: ClosureAnswer, drawn: tuple[Status | None, ...]) -> float:
-    """Return the probability that one of some statuses, reported at once, closes an episode correctly."""
+    """Return the probability that a status drawn from some, reported at once, closes an episode correctly."""
     if answer.is_impossible:
         right: tuple[Status, ...] = answer.accepted
     else:

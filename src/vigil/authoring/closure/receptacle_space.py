@@ -1,7 +1,7 @@
-"""Whether a receptacle has room for a thing: a search over all places and turns, by the simulator's rules.
+"""Room on a receptacle for a thing: a search over all places and headings, by the simulator's rules.
 
-The search errs on the side of room: it ignores walls, ceilings and the body of the agent, and a thing may be turned to
-any heading. If it finds no room, every click or drop there fails.
+The search finds room rather too often: it ignores walls, ceilings and the body of the agent, and a thing may have any
+heading. If it finds no room, every click or drop there fails.
 """
 
 import copy
@@ -24,18 +24,18 @@ from vigil.sim.core.state import SceneState
 
 TURN_STEP_DEG = 5.0
 CLICKED_SHARES = np.linspace(-0.45, 0.45, 5)
-"""Where a surface is clicked, from its middle and as shares of its sides."""
+"""Offsets of clicks from a surface's middle, as shares of its sides."""
 ABOVE_M = 0.002
-"""How far above a surface a click is aimed, so that it does not fall into the solid below."""
+"""Height (m) of clicks above a surface, so that they do not fall into the solid below."""
 MIN_M2 = 1e-6
-"""Area below which a region of free places is treated as rounding error."""
+"""Area (m2) below which a region of free places is treated as a rounding error."""
 
 
 def fits_on(scene: Scene, thing_id: str, receptacle_id: str, *, may_clear: bool = True) -> bool:
-    """Return whether a thing can be put anywhere on a receptacle in the present state.
+    """Return whether a thing can be put anywhere on a receptacle in the current state.
 
-    With `may_clear`, everything that can be carried is removed first, and the thing may also be put on anything that
-    can be put in between.
+    With `may_clear`, all objects that can be carried are removed first, and one of them may be put between the thing
+    and the receptacle.
     """
     thing, receptacle = scene.things[thing_id], scene.things[receptacle_id]
     gone = {thing_id, *(each.id for each in contents(scene, thing_id))}
@@ -43,7 +43,7 @@ def fits_on(scene: Scene, thing_id: str, receptacle_id: str, *, may_clear: bool 
         gone |= {each.id for each in scene.things.values() if each.is_pickupable}
     stands = [receptacle]
     if may_clear:
-        stands += [each for each in _standing_on(scene, receptacle) if _takes(each, thing)]
+        stands += [each for each in _fixed_on(scene, receptacle) if _takes(each, thing)]
     if any(
         _free(scene, thing, stand, surface, frame, gone)
         for stand in stands
@@ -59,7 +59,7 @@ def fits_on(scene: Scene, thing_id: str, receptacle_id: str, *, may_clear: bool 
 
 
 def refuses_clicks(scene: Scene, agent: Pose, thing_id: str, receptacle_id: str, surface_name: str) -> bool:
-    """Return whether every click on a surface is refused while a thing is held, for lack of room near the click."""
+    """Return whether each of several clicks on a surface is refused for lack of room while a thing is held."""
     copied = Scene(scene.rooms, scene.panels, {each.id: copy.copy(each) for each in scene.things.values()})
     state = SceneState(copied, agent, CollisionMap(copied))
     thing, receptacle = copied.things[thing_id], copied.things[receptacle_id]
@@ -71,7 +71,7 @@ def refuses_clicks(scene: Scene, agent: Pose, thing_id: str, receptacle_id: str,
 
 
 def free_surfaces(scene: Scene, thing_id: str, receptacle_id: str, gone: Iterable[str] = ()) -> set[str]:
-    """Return the names of a receptacle's surfaces with room for a thing if some other things were gone."""
+    """Return the names of a receptacle's surfaces with room for a thing if the things `gone` (ids) were absent."""
     thing, receptacle = scene.things[thing_id], scene.things[receptacle_id]
     out = {thing_id, *gone}
     return {
@@ -82,12 +82,12 @@ def free_surfaces(scene: Scene, thing_id: str, receptacle_id: str, gone: Iterabl
 
 
 def _bearing(stand: Thing, receptacle: Thing) -> list[tuple[Surface, Motion]]:
-    """Return the surfaces of the receptacle or of what it carries, except things stacked on those."""
+    """Return the level surfaces of a stand, in or on a receptacle, on which things count as lying on the receptacle."""
     return [each for each in level_surfaces(stand) if not ends_lying_on(stand, each[0], receptacle)]
 
 
-def _standing_on(scene: Scene, receptacle: Thing) -> list[Thing]:
-    """Return what stands on a receptacle and cannot be carried away."""
+def _fixed_on(scene: Scene, receptacle: Thing) -> list[Thing]:
+    """Return the things that stand on a receptacle, directly or on others, and cannot be carried."""
     return [
         each
         for each in scene.things.values()
@@ -109,7 +109,7 @@ def _free(scene: Scene, thing: Thing, receptacle: Thing, surface: Surface, frame
     solids = [
         polygon_of(prism) for prism in _solids_between(scene, receptacle, gone, height, height + thing.asset.size.y)
     ]
-    flat = _flat(surface, frame)
+    flat = _widened_outline(surface, frame)
     solids = [each for each in solids if each.intersects(flat.buffer(2 * EDGE_M))]
     size = np.array([thing.asset.size.x, thing.asset.size.z]) - 2 * TOUCH_M
     return any(_is_free(flat, solids, size, float(yaw)) for yaw in np.arange(0.0, 180.0, TURN_STEP_DEG))
@@ -124,15 +124,15 @@ def _solids_between(scene: Scene, receptacle: Thing, gone: set[str], low: float,
                     yield prism
 
 
-def _flat(surface: Surface, frame: Motion) -> shapely.Polygon:
-    """Return the outline of a surface, widened by how far a thing may stick out over its edge."""
+def _widened_outline(surface: Surface, frame: Motion) -> shapely.Polygon:
+    """Return the outline of a surface on the floor, widened by the distance that things may extend beyond its edge."""
     x, z = surface.size_x / 2 + EDGE_M, surface.size_z / 2 + EDGE_M
     corners = frame(np.array([[-x, 0.0, -z], [x, 0.0, -z], [x, 0.0, z], [-x, 0.0, z]]))
     return shapely.Polygon(corners[:, [0, 2]])
 
 
 def _is_free(flat: shapely.Polygon, solids: Sequence[BaseGeometry], size: np.ndarray, yaw: float) -> bool:
-    """Return whether a rectangle of that size and heading fits within an outline, clear of solids."""
+    """Return whether a rectangle of size (x, z; m) and heading `yaw` (deg) fits in an outline, clear of solids."""
     half = [rotate_floor(x * size[0] / 2, z * size[1] / 2, yaw) for x, z in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
     rectangle = np.array(half)
     middles: BaseGeometry = flat

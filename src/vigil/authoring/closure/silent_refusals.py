@@ -1,6 +1,6 @@
 """Tasks whose obvious action is refused for a reason that is visible but not stated.
 
-A machine runs or stands open, something stands before a door, or a shelf is full.
+A machine runs or is open, an obstacle stands in front of a door, or a shelf is full.
 """
 
 from collections.abc import Iterable
@@ -30,14 +30,15 @@ from vigil.scene.things import Thing
 from vigil.sim.core.placing import EDGE_M
 
 ANY_MOVE_M = 0.01
+"""Distance (m) by which an obstacle must be moved: any movement counts if the door then opens."""
 SHELVES = ("ShelvingUnit", "Fridge", "Cabinet", "TVStand", "SideTable", "Cart", "Desk", "CoffeeTable", "Dresser")
-"""Furniture that may have several level surfaces, one of which can be full."""
+"""Categories of furniture that may have several level surfaces, one of which can be full."""
 HAND_HEIGHT_M = 1.0
-"""Height of the hand; the surface nearest to it is the obvious one."""
+"""Height (m) of the hand; the surface nearest to it is the obvious one."""
 TRIED_SHELVES, TRIED_TARGETS, TRIED_FILLERS, MAX_FILLERS, TRIED_ROWS = 3, 2, 6, 3, 4
-"""Limits of the search: shelves, things to put there, the largest things that fill a shelf, their number, and rows."""
+"""Limits of the search: pieces of furniture, targets, fillers to choose from, fillers on a shelf, and rows of them."""
 MIN_SIDE_M = 0.07
-"""Width below which a thing nearly always finds a gap."""
+"""Least width (m) of a target; narrower ones almost always fit into a gap."""
 FULL = "full_shelf"
 PUT_IN = (
     "Put {target} into {receptacle}.",
@@ -65,7 +66,7 @@ def _implicit_tasks(context: HouseContext, drafts: Iterable[Episode], form: str)
         act: Act = "open" if goal.state == "is_open" else "turn_on"
         phrase = str(context.phrase(target.id))
         words = order_slots(act, target.category, phrase, context.rng) | pronoun_slots(target.category)
-        if constraint.kind == "object_moved":  # opening it moves what stood there, whatever the distance
+        if constraint.kind == "object_moved":  # the door opens only if the obstacle was moved far enough
             constraint = constraint.model_copy(update={"distance_m": ANY_MOVE_M})
         bare = episode.model_copy(
             update={
@@ -95,9 +96,9 @@ def _full_shelf_tasks(context: HouseContext) -> Tasks:
 
 
 def obvious_surface(shelves: Thing) -> tuple[Surface, Motion] | None:
-    """Return the surface nearest to the height of the hand, inside the furniture if it has any there, else on it.
+    """Return the surface nearest to `HAND_HEIGHT_M`, among those inside the furniture or else those on it.
 
-    None where there are not several.
+    None unless there are at least two inside or two on it.
     """
     level = list(level_surfaces(shelves))
     for is_inside in (True, False):
@@ -114,17 +115,17 @@ def _may_go_on(context: HouseContext, thing: Thing, shelves: Thing) -> bool:
 
 
 def _belongs(thing: Thing, shelves: Thing) -> bool:
-    """Return whether people keep a thing there; open shelves take anything."""
+    """Return whether people would keep a thing in the furniture; open shelves take anything."""
     return thing.category in BELONGS_IN.get(shelves.category, (thing.category,))
 
 
 def _side(thing: Thing) -> float:
-    """Return the shorter side of a thing's footprint."""
+    """Return the shorter side (m) of a thing's footprint."""
     return min(thing.asset.size.x, thing.asset.size.z)
 
 
 def _filled_up(context: HouseContext, shelves: Thing, opened: Setup, target: Thing) -> ClosureTask | None:
-    """Return the task of putting a thing on shelves of which the obvious one is full; None where that is impossible."""
+    """Return the task of putting a target on shelves of which the obvious one is full; None if none can be made."""
     if not context.can_begin(opened):
         return None
     stands = context.thing(shelves.id)
@@ -169,9 +170,9 @@ def _may_fill(context: HouseContext, thing: Thing, shelves: Thing, target: Thing
 def _row(
     opened: Setup, shelves: Thing, surface: Surface, frame: Motion, fillers: tuple[Thing, ...], side_m: float
 ) -> Setup | None:
-    """Return the setup in which some things stand in an evenly spaced row on a surface.
+    """Return the setup in which the fillers stand in an evenly spaced row on a surface.
 
-    None where they do not fit, or leave a gap for a thing of that side length.
+    None if they do not fit, or leave a gap for a thing whose shorter side is `side_m`.
     """
     if not fillers:
         return opened

@@ -1,7 +1,8 @@
-"""Tasks of the closure-stress suite: what a proposal yields, and what all proposals share.
+"""Tasks of the closure-stress suite, and functions that all proposals of tasks share.
 
-A task is made from a draft of Search and Interact, so that the possible side obeys every rule of that family, except
-those that its kind breaks on purpose. `vigil.authoring.closure.certify` decides which tasks hold. Source: decision 30.
+Most tasks are made from drafts of Search and Interact, so that the possible side satisfies the rules of that family,
+except those that its kind breaks on purpose. `vigil.authoring.closure.certify` decides which tasks are valid. Source:
+decision 30.
 """
 
 from collections.abc import Iterator
@@ -14,26 +15,27 @@ from vigil.protocol.episode import Episode
 from vigil.scoring.closure import Evidence, Kind
 
 LEVEL_DEG = 15.0
-"""Camera pitch of a start that sees the thing to act on."""
+"""Camera pitch (deg) of a start that sees a thing."""
 NEAR_M = (0.7, 4.0)
-"""Distance of such a start from the thing."""
+"""Distances (m) from that thing between which such a start is."""
 EVIDENCE_PX = 300
-"""Pixels that make a thing's state, or the fact that it bars the way, clearly visible."""
+"""Least visible pixels of a thing that clearly show its state, or that it blocks a door."""
 FLAMES = frozenset({"Candle"})
-"""Things that are not described as on or off."""
+"""Categories that are not called on or off."""
 
 
 @dataclass(frozen=True, slots=True)
 class ClosureTask:
-    """One episode, or two twins; the side to which the families' rules apply comes first."""
+    """A task of the suite: one episode, or two twins, of which the one that satisfies the families' rules is first."""
 
     kind: Kind
     episodes: tuple[Episode, ...]
     removed: str = ""
-    """Id of the object in which the twins differ."""
+    """Id of the object in which the twins differ; empty without twins."""
     evidence: tuple[Evidence, ...] = ()
+    """Evidence that tells the twins apart."""
     form: str = ""
-    """Form of the task within its kind; empty where there is only one."""
+    """Form of the task within its kind; empty if there is only one."""
 
 
 Tasks = Iterator[ClosureTask | Rejection]
@@ -42,7 +44,7 @@ Tasks = Iterator[ClosureTask | Rejection]
 def interleave(context: HouseContext, *proposals: Tasks) -> Tasks:
     """Yield one task of each source in turn, with the rejections before it, until all are exhausted.
 
-    The first source is drawn for each house, so that each form gets its share where few tasks are kept.
+    The order of the sources is random, so that each gets its share although only the first tasks are used.
     """
     left = [proposals[index] for index in context.rng.permutation(len(proposals))]
     while left:
@@ -58,7 +60,7 @@ def interleave(context: HouseContext, *proposals: Tasks) -> Tasks:
 
 
 def object_evidence(thing_id: str) -> Evidence:
-    """Return the evidence that a thing gives when it is clearly seen."""
+    """Return the evidence that consists in clearly seeing a thing."""
     return Evidence(object_id=thing_id, min_px=EVIDENCE_PX)
 
 
@@ -68,5 +70,5 @@ def is_out_of_view_from(context: HouseContext, pose: Pose, thing_id: str) -> boo
 
 
 def rejection(context: HouseContext, kind: Kind, rule: str, message: str) -> Rejection:
-    """Return the line that says why something was not proposed."""
+    """Return the rejection of something that did not become a task."""
     return Rejection(family="SI", kind=kind, house=context.house.name, rule=rule, message=message)

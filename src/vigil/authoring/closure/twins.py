@@ -1,4 +1,4 @@
-"""Requirements on twins that follow from their episodes and the start state, without search or replay.
+"""Rules about twins that are checked on their episodes and start states, without search or replay.
 
 `vigil.authoring.closure.certify` decides by search whether twins match their answers.
 """
@@ -13,11 +13,11 @@ from vigil.errors import EpisodeError
 from vigil.protocol.episode import Episode
 
 STRICT_SINCE = 3
-"""Version of the rules from which first frames show no difference and things placed elsewhere have the exact name."""
+"""Version of the rules since which first frames must not show the difference, and `elsewhere` needs the exact name."""
 
 
 class BrokenRule(EpisodeError):
-    """A rule that twins break."""
+    """Twins break a rule; the message says how."""
 
     def __init__(self, rule: str, message: str) -> None:
         super().__init__(message)
@@ -25,7 +25,7 @@ class BrokenRule(EpisodeError):
 
 
 def check_single_difference(task: ClosureTask, second: Episode) -> None:
-    """Raise BrokenRule where twins differ in more than the setup of one thing."""
+    """Raise BrokenRule unless twins differ exactly in the setup of `task.removed` (and in the goal of `if_so`)."""
     first = task.episodes[0]
     same = ("family", "house", "start", "instruction", "bindings", "max_steps", "max_invalid")
     goal = () if task.kind == "if_so" else ("goal",)
@@ -40,9 +40,9 @@ def check_single_difference(task: ClosureTask, second: Episode) -> None:
 
 
 def check_hidden(task: ClosureTask, episode: Episode, view: PrivilegedView, *, is_searched: bool) -> None:
-    """Raise BrokenRule where the first frame of a side shows what it must hide; the simulator was just reset to it.
+    """Raise BrokenRule if the first frame of a side shows what it must hide; the simulator was just reset to the side.
 
-    That is the target if it `is_searched` for, and the thing that bars the way or takes the place.
+    It must hide the target if it `is_searched` for, and another thing in which the twins differ.
     """
     target = episode.goal.object_id
     wanted = {target: "hidden_at_start"} if is_searched else {}
@@ -56,14 +56,14 @@ def check_hidden(task: ClosureTask, episode: Episode, view: PrivilegedView, *, i
 def reason_for_absence(
     phrases: Sequence[Phrase], items: Iterable[DescribedThing], *, is_strict: bool = True
 ) -> Literal["absent", "elsewhere"]:
-    """Return whether nothing with the missing thing's name is left, or another such thing lies elsewhere.
+    """Return "elsewhere" if another thing has the missing thing's name, else "absent".
 
-    A pot may be mistaken for a kettle, and so may not lie where the kettle is searched for; but it counts as another
-    kettle only by rules that were not `is_strict`. Raises BrokenRule where something still matches a phrase.
+    A thing that may be mistaken for the missing one, as a pot for a kettle, must not match a phrase either. It counts
+    as another such thing only if the rules are not `is_strict`. Raises BrokenRule if something still matches a phrase.
     """
     everything = list(items)
     for phrase in phrases:
         for other in referents(phrase, everything)[:1]:
-            raise BrokenRule("distinguished", f"{str(phrase)!r} fits {other.id!r} still")
+            raise BrokenRule("distinguished", f"{str(phrase)!r} still fits {other.id!r}")
     left = [(phrase.name, each.name) for phrase in phrases for each in referents(phrase.without_place, everything)]
     return "elsewhere" if any(name == found or not is_strict for name, found in left) else "absent"

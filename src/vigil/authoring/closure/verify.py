@@ -14,13 +14,16 @@ from vigil.scoring.closure import PAIRED, ClosureAnswer, closure_answers
 from vigil.sim.privileged import PrivilegedSimulator
 
 OnTask = Callable[[int, int, int], None]
-"""Callback that receives the number of tasks done, of all tasks, and of faulty tasks."""
+"""A function that gets the numbers of tasks done, of all tasks, and of faulty tasks."""
 
 
 def verify_closure(
     pack: Pack, simulator: PrivilegedSimulator, on_task: OnTask = lambda done, of, faulty: None
 ) -> list[Finding]:
-    """Return what is wrong with the tasks of a pack of the suite, sorted by episode. Raises PackMismatch."""
+    """Return the findings about the tasks of a pack of the suite, sorted by episode and rule.
+
+    Raises PackMismatch if the answers were changed.
+    """
     answers = closure_answers(pack.folder)
     findings = [Finding(episode.id, "closes_correctly", "it has no answer") for episode in pack.episodes
                 if episode.id not in answers]  # fmt: skip
@@ -35,7 +38,7 @@ def verify_closure(
 
 
 def _tasks(pack: Pack, answers: dict[str, ClosureAnswer]) -> Iterator[ClosureTask]:
-    """Yield the tasks of a pack, those of a house together."""
+    """Yield the tasks of a pack, house by house."""
     twins: dict[str, list[Episode]] = {}
     for episode in sorted(pack.episodes, key=lambda each: (each.house.name, each.id)):
         twins.setdefault(answers[episode.id].pair or episode.id, []).append(episode)
@@ -44,7 +47,7 @@ def _tasks(pack: Pack, answers: dict[str, ClosureAnswer]) -> Iterator[ClosureTas
 
 
 def task_of(episodes: Sequence[Episode], answers: Sequence[ClosureAnswer]) -> ClosureTask:
-    """Return the task that the sides form, with their answers in the same order."""
+    """Return the task of some sides with their answers, which have the same order."""
     first = answers[0]
     sides = PAIRED.get(first.kind, ())
     ordered = sorted(zip(answers, episodes, strict=True), key=lambda each: sides.index(each[0].side) if sides else 0)  # pyright: ignore
@@ -53,7 +56,7 @@ def task_of(episodes: Sequence[Episode], answers: Sequence[ClosureAnswer]) -> Cl
 
 
 def recertifier(simulator: PrivilegedSimulator, house_of: Callable[[Episode], House]) -> TaskCheck:
-    """Return the function that certifies a task with its recorded solutions and returns what is wrong with it."""
+    """Return a function that certifies a task again with its recorded solutions."""
     certifier = Certifier(simulator)
 
     def check(task: ClosureDraft) -> list[Finding]:

@@ -1,1 +1,1 @@
-"""Demonstrations: what a model would have been sent in episodes of a stream, and what the solver answered."""
+"""Demonstrations: the requests that a model would get in episodes of a stream, with the solver's answers."""

@@ -1,8 +1,8 @@
-"""Rows of demonstrations as chat messages, and the two forms of files that they are written as.
+"""Rows of demonstrations as chat messages, and two formats of files for them.
 
-`sft`: `train.jsonl` with the chat messages, and pictures as files, named by path. `parquet`: one file with the same
-columns and the pictures inside, which HF `datasets` reads as images. A picture stands in a message as a part
-`{"type": "image"}`; the column `images` holds it, as trainers of vision-language models expect.
+`sft` is `train.jsonl` with the chat messages, and pictures as files whose paths it names. `parquet` is one file with
+the same columns and the pictures inside, which HF `datasets` reads as images. A message has a part `{"type": "image"}`
+for a picture, and the column `images` holds the picture, as trainers of vision-language models expect.
 """
 
 import json
@@ -32,7 +32,7 @@ FEATURES: dict[str, Any] = {
     "messages": [{"role": _TEXT_FEATURE, "content": [{"type": _TEXT_FEATURE, "text": _TEXT_FEATURE}]}],
     "images": [{"_type": "Image"}],
 }
-"""Of the columns, as HF `datasets` writes them into a file."""
+"""Types of the columns in the form that HF `datasets` stores in a file."""
 SCHEMA = pa.schema(
     [
         *((name, pa.string()) for name in _TEXTS),
@@ -47,7 +47,7 @@ SCHEMA = pa.schema(
 
 @dataclass(frozen=True, slots=True)
 class ChatRow:
-    """One example as columns, with its picture."""
+    """One example as a row, with its picture."""
 
     columns: dict[str, Any]
     picture_path: str
@@ -55,7 +55,7 @@ class ChatRow:
 
 
 def row_of(example: Example) -> ChatRow:
-    """Return an example as columns; a correction has the right answer in `messages`, and the false one apart."""
+    """Return an example as a row; that of a correction has the correct answer in `messages`, the false one apart."""
     frame = f"{example.episode_id}_{example.step:02d}"
     columns = {
         "id": frame if example.fault is None else f"{frame}_{example.fault}",
@@ -80,7 +80,7 @@ def _message(message: Message) -> dict[str, Any]:
 
 
 class SftWriter:
-    """Lines of JSON, and pictures as files."""
+    """Writer of the format `sft`: lines of JSON, and pictures as files."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -88,25 +88,25 @@ class SftWriter:
         self._lines = (folder / TRAIN_JSONL).open("wb")
 
     def add(self, examples: Sequence[Example]) -> None:
-        """Writes the rows of one episode; a picture that two of them share is one file."""
+        """Write the rows of one episode; a picture that two of them share is one file."""
         for row in map(row_of, examples):
             (self._folder / row.picture_path).write_bytes(row.picture.data)
             line = json.dumps({**row.columns, "images": [row.picture_path]}, ensure_ascii=False)
             self._lines.write(line.encode() + b"\n")
 
     def close(self) -> None:
-        """Finishes the file."""
+        """Finish the file."""
         self._lines.close()
 
 
 class ParquetRowWriter:
-    """One Parquet file; a row group is an episode."""
+    """Writer of the format `parquet`: one file with a row group for each episode."""
 
     def __init__(self, folder: Path) -> None:
         self._writer = pq.ParquetWriter(folder / TRAIN_PARQUET, SCHEMA)
 
     def add(self, examples: Sequence[Example]) -> None:
-        """Writes the rows of one episode."""
+        """Write the rows of one episode."""
         table = [
             {**row.columns, "images": [{"bytes": row.picture.data, "path": Path(row.picture_path).name}]}
             for row in map(row_of, examples)
@@ -114,5 +114,5 @@ class ParquetRowWriter:
         self._writer.write_table(pa.Table.from_pylist(table, SCHEMA))
 
     def close(self) -> None:
-        """Finishes the file."""
+        """Finish the file."""
         self._writer.close()

@@ -1,4 +1,4 @@
-"""The forms of files that demonstrations are written as."""
+"""The formats of files for demonstrations."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -13,24 +13,27 @@ Format = Literal["sft", "parquet", "lerobot"]
 
 
 class RowWriter(Protocol):
-    """Writes the files of one form."""
+    """A writer of the files of one format."""
 
     def add(self, examples: Sequence[Example]) -> None:
-        """Writes the examples of one episode."""
+        """Write the examples of one episode."""
         ...
 
     def close(self) -> None:
-        """Finishes the files."""
+        """Finish the files."""
         ...
 
 
 @dataclass(frozen=True, slots=True)
 class OutputFormat:
-    """What writes a form, and which of its files hold the rows."""
+    """A format of files for demonstrations."""
 
     rows: Callable[[Path], RowWriter]
+    """Function that makes a writer for a folder."""
     table: str
+    """Path or pattern of the files with the rows."""
     has_corrections: bool = True
+    """Whether the rows include corrections."""
 
 
 FORMATS: dict[Format, OutputFormat] = {

@@ -1,4 +1,4 @@
-"""Demonstrations as a LeRobot dataset v3.0: frames in `data/`, and in `meta/` their tasks, episodes and statistics.
+"""Demonstrations as a LeRobot dataset v3.0: frames in `data/`; tasks, episodes and statistics in `meta/`.
 
 Source: https://huggingface.co/docs/lerobot/lerobot-dataset-v3, and what `lerobot` 0.4.4 reads and writes.
 """
@@ -20,7 +20,9 @@ from vigil.authoring.demonstrations.statistics import LEVELS, Statistics, of_col
 
 VERSION = "v3.0"
 FILE_MB = 100
+"""Size of a data file (MB) beyond which a new one begins."""
 FILES_A_CHUNK = 1000
+"""Number of files in a folder."""
 _PLACE = "chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
 DATA, EPISODES = f"data/{_PLACE}", f"meta/episodes/{_PLACE}"
 DATA_FILES = "data/*/*.parquet"
@@ -28,9 +30,10 @@ INFO, STATS, TASKS = "meta/info.json", "meta/stats.json", "meta/tasks.parquet"
 
 
 class LeRobotWriter:
-    """Parquet files with the pictures inside, a row group an episode; a new file begins where one would be too large.
+    """Writer of Parquet files with the pictures inside and a row group for each episode.
 
-    Takes no corrections: a dataset of actions has no place for an action that is not to be done.
+    A new file begins where one would be too large. Corrections must not be added, since false reports must not be
+    imitated.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -45,7 +48,7 @@ class LeRobotWriter:
         self._frames = 0
 
     def add(self, examples: Sequence[Example]) -> None:
-        """Writes the frames of one episode."""
+        """Write the frames of one episode."""
         first = examples[0]
         self._features = self._features or features_of(has_feedback=first.feedback is not None)
         task = self._tasks.setdefault(first.instruction, len(self._tasks))
@@ -75,7 +78,7 @@ class LeRobotWriter:
         self._frames += len(rows)
 
     def _write(self, rows: list[dict[str, Any]], size: int) -> None:
-        """Writes rows as a row group, in a new file where the last one has no room for so many bytes of pictures."""
+        """Write rows as a row group, in a new file if the last one has no room for `size` bytes of pictures."""
         if self._writer is None or self._file_bytes + size > FILE_MB * 2**20:
             self._close_file()
             self._file, self._file_bytes = self._file + 1, 0
@@ -90,7 +93,7 @@ class LeRobotWriter:
             self._writer.close()
 
     def _episode(self, examples: Sequence[Example], statistics: dict[str, Statistics]) -> dict[str, Any]:
-        """Return an episode's row in `meta/episodes`; its family and difficulty are ours, to choose episodes by."""
+        """Return an episode's row in `meta/episodes`; family and difficulty are additions to LeRobot's columns."""
         place = _place(self._file)
         return {
             "episode_index": len(self._episodes),
@@ -106,7 +109,7 @@ class LeRobotWriter:
         }
 
     def close(self) -> None:
-        """Finishes the frames' file and writes `meta/`; of no episodes, nothing."""
+        """Finish the data files and write `meta/`, unless there are no episodes."""
         self._close_file()
         if not self._episodes:
             return
@@ -141,6 +144,6 @@ class LeRobotWriter:
 
 
 def _place(file: int) -> dict[str, int]:
-    """Return in which chunk a file is, and its number there."""
+    """Return the indices of a file's chunk and of the file in it."""
     chunk, index = divmod(file, FILES_A_CHUNK)
     return {"chunk_index": chunk, "file_index": index}

@@ -1,13 +1,13 @@
-"""One episode of a stream as examples: each request that a model would have been sent, with the solver's answer.
+"""One episode of a stream as examples: each request that a model would get, with the solver's answer.
 
-The episode is played twice: first for what each action meets, then with pictures, each request made by the very class
-that makes a model's (`vigil.agents.conversation.Conversation`). A false report is kept only when the scoring of any
-run calls it false.
+The episode is played twice, first for the effect of each action and then with pictures. The class that makes requests
+to models (`vigil.agents.conversation.Conversation`) also makes these requests. A false report is used only if the
+scoring calls it false.
 """
 
 import json
 import zlib
-from collections.abc import Container, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
@@ -28,65 +28,69 @@ from vigil.scoring.outcomes import score
 from vigil.sim import make_simulator
 
 Fault = Literal["premature_success", "wrong_state", "false_fail"]
-"""What is wrong with a false report: success before the goal holds, the other state, giving up when it is done."""
+"""Fault of a false report: success before the goal holds, the other state, or giving up when the goal is reached."""
 FAULTS: tuple[Fault, ...] = get_args(Fault)
 
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """One request with the right answer; a correction has a false report besides, given to the same request."""
+    """One request with the correct answer; a correction also has a false report to the same request."""
 
     episode_id: str
     family: str
     difficulty: str
     instruction: str
     step: int
-    """From 1."""
+    """Number of the step, from 1."""
     feedback: Feedback | None
-    """On the action before; before the first, neither holds. None in a profile without feedback."""
+    """Feedback on the action before, all false at the first step; None in a profile without feedback."""
     messages: tuple[Message, ...]
-    """All that a model is sent; the last one carries the picture."""
+    """Messages of the request; the last one has the picture."""
     action: Action
     thought: str
     answer: str
-    """Thought and action, as a model writes them."""
+    """Thought and action in the form of a model's reply."""
     is_privileged: bool
-    """Whether the solver goes by hidden state here: it moves towards a thing of which no frame so far shows anything.
-    """
+    """Whether the solver uses hidden state here: it moves towards a thing that no frame so far has shown."""
     rejected: str | None = None
+    """False report of a correction; None for a demonstration."""
     fault: Fault | None = None
+    """Fault of the false report; None for a demonstration."""
 
     @property
     def picture(self) -> EncodedFrame:
-        """What is seen."""
+        """The frame of the request."""
         picture = self.messages[-1].picture
         assert picture is not None
         return picture
 
 
 class Demonstrator:
-    """Plays solutions on a simulator of its own, under one profile."""
+    """A player of solutions under one profile, with its own simulator."""
 
     def __init__(self, profile: Profile, quality: Quality = "default") -> None:
         self._profile = profile
         self._simulator = make_simulator("mujoco", assets=AssetDatabase.default(), quality=quality)
         self._item: StreamItem | None = None
         self._phrases: dict[str, Phrase] = {}
-        """What the instruction calls its things."""
+        """Thing id -> its phrase in the present instruction."""
         self._env = Env(self._simulator, lambda episode: self._now().house, profile)
 
     def close(self) -> None:
-        """Closes the simulator."""
+        """Close the simulator."""
         self._env.close()
 
     def examples(self, item: StreamItem, *, with_corrections: bool = True) -> list[Example]:
-        """Return the examples of an episode, step by step, then its corrections. Raises SimulatorError."""
+        """Return the examples of an episode, step by step, then its corrections.
+
+        Raises SimulatorError if the simulator fails or the solution does not solve the episode.
+        """
         self._item = item
         actions = item.draft.actions
         record = self._record([self._answer(action, "") for action in actions])
         if not score(item.episode, record).B:
             raise SimulatorError(f"Episode {item.episode.id!r}: its solution, played again, does not solve it.")
-        shown = self._shown(actions, record)
+        shown = self._demonstrations(actions, record)
         return [*shown, *self._corrections(shown, record)] if with_corrections else shown
 
     def _now(self) -> StreamItem:
@@ -94,7 +98,7 @@ class Demonstrator:
         return self._item
 
     def _record(self, answers: Sequence[str]) -> EpisodeRecord:
-        """Return the record of answers; nothing is drawn."""
+        """Return the record of playing answers, without drawing frames."""
         self._env.reset(self._now().episode)
         for answer in answers:
             self._env.step(Reply(text=answer))
@@ -102,8 +106,8 @@ class Demonstrator:
             raise SimulatorError(f"Episode {self._now().episode.id!r}: its solution does not end it.")
         return self._env.record()
 
-    def _shown(self, actions: Sequence[Action], record: EpisodeRecord) -> list[Example]:
-        """Return an example for each action, with what is seen before it."""
+    def _demonstrations(self, actions: Sequence[Action], record: EpisodeRecord) -> list[Example]:
+        """Return an example for each action, with the frame before it."""
         episode, found = self._now().episode, list[Example]()
         conversation = Conversation(self._profile, episode.instruction)
         observation = self._env.reset(episode)
@@ -134,18 +138,23 @@ class Demonstrator:
         return found
 
     def _has_been_seen(self, index: int, record: EpisodeRecord) -> bool:
-        """Whether the frames up to a step's show, or the hand holds, what its action is about."""
-        about = self._about(index, record)
+        """Return whether the subject of a step's action was visible in a frame, or held, up to that step."""
+        about = self._subject_id(index, record)
         states = [world.objects[about] for world in record.worlds[: index + 1]]
         return any(state.visible_px or state.is_held for state in states)
 
-    def _about(self, index: int, record: EpisodeRecord) -> str:
-        return _subject_id(record, index, self._phrases, self._now().episode.goal.object_id)
+    def _subject_id(self, index: int, record: EpisodeRecord) -> str:
+        """Return the id of an action's subject: the next clicked thing that the instruction names, else the target."""
+        for step in record.steps[index:]:
+            hit = step.effect.hit if step.effect is not None else None
+            if isinstance(step.action, InteractPixel) and hit is not None and hit in self._phrases:
+                return hit
+        return self._now().episode.goal.object_id
 
     def _worded(self, action: Action, index: int, record: EpisodeRecord) -> tuple[Action, str]:
-        """Return an action, a report with what it says, and a thought, from what the frame before it shows."""
+        """Return an action, a report with its summary, and the thought that follows from the frame before it."""
         world, goal = record.worlds[index], self._now().episode.goal
-        about = self._about(index, record)
+        about = self._subject_id(index, record)
         pixels = self._simulator.pixels_of(about)
         x = float(pixels[:, 0].mean()) if len(pixels) else None
         subject = subject_in(world.objects[about], self._phrases[about], x)
@@ -155,7 +164,7 @@ class Demonstrator:
         return action.model_copy(update={"summary": said}), thought_text(action, subject, said)
 
     def _corrections(self, shown: Sequence[Example], record: EpisodeRecord) -> list[Example]:
-        """Return requests at which a false report may be given, each with that report and the right answer."""
+        """Return the corrections of an episode: requests with a false report and the correct answer."""
         goal, last = self._now().episode.goal, shown[-1]
         closing = record.steps[-1].action
         assert isinstance(closing, Report)
@@ -163,15 +172,15 @@ class Demonstrator:
             positive, negative = STATE_LABELS[goal.state]
             other = negative if closing.status == positive else positive
             false = self._report(other, report_text(goal, self._phrases, other))
-            return self._kept(shown, [(last, "wrong_state", false)])
+            return self._false_ones(shown, [(last, "wrong_state", false)])
         early = shown[zlib.crc32(last.episode_id.encode()) % (len(shown) - 1)]
         claim = self._report("success", report_text(goal, self._phrases, "success"))
-        return self._kept(
+        return self._false_ones(
             shown, [(early, "premature_success", claim), (last, "false_fail", self._report("fail", GAVE_UP))]
         )
 
-    def _kept(self, shown: Sequence[Example], wanted: Sequence[tuple[Example, Fault, str]]) -> list[Example]:
-        """Return the corrections of reports that are false indeed: a claim may come after the goal was reached."""
+    def _false_ones(self, shown: Sequence[Example], wanted: Sequence[tuple[Example, Fault, str]]) -> list[Example]:
+        """Return the corrections whose reports are indeed false; the goal may hold early, so that a claim is true."""
         found: list[Example] = []
         for example, fault, false in wanted:
             before = [each.answer for each in shown[: example.step - 1]]
@@ -183,12 +192,12 @@ class Demonstrator:
         return self._answer(Report(status=status, summary=said), said)
 
     def _answer(self, action: Action, thought: str) -> str:
-        """Return an action as a model writes it under the profile."""
+        """Return the reply with an action and a thought in the form of the profile."""
         arguments = action.model_dump(exclude={"skill_name", "raw_status"}, exclude_none=True)
         if isinstance(action, InteractPixel):
             sizes = {"x": FRAME_WIDTH, "y": FRAME_HEIGHT}
             arguments |= {
-                name: _pointed(arguments[name], size, self._profile.coordinates)
+                name: _coordinate(arguments[name], size, self._profile.coordinates)
                 for name, size in sizes.items()
                 if name in arguments
             }
@@ -196,15 +205,6 @@ class Demonstrator:
         return json.dumps({**said, "skill_name": action.skill_name, "arguments": arguments})
 
 
-def _pointed(pixel: int, size: int, coordinates: Coordinates) -> int:
-    """Return a pixel's coordinate in the profile's mode: the least number that is read as that very pixel."""
+def _coordinate(pixel: int, size: int, coordinates: Coordinates) -> int:
+    """Return a pixel's coordinate in the profile's coordinates: the least number that is read as this pixel."""
     return pixel if coordinates == "pixel" else -(-pixel * 1000 // size)
-
-
-def _subject_id(record: EpisodeRecord, index: int, named: Container[str], target_id: str) -> str:
-    """Return which thing an action is about: what the next click meets that the instruction names, else the target."""
-    for step in record.steps[index:]:
-        hit = step.effect.hit if step.effect is not None else None
-        if isinstance(step.action, InteractPixel) and hit is not None and hit in named:
-            return hit
-    return target_id

@@ -1,7 +1,7 @@
-"""What a demonstration says besides its action: a thought and a report, of what the picture and the instruction show.
+"""Thoughts and reports of demonstrations, which follow from the picture and the instruction only.
 
-The solver knows the hidden world; its words do not. They name only things that the instruction names, say that one is
-seen only where enough of it is in the frame to be told, and that one is not seen only where nothing of it is.
+The solver knows the hidden world, but its words must not. They name only things that the instruction names. They say
+that a thing is seen only if enough of it is in the frame, and that it is not seen only if nothing of it is.
 """
 
 from collections.abc import Mapping
@@ -38,19 +38,20 @@ GAVE_UP = "I could not do what was asked."
 
 @dataclass(frozen=True, slots=True)
 class SubjectInView:
-    """The thing that the next interaction, or else the goal, is about, as far as it is seen."""
+    """The subject of the next interaction, or else of the goal, with its visibility in the frame."""
 
     phrase: Phrase
-    """What the instruction calls it."""
+    """Phrase of the instruction for it."""
     is_seen: bool = False
+    """Whether it is observable."""
     is_out_of_view: bool = False
-    """Nothing of it is in the frame; between this and being seen, nothing is said."""
+    """Whether nothing of it is in the frame; if it is neither seen nor out of view, words do not mention its sight."""
     x: float | None = None
-    """Of its middle in the frame, in pixels."""
+    """Position (px) of its middle in the frame; None if it is out of view."""
 
 
 def phrases_mentioned(instruction: str, scene: Scene, held: str | None) -> dict[str, Phrase]:
-    """Return what an instruction calls the things that it speaks of, by id."""
+    """Return thing id -> the first phrase of an instruction that means this thing only; `held` is in the hand."""
     items = items_of(scene)
     phrases = mentions(instruction, [item.name for item in items.values()])
     meant = resolve_mentions(phrases, items.values(), items.get(held or ""))
@@ -60,17 +61,17 @@ def phrases_mentioned(instruction: str, scene: Scene, held: str | None) -> dict[
         (item.id, replace(phrase, is_inside=seen[item.id].is_inside, is_on_shelf=seen[item.id].is_on_shelf))
         for item, phrase in found
     ]
-    return dict(reversed(said))  # the first mention counts: only there is said where a thing is
+    return dict(reversed(said))  # the first mention counts, since later ones may not say where a thing is
 
 
 def subject_in(state: ObjectState, phrase: Phrase, x: float | None) -> SubjectInView:
-    """Return a thing as the frame shows it."""
+    """Return the subject with its visibility, from its observed state and the x (px) of its middle."""
     is_seen = is_observable(state) and not state.is_held
     return SubjectInView(phrase, is_seen, state.visible_px == 0 and not state.is_held, x)
 
 
 def thought_text(action: Action, subject: SubjectInView, report: str) -> str:
-    """Return the short sentence that goes with an action; `report` is what a closing report says."""
+    """Return the sentence for an action about a subject; `report` is the sentence for a report."""
     match action:
         case Navigate():
             return _sight(subject, MOVES[action.mode])
@@ -102,5 +103,5 @@ def _side(x: float) -> str:
 
 
 def report_text(goal: Goal, phrases: Mapping[str, Phrase], status: Status) -> str:
-    """Return what a closing report says: of what was done, or of the state that is seen."""
+    """Return the summary of a closing report, with the instruction's phrases by thing id."""
     return report_summary(goal, lambda object_id: str(phrases[object_id].without_place), status)

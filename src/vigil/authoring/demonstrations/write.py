@@ -1,4 +1,4 @@
-"""Demonstrations as a folder: rows, a card, and a file that says what they were made of."""
+"""Demonstrations as a folder: rows, a card, and a file with the settings that made them."""
 
 import json
 import shutil
@@ -24,20 +24,20 @@ from vigil.protocol.prompt import policy_sha256, policy_version
 FACTS = "demonstrations.json"
 CARD = "README.md"
 OnEpisode = Callable[[int], None]
-"""Is told how many episodes are written."""
+"""A function that gets the number of episodes written so far."""
 
 
 def check_source(pack: str) -> None:
-    """Raise SettingError unless demonstrations may be made of a pack: of a stream alone."""
+    """Raise SettingError unless a pack is a stream whose seed is not secret."""
     if not is_stream(pack):
         raise SettingError(
-            f"No demonstrations are made of pack {pack!r}: who trains on a pack's episodes cannot be measured on them. "
-            "Give a stream, whose houses are in no packaged pack: --pack stream:7."
+            f"No demonstrations are made of pack {pack!r}: agents trained on a pack's episodes cannot be measured on "
+            "them. Give a stream, whose houses are not in packaged packs: --pack stream:7."
         )
     if is_secret(seed_in(pack)):
         raise SettingError(
-            "The seed of this stream is long enough to be a secret, and each row of the demonstrations would tell it. "
-            "Give a stream of a seed below 2^64, e.g. --pack stream:7."
+            "The seed of this stream is long enough to be a secret, and each row of the demonstrations would reveal "
+            "it. Give a stream with a seed below 2^64, e.g. --pack stream:7."
         )
 
 
@@ -51,14 +51,15 @@ def write_demonstrations(
     quality: Quality = "default",
     on_episode: OnEpisode = lambda episodes: None,
 ) -> dict[str, Any]:
-    """Writes demonstrations of the first `count` episodes into `out`, new or empty; returns the facts about them.
+    """Write demonstrations of a stream's first `count` episodes into a missing or empty folder, and return their facts.
 
-    Raises SettingError when the folder is not empty or the stream ends before, SimulatorError.
+    Raises SettingError if the format is unknown, the folder is not empty or the stream ends earlier, SimulatorError if
+    an episode cannot be played.
     """
     if form not in FORMATS:
         raise SettingError(f"Format {form!r} does not exist. Choose one of: {', '.join(FORMATS)}.")
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise SettingError(f"{str(out)!r} is not empty, or no folder. Write into a new one.")
+        raise SettingError(f"{str(out)!r} is not an empty folder. Write into a new one.")
     chosen = FORMATS[form]
     rows, episodes, privileged = Counter[str](), Counter[str](), 0
     with _whole(out) as folder, closing(stream.items()) as items, closing(Demonstrator(profile, quality)) as player:
@@ -90,7 +91,7 @@ def write_demonstrations(
 
 @contextmanager
 def _whole(out: Path) -> Iterator[Path]:
-    """Yield a folder that becomes `out` at the end, and is removed when what is done with it fails."""
+    """Yield a folder that becomes `out` at the end, or is removed if an exception is raised."""
     partial = out.absolute().with_name(f".{out.name}.partial")
     shutil.rmtree(partial, ignore_errors=True)
     partial.mkdir(parents=True)

@@ -1,1 +1,1 @@
-"""Drafting: proposals of episodes in houses, and the files that keep them."""
+"""Drafting: proposals of episodes in houses, and the files that hold them."""

@@ -1,12 +1,11 @@
-"""Proposals of the longer sequences (SM): what takes most of the family's budget.
+"""Proposals of the longer sequences (SM), which need most of the family's step budget.
 
-Where a sequence ends in more than one fact (two things in a place, a thing put in and the door closed again), its goal
-is `all_of` them, and the chain is the order in which they are brought about.
+Where a sequence ends in several facts (two objects in one place, or an object put in and the door closed again), its
+goal is `all_of` them. The chain lists the facts before the end, in the order in which they are brought about.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import islice
 
 from vigil.authoring.drafting.constraints import acts_for
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
@@ -41,21 +40,20 @@ from vigil.scene.supports import children, level_surfaces
 from vigil.scene.things import Thing
 
 TOGETHER_M = 4.0
-"""Things of one sequence are in one room, no farther from its first than this: the budget is thirty steps."""
+"""Greatest floor distance (m) of a sequence's objects from its first one, so that the step budget is enough."""
 CARRIED_M = 6.0
-"""From one container to another, through a door at most: there is nothing else to do on the way."""
-TRIED_PARTNERS = 3
+"""Greatest floor distance (m) between two containers; larger than `TOGETHER_M` since only one object is carried."""
+TRIED_CONTAINERS = 6
+"""Number of other containers tried as the place for an object taken out of one."""
 ROOM_FACTOR = 3.0
-"""How much more free area a thing needs than it takes up, since what lies there does not lie close together."""
-TOO_SMALL = frozenset({"Chair", "Stool", "Ottoman", "ArmChair"})
-"""What hardly two things fit on."""
+"""Free area that objects need, as a multiple of their own, since objects do not lie close together."""
 NEVER_CHANGED = frozenset({"Doorway"})
-"""What changes the way through the house is no errand."""
+"""Categories that are not opened or closed in passing, because that changes the ways through the house."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChainPlan:
-    """A sequence before a start pose and words are found for it."""
+    """A sequence for which a start pose and words are still to be found."""
 
     template: str
     setup: Setup
@@ -63,15 +61,17 @@ class ChainPlan:
     chain: tuple[ChainLink, ...]
     goal: Goal
     leaf: Thing | None = None
-    """What is opened, and closed again."""
+    """Container that is opened, and in some templates closed again; None if the words do not name it."""
     other: Thing | None = None
-    """A second thing to be opened."""
+    """Second container that is opened; None if there is only one."""
     acts: tuple[tuple[Thing, Act], ...] = ()
+    """Two objects with what is done to each, for `three_acts` only."""
     inside: bool = False
+    """Whether objects are put into the receptacle, not onto it."""
 
 
 def two_to_one(context: HouseContext) -> Drafts:
-    """Yield drafts of two things that are put on or into the same receptacle."""
+    """Yield drafts in which two objects are put on or into the same receptacle."""
     movable = _movable(context)
     for first in movable:
         for receptacle in receptacles_for(context, first, {first.id, first.parent}):
@@ -87,7 +87,7 @@ def two_to_one(context: HouseContext) -> Drafts:
 
 
 def _may_join(second: Thing, first: Thing, receptacle: Thing) -> bool:
-    """Whether a second thing may be put where the first one goes."""
+    """Return whether a second object may be put where the first one goes."""
     taken = (first.id, receptacle.id)
     is_free = second.id not in (*taken, first.parent) and second.parent not in taken
     is_odd = receptacle.category in PUT_INTO and second.category not in PUT_INTO[receptacle.category]
@@ -95,7 +95,7 @@ def _may_join(second: Thing, first: Thing, receptacle: Thing) -> bool:
 
 
 def put_and_close(context: HouseContext) -> Drafts:
-    """Yield drafts in which something is put into a container that is opened before and closed after."""
+    """Yield drafts in which an object is put into a container that is opened before and closed after."""
     for container in context.things(lambda thing: thing.category in BELONGS_IN and thing.is_openable):
         closed = Setup(objects={container.id: ObjectSetup(openness=0.0)})
         for target in context.things(lambda thing, container=container: may_go_in(container, thing)):
@@ -109,7 +109,7 @@ def put_and_close(context: HouseContext) -> Drafts:
 
 
 def take_and_close(context: HouseContext) -> Drafts:
-    """Yield drafts in which something is taken out of a container, put elsewhere, and the container closed again."""
+    """Yield drafts in which an object is taken out of a container and put elsewhere, and the container closed again."""
     for container, target, setup in filled(context):
         taken = {container.id, container.parent, target.id, target.parent}
         for receptacle in receptacles_for(context, target, taken):
@@ -124,7 +124,7 @@ def take_and_close(context: HouseContext) -> Drafts:
 
 
 def swapping(context: HouseContext) -> Drafts:
-    """Yield drafts in which two things on two tables or seats change places."""
+    """Yield drafts in which two objects on two tables or seats change places."""
     movable = [thing for thing in _movable(context) if _rests_on(context, thing) is not None]
     for first in movable:
         source = _rests_on(context, first)
@@ -143,10 +143,10 @@ def swapping(context: HouseContext) -> Drafts:
 
 
 def from_one_into_another(context: HouseContext) -> Drafts:
-    """Yield drafts in which something goes from one closed container into another."""
+    """Yield drafts in which an object goes from one closed container into another."""
     for container, target, setup in filled(context):
         others = context.things(lambda thing: thing.category in BELONGS_IN and thing.is_openable)
-        for other in islice(others, TRIED_PARTNERS * 2):
+        for other in others[:TRIED_CONTAINERS]:
             is_apart = other.id != container.id and target.id != other.id
             is_within = floor_distance(container.position, other.position) <= CARRIED_M
             if not (is_apart and is_within and may_go_in(other, target)):
@@ -161,7 +161,7 @@ def from_one_into_another(context: HouseContext) -> Drafts:
 
 
 def three_acts(context: HouseContext) -> Drafts:
-    """Yield drafts of two acts on two things, and a third thing put somewhere."""
+    """Yield drafts in which two objects are opened, closed or switched, and a third one is put somewhere."""
     for target in _movable(context):
         for receptacle in receptacles_for(context, target, {target.id, target.parent})[:1]:
             found = [each for each in _errands(context) if each[0].id not in (receptacle.id, target.id, target.parent)]
@@ -180,7 +180,7 @@ def three_acts(context: HouseContext) -> Drafts:
 
 
 def _errands(context: HouseContext) -> list[tuple[Thing, Act]]:
-    """Return things with something to be done to each, of different categories, in a random order."""
+    """Return objects in a random order, each with an act that can be done to it; one object per category."""
     chosen: dict[str, tuple[Thing, Act]] = {}
     for thing in context.things(lambda thing: is_target(thing) and thing.category not in NEVER_CHANGED):
         acts: list[Act] = [act for act in acts_for(thing) if act != "pick"]
@@ -190,7 +190,7 @@ def _errands(context: HouseContext) -> list[tuple[Thing, Act]]:
 
 
 def _draft(context: HouseContext, plan: ChainPlan) -> Drafts:
-    """Yield one draft, or none where no start or no words are found."""
+    """Yield one draft, or none if no start pose or no words are found."""
     if not context.can_begin(plan.setup):
         return
     phrases = {role: context.phrase(thing.id) for role, thing in plan.roles.items()}
@@ -225,20 +225,20 @@ def _draft(context: HouseContext, plan: ChainPlan) -> Drafts:
 
 
 def _movable(context: HouseContext) -> list[Thing]:
-    """Return what can be picked up from where it rests, in a random order."""
+    """Return the objects that rest on another and can be picked up, in a random order."""
     return context.things(
         lambda thing: thing.is_pickupable and thing.parent is not None and can_be_searched_for(context, thing)
     )
 
 
 def _rests_on(context: HouseContext, thing: Thing) -> Thing | None:
-    """Return the table or seat that a thing rests on; None when it rests on none."""
+    """Return the table or seat that an object rests on; None if it does not rest on one."""
     support = context.thing(thing.parent or "") if thing.parent is not None else None
     return support if support is not None and support.category in (*TABLES, *SEATS) else None
 
 
 def _has_room(context: HouseContext, receptacle: Thing, *things: Thing) -> bool:
-    """Whether things are likely to find room on a receptacle, besides what lies there."""
+    """Return whether objects are likely to fit on a receptacle together with what lies there already."""
     level = [surface for surface, _ in level_surfaces(receptacle)]
     tops = [surface for surface in level if not surface.is_inside] or level
     there = children(context.view.scene, receptacle.id)
@@ -251,7 +251,7 @@ def _area_m2(thing: Thing) -> float:
 
 
 def _is_near(context: HouseContext, first: Thing, *others: Thing) -> bool:
-    """Whether things are in one room and near enough for one sequence."""
+    """Return whether other objects are in the room of the first and at most `TOGETHER_M` from it."""
     room_at, home = context.view.room_at, context.view.room_at(first.position)
     return all(
         room_at(other.position) == home and floor_distance(first.position, other.position) <= TOGETHER_M

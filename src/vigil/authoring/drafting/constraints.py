@@ -1,7 +1,7 @@
-"""Proposals of constraints to resolve (CR): something in the way, a blocked swing, an interlock, a full hand.
+"""Proposals of constraints to resolve (CR): an obstacle in the way, a blocked door, an interlock, a full hand.
 
-Open leaves are proposed by `vigil.authoring.drafting.leaves`. That a constraint binds is proved by
-`vigil.authoring.review.rules` (`constraint_holds`), not by construction.
+Open leaves are proposed by `vigil.authoring.drafting.leaves`. Proposals do not guarantee that a constraint binds;
+the rule `constraint_holds` of `vigil.authoring.review.rules` checks it.
 """
 
 from collections.abc import Iterator
@@ -40,23 +40,37 @@ OBSTACLES = (
     *("Box", "BasketBall", "WateringCan", "Boots", "TeddyBear", "Footstool", "Vase", "Statue", "Kettle", "Pot"),
     *("Plunger", "TissueBox", "Dumbbell", "TableTopDecor"),
 )
-"""What may stand on the floor in somebody's way."""
+"""Categories that may stand on the floor as obstacles."""
 MOVED_M = 0.5
+"""Distance (m) by which an obstacle must be moved to resolve its constraint."""
 OBSTACLE_PX = 800
-MIN_OBSTACLE_M = 0.17
+"""Visible pixels of an obstacle at the start."""
 LOW_M = 0.3
-"""Drawers that begin higher pass over most of what may stand before them."""
+"""Height (m) below which a drawer can be blocked; a higher one passes over most obstacles."""
 ACTS: tuple[Act, ...] = ("turn_on", "turn_off", "open", "close", "pick")
 TRIED_OBSTACLES, TRIED_TARGETS, TRIED_STARTS = 4, 12, 5
+TRIED_HELD = 2
+"""Number of objects tried in the hand for each target."""
+MAX_HELD_M = 0.45
+"""Longest side (m) below which an object may be in the hand at the start."""
 START_AWAY_M = (0.9, 4.0)
+"""Distances (m) from the target between which an episode starts, unless an obstacle must lie in between."""
+FAR_START_AWAY_M = (2.2, 6.0)
+"""Distances (m) from the target between which an episode starts if an obstacle must lie in between."""
+TRIED_FAR_PLACES = 40
 FACING_SPREAD_DEG = 25.0
-"""How far a start may look past its target."""
+"""Greatest angle (deg) between a start's heading and the direction of its target."""
 NEAR_TARGET_M, BEFORE_START_M, SPOT_STEP_M = 1.2, 0.7, 0.1
+"""Distances (m): the way's end from the target, the first obstacle from the start, and tried places from each other."""
+GAPS_M = (0.04, 0.12, 0.25)
+"""Gaps (m) tried between a target's front and an obstacle."""
+SHIFTS = (0.0, 0.3, -0.3)
+"""Sideways shifts of an obstacle tried at each gap, as shares of the target's width."""
 
 
 @dataclass(frozen=True, slots=True)
 class PartialTask:
-    """What is to be asked, before a start pose and words are found for it."""
+    """A task for which a start pose and words are still to be found."""
 
     template: str
     setup: Setup
@@ -64,11 +78,11 @@ class PartialTask:
     act: Act
     constraint: Constraint
     words: str = ""
-    """Key of `CONSTRAINTS`; the template's own name by default."""
+    """Key of `CONSTRAINTS`; empty if it equals the template."""
 
 
 def interlocked(context: HouseContext) -> Drafts:
-    """Yield drafts with machines that start only while closed and open only while off."""
+    """Yield drafts about machines that can be started only when closed, and opened only when off."""
     machines = context.things(lambda thing: CATALOG[thing.category].runs_only_when_closed and thing.is_openable)
     for thing in machines:
         is_open = Setup(objects={thing.id: ObjectSetup(openness=1.0, is_toggled=False)})
@@ -80,16 +94,18 @@ def interlocked(context: HouseContext) -> Drafts:
 
 
 def hand_full(context: HouseContext) -> Drafts:
-    """Yield drafts that start with something in the hand, and ask to pick up something else."""
-    holdable = context.things(lambda thing: thing.is_pickupable and is_target(thing) and max(thing.asset.size) < 0.45)
+    """Yield drafts that start with one object in the hand, and ask to pick up another."""
+    can_be_held = context.things(
+        lambda thing: thing.is_pickupable and is_target(thing) and max(thing.asset.size) < MAX_HELD_M
+    )
     for target in context.things(lambda thing: thing.is_pickupable and is_target(thing))[:TRIED_TARGETS]:
-        for held in [thing for thing in holdable if thing.id != target.id and thing.parent != target.id][:2]:
+        for held in [thing for thing in can_be_held if target.id not in (thing.id, thing.parent)][:TRIED_HELD]:
             constraint = Constraint(kind="object_released", object_id=held.id, latched=False)
             yield from drafts_of_task(context, PartialTask("hand", Setup(held=held.id), target, "pick", constraint))
 
 
 def swing_blocked(context: HouseContext) -> Drafts:
-    """Yield drafts in which something stands where a door must swing."""
+    """Yield drafts in which an obstacle stands where the target's door must swing."""
     doors = context.things(lambda thing: is_target(thing) and allows(thing, "open") and _is_low(thing))
     for target in [door for door in doors if not door.is_pickupable]:
         setup = setup_for(target, "open")
@@ -104,17 +120,17 @@ def swing_blocked(context: HouseContext) -> Drafts:
 
 
 def _is_low(thing: Thing) -> bool:
-    """Whether what stands on the floor can keep a thing from opening: furniture, and of its drawers the low ones."""
+    """Return whether an obstacle on the floor can keep a thing from opening: furniture, or one of its low drawers."""
     return is_furniture(thing) and (not thing.is_drawer or body_box(thing).bottom < LOW_M)
 
 
 def is_furniture(thing: Thing) -> bool:
-    """Whether a thing is no thing that rests on another; a drawer is part of what it is in."""
+    """Return whether a thing does not rest on another; a drawer counts as part of its furniture."""
     return thing.parent is None or thing.is_drawer
 
 
 def obstacle_blocked(context: HouseContext) -> Drafts:
-    """Yield drafts in which a thing to be picked up stands in the only way to the target, seen past it."""
+    """Yield drafts in which an obstacle stands in the only way to the target, which is visible at the start."""
     for target in context.things(lambda thing: is_target(thing) and bool(acts_for(thing)))[:TRIED_TARGETS]:
         act = acts_for(target)[int(context.rng.integers(len(acts_for(target))))]
         setup = setup_for(target, act)
@@ -129,11 +145,11 @@ def obstacle_blocked(context: HouseContext) -> Drafts:
 
 
 def _starts_with_routes(context: HouseContext, target: Thing, setup: Setup) -> Iterator[tuple[Pose, np.ndarray]]:
-    """Yield start poses that see a target far off, with places (n, 2) on the way to it."""
+    """Yield start poses that see a distant target, each with points (n, 2) in x, z on the shortest way to it."""
     if not context.can_begin(setup):
         return
     see = is_in_view(context)
-    places = context.starts(context.away_from(target, 2.2, 6.0), 40)
+    places = context.starts(context.away_from(target, *FAR_START_AWAY_M), TRIED_FAR_PLACES)
     starts = (place for place in places if context.visible_points(place, target).is_at_least(SEEN_POINTS))
     for place in islice(starts, TRIED_STARTS):
         start = context.facing(place, target, DEFAULT_HORIZON_DEG, FACING_SPREAD_DEG)
@@ -154,7 +170,10 @@ def _starts_with_routes(context: HouseContext, target: Thing, setup: Setup) -> I
 def _barrier(
     context: HouseContext, target: Thing, setup: Setup, start: Pose, spots: np.ndarray
 ) -> tuple[Thing, Setup] | None:
-    """Return an obstacle and the setup in which it stands on one of the spots and cuts the target off."""
+    """Return an obstacle and the setup in which it cuts off the target from one of the spots (n, 2) in x, z.
+
+    None if there is none, or none with which the start pose sees both the obstacle and the target.
+    """
     context.begin(setup)
     free, bare = context.view.plan().tight, context.view.bare_floor()
     place = start.position.x, start.position.z
@@ -173,12 +192,12 @@ def _barrier(
 
 
 def acts_for(target: Thing) -> list[Act]:
-    """Return what can be asked to be done with a thing."""
+    """Return the acts that can be asked for with a target."""
     return [act for act in ACTS if allows(target, act)]
 
 
 def _obstacles(context: HouseContext, target: Thing) -> list[Thing]:
-    """Return what may be put in the way, in a random order."""
+    """Return the objects that may be put in the way to a target, in a random order."""
     return context.things(
         lambda thing: (
             thing.category in OBSTACLES
@@ -190,36 +209,34 @@ def _obstacles(context: HouseContext, target: Thing) -> list[Thing]:
 
 
 def placements_in_front_of(target: Thing, obstacle: Thing) -> Iterator[Placement]:
-    """Yield places on the floor in front of a target."""
+    """Yield placements of an obstacle on the floor in front of a target."""
     deep = target.asset.size.z / 2 + obstacle.asset.size.z / 2
-    for gap in (0.04, 0.12, 0.25):
-        for share in (0.0, 0.3, -0.3):
+    for gap in GAPS_M:
+        for share in SHIFTS:
             x, z = rotate_floor(share * target.asset.size.x, deep + gap, target.rotation.y)
             yield floor_placement(obstacle, target.position.x + x, target.position.z + z, target.rotation.y)
 
 
 def floor_placement(thing: Thing, x: float, z: float, yaw: float) -> Placement:
-    """Return the placement of a thing on the floor at x, z."""
+    """Return the placement of a thing on the floor at x, z (m), turned by `yaw` (deg)."""
     position = Vec3(round(x, 3), round(thing.asset.size.y / 2, 4), round(z, 3))
     return Placement(position=position, rotation=Vec3(0.0, yaw, 0.0))
 
 
 def placed_footprint(thing: Thing, spot: Placement) -> shapely.Polygon:
-    """Return the floor shape of a placed thing's box."""
+    """Return the outline on the floor of a placed thing's box."""
     return footprint(Box(center=spot.position, size=thing.asset.size, yaw=spot.rotation.y))
 
 
 def footprints_at(thing: Thing, spots: np.ndarray, yaw: float) -> np.ndarray:
-    """Return the floor shapes (n,) of a thing that stands at one of the spots (n, 2) each."""
+    """Return the outlines on the floor (n,) of a thing at each of the spots (n, 2) in x, z, turned by `yaw` (deg)."""
     corners = floor_corners(Box(center=Vec3(0.0, 0.0, 0.0), size=thing.asset.size, yaw=yaw))
-    rounded = np.array([(round(x, 3), round(z, 3)) for x, z in spots.tolist()]).reshape(
-        -1, 1, 2
-    )  # as in `floor_placement`
-    return np.asarray(shapely.polygons(rounded + corners))
+    rounded = np.array([(round(x, 3), round(z, 3)) for x, z in spots.tolist()])  # as in `floor_placement`
+    return np.asarray(shapely.polygons(rounded.reshape(-1, 1, 2) + corners))
 
 
 def fits_on_floor(context: HouseContext, obstacle: Thing, spot: Placement, setup: Setup) -> bool:
-    """Whether a thing can be set down at a place of the floor on which nothing stands with a setup."""
+    """Return whether an obstacle's outline covers only bare floor in the house with a setup."""
     fits = context.can_begin(setup) and context.view.bare_floor().covers(placed_footprint(obstacle, spot))
     context.begin(Setup())
     return fits
@@ -234,7 +251,7 @@ def _moved_constraint(obstacle: Thing) -> Constraint:
 
 
 def drafts_of_task(context: HouseContext, sketch: PartialTask, start: Pose | None = None) -> Iterator[Episode]:
-    """Yield one draft, or none where no start or no words are found."""
+    """Yield one draft, or none if no start pose or no words are found; `start` is used if given."""
     target, constraint = sketch.target, sketch.constraint
     if not context.can_begin(sketch.setup):
         return

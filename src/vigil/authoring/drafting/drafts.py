@@ -1,14 +1,14 @@
-"""Drafts: a file of proposed episodes that hold, and of those that do not, each with the rule that it breaks.
+"""Drafts: a file of proposed episodes, both the valid ones and the rejected ones with the rule that each breaks.
 
-    {"line": "header", ...}      who proposes, and with which settings
+    {"line": "header", ...}      the author of the proposals and the settings
     {"line": "house", ...}       which house of which dataset or file, and its hash
     {"line": "draft", ...}       a valid episode with its solution and the facts that packs are balanced over
     {"line": "closure", ...}     a task of the closure-stress suite: its episodes, solutions and answers
-    {"line": "rejected", ...}    what was proposed in vain, and why
+    {"line": "rejected", ...}    a proposal that broke a rule, with the reason
     {"line": "done", ...}        a family in a house is finished, with counts
 
-Houses lie beside the file, in the folder `<stem>.houses`. The file is only appended to, by one process at a time;
-what follows the last `done` line was interrupted and is cut off when the file is continued.
+Houses are stored next to the file, in the folder `<stem>.houses`. One process at a time appends to the file. Lines
+after the last `done` line are unfinished work; they are cut off when the file is continued.
 """
 
 import hashlib
@@ -45,10 +45,9 @@ UNVERSIONED_DRAFTS = 1
 DIGITS = 6
 """Number of hash digits in a draft's id."""
 
-
 HOUSE_PATTERN = r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,99}$"
 MAX_LINES = 100_000
-"""The most houses in one file."""
+"""Greatest number of houses in one file."""
 Split = Literal["train", "val", "test"]
 """The splits of ProcTHOR-10K."""
 
@@ -58,7 +57,7 @@ class _Line(BaseModel):
 
 
 class Header(_Line):
-    """The author of the proposals and the settings; both must agree for a file to be continued."""
+    """Author of the proposals and settings; a file is continued only with equal ones."""
 
     line: Literal["header"] = "header"
     schema_version: Annotated[int, schema_validator(DRAFTS_SCHEMA)] = DRAFTS_SCHEMA
@@ -68,15 +67,15 @@ class Header(_Line):
     per_house: int
     tried: int
     starts: int = Field(default=1, ge=1)
-    """Number of starts drawn for each draft, of which the hardest is used; written where it is more than one."""
+    """Number of start poses drawn for each draft, of which the hardest is used; written if it is more than one."""
     forms: Forms = "public"
-    """Half of the sentence forms that is used."""
+    """Half of the sentence forms from which instructions are drawn, or all."""
     drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)
     """Version of the drafts and their wording."""
     is_seed_secret: bool = False
-    """Whether names of houses and episodes reveal nothing about the seed; written where they do not."""
+    """Whether names of houses and episodes must not reveal the seed; written if they must not."""
     asset_database_sha256: str | None = None
-    """Hash of AI2-THOR's asset database from which things get their sizes; written where one is used."""
+    """Hash of AI2-THOR's asset database, from which objects get their sizes; written if one is used."""
 
 
 class HouseOrigin(_Line):
@@ -89,7 +88,7 @@ class HouseOrigin(_Line):
     """Name of the dataset, or of the file."""
     split: Split | None = None
     index: int | None = Field(default=None, ge=0, lt=MAX_LINES)
-    """Line of the file, or place in the split, from 0; None for the only house in a file."""
+    """Position in the file or in the split, from 0; None for the only house in a file."""
     revision: str | None = Field(default=None, pattern=r"^[0-9a-f]{40}$")
     sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
     """SHA-256 of the house's canonical JSON."""
@@ -103,11 +102,11 @@ class DraftFacts(_Line):
     rooms: int
     area_m2: float
     distance_m: float
-    """Distance from the start to the target's box in the floor plane."""
+    """Distance (m) from the start to the target's box in the floor plane."""
     is_seen_by_turning: bool
-    """Whether the target can be seen from the start position at any heading and pitch."""
+    """Whether some heading and pitch at the start position show the target."""
     label: Literal["on", "off", "open", "closed"] | None = None
-    """Label of the state; for state verification only."""
+    """State of the target; for state verification only."""
 
 
 class Draft(_Line):
@@ -144,14 +143,14 @@ class Rejection(_Line):
 
 
 class FamilyDone(_Line):
-    """Marks a family in a house as finished."""
+    """Record that a family in a house is finished."""
 
     line: Literal["done"] = "done"
     family: Family
     house: str
     kept: int
     rejected: dict[str, int]
-    """Rule -> how many proposals broke it."""
+    """Rule -> number of proposals that broke it."""
     seconds: float
 
 
@@ -172,7 +171,7 @@ class DraftsContent:
 
     @property
     def reasons(self) -> dict[str, dict[str, int]]:
-        """Family -> rule -> proposals that broke it."""
+        """Family -> rule -> number of proposals that broke it, both sorted by name."""
         found: dict[str, Counter[str]] = {}
         for rejection in self.rejections:
             found.setdefault(rejection.family, Counter())[rejection.rule] += 1
@@ -188,34 +187,39 @@ class DraftsFile:
 
     @contextmanager
     def writing(self, header: Header) -> Iterator["DraftsWriter"]:
-        """Begin or continue the file, locked against other writers.
+        """Open the file for writing, locked against other writers; begin it, or cut off unfinished work.
 
-        Raises SettingError when it was begun with other settings, RecordError when it cannot be written.
+        Raises SettingError if its folder does not exist, or if it is invalid or was begun with other settings;
+        RecordError if it cannot be written.
         """
         if not self.path.parent.is_dir():
-            raise SettingError(f"Folder {str(self.path.parent)!r} does not exist. Make it first.")
+            raise SettingError(f"Folder {str(self.path.parent)!r} does not exist. Create it first.")
         with AppendFile(self.path) as file:
             done = self._continue(file, header)
             self.houses.mkdir(exist_ok=True)
             yield DraftsWriter(file, self.houses, frozenset((each.house, each.family) for each in done))
 
     def read(self) -> DraftsContent:
-        """Return the file's content. Raises SettingError that names the invalid line."""
+        """Return the content of the finished part. Raises SettingError if the file is missing or a line is invalid."""
         return self._proposed(_finished(self._lines()))
 
     def check_assets(self, given: str | None) -> None:
-        """Raise SettingError when the drafts were made with an asset database whose hash is not `given`."""
+        """Raise SettingError if the drafts were made with an asset database whose hash is not `given`."""
         header = self._proposed(self._lines(most=1)).header
         fault = asset_mismatch(f"Drafts file {str(self.path)!r}", header.asset_database_sha256, given)
         if fault is not None:
             raise SettingError(fault)
 
     def house(self, name: str) -> House:
-        """Return a house stored next to the file. Raises HouseError."""
+        """Return a house stored next to the file. Raises HouseError if it is missing or invalid."""
         path = self.houses / f"{name}.json"
         if not path.exists():
             raise HouseError(f"House {name!r} of drafts file {str(self.path)!r} is missing: {str(path)!r}.")
         return House.load(path)
+
+    def has_house(self, name: str) -> bool:
+        """Return whether a house of this name is stored next to the file."""
+        return (self.houses / f"{name}.json").is_file()
 
     def _lines(self, most: int | None = None) -> Sequence[JsonLine]:
         if not self.path.exists():
@@ -223,7 +227,7 @@ class DraftsFile:
         return read_lines(self.path, most)
 
     def _continue(self, file: AppendFile, header: Header) -> tuple[FamilyDone, ...]:
-        """Return the finished part of the file, after cutting off the rest."""
+        """Cut off unfinished work, or write the header of an empty file; return the families that are finished."""
         first = _bytes_of(header)
         if first.startswith(b"".join(line.data for line in file.lines.complete) + file.lines.partial_line):
             file.truncate(0)  # empty, or an interrupted first line
@@ -241,11 +245,11 @@ class DraftsFile:
 
     def _proposed(self, lines: Sequence[JsonLine]) -> DraftsContent:
         rows = [
-            parse_line(line, _LINE, str(self.path), "Restore the file, or propose anew.", SettingError)
+            parse_line(line, _LINE, str(self.path), "Restore the file, or propose again.", SettingError)
             for line in lines
         ]
         if not rows or not isinstance(rows[0], Header):
-            raise SettingError(f"Drafts file {str(self.path)!r} does not begin with a header. Propose anew.")
+            raise SettingError(f"Drafts file {str(self.path)!r} does not begin with a header. Propose again.")
         return DraftsContent(
             rows[0],
             tuple(row for row in rows if isinstance(row, Draft)),
@@ -256,6 +260,11 @@ class DraftsFile:
         )
 
 
+def house_in(files: Sequence[DraftsFile], name: str) -> House:
+    """Return the house of this name next to the first drafts file that has it. Raises HouseError if none has it."""
+    return next((file for file in files if file.has_house(name)), files[0]).house(name)
+
+
 @dataclass(frozen=True, slots=True)
 class DraftsWriter:
     """A drafts file that is open for writing."""
@@ -263,19 +272,19 @@ class DraftsWriter:
     file: AppendFile
     houses: Path
     done: frozenset[tuple[str, Family]]
-    """Families that were already done in each house when the file was opened."""
+    """Pairs of house and family that were already done when the file was opened."""
 
     def add(self, house: House | None, lines: Iterable[DraftLine]) -> None:
-        """Append the proposals made in a house; the house is None where there is none. Raises RecordError."""
+        """Append the lines of a house, and save the house; it is None if it could not be made. Raises RecordError."""
         if house is not None:
             house.save(self.houses / f"{house.name}.json")
         self.file.append(*map(_bytes_of, lines))
 
 
 def draft_id(episode: Episode, category: str, house: House, secret: int | None = None) -> str:
-    """Return an id of the paper's form, with its family and its hash as a suffix: the same draft has the same id.
+    """Return an id of the paper's form followed by family and hash, so that equal drafts have equal ids.
 
-    With a `secret` seed the id reveals nothing without that seed.
+    With a `secret` seed, return an id that reveals nothing to readers who do not know the seed.
     """
     dumped = canonical_json(episode.model_dump(mode="json", exclude={"id", "provenance"}))
     if secret is not None:
@@ -285,9 +294,9 @@ def draft_id(episode: Episode, category: str, house: House, secret: int | None =
 
 
 def id_stem(episode: Episode, category: str, house: House) -> str:
-    """Return the beginning of ids: the house's maker, the episode's target, and the house's seed or number.
+    """Return the beginning of ids: the house's generator, the target's category, and the house's seed or number.
 
-    Generated houses have a seed; others have the number that ends their name, or 0 without one.
+    Houses without a known seed have the number that ends their name, or 0.
     """
     seed = episode.provenance.seed
     number = re.search(r"\d{0,9}$", house.name, re.ASCII)
@@ -302,7 +311,7 @@ def _bytes_of(line: Header | DraftLine) -> bytes:
 
 
 def _finished(lines: Sequence[JsonLine]) -> Sequence[JsonLine]:
-    """Return the lines of finished work: all up to the last `done`, and the header."""
+    """Return the lines up to the last `done`, or the first line only if there is no `done`."""
     last = max((index for index, line in enumerate(lines) if b'"line":"done"' in line.data), default=0)
     return lines[: last + 1]
 

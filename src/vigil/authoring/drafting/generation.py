@@ -1,7 +1,7 @@
-"""Generation of drafts: propose episodes of some families in many houses, validate each, and keep the valid ones.
+"""Generation of drafts: propose episodes of some families in many houses, and validate each.
 
-One unit of work is a house with the families that are still to be done in it; units run in worker processes and are
-written down in the order of the houses, so that the file depends on its settings alone (but for the seconds).
+One unit of work is a house with the families that are still to be done in it. Units run in worker processes, and their
+results are written in the order of the houses. The file thus depends only on its settings, except for the durations.
 """
 
 import time
@@ -47,40 +47,44 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 PER_HOUSE, TRIED = 3, 20
 HOUSE_RULE = "house_holds_episodes"
+"""Rule that a house breaks if it cannot be loaded or nobody can stand in it."""
 Proposer = Callable[[HouseContext, Family], Iterator[tuple[str, Iterator[Episode | Rejection]]]]
-"""Yields kinds, each with its drafts and with what could not even be drafted."""
+"""A function that yields kinds, each with its drafts and with rejections of proposals that did not become drafts."""
 
 
 @dataclass(frozen=True, slots=True)
 class GenerationSettings:
-    """How drafts are generated."""
+    """Settings of the generation of drafts."""
 
     families: tuple[Family, ...]
     seed: int = 0
     per_house: int = PER_HOUSE
-    """Drafts kept of each family in each house, shared out evenly (rounded up) among its kinds."""
+    """Greatest number of valid drafts of each family in each house, divided evenly (rounded up) among its kinds."""
     tried: int = TRIED
-    """Drafts validated of each family in each house, shared out likewise."""
+    """Greatest number of drafts validated of each family in each house, divided likewise."""
     backend: str = "mujoco"
     assets: AssetDatabase | None = None
     one_family_per_house: bool = False
-    """Whether each house is asked for one family alone, in turn: more houses in the same time."""
+    """Whether each house gets only one family, in rotation, so that the same time covers more houses."""
     starts: int = 1
-    """Starts drawn for each draft, of which the hardest is kept; with several, what is hard to name comes first."""
+    """Number of start poses drawn for each draft, of which the hardest is used.
+
+    With several, objects that are hard to name are proposed first.
+    """
     forms: Forms = "public"
-    """Which half of the sentence forms is spoken."""
+    """Half of the sentence forms from which instructions are drawn, or all."""
     is_seed_secret: bool = False
-    """Whether names of houses and episodes are to tell nothing of the seed."""
+    """Whether names of houses and episodes must not reveal the seed."""
     author: str = AUTHOR
-    """Who proposes, as the drafts file says; the grammar of a suite has a name of its own."""
+    """Author of the proposals in the drafts file; the grammar of a suite has its own name."""
 
     @property
     def secret(self) -> int | None:
-        """The seed where it is secret."""
+        """The seed if it is secret, else None."""
         return self.seed if self.is_seed_secret else None
 
     def families_in(self, index: int) -> tuple[Family, ...]:
-        """Return which families the house at a place in the list of houses is asked for."""
+        """Return the families proposed in the house at an index of the list of houses."""
         return (self.families[index % len(self.families)],) if self.one_family_per_house else self.families
 
     def header(self, simulator: str, author: str) -> Header:
@@ -99,25 +103,28 @@ class GenerationSettings:
         )
 
     def kept_of_kind(self, family: Family) -> int:
-        """Return how many drafts of each of a family's kinds are kept in a house."""
+        """Return the greatest number of valid drafts of each of a family's kinds in a house."""
         return -(-self.per_house // len(FAMILIES[family].kinds))
 
     def tried_of_kind(self, family: Family) -> int:
-        """Return how many drafts of each of a family's kinds are validated in a house."""
+        """Return the greatest number of drafts validated of each of a family's kinds in a house."""
         return -(-self.tried // len(FAMILIES[family].kinds))
 
     def simulator(self) -> PrivilegedSimulator:
-        """Return a simulator of its own."""
+        """Return a new simulator."""
         return make_simulator(self.backend, assets=self.assets or AssetDatabase.default())
 
 
 @dataclass(frozen=True, slots=True)
 class GenerationProgress:
-    """How far the generation of drafts has come."""
+    """Progress of the generation of drafts."""
 
     houses: int
+    """Number of houses done."""
     of: int
+    """Number of houses to do."""
     kept: int
+    """Number of valid drafts or tasks."""
     rejected: int
 
 
@@ -135,11 +142,11 @@ def generate_drafts(
     make_worker: Callable[[GenerationSettings], "DraftWorker"] | None = None,
     on_progress: Callable[[GenerationProgress], None] = lambda report: None,
 ) -> None:
-    """Proposes in all houses that are not done yet, and appends the drafts and rejections to `file`.
+    """Propose in all houses that are not done yet, and append the drafts and rejections to `file`.
 
-    `proposer` is an author's name with its function, which then works in this process alone; the grammar by default.
-    `make_worker` makes what works in each process, of a suite whose drafts are no single episodes.
-    Raises SettingError, or RecordError when the file cannot be written.
+    `proposer` is an author's name with its function, which then runs only in this process; the grammar by default.
+    `make_worker` makes the worker of each process; a suite whose drafts are not single episodes gives its own.
+    Raises SettingError, or RecordError if the file cannot be written.
     """
     wanted = list(sources)
     author = proposer[0] if proposer else settings.author
@@ -173,7 +180,7 @@ def _house_results(
             yield generator.work(*unit)
         return
     with worker_pool(workers, _begin_worker, settings, make_worker) as pool:
-        futures: list[Future[HouseResult]] = [pool.submit(_work, *unit) for unit in units]
+        futures: list[Future[HouseResult]] = [pool.submit(_work_here, *unit) for unit in units]
         try:
             for future in futures:
                 yield future.result()
@@ -182,27 +189,27 @@ def _house_results(
 
 
 class DraftWorker(Protocol):
-    """What proposes and validates in one process."""
+    """A worker that proposes and validates in one process."""
 
     def work(self, source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
-        """Return a house and what came of proposing some families in it."""
+        """Return a house, or None if it cannot be made, and the lines of proposing some families in it."""
         ...
 
 
 def grammar_worker(settings: GenerationSettings) -> DraftWorker:
-    """Return the built-in grammar with its simulator."""
+    """Return a worker that proposes with the built-in grammar on its own simulator."""
     return DraftGenerator(settings, grammar_proposer(settings))
 
 
 _workers: list[DraftWorker] = []
-"""The bench of this worker process."""
+"""The draft worker of this worker process."""
 
 
 def _begin_worker(settings: GenerationSettings, make_worker: Callable[[GenerationSettings], DraftWorker]) -> None:
     _workers.append(make_worker(settings))
 
 
-def _work(source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
+def _work_here(source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
     return _workers[0].work(source, families)
 
 
@@ -219,7 +226,7 @@ def grammar_proposer(settings: GenerationSettings) -> Proposer:
 
 
 class DraftGenerator:
-    """A simulator with what is needed to draft and to validate in it."""
+    """A draft worker whose proposer yields single episodes."""
 
     def __init__(self, settings: GenerationSettings, proposer: Proposer) -> None:
         self._settings = settings
@@ -228,7 +235,7 @@ class DraftGenerator:
         self._validator = Validator(self._simulator, is_draft=True)
 
     def work(self, source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
-        """Return a house and what came of proposing some families in it."""
+        """Return a house, or None if it cannot be made, and the lines of proposing some families in it."""
         begun = time.monotonic()
         try:
             house = source.house()
@@ -241,7 +248,7 @@ class DraftGenerator:
         lines: list[DraftLine] = [] if origin is None else [origin]
         for family in families:
             begun = time.monotonic()
-            found = list(self._family(context, family))
+            found = list(self._lines_of_family(context, family))
             lines += found
             rules = Counter(line.rule for line in found if isinstance(line, Rejection))
             kept = sum(isinstance(line, Draft) for line in found)
@@ -253,7 +260,7 @@ class DraftGenerator:
             )
         return house, lines
 
-    def _family(self, context: HouseContext, family: Family) -> Iterator[Draft | Rejection]:
+    def _lines_of_family(self, context: HouseContext, family: Family) -> Iterator[Draft | Rejection]:
         most, tried = self._settings.kept_of_kind(family), self._settings.tried_of_kind(family)
         seen: set[str] = set()
         for kind, proposals in self._proposer(context, family):
@@ -272,7 +279,7 @@ class DraftGenerator:
                     break
 
     def _examine(self, context: HouseContext, kind: str, episode: Episode) -> Draft | Rejection:
-        """Return a draft under its own id when it holds, else why it does not."""
+        """Return the draft of a valid episode, with its final id; else a rejection with the first broken rule."""
         verdict = self._validator.validate(episode, context.house)
         rule, message = next(((found.rule, found.message) for found in verdict.findings), ("", ""))
         if rule:
@@ -292,7 +299,7 @@ class DraftGenerator:
 
 
 def facts_of(context: HouseContext, episode: Episode, actions: tuple[Action, ...]) -> DraftFacts:
-    """Return what a pack is balanced over."""
+    """Return the facts over which packs are balanced; resets the simulator to the episode's start."""
     context.simulator.reset(episode.start, episode.setup)
     target = context.thing(episode.goal.object_id)
     rooms = context.simulator.scene().rooms
@@ -309,7 +316,7 @@ def facts_of(context: HouseContext, episode: Episode, actions: tuple[Action, ...
 
 
 def lines_without_house(name: str, families: tuple[Family, ...], message: str, seconds: float) -> Iterator[DraftLine]:
-    """Yield the lines of a house that cannot be had."""
+    """Yield the lines of a house that cannot be made: for each family a rejection and its end."""
     for family in families:
         yield Rejection(family=family, kind="", house=name, rule=HOUSE_RULE, message=message)
         yield FamilyDone(family=family, house=name, kept=0, rejected={HOUSE_RULE: 1}, seconds=round(seconds, 2))

@@ -1,4 +1,7 @@
-"""The kinds of episodes of each family, with the functions that draft them in a house."""
+"""The grammar: the kinds of episodes of each family, with the functions that propose them in a house.
+
+The kinds are also strata over which a pack is balanced (`vigil.authoring.packing.assemble`).
+"""
 
 from collections.abc import Callable
 from functools import partial
@@ -14,7 +17,7 @@ Proposals = Callable[[HouseContext], Drafts]
 
 
 def kinds_of(family: Family) -> dict[str, Proposals]:
-    """Return the kinds of a family with what drafts them; empty for a registered family that nothing drafts."""
+    """Return kind -> the function that proposes it, for a family; empty for a registered family without kinds."""
     return {name: _proposals(kind) for name, kind in FAMILIES[family].kinds.items()}
 
 
@@ -27,4 +30,4 @@ def _proposals(kind: DraftKind) -> Proposals:
 
 
 for _family in FAMILIES:
-    kinds_of(_family)  # a name that does not exist fails here, and not in the middle of a pack
+    kinds_of(_family)  # so that the name of a function that does not exist fails at import

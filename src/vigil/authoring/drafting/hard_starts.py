@@ -1,7 +1,7 @@
-"""Hard starts: which things are hard to tell apart, and how hard a start is, guessed before anything is solved.
+"""Estimates of difficulty before an episode is solved: how hard an object is to name, and how hard a start is.
 
-For drafts that are to fill the upper levels of difficulty (`vigil.scoring.levels`): of several starts the hardest is
-kept, and things with many look-alikes and long names come first. A guess only: levels are measured on the solution.
+They serve drafts for the upper levels of difficulty (`vigil.scoring.levels`): of several starts the hardest is used,
+and objects with many look-alikes and long names come first. Levels themselves are measured on the solution.
 """
 
 import math
@@ -23,15 +23,16 @@ _NO_DIFFICULTY = LevelMeasures(
     path_m=0.0, turns=0, doors=0, rooms=1, look_alikes=0, target_px=0, containers=0, occlusion=0.0, slack=1.0,
     reference_words=0,
 )  # fmt: skip
+"""Measures that add nothing to the index."""
 
 
 def look_alikes(item: DescribedThing, items: Iterable[DescribedThing]) -> list[str]:
-    """Return the ids of the other things that a thing's bare name may mean."""
+    """Return the ids of the other objects that an object's bare name may mean."""
     return [other.id for other in referents(Phrase(item.name), items) if other.id != item.id]
 
 
 def naming_cost(item: DescribedThing, items: Iterable[DescribedThing]) -> float:
-    """Return what a thing's look-alikes in the house and the words of its name would add to the index at most."""
+    """Return the most that an object's look-alikes in the house and the words of its phrase can add to the index."""
     every = list(items)
     phrase = phrase_for(item, every)
     words = 0 if phrase is None else len(str(phrase).split()) - 1
@@ -41,9 +42,10 @@ def naming_cost(item: DescribedThing, items: Iterable[DescribedThing]) -> float:
 
 
 def start_cost(view: PrivilegedView, thing: Thing, others: Iterable[str], pose: Pose) -> float:
-    """Return the index that an episode about a thing might have if it started at a pose.
+    """Return the estimated index of an episode about a thing that starts at a pose.
 
-    `others` are the look-alikes of the thing. The way is the shortest one to where the thing is within reach.
+    `others` are the ids of the thing's look-alikes. The path is the shortest one to a place from which the thing is
+    within reach, or the straight line where there is none.
     """
     names = [thing.id, *others]
     with view.at_pose(pose):

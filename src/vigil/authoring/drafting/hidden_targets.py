@@ -1,4 +1,4 @@
-"""Proposals of searches (SI) for things that lie in something closed, which the instruction does not name."""
+"""Proposals of searches (SI) for objects in closed containers that the instruction does not name."""
 
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import Drafts, start_not_seeing
@@ -15,7 +15,7 @@ from vigil.scene.things import Thing
 
 
 def picking_from_inside(context: HouseContext) -> Drafts:
-    """Yield drafts whose target is found by opening the right one of a few things."""
+    """Yield drafts whose target is found by opening the right one of a few closed containers."""
     for container, inside, setup in filled(context):
         if not context.can_begin(setup):
             continue
@@ -42,8 +42,11 @@ def picking_from_inside(context: HouseContext) -> Drafts:
 
 
 def _placeless(context: HouseContext, target: Thing) -> Phrase | None:
-    """Return what to call a thing without saying what it lies in; None when that does not single it out, or when
-    there are more closed things to look into than can be searched."""
+    """Return a phrase for a thing that does not name its container.
+
+    None if no such phrase means that thing only, or if more than `MAX_CLOSED` closed containers would have to be
+    searched.
+    """
     items = context.items
     item = items[target.id]
     if item.has_misleading_name:

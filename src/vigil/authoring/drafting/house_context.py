@@ -1,5 +1,4 @@
-"""The context of a house in which episodes are proposed: its inventory, seeded start poses and referring
-expressions."""
+"""A loaded house in which episodes are proposed: its inventory, seeded start poses and referring expressions."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -33,36 +32,42 @@ from vigil.scene.things import Thing
 from vigil.sim.privileged import PrivilegedSimulator
 
 AUTHOR = "grammar"
+OPENED_BELOW = 0.5
+"""Openness below which doors between rooms are opened."""
 TRIED_STARTS = 80
 SIGHT_POINTS = 128
-"""Points of a thing that are looked for from a place."""
+"""Number of points on a thing's surface that are tested for visibility from a place."""
 SEEN_SHARE = 0.6
-"""Of what the best place sees of a thing, this much must be seen from a start."""
+"""Least number of points seen from a start, as a share of the number seen from the best place."""
 SEEN_SHARE_HARD, DISTANCE_FACTOR = 0.3, 1.5
-"""Where the hardest of several starts is kept: the same share, and how many times farther off a start may be."""
+"""The same share, and the factor on the greatest distance, where the hardest of several starts is used."""
 SPREADS_DEG = (42.0, 25.0, 12.0)
+"""Greatest angles (deg) between a start's heading and the direction of its target, tried one after the other."""
 MARGIN_PX = 20
+"""Visible pixels required beyond those that the rules ask for."""
 STANDING_POSE_SHARES = ((0.5, 0.5), (0.3, 0.5), (0.7, 0.5), (0.5, 0.3), (0.5, 0.7), (0.3, 0.3), (0.7, 0.7))
+"""Places to stand while drafting, as shares of a room's extent along x and z."""
 
 PositionMask = Callable[[np.ndarray], np.ndarray]
+"""A function from places (n, 2) in x, z to whether each is wanted (n,)."""
 
 
 @dataclass(frozen=True, slots=True)
 class VisibilityTest:
-    """The test that an object is clearly seen, in a state as seen from somewhere."""
+    """A test of whether an object is clearly seen, given its state as observed from a pose."""
 
     min_px: int
-    """With fewer visible pixels the test fails."""
+    """Number of visible pixels below which the test fails, so that it need not be run."""
     is_met: Callable[[ObjectState], bool]
 
     def __call__(self, state: ObjectState) -> bool:
-        """Whether an object in that state is clearly seen."""
+        """Return whether an object in that state is clearly seen."""
         return self.is_met(state)
 
 
 @dataclass(frozen=True, slots=True)
 class TaskSpec:
-    """What an episode asks for, and from where."""
+    """The parts of an episode that its proposal chooses."""
 
     start: Pose
     instruction: str
@@ -74,21 +79,24 @@ class TaskSpec:
 
 
 class HouseContext:
-    """One house, loaded, with the means to draft episodes in it."""
+    """One house, loaded in a simulator, with functions to draft episodes in it."""
 
     def __init__(self, simulator: PrivilegedSimulator, house: House, rng: np.random.Generator) -> None:
-        """Loads the house."""
+        """Load the house. Raises HouseError if it is invalid, EpisodeError if nobody can stand in it."""
         self.simulator = simulator
         self.house = house
         self.rng = rng
         self.allowed_ids: frozenset[str] | None = None
         """Ids of the things that may be chosen; None for all."""
         self.tried_starts = TRIED_STARTS
-        """Places tried for one start."""
+        """Number of places tried for one start."""
         self.compared_starts = 1
-        """Starts drawn for one, of which the hardest is kept; with several, things that are hard to name come first."""
+        """Number of start poses drawn for each draft, of which the hardest is used.
+
+        With several, objects that are hard to name come first.
+        """
         self.forms: Forms = "public"
-        """The half of the sentence forms that is spoken."""
+        """Half of the sentence forms from which instructions are drawn, or all."""
         simulator.load(house)
         self._standing_poses = _standing_poses(simulator, house)
         self.begin(Setup())
@@ -96,24 +104,24 @@ class HouseContext:
 
     @property
     def prefers_hard_starts(self) -> bool:
-        """Whether of several starts the hardest is kept."""
+        """Whether the hardest of several starts is used."""
         return self.compared_starts > 1
 
     def begin(self, setup: Setup) -> None:
-        """Starts the house anew with a setup; closed doors between rooms are opened."""
+        """Reset the house with a setup, and open the closed doors between rooms. Raises EpisodeError if it cannot."""
         complete = self.with_open_doors(setup)
         for home in self._standing_poses[:-1]:
             try:
                 self.simulator.reset(home, complete)
-            except EpisodeError:  # an opened leaf stands there: try the next place
+            except EpisodeError:  # an opened door may occupy this place: try the next one
                 continue
             return
         self.simulator.reset(self._standing_poses[-1], complete)
 
     def can_begin(self, setup: Setup) -> bool:
-        """Starts the house anew with a setup, or without one where it cannot be. Returns whether it could.
+        """Reset the house with a setup, and return True; if the setup is impossible, reset without it.
 
-        It cannot where a leaf would reach through a wall, or a thing cannot be put.
+        A setup is impossible if a leaf would reach through a wall, or a placement is invalid.
         """
         try:
             self.begin(setup)
@@ -123,31 +131,31 @@ class HouseContext:
         return True
 
     def with_open_doors(self, setup: Setup) -> Setup:
-        """Return a setup that opens the closed doors between rooms, but for those that it speaks of itself."""
+        """Return a setup that also opens the closed doors between rooms, except those that it changes itself."""
         doors = [door for door in self.house.document.doors if door.joins_rooms]
-        doors = [door for door in doors if door.openable and (door.openness or 0.0) < 0.5]
+        doors = [door for door in doors if door.openable and (door.openness or 0.0) < OPENED_BELOW]
         opened = {door.id: ObjectSetup(openness=1.0) for door in doors}
         return setup.model_copy(update={"objects": {**opened, **setup.objects}})
 
     @property
     def items(self) -> dict[str, DescribedThing]:
-        """What who sees the things can say of them as they are now."""
+        """Thing id -> its description in the current state, as a person who sees it would give it."""
         return items_as_seen(self.view.scene)
 
     def thing(self, thing_id: str) -> Thing:
-        """Return a thing as it is now."""
+        """Return a thing in its current state."""
         return self.view.scene.things[thing_id]
 
     def phrase(self, thing_id: str) -> Phrase | None:
-        """Return what to call a thing as things are now; None when nothing fits it alone."""
+        """Return the shortest phrase that means a thing only, in the current state; None if there is none."""
         return phrases_of(self.view.scene).of(thing_id)
 
     def say(self, sentences: Sentences, **slots: str) -> str:
-        """Return one of the sentences of the half that is spoken, with its slots filled."""
+        """Return a random one of the sentences in use, with its slots filled."""
         return say(sentences.of(self.forms), self.rng, **slots)
 
     def sentence_about(self, thing: Thing, sentences: Sentences) -> str:
-        """Return a sentence about one thing alone, as things are now."""
+        """Return a random sentence about one thing in its current state."""
         return self.say(sentences, target=str(self.phrase(thing.id)), **pronoun_slots(thing.category))
 
     def shuffled(self, things: list[Thing]) -> list[Thing]:
@@ -155,7 +163,10 @@ class HouseContext:
         return [things[index] for index in self.rng.permutation(len(things))]
 
     def things(self, is_wanted: Callable[[Thing], bool]) -> list[Thing]:
-        """Return the wanted things that a phrase can name, in a random order; of a piece's drawers one alone."""
+        """Return the wanted things that a phrase can name, with only one drawer of each piece of furniture.
+
+        The order is random, or begins with the hardest to name if hard starts are preferred.
+        """
         wanted = [thing for thing in self.view.scene.things.values() if thing.is_present and is_wanted(thing)]
         if self.allowed_ids is not None:
             wanted = [thing for thing in wanted if thing.id in self.allowed_ids]
@@ -167,12 +178,12 @@ class HouseContext:
         return sorted(named, key=lambda thing: -naming_cost(items[thing.id], items.values()))
 
     def starts(self, is_wanted: PositionMask, tried: int | None = None) -> Iterator[Vec3]:
-        """Yield reachable places in a random order; `is_wanted` takes places (n, 2) of x, z."""
+        """Yield at most `tried` wanted reachable places in a random order."""
         walks = self.view.walks()
         yield from self._drawn(walks.plan.cells[np.isfinite(walks.lengths)], is_wanted, tried or self.tried_starts)
 
     def places_in(self, region: BaseGeometry, is_wanted: PositionMask, tried: int) -> Iterator[Vec3]:
-        """Yield places in a part of the free floor in a random order, reachable or not."""
+        """Yield at most `tried` wanted places in a part of the free floor in a random order, reachable or not."""
         cells = self.view.plan().cells
         yield from self._drawn(cells[shapely.contains_xy(region, cells[:, 0], cells[:, 1])], is_wanted, tried)
 
@@ -183,30 +194,33 @@ class HouseContext:
             yield Vec3(x, 0.0, z)
 
     def facing(self, place: Vec3, thing: Thing, horizon: float, spread_deg: float, aside_deg: float = 0.0) -> Pose:
-        """Return a pose that looks `aside_deg` to the right of a thing, off by at most `spread_deg`."""
+        """Return a pose whose heading is `aside_deg` to the right of a thing's direction, plus a random angle.
+
+        The random angle is at most `spread_deg` to either side; `horizon` is the camera's pitch (deg).
+        """
         yaw = yaw_towards(place, thing.position) + aside_deg + float(self.rng.uniform(-spread_deg, spread_deg))
         return Pose(position=place, rotation=float(round(wrap_deg(yaw)) % 360), horizon=horizon)
 
     def has_room_to_move(self, pose: Pose) -> bool:
-        """Whether there is room to move at a pose, as there must be at a start."""
+        """Return whether there is room to move at a pose, as a start needs."""
         return has_room_to_move(self.view.plan().tight, pose)
 
     def seen_from(self, pose: Pose, thing_id: str) -> ObjectState:
-        """Return a thing's state as seen from a pose."""
+        """Return a thing's state as observed from a pose."""
         with self.view.at_pose(pose):
             return self.view.state_of(thing_id)
 
     def visible_points(self, place: Vec3, thing: Thing) -> PointCount:
-        """Return the count of the sampled points of a thing that are seen from a place, looking anywhere."""
-        return PointCount(surface_points(thing, SIGHT_POINTS), lambda points: self._seen_of(place, thing, points))
+        """Return the count, made on demand, of a thing's points visible from a place in any direction."""
+        eye = Pose(position=place, rotation=0.0).eye
+        return PointCount(
+            surface_points(thing, SIGHT_POINTS),
+            lambda points: self.view.sees(eye, points, thing.id, through_glass=True),
+        )
 
     def is_visible_from(self, place: Vec3, thing: Thing) -> bool:
-        """Whether any of the sampled points of a thing is seen from a place, looking anywhere."""
+        """Return whether any of the sampled points of a thing is visible from a place in any direction."""
         return self.visible_points(place, thing).is_at_least(1)
-
-    def _seen_of(self, place: Vec3, thing: Thing, points: np.ndarray) -> np.ndarray:
-        eye = Pose(position=place, rotation=0.0).eye
-        return self.view.sees(eye, points, thing.id, through_glass=True)
 
     def start_seeing(
         self,
@@ -216,9 +230,10 @@ class HouseContext:
         is_clear: VisibilityTest,
         also: Callable[[Pose], bool] = lambda _: True,
     ) -> Pose | None:
-        """Return a start pose at a distance from a thing that sees it clearly, and of which `also` is true.
+        """Return a start pose that sees a thing clearly and for which `also` is true; None if none is found.
 
-        None when none is found.
+        The distances `away` (m) are the least and the greatest one from the thing's box. `horizon` is the camera's
+        pitch (deg).
         """
         farther = DISTANCE_FACTOR if self.prefers_hard_starts and away[1] > REACH_M else 1.0
         places = list(self.starts(self.away_from(thing, away[0], farther * away[1])))
@@ -235,7 +250,7 @@ class HouseContext:
         return self.hardest(poses(), thing)
 
     def hardest(self, poses: Iterator[Pose], thing: Thing) -> Pose | None:
-        """Return the hardest of the first `compared_starts` poses for an episode about a thing; None without any."""
+        """Return the hardest of the first `compared_starts` poses for an episode about a thing; None without poses."""
         found = list(islice(poses, self.compared_starts))
         if len(found) < 2:
             return next(iter(found), None)
@@ -244,7 +259,7 @@ class HouseContext:
         return max(found, key=lambda pose: start_cost(self.view, thing, others, pose))
 
     def sees_clearly(self, pose: Pose, thing_ids: list[str], is_clear: VisibilityTest) -> bool:
-        """Whether all of the things are clear from a pose."""
+        """Return whether a pose sees all of the things clearly."""
         return all(self._is_clear_from(pose, thing_id, is_clear) for thing_id in thing_ids)
 
     def _is_clear_from(self, pose: Pose, thing_id: str, is_clear: VisibilityTest) -> bool:
@@ -252,7 +267,7 @@ class HouseContext:
             return self.view.may_be_visible(thing_id, is_clear.min_px) and is_clear(self.view.state_of(thing_id))
 
     def away_from(self, thing: Thing, least_m: float, most_m: float) -> PositionMask:
-        """Return the mask of places between two distances from a thing's box."""
+        """Return the mask of places between two distances (m) from a thing's box."""
         box = body_box(thing)
 
         def mask(places: np.ndarray) -> np.ndarray:
@@ -262,7 +277,7 @@ class HouseContext:
         return mask
 
     def draft(self, family: Family, ask: TaskSpec) -> Episode:
-        """Return an episode in this house that nobody has validated yet."""
+        """Return an episode in this house that is not validated yet; its id is "draft"."""
         spec = FAMILIES[family]
         return Episode(
             id="draft",
@@ -281,13 +296,16 @@ class HouseContext:
 
 
 def _one_drawer_each(things: list[Thing]) -> list[Thing]:
-    """Return things in their order, of the drawers of each piece of furniture the first alone."""
+    """Return things in their order, with only the first drawer of each piece of furniture."""
     chosen = {thing.parent: thing for thing in reversed(things) if thing.is_drawer}
     return [thing for thing in things if not thing.is_drawer or chosen[thing.parent] is thing]
 
 
 def _standing_poses(simulator: PrivilegedSimulator, house: House) -> list[Pose]:
-    """Return where to stand while drafting: the house's own start, then free places all over it."""
+    """Return free poses in which to stand while drafting: the house's start first, then places in all rooms.
+
+    Raises EpisodeError if there are none.
+    """
     homes = [house.start] if house.start is not None else []
     for room in simulator.scene().rooms:
         low, high = room.polygon.min(axis=0), room.polygon.max(axis=0)

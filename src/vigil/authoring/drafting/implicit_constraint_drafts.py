@@ -1,6 +1,6 @@
-"""Proposals of constraints that are left to be found (CR): the order alone is said, what prevents it is seen.
+"""Proposals of implicit constraints (CR): the instruction gives the order only, and agents must find what prevents it.
 
-The tasks are those of the told kinds, with their setups, bindings and goals; only the words differ.
+The tasks are those of the explicit kinds, with their setups, bindings and goals; only the instructions differ.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from vigil.protocol.world import Setup
 
 
 def without_constraint(context: HouseContext, drafts: Callable[[HouseContext], Drafts]) -> Drafts:
-    """Yield the drafts of an explicit kind with the constraint left out of their instructions."""
+    """Yield the drafts of an explicit kind without the constraint in their instructions."""
     for episode in drafts(context):
         yield _without_constraint(context, episode)
 
@@ -35,7 +35,7 @@ def _without_constraint(context: HouseContext, episode: Episode) -> Episode:
 
 
 def act_of(goal: Goal) -> Act:
-    """Return the act that brings about a goal of opening, closing, starting, stopping or picking up."""
+    """Return the act that reaches a goal of opening, closing, switching on or off, or picking up."""
     if isinstance(goal, ObjectInState):
         acts: tuple[Act, Act] = ("open", "close") if goal.state == "is_open" else ("turn_on", "turn_off")
         return acts[0] if goal.value else acts[1]

@@ -1,6 +1,6 @@
-"""Proposals of open leaves in the way (CR `leaf`): a door, lid or drawer bars the only way until it is closed.
+"""Proposals of open leaves in the way (CR `leaf`): a door, lid or drawer blocks the only way until it is closed.
 
-Few leaves do so in a house as it stands, so furniture that nobody can carry off may be put beside them.
+Few leaves do so where the furniture of a house stands, so furniture that cannot be carried may be put next to them.
 """
 
 from collections.abc import Iterator
@@ -33,22 +33,25 @@ from vigil.scene.things import Thing
 LEAVES = ("Doorway", "Fridge", "Cabinet", "WashingMachine", "ClothesDryer", "Drawer", "Safe", "Stove")
 LIGHT_FURNITURE = ("Chair", "Stool", "GarbageCan", "LaundryHamper", "HousePlant", "VacuumCleaner")
 HEAVY_FURNITURE = ("Ottoman", "FloorLamp", "RoomDecor", "Cart", "ArmChair", "DogBed", "SideTable", "CoffeeTable")
-"""What may stand beside an open leaf, and is not for carrying; heavy things stay in their room."""
+"""Furniture that may stand next to an open leaf and cannot be carried; heavy furniture remains in its room."""
 MIN_ROOM_M2 = 0.2
+"""Area (m2) from which a separate part of the free floor counts."""
 GAP_M = 2 * BODY_RADIUS_M
-"""A body does not pass through less."""
+"""Width (m) below which a body does not pass through a gap."""
 AROUND_M, STEP_M = 1.0, 0.12
-TRIED_PLACES, TRIED_FURNITURE, MAX_SETUPS = 40, 4, 2
+"""Margin (m) around the swing of a leaf in which furniture is placed, and step (m) of the grid of places."""
+TRIED_PLACES, TRIED_FURNITURE, MAX_SETUPS = 400, 4, 2
 TRIED_TARGETS, TRIED_STARTS, MIN_VISIBLE_POINTS = 10, 24, 6
 AWAY_M = (1.6, 6.0)
+"""Distances (m) from the target between which an episode starts."""
 HEADINGS_DEG = (0.0, 90.0)
-"""Of furniture beside a leaf."""
+"""Headings (deg) in which furniture is placed next to a leaf."""
 LEAF_PX = 8000
-"""Of what stands in the way; it is near, and a person must see which thing is meant."""
+"""Visible pixels of the leaf at the start; it is near, and a person must see which leaf is meant."""
 
 
 def leaf_in_the_way(context: HouseContext) -> Drafts:
-    """Yield drafts in which an open leaf bars the only way to the target, which is seen past it."""
+    """Yield drafts in which an open leaf blocks the only way to the target, which is visible at the start."""
     for leaf in context.things(lambda thing: thing.is_openable and thing.category in LEAVES):
         for setup in islice(_blocking_setups(context, leaf), MAX_SETUPS):
             for target in context.things(lambda thing: is_target(thing) and bool(acts_for(thing)))[:TRIED_TARGETS]:
@@ -62,7 +65,7 @@ def leaf_in_the_way(context: HouseContext) -> Drafts:
 
 
 def _blocking_setups(context: HouseContext, leaf: Thing) -> Iterator[Setup]:
-    """Yield setups in which a leaf, open, splits the free floor that it does not split when closed."""
+    """Yield setups in which a leaf splits the free floor when open, but not when closed."""
     opened = {leaf.id: ObjectSetup(openness=1.0)}
     if not context.can_begin(Setup(objects=opened)):
         return
@@ -85,7 +88,10 @@ def _blocking_setups(context: HouseContext, leaf: Thing) -> Iterator[Setup]:
 def _tight_spots(
     context: HouseContext, thing: Thing, swung: BaseGeometry, open_: "_LeafFloor", shut: "_LeafFloor"
 ) -> Iterator[tuple[Placement, BaseGeometry]]:
-    """Yield where a piece of furniture leaves no way round an open leaf, with its shape there, in a random order."""
+    """Yield placements of furniture that leave gaps too narrow to walk around an open leaf, each with its outline.
+
+    `swung` is the floor that the leaf covers when open only. The order is random.
+    """
     places = _places(context, swung)
     shapes: Any = np.empty(len(places), dtype=object)
     for yaw in HEADINGS_DEG:
@@ -99,7 +105,7 @@ def _tight_spots(
 
 
 class _LeafFloor:
-    """The floor of a house with a leaf open or closed: where a body can be, where nothing stands, the leaf's shape."""
+    """The floor of a house with a leaf open or closed: where a body can be, where nothing stands, and the leaf."""
 
     def __init__(self, context: HouseContext, leaf: Thing, openness: float) -> None:
         context.begin(Setup(objects={leaf.id: ObjectSetup(openness=openness)}))
@@ -114,22 +120,22 @@ def _may_stand_by(context: HouseContext, leaf: Thing, thing: Thing) -> bool:
 
 
 def _is_alone(context: HouseContext, thing: Thing) -> bool:
-    """Whether a thing stands on the floor, cannot be carried, and carries nothing."""
+    """Return whether a thing stands on the floor, cannot be carried, and has nothing on it."""
     others = context.view.scene.things.values()
     return thing.parent is None and not thing.is_pickupable and all(other.parent != thing.id for other in others)
 
 
 def _places(context: HouseContext, swung: BaseGeometry) -> np.ndarray:
-    """Return places x, z and a heading (n, 3) around an open leaf, in a random order."""
+    """Return x (m), z (m) and heading (deg) of at most `TRIED_PLACES` poses (n, 3) around an open leaf, shuffled."""
     left, low, right, high = swung.buffer(AROUND_M).bounds
     x, z = np.meshgrid(np.arange(left, right, STEP_M), np.arange(low, high, STEP_M))
     count = len(HEADINGS_DEG)
     found = np.column_stack([np.repeat(x.ravel(), count), np.repeat(z.ravel(), count), np.tile(HEADINGS_DEG, x.size)])
-    return found[context.rng.permutation(len(found))[: TRIED_PLACES * 10]]
+    return found[context.rng.permutation(len(found))[:TRIED_PLACES]]
 
 
 def _is_split(open_: BaseGeometry, shut: BaseGeometry) -> bool:
-    """Whether two parts of a floor worth standing in are one part of another floor."""
+    """Return whether two separate parts of the floor with a leaf open are one part of the floor with it closed."""
     inside = [part.representative_point() for part in _rooms(open_)]
     if len(inside) < 2:
         return False
@@ -143,7 +149,10 @@ def _rooms(free: BaseGeometry) -> list[BaseGeometry]:
 
 
 def _start_behind(context: HouseContext, target: Thing, leaf: Thing, setup: Setup) -> Pose | None:
-    """Return a start pose that sees a target and is cut off from it by a leaf alone; None without one."""
+    """Return a start pose that sees a leaf and a target, and is cut off from the target only while the leaf is open.
+
+    None if there is none.
+    """
     closed = {**setup.objects, leaf.id: ObjectSetup(openness=0.0)}
     if not context.can_begin(setup.model_copy(update={"objects": closed})):
         return None

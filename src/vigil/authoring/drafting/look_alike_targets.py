@@ -1,6 +1,6 @@
-"""Proposals about one of several look-alikes (PG, DA, VS, AI, SI), told apart by colour, by place or by a relation.
+"""Proposals about one of several look-alikes (PG, DA, VS, AI, SI), identified by colour, by place or by a relation.
 
-Where the target is in view at the start, so is another thing that its bare name could mean.
+Where the target is in view at the start, so is another object that its bare name could mean.
 """
 
 from collections.abc import Callable
@@ -43,17 +43,17 @@ from vigil.protocol.world import Setup
 from vigil.scene.things import Thing
 
 STARTS = 3
-"""Starts out of the target's sight that are tried for one that sees a look-alike."""
+"""Number of starts without sight of the target that are tried for one that sees a look-alike."""
 GLANCE_POINTS = 16
-"""Points of a look-alike that are looked for before its pixels are counted."""
+"""Number of a look-alike's points that are tested for visibility before its pixels are counted."""
 HALF_VIEW_DEG = 53.0
-"""From the middle of the picture to its side."""
+"""Angle (deg) from the middle of the frame to its side, rounded."""
 WALK_TEMPLATE = "walk"
 PoseTest = Callable[[Pose], bool]
 
 
 def pointing_among_look_alikes(context: HouseContext) -> Drafts:
-    """Yield PG drafts."""
+    """Yield PG drafts about one of several look-alikes."""
 
     def start(thing: Thing, also: PoseTest) -> Pose | None:
         is_clear = is_in_view_to_point(context, size_of_thing(thing))
@@ -63,7 +63,7 @@ def pointing_among_look_alikes(context: HouseContext) -> Drafts:
 
 
 def approaching_among_look_alikes(context: HouseContext) -> Drafts:
-    """Yield DA drafts."""
+    """Yield DA drafts about one of several look-alikes."""
 
     def start(thing: Thing, also: PoseTest) -> Pose | None:
         if not is_approachable(thing) or place_blind_to(context.view, thing, NEAR_M) is not None:
@@ -78,7 +78,7 @@ def approaching_among_look_alikes(context: HouseContext) -> Drafts:
 
 
 def searching_among_look_alikes(context: HouseContext) -> Drafts:
-    """Yield VS drafts: the target is seen from another place only."""
+    """Yield VS drafts about one of several look-alikes; the target is visible from other places only."""
 
     def start(thing: Thing, also: PoseTest) -> Pose | None:
         if not is_searchable(thing):
@@ -91,7 +91,7 @@ def searching_among_look_alikes(context: HouseContext) -> Drafts:
 
 
 def acting_among_look_alikes(context: HouseContext) -> Drafts:
-    """Yield AI drafts."""
+    """Yield AI drafts about one of several look-alikes."""
 
     def start(thing: Thing, also: PoseTest) -> Pose | None:
         return context.start_seeing(
@@ -102,7 +102,7 @@ def acting_among_look_alikes(context: HouseContext) -> Drafts:
 
 
 def seeking_among_look_alikes(context: HouseContext) -> Drafts:
-    """Yield SI drafts."""
+    """Yield SI drafts about one of several look-alikes."""
     yield from _drafts(
         context,
         ("SI", SEARCH_ORDERS),
@@ -117,7 +117,10 @@ def _drafts(
     start_for: Callable[[Thing, PoseTest], Pose | None],
     goal_of: Callable[[Thing], Goal] | None,
 ) -> Drafts:
-    """Yield a draft for each look-alike that can be told apart; without `goal_of` one of its acts is asked for."""
+    """Yield a draft for each object that a phrase distinguishes from its look-alikes and that has a start.
+
+    Without `goal_of`, a random act that the object allows is asked for.
+    """
     family, sentences = kind
     for thing in context.shuffled(_wanted(context, in_view=FAMILIES[family].visible_at_start)):
         options = acts_for(thing) if goal_of is None else []
@@ -145,7 +148,7 @@ def _drafts(
 
 
 def _wanted(context: HouseContext, *, in_view: bool) -> list[Thing]:
-    """Return what may be asked for and has a look-alike, with `in_view` one in the same room."""
+    """Return the possible targets that have a look-alike; with `in_view`, one in the same room."""
     items = context.items
     found: list[Thing] = []
     for item in items.values():
@@ -159,7 +162,10 @@ def _wanted(context: HouseContext, *, in_view: bool) -> list[Thing]:
 
 
 def _phrase(context: HouseContext, thing: Thing, setup: Setup) -> Phrase | None:
-    """Starts the house with a setup. Returns one of the phrases that tell a thing apart; None without any."""
+    """Reset the house with a setup, and return a random phrase that distinguishes a thing from its look-alikes.
+
+    None if the setup is impossible or there is no such phrase.
+    """
     if not context.can_begin(setup):
         return None
     items = context.items
@@ -170,7 +176,7 @@ def _phrase(context: HouseContext, thing: Thing, setup: Setup) -> Phrase | None:
 def _start_out_of_view(
     context: HouseContext, thing: Thing, also: PoseTest, *, by_turning: bool | None, horizon: float
 ) -> Pose | None:
-    """Return a start that does not see a thing, and of which `also` is true where there is such a place."""
+    """Return a start that does not see a thing, preferably one for which `also` is true; None if none is found."""
     start: Pose | None = None
     for _ in range(STARTS):
         start = start_not_seeing(context, thing, by_turning=by_turning, horizon=horizon) or start
@@ -180,11 +186,13 @@ def _start_out_of_view(
 
 
 def _sees_look_alike(context: HouseContext, thing: Thing, phrase: Phrase, family: Family) -> PoseTest:
-    """Return the test that a pose sees something else of a thing's name, and what sets it apart
-    where that is to be told from the first picture."""
+    """Return the test of whether a pose sees a look-alike of a thing.
+
+    In families whose target is visible at the start, the pose must also see the object that the phrase relates it to.
+    """
     items = context.items
     others = [context.thing(other.id) for other in look_alikes(items[thing.id], items.values())]
-    if FAMILIES[family].visible_at_start:  # what is seen past a door is seen by a few starts only
+    if FAMILIES[family].visible_at_start:  # few starts see look-alikes in another room
         others = [other for other in others if items[other.id].room_id == items[thing.id].room_id]
     anchor = anchor_of(phrase, items.values()) if FAMILIES[family].visible_at_start else None
 
@@ -204,6 +212,6 @@ def _sees_any(context: HouseContext, pose: Pose, things: list[Thing]) -> bool:
 
 
 def _is_ahead(pose: Pose, thing: Thing) -> bool:
-    """Whether a thing may be in the picture from a pose, as far as its direction and distance say."""
+    """Return whether direction and distance allow a thing to be in the frame and observable from a pose."""
     aside_deg = abs(wrap_deg(yaw_towards(pose.position, thing.position) - pose.rotation))
     return aside_deg <= HALF_VIEW_DEG and floor_distance(pose.position, thing.position) <= OBSERVABLE_M

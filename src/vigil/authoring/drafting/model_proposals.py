@@ -1,7 +1,7 @@
-"""Proposals by a language model: from what is in a house and what a family asks for to tasks in a schema.
+"""Proposals by a language model: it gets a house's inventory and a family's description, and answers with tasks.
 
-The model chooses the kind, the things and the words; the start pose and the setup are found as for the grammar, and the
-same rules decide. What does not parse or cannot be set up is a rejection like any other, with its reason.
+The model chooses the kind, the objects and the words. The start pose and the setup are found as for the grammar, and
+the same rules apply. A reply that does not parse and a task that cannot be set up are rejections with a reason.
 """
 
 import json
@@ -23,23 +23,24 @@ from vigil.protocol.families import FAMILIES, Family
 from vigil.scene.things import Thing
 
 Complete = Callable[[str], str]
-"""Answers a text. Raises ModelAPIError."""
+"""A function that sends a text to a model and returns its reply. Raises ModelAPIError."""
 
 TRIED = 6
-"""Drafts looked through for one with the things that the model chose."""
+"""Number of drafts searched for one with the objects that the model chose."""
 MAX_QUOTED_CHARS = 300
+"""Greatest number of characters of a reply quoted in a rejection."""
 RULES = ("reply_parses", "draft_fits_schema", "kind_known", "things_known", "can_be_set_up")
-"""Why an idea does not even become a draft; after that the rules of `vigil.authoring.review.validate` apply."""
+"""Rules that an idea may break before it is a draft; `vigil.authoring.review.validate` has the rules for drafts."""
 
 
 class Idea(BaseModel):
-    """One task as the model drafts it."""
+    """One task as the model proposes it."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     kind: str
     things: dict[str, str] = Field(min_length=1)
-    """Role -> id."""
+    """Role -> thing id."""
     instruction: str = Field(min_length=1, max_length=MAX_INSTRUCTION_CHARS)
 
 
@@ -58,7 +59,7 @@ Answer with one JSON object and nothing else, with {count} tasks that differ:
 
 
 def model_proposer(complete: Complete, count: int, author: str) -> Proposer:
-    """Return a proposer that asks a model for `count` tasks of a family in a house; `author` is its name."""
+    """Return a proposer that asks a model for `count` tasks of a family in a house; `author` is the model's name."""
 
     def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode | Rejection]]]:
         reply = complete(question(context, family, count))
@@ -72,7 +73,7 @@ def model_proposer(complete: Complete, count: int, author: str) -> Proposer:
 
 
 def question(context: HouseContext, family: Family, count: int) -> str:
-    """Return what the model is asked."""
+    """Return the prompt that asks for tasks of a family in a house."""
     return _TEXT.format(
         family=family,
         name=FAMILIES[family].name,
@@ -84,7 +85,7 @@ def question(context: HouseContext, family: Family, count: int) -> str:
 
 
 def inventory(context: HouseContext) -> list[dict[str, Any]]:
-    """Return what a model is told of the things that can be named, sorted by id."""
+    """Return the rows that describe to the model the possible targets that a phrase can name, sorted by id."""
     items = context.items
     rows: list[dict[str, Any]] = []
     for thing in sorted(context.view.scene.things.values(), key=lambda thing: thing.id):
@@ -99,12 +100,12 @@ def inventory(context: HouseContext) -> list[dict[str, Any]]:
 
 
 def ideas(reply: str, context: HouseContext, family: Family) -> Iterator[Idea | Rejection]:
-    """Yield the ideas in a model's reply; a rejection for each that is none."""
+    """Yield the ideas in a model's reply, and a rejection for each invalid idea, or one for an invalid reply."""
     try:
         found = json.loads(_without_fence(reply))
         rows = found["drafts"]
         if not isinstance(rows, list):
-            raise TypeError("`drafts` is no list")
+            raise TypeError("`drafts` is not a list")
     except (ValueError, KeyError, TypeError) as error:
         yield _rejected(context, family, "", "reply_parses", f"{error}: {reply[:MAX_QUOTED_CHARS]}")
         return
@@ -119,7 +120,7 @@ def ideas(reply: str, context: HouseContext, family: Family) -> Iterator[Idea | 
 
 
 def draft_of(idea: Idea, context: HouseContext, family: Family, author: str) -> Episode | Rejection:
-    """Return a draft with the things, and in the words, of an idea; a rejection where no start is found for it."""
+    """Return a draft with the objects and the words of an idea, or a rejection if no start or setup is found."""
     context.allowed_ids = frozenset(idea.things.values())
     try:
         drafts = list(islice(kinds_of(family)[idea.kind](context), TRIED))
@@ -136,11 +137,13 @@ def draft_of(idea: Idea, context: HouseContext, family: Family, author: str) -> 
 def _known(idea: Idea, context: HouseContext, family: Family) -> Idea | Rejection:
     if idea.kind not in FAMILIES[family].kinds:
         known = ", ".join(FAMILIES[family].kinds)
-        message = f"{idea.kind!r} is none of {known}"
+        message = f"{idea.kind!r} is not one of {known}"
         return _rejected(context, family, idea.kind, "kind_known", message, idea.instruction)
     absent = [thing_id for thing_id in idea.things.values() if thing_id not in context.view.scene.things]
     if absent:
-        return _rejected(context, family, idea.kind, "things_known", f"{absent[0]!r} is not there", idea.instruction)
+        return _rejected(
+            context, family, idea.kind, "things_known", f"{absent[0]!r} is not in the house", idea.instruction
+        )
     return idea
 
 

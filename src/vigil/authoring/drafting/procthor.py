@@ -1,11 +1,12 @@
-"""ProcTHOR-10K: houses of Ai2's dataset by split and index. The package `prior` downloads it once.
+"""ProcTHOR-10K: houses of Ai2's dataset by split and index. The package `prior` downloads the dataset once.
 
     procthor-10k              the split train
     procthor-10k:val          another split
     procthor-10k:test:7       one house; indices are the dataset's, from 0
     procthor-10k:test:0-99    houses 0 to 99
 
-The revision is pinned. `prior` would read all splits; here only the lines that are asked for are decoded.
+The revision is pinned. `prior` decodes all splits; this module reads the files itself, so that only wanted houses are
+decoded.
 """
 
 import re
@@ -20,7 +21,7 @@ from vigil.errors import SettingError, did_you_mean, shorten
 
 DATASET, OWNER = "procthor-10k", "allenai"
 REVISION = "439193522244720b86d8c81cde2e51e3a4d150cf"
-"""The commit of the houses for AI2-THOR 5.0 and later."""
+"""Commit of the dataset whose houses are for AI2-THOR 5.0 and later."""
 FORM = f"{DATASET}[:SPLIT[:INDEX]], e.g. {DATASET}:val:7 or {DATASET}:val:0-99"
 GZIP_MAGIC = b"\x1f\x8b"
 MAX_REASON_CHARS = 200
@@ -28,7 +29,7 @@ MAX_REASON_CHARS = 200
 
 @dataclass(frozen=True, slots=True)
 class Split:
-    """What the pinned revision holds of a split."""
+    """Size of a split in the pinned revision."""
 
     houses: int
     megabytes: float
@@ -46,12 +47,12 @@ class NamedHouses:
 
 
 def is_dataset(text: str) -> bool:
-    """Says whether a text is meant as houses of the dataset, and not as a file."""
+    """Return whether a text names houses of the dataset, not a file."""
     return text.partition(":")[0] == DATASET
 
 
 def named(text: str) -> NamedHouses:
-    """Return which houses a text such as `procthor-10k:val:0-99` names. Raises SettingError."""
+    """Return the houses that a text such as `procthor-10k:val:0-99` names. Raises SettingError if it is invalid."""
     _, _, rest = text.partition(":")
     name, _, index = rest.partition(":")
     name = name if ":" in text else "train"
@@ -63,7 +64,7 @@ def named(text: str) -> NamedHouses:
         return NamedHouses(name, range(last + 1))
     found = re.fullmatch(r"(\d{1,9})(?:-(\d{1,9}))?", index, re.ASCII)
     if found is None:
-        raise SettingError(f"{text!r}: {index!r} is no index. Houses are named by {FORM}.")
+        raise SettingError(f"{text!r}: {index!r} is not an index. Houses are named by {FORM}.")
     low, high = int(found[1]), int(found[2] or found[1])
     if low > high or high > last:
         raise SettingError(f"{text!r}: split {name!r} has houses 0 to {last}, and a range begins with the smaller.")
@@ -71,15 +72,15 @@ def named(text: str) -> NamedHouses:
 
 
 def split_file(split: str, report: Callable[[str], None], revision: str = REVISION) -> Path:
-    """Return the file with a split's houses, one a line; downloads the dataset where it is not there.
+    """Return the file with a split's houses, one per line; download the dataset if it is missing.
 
-    `report` is told beforehand what is downloaded. `prior` runs code of the revision that it fetches, so that no other
-    than the pinned one is. Raises SettingError for another one, without `prior`, or when it fails.
+    `report` gets a line that announces the download. Only the pinned revision is accepted, since `prior` runs code of
+    the revision that it fetches. Raises SettingError for another revision, without `prior`, or if the download fails.
     """
     if revision != REVISION:
         raise SettingError(
             f"Revision {revision!r} of {DATASET} is not read: `prior` runs code of the revision that it fetches, and "
-            f"this package knows {REVISION} alone. Give the houses as a file."
+            f"this package accepts only {REVISION}. Give the houses as a file."
         )
     if split not in SPLITS:
         hint = did_you_mean(split, SPLITS)
@@ -95,12 +96,12 @@ def split_file(split: str, report: Callable[[str], None], revision: str = REVISI
         )
         _download(prior, folder, revision)
     if not _is_downloaded(path):
-        raise SettingError(f"{str(path)!r} is missing or not whole after the download. {_remedy(folder)}")
+        raise SettingError(f"{str(path)!r} is missing or incomplete after the download. {_remedy(folder)}")
     return path
 
 
 def _is_downloaded(path: Path) -> bool:
-    """Says whether a file is there, and not only Git LFS's note of it."""
+    """Return whether the file itself is there, not only its Git LFS pointer."""
     if not path.is_file():
         return False
     with path.open("rb") as file:
@@ -109,17 +110,17 @@ def _is_downloaded(path: Path) -> bool:
 
 def _download(prior: Any, folder: Path, revision: str) -> None:
     try:
-        with chdir("."), redirect_stdout(sys.stderr):  # prior stays in its own folder when it fails
+        with chdir("."), redirect_stdout(sys.stderr):  # prior changes the folder, and does not return if it fails
             prior.load_dataset(DATASET, revision=revision, entity=OWNER)
-    except Exception as error:  # prior lets through whatever git, GitHub and the file system raise
+    except Exception as error:  # prior does not catch what git, GitHub and the file system raise
         reason = shorten(f"{type(error).__name__} {error}".strip(), MAX_REASON_CHARS)
         raise SettingError(f"{DATASET} could not be downloaded ({reason}). {_remedy(folder)}") from error
 
 
 def _remedy(folder: Path) -> str:
     return (
-        f"Look whether this machine reaches github.com and has git and git-lfs; or copy the folder {str(folder)!r} "
-        "from one that has the dataset, which then needs no network."
+        f"Check that this machine reaches github.com and has git and git-lfs; or copy the folder {str(folder)!r} "
+        "from a machine that has the dataset, which then needs no network."
     )
 
 
@@ -128,9 +129,9 @@ def _prior() -> Any:
         import prior  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise SettingError(
-            f"{DATASET} is read by the package prior, which is not installed. Give: "
+            f"{DATASET} is read by the package prior, which is not installed. Run: "
             'pip install "vigil-bench[procthor]"; or give a file of houses.'
         ) from None
     except KeyError:
-        raise SettingError(f"{DATASET} is kept in ~/.prior, and the variable HOME is not set. Set it.") from None
+        raise SettingError(f"{DATASET} is stored in ~/.prior, but the variable HOME is not set. Set it.") from None
     return prior

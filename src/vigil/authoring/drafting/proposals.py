@@ -1,7 +1,7 @@
-"""The built-in grammar of proposals: from a house's inventory to episode drafts with natural, varied instructions.
+"""Proposals of the families with one object (PG, DA, VS, SV, AI, SI), with varied instructions.
 
-Drafts fulfil most rules by construction; `vigil.authoring.review.validate` decides. Of the families with several
-objects, `sequences` proposes SM and `constraints` CR.
+Drafts satisfy most rules by construction; `vigil.authoring.review.validate` decides. `sequences` and `chains` propose
+SM, `constraints` and `leaves` CR.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -33,7 +33,8 @@ from vigil.scene.things import Thing
 from vigil.scoring.target_strata import size_of
 
 CLEAR_PX, HARD_PX = 400, START_PX
-"""Pixels of the object to act on in a start that a person finds clear, and in a hard one: what the rules ask for."""
+"""Visible pixels of the object to act on at a start that is clear to a person, and at a hard start (the rules' least).
+"""
 CLEAR_PX_BY_SIZE: dict[TargetSize, int] = {"large": 4000, "medium": 800, "small": 180}
 HARD_PX_BY_SIZE: dict[TargetSize, int] = {"large": 1000, "medium": 200, "small": SMALL_START_PX}
 STATE_PX, HARD_STATE_PX = 350, STATE_START_PX
@@ -44,28 +45,28 @@ NEVER_TARGETS = frozenset(
         *("Blinds", "Curtains", "TowelHolder", "HandTowelHolder"),
     }
 )
-"""Categories that make poor targets: parts of the building, too many, too plain, or hidden by what they hold."""
+"""Categories that are poor targets: parts of the building, numerous, plain, or hidden by what they hold."""
 UNCLEAR_WHEN_OPEN = frozenset(
     {"Book", "Blinds", "Curtains", "ShowerCurtain", "Kettle", "TVStand", "Desk", "SideTable", "CoffeeTable"}
 )
-"""What nobody would simply call open or closed."""
+"""Categories that people would not simply call open or closed."""
 SV_TOGGLES = frozenset(
     {
         *("Television", "FloorLamp", "DeskLamp", "Faucet", "Desktop", "Candle", "StoveBurner", "ShowerHead"),
         *("Microwave", "CoffeeMachine", "Laptop"),
     }
 )
-"""What shows from across a room whether it is on."""
+"""Categories that show from across a room whether they are on."""
 APPROACHED_M = (0.15, 1.9)
-"""Sizes between which a thing is approached: smaller is hard to see from afar, larger is reached from everywhere."""
+"""Longest sides (m) between which an object is approached; smaller ones are hard to see, larger ones always near."""
 MIN_SEARCHED_SIZE_M = 0.1
-"""Smaller things are not sought."""
+"""Longest side (m) above which an object is searched for."""
 ABOVE_EYES_M = 0.3
-"""What is no lower than this below the eyes is judged with a level look."""
+"""Height (m) below the eyes above which a state is judged with the camera level."""
 POSES_PER_PLACE = 3
-"""Poses tried at one place for one that does not see the target."""
+"""Number of poses tried at one place for one that does not see the target."""
 SPREAD_DEG = {True: 60.0, False: 180.0}
-"""How far, to either side, a start may look from straight away; by whether turning would show the target."""
+"""Whether turning would show the target -> greatest angle (deg) of a start's heading to straight away from it."""
 
 LABELS: dict[StateLabel, tuple[Literal["is_toggled", "is_open"], ObjectSetup]] = {
     "on": ("is_toggled", ObjectSetup(is_toggled=True)),
@@ -73,39 +74,39 @@ LABELS: dict[StateLabel, tuple[Literal["is_toggled", "is_open"], ObjectSetup]] =
     "open": ("is_open", ObjectSetup(openness=1.0)),
     "closed": ("is_open", ObjectSetup(openness=0.0)),
 }
-"""Label -> the state asked for, and how to set it."""
+"""Label -> the state that is asked about, and the change that sets it."""
 
 Drafts = Iterator[Episode]
 
 
 def is_target(thing: Thing) -> bool:
-    """Whether a thing may be asked for."""
+    """Return whether a thing may be a target."""
     return thing.category not in NEVER_TARGETS and not thing.is_structure
 
 
 def is_seen(min_px: int) -> VisibilityTest:
-    """Return the test that an object is clearly in the frame, by at least so many pixels and a margin."""
+    """Return the test that an object is observable with at least `min_px` pixels and a margin."""
     needed = min_px + MARGIN_PX
     return VisibilityTest(needed, lambda state: state.visible and state.visible_px >= needed and is_observable(state))
 
 
 def is_in_view(context: HouseContext) -> VisibilityTest:
-    """Return the test that a start shows the object to act on: clearly, or in hard ones as the rules ask."""
+    """Return the test that a start shows the object to act on: clearly, or as the rules ask if starts are hard."""
     return is_seen(HARD_PX if context.prefers_hard_starts else CLEAR_PX)
 
 
 def is_in_view_to_point(context: HouseContext, size: TargetSize) -> VisibilityTest:
-    """Return the same test for a target of a size that is pointed at."""
+    """Return the test that a start shows a target of a size to point at: clearly, or as the rules ask if hard."""
     return is_seen((HARD_PX_BY_SIZE if context.prefers_hard_starts else CLEAR_PX_BY_SIZE)[size])
 
 
 def size_of_thing(thing: Thing) -> TargetSize:
-    """Return how large a thing is as a target."""
+    """Return the size class of a thing as a target."""
     return size_of(thing.category, max(thing.asset.size))
 
 
 def pointing(context: HouseContext, size: TargetSize) -> Drafts:
-    """Yield PG drafts with targets of a size."""
+    """Yield PG drafts with targets of a size class."""
     for thing in context.things(lambda thing: is_target(thing) and size_of_thing(thing) == size):
         start = context.start_seeing(
             thing, FAMILIES["PG"].start_distance_m, DEFAULT_HORIZON_DEG, is_in_view_to_point(context, size)
@@ -142,13 +143,13 @@ def approaching(context: HouseContext) -> Drafts:
 
 
 def is_approachable(thing: Thing) -> bool:
-    """Whether a thing has a size that one walks up to."""
+    """Return whether a thing may be a target of DA: it has a suitable size and is not a drawer."""
     low, high = APPROACHED_M
     return is_target(thing) and low < max(thing.asset.size) < high and not thing.is_drawer
 
 
 def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
-    """Yield VS drafts; `by_turning` says whether turning on the spot is enough."""
+    """Yield VS drafts; `by_turning` says whether turning at the start position must or must not show the target."""
     for thing in context.things(lambda thing: is_searchable(thing) and can_be_searched_for(context, thing)):
         start = start_not_seeing(context, thing, by_turning=by_turning, horizon=LEVEL_DEG)
         if start is not None:
@@ -165,12 +166,12 @@ def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
 
 
 def is_searchable(thing: Thing) -> bool:
-    """Whether one looks for a thing itself: it is not too small, and no drawer, which is where its furniture is."""
+    """Return whether a thing may be searched for: it is not too small, and not a drawer, which is in its furniture."""
     return max(thing.asset.size) > MIN_SEARCHED_SIZE_M and not thing.is_drawer
 
 
 def can_be_searched_for(context: HouseContext, thing: Thing) -> bool:
-    """Whether a thing may be looked for: what lies in something closed is not found by looking."""
+    """Return whether a thing may be a target and does not lie in a closed container, where looking does not find it."""
     parent = context.view.scene.things.get(thing.parent or "")
     surface = surface_named(parent, thing.surface) if parent is not None else None
     is_shut_away = surface is not None and surface.needs_opening and parent is not None and parent.openness < WIDE_OPEN
@@ -178,7 +179,10 @@ def can_be_searched_for(context: HouseContext, thing: Thing) -> bool:
 
 
 def start_not_seeing(context: HouseContext, thing: Thing, *, by_turning: bool | None, horizon: float) -> Pose | None:
-    """Return a start pose that does not see a thing; None when none is found."""
+    """Return a start pose that does not see a thing; None if none is found.
+
+    `by_turning` says whether turning must or must not show the thing (None: either); `horizon` is the pitch (deg).
+    """
     return context.hardest(_starts_not_seeing(context, thing, by_turning, horizon), thing)
 
 
@@ -228,7 +232,7 @@ def verifying(context: HouseContext, label: StateLabel) -> Drafts:
 
 
 def _shows_state(state: Literal["is_toggled", "is_open"], min_px: int) -> VisibilityTest:
-    """Return the test that the parts of an object that tell a state are clearly in the frame."""
+    """Return the test that the parts that show an object's state are in view with `min_px` pixels and a margin."""
     needed = min_px + 2 * MARGIN_PX
     return VisibilityTest(
         needed, lambda seen: seen.state_px(state) >= needed and seen.visible and is_state_observable(seen, state)
@@ -242,7 +246,7 @@ def _has_state(thing: Thing, state: str) -> bool:
 
 
 def acting(context: HouseContext, act: Act) -> Drafts:
-    """Yield AI drafts: the target is in view but out of reach."""
+    """Yield AI drafts of an act: the target is in view but out of reach."""
     yield from _drafts_of_act(
         context,
         ("AI", ORDERS, act),
@@ -254,7 +258,10 @@ def acting(context: HouseContext, act: Act) -> Drafts:
 
 
 def seeking(context: HouseContext, act: Act, *, by_turning: bool | None = None) -> Drafts:
-    """Yield SI drafts: the target is out of view; `by_turning` says whether turning shows it (None: either)."""
+    """Yield SI drafts of an act: the target is out of view.
+
+    `by_turning` says whether turning must or must not show the target (None: either).
+    """
     yield from _drafts_of_act(
         context,
         ("SI", SEARCH_ORDERS, act),
@@ -269,7 +276,7 @@ def _drafts_of_act(
     things: Iterable[Thing],
     start_for: Callable[[Thing], Pose | None],
 ) -> Drafts:
-    """Yield a draft for each thing that has a start: a family's, with one of its sentences and one act."""
+    """Yield a draft of a family and an act for each thing that has a start."""
     family, sentences, act = kind
     for thing in things:
         setup = setup_for(thing, act)
@@ -292,7 +299,7 @@ def _drafts_of_act(
 
 
 def allows(thing: Thing, act: Act) -> bool:
-    """Whether an act makes sense with a thing."""
+    """Return whether a thing allows an act."""
     if act == "pick":
         return thing.is_pickupable
     if act in ("open", "close"):
@@ -301,7 +308,7 @@ def allows(thing: Thing, act: Act) -> bool:
 
 
 def setup_for(thing: Thing, act: Act) -> Setup:
-    """Return the setup in which an act is still to be done."""
+    """Return the setup in which a thing is in the state before an act."""
     changes: dict[Act, ObjectSetup] = {
         "open": ObjectSetup(openness=0.0),
         "close": ObjectSetup(openness=1.0),
@@ -313,12 +320,12 @@ def setup_for(thing: Thing, act: Act) -> Setup:
 
 
 def _with_laptop_open(thing: Thing, change: ObjectSetup) -> ObjectSetup:
-    """Return a change of whether a thing is on, with a laptop open: a closed one shows nothing."""
+    """Return a change, with openness 1 added for a laptop, since a closed one does not show whether it is on."""
     return change.model_copy(update={"openness": 1.0}) if thing.category == "Laptop" else change
 
 
 def goal_for(thing: Thing, act: Act) -> Goal:
-    """Return what an act is to bring about."""
+    """Return the goal that an act on a thing reaches."""
     if act == "pick":
         return ObjectHeld(object_id=thing.id)
     state = "is_open" if act in ("open", "close") else "is_toggled"

@@ -1,4 +1,7 @@
-"""Proposals of sequences (SM): open something and take out what is inside, put things elsewhere or into others."""
+"""Proposals of sequences (SM): open a container, take an object out of it, put an object on or into a receptacle.
+
+Longer sequences are in `vigil.authoring.drafting.chains`.
+"""
 
 from collections.abc import Iterator
 from functools import partial
@@ -17,11 +20,12 @@ from vigil.scene.supports import is_level, surface_frame, surface_named
 from vigil.scene.things import Thing
 
 START_AWAY_M = (0.7, 4.0)
-
+"""Distances (m) from the first object to act on between which an episode starts."""
 TRIED_CONTENTS = 3
+"""Number of objects tried as the content of each container."""
 TRIED_RECEPTACLES = 3
 MOVED = ("target", "second")
-"""Roles of what is put elsewhere: in which room it is now would be taken for where it is to go."""
+"""Roles of objects that are moved; naming their present room could be read as naming their destination."""
 TABLES = ("CounterTop", "DiningTable", "CoffeeTable", "Desk", "SideTable", "Dresser", "TVStand", "Cart")
 SEATS = ("Sofa", "Bed", "ArmChair", "Ottoman", "Chair", "Stool")
 SOFT = frozenset(
@@ -38,7 +42,7 @@ SOFT = frozenset(
         "TennisRacket",
     )
 )
-"""What one may leave on a seat as well as on a table."""
+"""Categories that people put on a seat as well as on a table."""
 FOOD = ("Apple", "Tomato", "Potato", "Egg", "Bread", "Lettuce")
 WARE = ("Plate", "Bowl", "Cup", "Mug", "Fork", "Spoon", "Knife", "ButterKnife", "Spatula", "Ladle", "Pot", "Pan")
 PUT_INTO = {
@@ -47,17 +51,17 @@ PUT_INTO = {
     "Bowl": ("Apple", "Egg", "Potato", "Tomato", "Spoon"),
     "Bathtub": ("Towel", "SoapBottle", "SoapBar", "Cloth", "SprayBottle"),
 }
-"""What stands open -> what one puts into it."""
+"""Receptacle without a door or lid -> categories that people put into it."""
 
 
 def revealing(context: HouseContext) -> Drafts:
-    """Yield `reveal_pick` drafts: open a container and take out what is inside."""
+    """Yield `reveal_pick` drafts: open a container and take out an object."""
     for container, inside, setup in filled(context):
         yield from _draft(context, "reveal_pick", setup, container, {"container": container, "target": inside})
 
 
 def emptying(context: HouseContext) -> Drafts:
-    """Yield `open_pick_place` drafts: open a container, take out what is inside, put it somewhere else."""
+    """Yield `open_pick_place` drafts: open a container, take out an object, put it on or into a receptacle."""
     for container, inside, setup in filled(context):
         furniture = container.parent if container.is_drawer else None
         for receptacle in receptacles_for(context, inside, {container.id, furniture, inside.id, inside.parent}):
@@ -66,7 +70,7 @@ def emptying(context: HouseContext) -> Drafts:
 
 
 def putting_in(context: HouseContext) -> Drafts:
-    """Yield `put_into` drafts: take something and put it into a container, opened where it must be."""
+    """Yield `put_into` drafts: take an object and put it into a container, which is opened first if it can be."""
     for container in context.things(_may_hold):
         setup = Setup(objects={container.id: ObjectSetup(openness=0.0)}) if container.is_openable else Setup()
         for target in context.things(partial(may_go_in, container)):
@@ -77,7 +81,7 @@ def putting_in(context: HouseContext) -> Drafts:
 
 
 def rearranging(context: HouseContext) -> Drafts:
-    """Yield `rearrange` drafts: take something from one receptacle and put it on another."""
+    """Yield `rearrange` drafts: take an object from one receptacle and put it on or into another."""
     for target in context.things(lambda thing: thing.is_pickupable and is_target(thing) and thing.parent is not None):
         source = context.thing(target.parent or "")
         if source.category not in (*TABLES, *SEATS):
@@ -90,7 +94,7 @@ def rearranging(context: HouseContext) -> Drafts:
 def _draft(
     context: HouseContext, template: str, setup: Setup, first: Thing, roles: dict[str, Thing]
 ) -> Iterator[Episode]:
-    """Yield one draft, or none where no start or no words are found."""
+    """Yield one draft, or none if no start pose or no words are found."""
     if not context.can_begin(setup):
         return
     phrases = {role: context.phrase(thing.id) for role, thing in roles.items()}
@@ -110,7 +114,7 @@ def _draft(
     if leaf is not None:
         role = next(role for role, thing in roles.items() if thing is leaf)
         words |= opening_phrase(leaf.category, words[role]).slots()
-    words |= {"into": "into", "in_": _in(named.get("receptacle"))} if inside else {"into": "on", "in_": "on"}
+    words |= {"into": "into", "in_": _place_word(named.get("receptacle"))} if inside else {"into": "on", "in_": "on"}
     yield context.draft(
         "SM",
         TaskSpec(
@@ -125,15 +129,18 @@ def _draft(
 
 
 def is_wordy(phrases: dict[str, Phrase]) -> bool:
-    """Whether a sentence with all of the phrases would be heavy: things placed by others, or one room said twice."""
+    """Return whether phrases (by role) are too much for one sentence.
+
+    They are if one names a support, one of a moved object names its room, or two name the same room.
+    """
     rooms = [phrase.room for phrase in phrases.values() if phrase.room is not None]
     is_placed = any(phrase.support is not None for phrase in phrases.values())
     is_moved = any(phrases[role].room is not None for role in MOVED if role in phrases)
     return is_placed or is_moved or len(set(rooms)) < len(rooms)
 
 
-def _in(receptacle: Phrase | None) -> str:
-    """Return how to say that something is placed in a receptacle: not "in the sink in the kitchen"."""
+def _place_word(receptacle: Phrase | None) -> str:
+    """Return the word for placing an object in a receptacle, which avoids "in the sink in the kitchen"."""
     return "into" if receptacle is not None and receptacle.room else "in"
 
 
@@ -146,7 +153,10 @@ def _goal(target: Thing, receptacle: Thing | None, leaf: Thing | None, *, inside
 
 
 def filled(context: HouseContext) -> Iterator[tuple[Thing, Thing, Setup]]:
-    """Yield closed containers with something to take in them: what lies there, else what is put there."""
+    """Yield containers, each with an object and a setup in which the container is closed and holds the object.
+
+    The setup places the object inside unless it lies there already.
+    """
     for container in context.things(lambda thing: thing.is_openable and thing.category in BELONGS_IN):
         shut = {container.id: ObjectSetup(openness=0.0)}
         belongs = partial(belongs_in, container, context.items[container.id].room)
@@ -163,7 +173,7 @@ def _lies_in(container: Thing, thing: Thing) -> bool:
 
 
 def _place_inside(thing: Thing, container: Thing) -> Placement | None:
-    """Return a place for a thing on one of the container's inner surfaces, away from what lies there; None without."""
+    """Return a placement of a thing in the middle of a level surface inside a container; None if it fits on none."""
     size = thing.asset.size
     for surface in container.asset.surfaces:
         frame = surface_frame(container, surface, 0.0)
@@ -177,25 +187,28 @@ def _place_inside(thing: Thing, container: Thing) -> Placement | None:
 
 
 def _may_hold(thing: Thing) -> bool:
-    """Whether things are put into a thing; what has drawers of their own has no inside besides them."""
+    """Return whether people put objects into a thing, and it has a surface inside that is not in one of its drawers."""
     is_container = thing.category in BELONGS_IN or thing.category in PUT_INTO
     return is_container and any(surface.is_inside for surface in thing.asset.surfaces)
 
 
 def may_go_in(container: Thing, thing: Thing) -> bool:
-    """Whether a person would put a thing into a container, and it can be."""
+    """Return whether a person would put a thing into a container, where it is not yet, and the thing can be moved."""
     suits = thing.category in (*BELONGS_IN.get(container.category, ()), *PUT_INTO.get(container.category, ()))
     takes = CATALOG[container.category].can_hold(CATALOG[thing.category])
     return suits and takes and thing.is_pickupable and is_target(thing) and thing.parent != container.id
 
 
 def receptacles_for(context: HouseContext, target: Thing, without: set[str | None]) -> list[Thing]:
-    """Return things that a target can be put on, a few of them, in a random order."""
+    """Return at most `TRIED_RECEPTACLES` things on or into which a target can be put, in a random order.
+
+    `without` are ids of things that are not wanted.
+    """
     return context.things(lambda thing: thing.id not in without and suits(thing, target))[:TRIED_RECEPTACLES]
 
 
 def suits(receptacle: Thing, target: Thing) -> bool:
-    """Whether a person would put a thing on another, and it can be."""
+    """Return whether a person would put a target on or into a receptacle, and the receptacle can hold it."""
     kind = CATALOG[target.category]
     is_usual = receptacle.category in TABLES or (target.category in SOFT and receptacle.category in SEATS)
     is_usual = is_usual or target.category in PUT_INTO.get(receptacle.category, ())

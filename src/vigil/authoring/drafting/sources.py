@@ -1,4 +1,4 @@
-"""Where houses come from: files of houses, ProcTHOR-10K, or seeds for the project's own generator."""
+"""Sources of houses: files of houses, ProcTHOR-10K, or seeds for the project's own generator."""
 
 import gzip
 import re
@@ -25,17 +25,17 @@ from vigil.packs.private import is_secret, secret_name, secret_subseed
 from vigil.protocol.house import MAX_HOUSE_BYTES, House
 
 MAX_LINES_BYTES = 16 * 1024 * MIB
-"""Of a file of houses when it is not compressed."""
+"""Greatest size (bytes) of a file of houses, decompressed."""
 MIXED = (
     *("kitchen", "2", "3", "4", "2", "bedroom", "3", "2", "4", "5"),
     *("living-room", "2", "3", "4", "2", "bathroom", "3", "2", "4", "6"),
 )
-"""What `mixed` stands for: a fifth of one room, three tenths of two, a fifth of three and of four, a tenth of more."""
+"""Specs that `mixed` stands for: 20 % one room, 30 % two, 20 % three, 20 % four, 10 % more."""
 DRAWN_SEEDS = range(100_000, 1_000_000)
-"""Of houses that are drawn by a seed which is no secret: few enough to try them all."""
+"""Seeds of houses that are drawn by a public seed; there are few enough of them to try all."""
 _T = TypeVar("_T")
 OnDownload = Callable[[str], None]
-"""Is told what is downloaded, before it is."""
+"""A function that gets a line that announces a download."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,44 +45,45 @@ class GeneratedHouse:
     seed: int
     spec: str
     given_name: str = ""
-    """Its name, where the seed is to be told neither by that nor by the house itself."""
+    """Name of the house if neither the name nor the house may reveal the seed; else empty."""
 
     @property
     def name(self) -> str:
-        """The house's name."""
+        """Name of the house in packs."""
         return self.given_name or f"{spec_for(self.spec).name}_{self.seed}"
 
     def house(self) -> House:
-        """Return the house. Raises SettingError where the seed yields none."""
+        """Return the house. Raises SettingError if the seed does not yield one."""
         house = generate(self.seed, spec_for(self.spec))
         return with_seed_removed(house, self.given_name) if self.given_name else house
 
     def origin(self, house: House) -> None:
-        """Return nothing: the house itself names its generator, and its seed unless that is secret."""
+        """Return None: the house itself names its generator, and its seed unless that is secret."""
 
 
 @dataclass(frozen=True, slots=True)
 class HouseInFile:
-    """A house in a file: alone, or a line of many."""
+    """A house in a file, either the only one or one line of many."""
 
     path: Path
     line: int | None = None
+    """Number of the line, from 1; None if the file holds one house."""
     given_name: str = ""
-    """Its name, where that does not follow from the file's."""
+    """Name of the house if it does not follow from the file's name; else empty."""
     dataset: str = ""
-    """What the file is of; else it is called by the file's name."""
+    """Name of the dataset; empty if it is the file's name."""
     split: str | None = None
     revision: str | None = None
 
     @property
     def name(self) -> str:
-        """The house's name."""
+        """Name of the house in packs."""
         return self.given_name or (
             self.path.stem if self.line is None else f"{self.path.name.split('.')[0]}_{self.line}"
         )
 
     def house(self) -> House:
-        """Return the house. Raises HouseError."""
+        """Return the house. Raises HouseError if it cannot be read."""
         if self.line is None:
             return House(self.name, House.load(self.path).data)
         for text in islice(lines_of(self.path), self.line - 1, self.line):
@@ -90,7 +91,7 @@ class HouseInFile:
         raise HouseError(f"House {self.name!r}: {str(self.path)!r} has no line {self.line}.")
 
     def parse_line(self, text: bytes) -> House:
-        """Return the house that its line is. Raises HouseError."""
+        """Return the house that the text of its line holds. Raises HouseError if it is not JSON."""
         try:
             return House(self.name, read_json(text))
         except ValueError as error:
@@ -98,7 +99,7 @@ class HouseInFile:
             raise HouseError(f"House {self.name!r}: {place} is not JSON: {error}.") from None
 
     def origin(self, house: House) -> HouseOrigin:
-        """Return what a pack tells of where the house is from. Raises HouseError for a name that no pack may hold."""
+        """Return the house's source as packs record it. Raises HouseError if the name is not allowed in packs."""
         fields = {
             "name": self.name,
             "dataset": self.dataset or self.path.name,
@@ -117,9 +118,10 @@ HouseSource = GeneratedHouse | HouseInFile
 
 
 def houses_from_seeds(seeds: str, specs: Iterable[str], secret: int | None = None) -> list[HouseSource]:
-    """Return houses to generate for seeds `A:B` (B excluded), each seed with each spec in turn.
+    """Return houses to generate for seeds `A:B` (B excluded), which take the specs in turn.
 
-    With a `secret` seed these are numbers of houses that only who knows it can make. Raises SettingError.
+    With a `secret` seed, A to B are numbers of houses that only those who know the seed can generate.
+    Raises SettingError if the range or a spec is invalid.
     """
     found = re.fullmatch(r"(\d{1,18}):(\d{1,18})", seeds, re.ASCII)
     first, last = (int(found[1]), int(found[2])) if found else (0, 0)
@@ -127,15 +129,15 @@ def houses_from_seeds(seeds: str, specs: Iterable[str], secret: int | None = Non
         raise SettingError(f"Seeds {seeds!r}: expected FIRST:END with FIRST < END, e.g. 100:160.")
     if last - first > MAX_LINES:
         raise SettingError(
-            f"Seeds {seeds!r}: more than {MAX_LINES:,} houses. Propose in parts, each in a file of its own."
+            f"Seeds {seeds!r}: more than {MAX_LINES:,} houses. Propose in several parts, each with its own file."
         )
     return _houses_by_turns(range(first, last), specs, secret)
 
 
 def houses_drawn_from(seed: int, count: int, specs: Iterable[str]) -> list[HouseSource]:
-    """Return so many houses to generate, whose own seeds only who knows `seed` can tell; more begin with the same.
+    """Return `count` houses to generate, drawn by `seed`; a larger count begins with the same houses.
 
-    Raises SettingError.
+    If `seed` is secret, only those who know it can generate them. Raises SettingError if a spec is invalid.
     """
     if is_secret(seed):
         return _houses_by_turns(range(count), specs, seed)
@@ -143,7 +145,10 @@ def houses_drawn_from(seed: int, count: int, specs: Iterable[str]) -> list[House
 
 
 def draw_sample(choice: Sequence[_T], seed: int, count: int | None) -> list[_T]:
-    """Return so many of some things, drawn by `seed`; more begin with the same. All as they stand, without `count`."""
+    """Return `count` of the items, drawn by `seed`, or all of them in their order if it is None.
+
+    A larger count begins with the same items.
+    """
     if count is None:
         return list(choice)
     order = np.random.default_rng([len(choice), seed]).permutation(len(choice))
@@ -151,7 +156,7 @@ def draw_sample(choice: Sequence[_T], seed: int, count: int | None) -> list[_T]:
 
 
 def secret_house(secret: int, number: int, spec: str) -> GeneratedHouse:
-    """Return a house to generate that only who knows the secret seed can make; its name tells nothing of it."""
+    """Return a house that only those who know the secret seed can generate; its name does not reveal the seed."""
     which = f"{number} {spec}".encode()
     return GeneratedHouse(secret_subseed(secret, "house", which), spec, secret_name(secret, "house", which))
 
@@ -171,8 +176,8 @@ def houses_from(
 ) -> list[HouseInFile]:
     """Return the houses at some places, at most `limit` of each.
 
-    A place is a file (JSON, or one house a line in .jsonl and .jsonl.gz), or houses of ProcTHOR-10K by name; `report`
-    is told what is downloaded. Raises SettingError.
+    A place is a file (JSON, or one house per line in .jsonl and .jsonl.gz), or names houses of ProcTHOR-10K. `report`
+    gets a line that announces a download. Raises SettingError if a place is invalid or two houses have one name.
     """
     found: list[HouseInFile] = []
     for place in places:
@@ -184,7 +189,10 @@ def houses_from(
 
 
 def house_at(place: str, report: OnDownload) -> House:
-    """Return the one house in a JSON file, or of ProcTHOR-10K by name. Raises HouseError or SettingError."""
+    """Return the one house in a JSON file or named in ProcTHOR-10K.
+
+    Raises HouseError if it cannot be read, SettingError if the name is invalid or names several houses.
+    """
     if not is_dataset(place):
         return House.load(Path(place))
     count = len(named(place).indices)
@@ -195,7 +203,7 @@ def house_at(place: str, report: OnDownload) -> House:
 
 
 def read_all(sources: Iterable[HouseInFile]) -> Iterator[tuple[HouseInFile, House | HouseError]]:
-    """Yield each house, or why it is none; a file with a house a line is read once, in the order of its lines."""
+    """Yield each house, or the error of reading it; a file of many is read once, in the order of its lines."""
     for path, group in groupby(sources, key=lambda source: source.path):
         left = {source.line: source for source in group}
         if None in left:
@@ -223,7 +231,7 @@ def _tried(make: Callable[[], House]) -> House | HouseError:
 
 
 def lines_of(path: Path) -> Iterator[bytes]:
-    """Yield the lines of a file, compressed or not, within the limits of a file of houses. Raises HouseError."""
+    """Yield the lines of a file, compressed or not. Raises HouseError if it is unreadable or beyond the limits."""
     what = f"House file {str(path)!r}"
     total = 0
     with open_file(path, what, HouseError) as file:
@@ -242,7 +250,7 @@ def lines_of(path: Path) -> Iterator[bytes]:
                 f"it is over {MAX_LINES_BYTES // MIB // 1024} GiB": total > MAX_LINES_BYTES,
             }
             for fault in (fault for fault, is_so in limits.items() if is_so):
-                raise HouseError(f"{what}: {fault}, the limit for a file with one house a line. Is it one?")
+                raise HouseError(f"{what}: {fault}, the limit for a file with one house per line. Is it such a file?")
             yield line
 
 
@@ -254,7 +262,10 @@ def _of_dataset(place: str, report: OnDownload) -> list[HouseInFile]:
 def dataset_houses(
     split: str, indices: Sequence[int], report: OnDownload, revision: str = REVISION
 ) -> list[HouseInFile]:
-    """Return houses of ProcTHOR-10K; none is read yet. Raises SettingError."""
+    """Return houses of a split of ProcTHOR-10K, without reading them.
+
+    Raises SettingError if an index is too large or the dataset cannot be downloaded.
+    """
     path = split_file(split, report, revision)
     for index in indices:
         if index >= SPLITS[split].houses:

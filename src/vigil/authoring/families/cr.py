@@ -1,4 +1,4 @@
-"""Constraint Resolving: act on an object after resolving what prevents it, which is said or left to be found."""
+"""Constraint Resolving: act on an object after resolving a constraint, which the instruction states or leaves out."""
 
 from vigil.protocol.family import DraftKind, FamilySpec, StreamGrading
 

@@ -1,7 +1,7 @@
-"""What a person calls a thing by its looks, where that is not what the catalog calls it.
+"""Names and colours by appearance, where a person would not call a thing what the catalogue calls it.
 
-A counter's doors are those of a cabinet, a strip beside a washbasin is no kitchen counter, and a stool with white legs
-under a blue seat is no white stool.
+A counter with doors is also a cabinet, a worktop next to a washbasin is not a kitchen counter, and a stool with white
+legs under a blue seat is not a white stool.
 """
 
 from collections import defaultdict
@@ -16,49 +16,50 @@ from vigil.scene.supports import surface_named
 from vigil.scene.things import Thing
 
 WITH_DOORS = frozenset({"CounterTop"})
-"""Base cabinets under a worktop, always."""
+"""Categories that always have doors: base cabinets under a worktop."""
 VANITY_HEIGHT_M = 0.5
-"""A taller washbasin stands on a foot or on a cabinet of painted wood."""
+"""Height (m) above which a washbasin includes a foot or a cabinet of painted wood."""
 PAINTED = "paint/"
+"""Beginning of the names of painted materials."""
 SEATS = frozenset({"Chair", "Footstool", "Ottoman", "Stool"})
 MIN_COLOUR_SHARE, MIN_SEAT_COLOUR_SHARE = 0.4, 0.6
-"""Of what one sees of a thing, so much is of the colour that names it; of a seat more than its legs can be."""
+"""Least share of a thing's visible area in the colour that names it; for seats, more than their legs can have."""
 _LOOKING_DOWN_DEG = 30.0
 _AROUND = np.radians(np.arange(0.0, 360.0, 45.0))
 _LEVEL, _UP = np.cos(np.radians(_LOOKING_DOWN_DEG)), np.sin(np.radians(_LOOKING_DOWN_DEG))
 _TOWARDS = np.stack([_LEVEL * np.cos(_AROUND), np.full_like(_AROUND, _UP), _LEVEL * np.sin(_AROUND)], axis=1)
-"""Unit vectors from a thing to who looks at it, from eight sides."""
+"""Unit vectors (8, 3) from a thing to viewers on eight sides, who look down at it."""
 
 
 def names_by_appearance(thing: Thing) -> tuple[str, ...]:
-    """Return what else a thing would be called by who sees it: a counter with doors is a cabinet, too."""
+    """Return the other names that a person who sees a thing may use: a counter with doors is also a cabinet."""
     is_vanity = thing.category == "Sink" and thing.asset.size.y > VANITY_HEIGHT_M
     has_doors = is_vanity and any(part.material.startswith(PAINTED) for part in thing.asset.parts)
     return ("cabinet",) if has_doors or thing.category in WITH_DOORS else ()
 
 
 def is_open_shelf(thing: Thing, name: str | None) -> bool:
-    """Whether a surface of a thing is a shelf that nobody opens: what lies there lies on it, not in the thing."""
+    """Return whether a surface of a thing is an open shelf, so that objects lie on the shelf and not in the thing."""
     surface = surface_named(thing, name)
     is_shelved = any(each.needs_opening or each.name.startswith("shelf") for each in thing.asset.surfaces)
     return surface is not None and surface.is_inside and not surface.needs_opening and is_shelved
 
 
 def has_misleading_name(category: str, room: str | None) -> bool:
-    """Whether nobody would call a thing there by its name: a worktop beside a washbasin is not "the countertop"."""
+    """Return whether people would not use a category's name in a room: "countertop" for a bathroom's worktop."""
     return category == "CounterTop" and room == "bathroom"
 
 
 def min_colour_share(category: str) -> float:
-    """Return which share of what one sees of a thing a colour must have to name it."""
+    """Return the least share of a thing's visible area that a colour must have to name it."""
     return MIN_SEAT_COLOUR_SHARE if category in SEATS else MIN_COLOUR_SHARE
 
 
 @lru_cache(maxsize=1024)
 def colour_shares(*assets: Asset) -> dict[str, float]:
-    """Return word for a colour -> the share of it in what one sees of a thing from around; nothing for glass.
+    """Return colour word -> share of the area visible from around a thing; glass does not count.
 
-    Furniture with drawers of its own is several assets.
+    A piece of furniture with drawers consists of several assets. The result is empty for a thing of glass only.
     """
     seen: defaultdict[str, float] = defaultdict(float)
     for part in (part for asset in assets for part in asset.parts):
@@ -73,7 +74,7 @@ def colour_shares(*assets: Asset) -> dict[str, float]:
 
 
 def _seen_area(mesh: Mesh) -> float:
-    """Return the area of a mesh as it is seen from around and a little above, hidden or not (m2)."""
+    """Return a mesh's mean projected area (m2) for viewers around and above it, without regard to occlusion."""
     corners = np.asarray(mesh.vertices, np.float64)[np.asarray(mesh.faces)]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2
     return float(np.maximum(normals @ _TOWARDS.T, 0.0).mean(axis=1).sum())

@@ -1,8 +1,8 @@
 """The sentence forms of the longer sequences (SM), by template, each in two halves (see `sentences`).
 
-What is put on something goes "onto" it: "the cup on the desk" would be a cup that lies there already. Slots: as in
-`sequence_sentences`; besides, `second` is what to call the second thing that is moved, `other` what is opened second,
-`it` and `is` agree with `whole`, and `order_a` and `order_b` say two orders in full.
+The word for placing is "onto": "the cup on the desk" would be a cup that lies there already. Slots: those of
+`sequence_sentences`; `second`, the second object that is moved; `other`, what is opened second; `it`, the pronoun for
+`whole`; `order_a` and `order_b`, two orders in full.
 """
 
 from vigil.authoring.language.sentences import Sentences
@@ -116,4 +116,4 @@ CHAINS = {
         ),
     ),
 }
-"""Template -> its sentences."""
+"""Template -> its sentence forms."""

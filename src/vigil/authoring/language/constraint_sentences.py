@@ -1,9 +1,9 @@
-"""The sentence forms of constraints that are told (CR), by kind, each in two halves (see `sentences`).
+"""The sentence forms of explicit constraints (CR), by kind, each in two halves (see `sentences`).
 
-What is in the way is moved aside and not just picked up: a hand that still holds it could take nothing else. Slots:
-`order` and `order_it` say the order, `target`, `obstacle` and `blocker` are what to call the things, `target_it` and
-`obstacle_it` speak of them again, `obstacle_blocks` and `obstacle_stands` agree with the obstacle in number; `whole` is
-what is opened; the others agree with `whole`, or with `blocker` where there is one.
+An obstacle is moved aside, not just picked up, since a hand that holds it cannot take anything else. Slots: `order`
+and `order_it`, the order; `target`, `obstacle` and `blocker`, phrases for the things; `target_it` and `obstacle_it`,
+their pronouns; `obstacle_blocks` and `obstacle_stands`, verbs that agree with the obstacle in number; `whole`, what is
+opened; `it`, the pronoun for `whole`, or for `blocker` where there is one.
 """
 
 from vigil.authoring.language.sentences import Sentences

@@ -1,6 +1,6 @@
-"""Telling look-alikes apart: the phrases that mean one of several things that its bare name could mean.
+"""Disambiguation of look-alikes: phrases that mean one of several things with the same name.
 
-By an attribute (its colour), by place (what it lies on), or by a relation to something that there is one of.
+They use an attribute (the colour), the place (what the thing lies on), or a relation to something unique.
 """
 
 from collections.abc import Iterable, Iterator
@@ -26,31 +26,32 @@ NEVER_ANCHORS = frozenset(
         *("HandTowelHolder", "ToiletPaperHanger", "WallDecor", "RoomDecor", "Chair", "Stool", "Drawer"),
     }
 )
-"""Too flat, too high, too many or too easily moved to find one's way by."""
+"""Categories too flat, too high, too numerous or too easily moved to locate other things by."""
 ANCHOR_M = 0.2
-"""Longest side of the smallest thing that others are placed by."""
+"""Least longest side (m) of an anchor, the thing in a relation by which another is located."""
 MIN_ANCHOR_SHARE = 0.7
-"""Of a thing's own longest side: a desk is not found by the lamp that stands next to it."""
+"""Least longest side of an anchor as a share of the located thing's; people do not find a desk by a lamp next to it."""
 LARGE_M = 0.6
-"""Longest side of the smallest thing that is a landmark for the whole room."""
+"""Least longest side (m) of a landmark, an anchor for a whole room."""
 LANDMARK_M = 3.0
-"""Beyond this distance nobody would name a thing as the closest to a landmark."""
+"""Gap (m) up to which an anchor is used at all."""
 COVERING_FURNITURE = frozenset({"Desk", "DiningTable", "CoffeeTable", "SideTable", "Bed", "Sink"})
-"""What other things stand under."""
+"""Categories under which other things stand."""
 
 
 def look_alikes(item: DescribedThing, items: Iterable[DescribedThing]) -> list[DescribedThing]:
-    """Return the other things of a thing's own name.
+    """Return the other things with exactly a thing's name.
 
-    A cell phone may be taken for a remote control, but nobody who asks for the one needs to say which.
+    A cell phone may be mistaken for a remote control, but "the cell phone" needs no further words.
     """
     return [other for other in items if other.id != item.id and other.name == item.name]
 
 
 def disambiguating_phrases(item: DescribedThing, items: Iterable[DescribedThing]) -> list[Phrase]:
-    """Return the phrases that mean one of several look-alikes and it alone, each by one thing that sets it apart.
+    """Return the phrases that mean one of several look-alikes only, each by colour, by place or by a relation.
 
-    None where the bare name means it alone, and none of a drawer, which its furniture is told by.
+    The list is empty for a thing without look-alikes or with a misleading name, and for a drawer, whose name says its
+    furniture.
     """
     everything = list(items)
     if item.has_misleading_name or is_drawer(item.name) or not look_alikes(item, everything):
@@ -60,7 +61,7 @@ def disambiguating_phrases(item: DescribedThing, items: Iterable[DescribedThing]
 
 
 def _is_unambiguous(phrase: Phrase, item: DescribedThing, items: list[DescribedThing], names: list[str]) -> bool:
-    """Whether a phrase means one thing and it alone, and still does when it is read in a text."""
+    """Return whether a phrase means one thing only, and reads back from a text as the same phrase for it."""
     if referents(phrase, items) != [item]:
         return False
     read = mentions(str(phrase), names)
@@ -72,7 +73,7 @@ def _is_unambiguous(phrase: Phrase, item: DescribedThing, items: list[DescribedT
 
 
 def anchor_of(phrase: Phrase, items: Iterable[DescribedThing]) -> DescribedThing | None:
-    """Return the thing that a phrase's relation is to; None without a relation, or where there are several."""
+    """Return the thing to which a phrase relates another; None without a relation, or if it is not unique."""
     found = [] if phrase.anchor is None else referents(Phrase(phrase.anchor), items)
     return found[0] if len(found) == 1 else None
 
@@ -94,7 +95,7 @@ def _tried(item: DescribedThing, items: list[DescribedThing]) -> Iterator[Phrase
 
 
 def _anchors(item: DescribedThing, items: list[DescribedThing]) -> Iterator[DescribedThing]:
-    """Yield the things near by of which there is one, by what they are called, the nearest first."""
+    """Yield the possible anchors within `LANDMARK_M` whose bare name is unique, the nearest first."""
     box = item.box
     near = [
         (gap_m(box, other.box), other.id, other)

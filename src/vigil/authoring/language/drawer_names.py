@@ -1,7 +1,7 @@
-"""What to call one drawer of several: by its row from above and its column from the left, as seen from the front.
+"""Names of single drawers, by their row from above and their column from the left, as seen from the front.
 
-"The top drawer of the side table", "the second drawer from above of the dresser", "the upper left drawer of the TV
-stand". The furniture is always said: alone, "the top drawer" could be another's.
+Examples are "the top drawer of the side table", "the second drawer from above of the dresser" and "the upper left
+drawer of the TV stand". The name includes the furniture, since "the top drawer" could be one of another piece.
 """
 
 from collections.abc import Callable
@@ -14,22 +14,27 @@ from vigil.scene.supports import drawers_of
 from vigil.scene.things import Scene, Thing
 
 OF = " of the "
-"""Between a drawer and its furniture in a name."""
+"""Text between a drawer and its furniture in a name."""
 DRAWER = "drawer"
 SAME_ROW_M = 0.05
-"""Drawers whose middles differ by less are in one row, or in one column."""
+"""Greatest distance (m) between the middles of drawers in one row, or in one column."""
+MAX_COLUMNS = 3
+"""Number of columns that words can tell apart: left, middle and right."""
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
 
 
 def drawer_name(scene: Scene, drawer: Thing) -> str:
-    """Return what a drawer is called in its furniture; a bare "drawer" where its drawers stand in no full grid."""
+    """Return a drawer's name with its furniture.
+
+    It does not say which drawer it is if the drawers do not form a full grid, or one that words cannot describe.
+    """
     chest = scene.things[drawer.parent or ""]
     display_name = CATALOG[chest.category].display_name
     places = {part.id: _place(chest, part) for part in drawers_of(scene, chest)}
     rows = _steps([-height for _, height in places.values()])
     columns = _steps([along for along, _ in places.values()])
     along, height = places[drawer.id]
-    if len(rows) * len(columns) != len(places) or len(rows) > len(ORDINALS) or len(columns) > 3:
+    if len(rows) * len(columns) != len(places) or len(rows) > len(ORDINALS) or len(columns) > MAX_COLUMNS:
         return f"{DRAWER}{OF}{display_name}"
     return (
         f"{_drawer_in_grid(_index(rows, -height), len(rows), _index(columns, along), len(columns))}{OF}{display_name}"
@@ -37,24 +42,25 @@ def drawer_name(scene: Scene, drawer: Thing) -> str:
 
 
 def is_drawer(name: str) -> bool:
-    """Whether a name is a drawer's, or the bare word."""
+    """Return whether a name is that of a drawer, or the bare word."""
     return OF in name or name == DRAWER
 
 
 def without_position(name: str) -> str:
-    """Return a name without which of several drawers it is."""
+    """Return "drawer" for the name of a drawer, and any other name as it is."""
     return DRAWER if OF in name else name
 
 
 def furniture_of(name: str) -> str | None:
-    """Return the furniture that a drawer's name speaks of; None for any other name."""
+    """Return the name of the furniture in a drawer's name; None for any other name."""
     return name.partition(OF)[2] or None
 
 
 def fits(said: str, name: str, furniture_fits: Callable[[str, str], bool]) -> bool:
-    """Whether a listener could take what is named `name` for what is `said`, where one of them is a drawer.
+    """Return whether a listener could understand `said` as the thing named `name`, if both are drawers.
 
-    `furniture_fits` says so of the furniture: who takes a TV stand for a dresser looks for its top drawer.
+    `furniture_fits` says the same of two names of furniture: for a listener who calls a TV stand a dresser, the top
+    drawer of the dresser is that of the TV stand.
     """
     which, _, whole = said.partition(OF)
     drawer, _, of = name.partition(OF)
@@ -64,13 +70,13 @@ def fits(said: str, name: str, furniture_fits: Callable[[str, str], bool]) -> bo
 
 
 def _place(chest: Thing, part: Thing) -> tuple[float, float]:
-    """Return how far (m) a drawer is to the right, for who looks at the front, and how high."""
+    """Return a drawer's offset (m) to the right as seen from the front, and its height (m)."""
     x, _ = rotate_floor(part.position.x - chest.position.x, part.position.z - chest.position.z, -chest.rotation.y)
     return -x, part.position.y
 
 
 def _steps(values: list[float]) -> list[float]:
-    """Return the values that are apart, in order."""
+    """Return the values in order, without those at most `SAME_ROW_M` above the last returned one."""
     found: list[float] = []
     for value in sorted(values):
         if not found or value > found[-1] + SAME_ROW_M:
@@ -83,7 +89,7 @@ def _index(steps: list[float], value: float) -> int:
 
 
 def _drawer_in_grid(row: int, rows: int, column: int, columns: int) -> str:
-    """Return which drawer of a grid it is, in words; row 0 is the top one, column 0 the left one."""
+    """Return the words for a drawer's position in a grid; row 0 is the top one, column 0 the left one."""
     side = {1: ("",), 2: ("left ", "right "), 3: ("left ", "middle ", "right ")}[columns][column]
     if rows == 1:
         return f"{side}{DRAWER}"

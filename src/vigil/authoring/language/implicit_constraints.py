@@ -1,4 +1,4 @@
-"""Instructions that leave a constraint to be found: how such kinds are named, and which words would give it away."""
+"""Instructions with an implicit constraint: the names of such kinds, and the words that would give it away."""
 
 import re
 from collections.abc import Iterator
@@ -13,25 +13,27 @@ GIVEAWAY_WORDS = {
     "object_off": r"while\b|running\b|runs\b|locked\b|stop it\b|off\b",
     "object_released": r"down\b|full\b|(?<!take )hold(?:ing)?\b|free your\b|drop\b|let go\b|empty\b",
 }
-"""Kind of constraint -> words that speak of it, whatever they call the thing."""
+"""Kind of constraint -> words that mention it, without regard to what the obstacle is called."""
 
 
 def implicit_kind(kind: str) -> str:
-    """Return the name of the kind that leaves a kind's constraint to be found."""
+    """Return the name of the kind whose instructions leave out a kind's constraint."""
     return f"{kind}{IMPLICIT_SUFFIX}"
 
 
 def is_implicit(template: str) -> bool:
-    """Whether episodes of this kind leave their constraint to be found."""
+    """Return whether instructions of a template leave out the constraint."""
     return template.endswith(IMPLICIT_SUFFIX)
 
 
 def constraint_giveaways(instruction: str, constraint: str, obstacle: str | None) -> Iterator[str]:
-    """Yield the words of an instruction that give a constraint away; `obstacle` is what the thing is called, if it is
-    another thing than the target."""
+    """Yield messages about the words of an instruction that give a constraint away.
+
+    `constraint` is its kind, `obstacle` the name of the obstacle, or None if that is the target itself.
+    """
     text = instruction.lower()
     if obstacle is not None and re.search(rf"\b{re.escape(obstacle.lower())}\b", text):
-        yield f"the instruction speaks of {obstacle!r}, which is to be found"
+        yield f"the instruction mentions {obstacle!r}, which agents must find themselves"
     found = re.search(rf"\b(?:{GIVEAWAY_WORDS[constraint]})", text) if constraint in GIVEAWAY_WORDS else None
     if found is not None:
         yield f"the instruction says {found[0]!r}, which gives the constraint away"

@@ -1,4 +1,4 @@
-"""What to call the things of a scene as they are now, each found when it is asked for and kept for the moment."""
+"""Phrases for the things of a scene in its current state, computed on demand and cached per state."""
 
 import threading
 
@@ -16,14 +16,14 @@ from vigil.scene.things import Scene
 
 
 class Phrases:
-    """What to call things that somebody sees together."""
+    """Phrases for the things of one scene in one state."""
 
     def __init__(self, items: dict[str, DescribedThing]) -> None:
         self._items = items
         self._found: dict[str, Phrase | None] = {}
 
     def of(self, thing_id: str) -> Phrase | None:
-        """Return the shortest phrase that fits a thing alone; None when there is none."""
+        """Return the shortest phrase that means a thing only; None if there is none."""
         if thing_id not in self._found:
             self._found[thing_id] = phrase_for(self._items[thing_id], self._items.values())
         return self._found[thing_id]
@@ -31,5 +31,5 @@ class Phrases:
 
 @cached(LRUCache(DESCRIPTION_CACHE_SIZE), key=description_key, lock=threading.Lock())
 def phrases_of(scene: Scene) -> Phrases:
-    """Return what who sees the things of a scene would call them as they are now."""
+    """Return the phrases that a person who sees a scene's things in their current state would use."""
     return Phrases(items_as_seen(scene))

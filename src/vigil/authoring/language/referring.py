@@ -1,8 +1,8 @@
-"""Referring expressions: what to call a thing so that a person knows which one is meant, and reading them back.
+"""Referring expressions: phrases that mean one thing for a person, and their recognition in a text.
 
-A phrase is the thing's name, with a colour, a support or a room only when several things share the name, or else with
-what the thing is next to. What it fits is decided as a careful listener would: "the bottle" fits a wine bottle too, a
-cup may pass for a mug.
+A phrase is the thing's name. A colour, a support, a room or a relation to another thing is added only if several
+things share the name. What a phrase fits is decided as a careful listener would: "the bottle" also fits a wine bottle,
+and "the mug" a cup.
 """
 
 import re
@@ -56,7 +56,7 @@ LOOK_ALIKES = (
     ("lettuce", "house plant"),
     ("remote control", "cell phone"),
 )
-"""Names that a person may take one for the other; each name is compared with those of its own groups."""
+"""Groups of names that a person may confuse with each other."""
 
 COLOUR_GROUPS = (
     ("white", "cream", "beige"),
@@ -71,26 +71,26 @@ COLOUR_GROUPS = (
 )
 
 LAMPS = frozenset({"DeskLamp", "FloorLamp", "Candle"})
-"""Their light tints them."""
+"""Categories whose light tints them, so that they have no colour while they are on."""
 UNCERTAIN_COLOURS = frozenset({"WineBottle", "Safe"})
-"""Too dark to name their colour."""
+"""Categories too dark for a colour."""
 SIDE_M = 0.3
-"""From the middle of a door to either side of it."""
+"""Distance (m) from the middle of a door to the points on either side that tell which rooms it joins."""
 
 _ON = r"(?: (?:that is|that stands|that lies|standing|lying|sitting))? (?:on|on a shelf of|in|inside) the "
 
-
 DESCRIPTION_CACHE_SIZE = 32
-"""Of how many moments what one can say of the things is kept: the same house is asked about again and again."""
+"""Number of scene states whose descriptions are cached; a few states of a house are asked about repeatedly."""
 
 BETWEEN = " between "
+"""Text between a door and the rooms that it joins in a name."""
 RoomOutlines = list[tuple[str, str | None, Polygon]]
-"""Id, name and floor."""
+"""Id, name and floor of each room."""
 
 
 @dataclass(frozen=True, slots=True)
 class DescribedThing:
-    """What one can say of a thing: its name, colour, where it rests and in which room."""
+    """A thing in words: its name, its colours, what it rests on and in which room it is."""
 
     id: str
     category: str
@@ -101,21 +101,21 @@ class DescribedThing:
     support_id: str | None = None
     support: str | None = None
     is_inside: bool = False
-    """It lies inside its support, not on top of it."""
+    """Whether it lies inside its support, not on top of it."""
     is_on_shelf: bool = False
-    """It lies on a shelf of its support that nobody opens."""
+    """Whether it lies on an open shelf of its support."""
     alternative_names: tuple[str, ...] = ()
-    """What else it would be called by who sees it."""
+    """Other names that a person who sees it may use."""
     has_misleading_name: bool = False
-    """Nobody would call it there by its name."""
+    """Whether people would not use its name where it is."""
     is_room_one: bool = True
-    """The home has no other room that is called as its room is."""
+    """Whether no other room of the home has the name of its room."""
     box: Box | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Phrase:
-    """A referring expression taken apart."""
+    """The parts of a referring expression."""
 
     name: str
     colour: str | None = None
@@ -124,12 +124,12 @@ class Phrase:
     is_inside: bool = False
     is_on_shelf: bool = False
     relation: str | None = None
-    """One of `RELATIONS`, to what is called `anchor`."""
+    """Key of `RELATIONS`, a relation to the thing named `anchor`; None without one."""
     anchor: str | None = None
 
     @property
     def without_place(self) -> "Phrase":
-        """The phrase without where the thing is."""
+        """The phrase with name and colour only."""
         return Phrase(self.name, colour=self.colour)
 
     def __str__(self) -> str:
@@ -145,9 +145,9 @@ class Phrase:
 def resolve_mentions(
     phrases: Sequence[Phrase], items: Iterable[DescribedThing], held: DescribedThing | None = None
 ) -> list[list[DescribedThing]]:
-    """Return what each phrase of a text could mean, after what has been said before it.
+    """Return the things that each phrase of a text could mean, given the phrases before it.
 
-    A thing that has been singled out may be named again without saying where it is, and so may what is in the hand.
+    A phrase without a place may repeat a thing that an earlier phrase identified, or mean the thing in the hand.
     """
     everything = list(items)
     found: list[list[DescribedThing]] = []
@@ -165,21 +165,21 @@ def resolve_mentions(
 
 
 def items_of(scene: Scene) -> dict[str, DescribedThing]:
-    """Return what one can say of every thing that is present, by id, in the scene's order."""
+    """Return id -> description of every thing that is present, in the scene's order, as the catalogue names it."""
     return dict(_items_now(scene))
 
 
 def items_as_seen(scene: Scene) -> dict[str, DescribedThing]:
-    """Return the same as a person would say it who sees the things, and not the catalog: by what they look like."""
+    """Return id -> description of every thing that is present, in the scene's order, by what people see of it."""
     return dict(_items_as_seen_now(scene))
 
 
 _description_facts = attrgetter("position", "rotation", "parent", "surface", "is_toggled", "is_present")
-"""Of all that may change of a thing, what one can say of things depends on."""
+"""The changeable facts of a thing on which descriptions depend."""
 
 
 def description_key(scene: Scene) -> Hashable:
-    """Return the scene with what tells whether the same can be said of its things at two moments."""
+    """Return a cache key that is equal for two states of a scene if the descriptions of its things are."""
     return scene, tuple(map(_description_facts, scene.things.values()))
 
 
@@ -213,7 +213,7 @@ def _seen(thing: Thing, item: DescribedThing, twice: set[str], scene: Scene) -> 
 
 
 def _is_seen_as(scene: Scene, thing: Thing, colour: str) -> bool:
-    """Whether what one sees of a thing is mostly of a colour; of glass there is nothing else to go by."""
+    """Return whether enough of a thing's visible area has a colour; always for a thing of glass only."""
     shares = colour_shares(thing.asset, *(part.asset for part in drawers_of(scene, thing)))
     alike = sum(share for word, share in shares.items() if _look_alike(colour, word))
     return not shares or alike >= min_colour_share(thing.category)
@@ -243,7 +243,7 @@ def _room_at(x: float, z: float, rooms: RoomOutlines) -> tuple[str | None, str |
 
 
 def _name(scene: Scene, thing: Thing, rooms: RoomOutlines) -> str:
-    """Return what a thing is called; a door by the rooms that it joins, a drawer by its place in its furniture."""
+    """Return a thing's name; that of a door says which rooms it joins, that of a drawer its place in its furniture."""
     if thing.is_drawer:
         return drawer_names.drawer_name(scene, thing)
     name = CATALOG[thing.category].display_name
@@ -267,7 +267,7 @@ def _colours(thing: Thing) -> tuple[str, ...]:
 
 
 def fits(phrase: Phrase, item: DescribedThing) -> bool:
-    """Whether a listener could take `item` for what `phrase` means."""
+    """Return whether a listener could understand `phrase` as `item`, without regard to its relation."""
     return (
         _is_called(item, phrase.name)
         and (phrase.colour is None or not item.colours or any(_look_alike(phrase.colour, c) for c in item.colours))
@@ -277,7 +277,7 @@ def fits(phrase: Phrase, item: DescribedThing) -> bool:
 
 
 def referents(phrase: Phrase, items: Iterable[DescribedThing]) -> list[DescribedThing]:
-    """Return the items that a phrase could mean; with a relation, one alone only where it clearly holds for that."""
+    """Return the items that a phrase could mean; a relation leaves a single one only if it clearly holds for it."""
     everything = list(items)
     found = [item for item in everything if fits(phrase, item)]
     if phrase.relation is None or phrase.anchor is None:
@@ -299,7 +299,7 @@ def _placed(item: DescribedThing) -> LocatedThing | None:
 
 
 def phrase_for(item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase | None:
-    """Return the shortest phrase that fits `item` alone; None when there is none."""
+    """Return the shortest phrase that means `item` only; None if there is none, or if its name is misleading."""
     if item.has_misleading_name:
         return None
     others = [other for other in items if other.id != item.id]
@@ -327,15 +327,17 @@ def phrase_for(item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase 
 def mentions(text: str, names: Iterable[str]) -> list[Phrase]:
     """Return the phrases "the <colour> <name> (on|in the <support>) (next to the <anchor>) (in the <room>)" in a text.
 
-    They come in order.
-
-    A name that only says where another thing is, or a part of it ("the door of the fridge"), is no mention of its own.
+    They come in the order of the text. A name that says where another thing is, or of what it is a part ("the door of
+    the fridge"), is not a phrase itself.
     """
     return [_phrase(found) for found in _pattern(names).finditer(text)]
 
 
 def without_repeats(text: str, names: Iterable[str]) -> str:
-    """Return a text that says where a thing is only once: "the safe in the bedroom" is then "the safe"."""
+    """Return a text in which only the first of equal phrases says where a thing is.
+
+    A later "the safe in the bedroom" becomes "the safe", unless another phrase has the same name.
+    """
     pattern = _pattern(names)
     said = {_phrase(found) for found in pattern.finditer(text)}
     seen: set[Phrase] = set()
@@ -375,7 +377,7 @@ def _pattern(names: Iterable[str]) -> re.Pattern[str]:
 
 
 def is_support_unambiguous(phrase: Phrase, item: DescribedThing, others: list[DescribedThing]) -> bool:
-    """Whether the support that a phrase leans on is itself clear."""
+    """Return whether the support named in a phrase can only be that of the item."""
     if phrase.support is None or item.support_id is None:
         return phrase.support is None
     supports = [other for other in others if _names_fit(phrase.support, other.name)]
@@ -383,7 +385,7 @@ def is_support_unambiguous(phrase: Phrase, item: DescribedThing, others: list[De
 
 
 def _support_fits(said: str, support: str) -> bool:
-    """Whether what lies in or on a support may be said to lie in or on `said`: in a drawer is in its furniture, too."""
+    """Return whether `said` names a support, or the furniture of a drawer that is the support."""
     whole = drawer_names.furniture_of(support)
     return _names_fit(said, support) or (whole is not None and _names_fit(said, whole))
 

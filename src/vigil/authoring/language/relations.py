@@ -1,7 +1,7 @@
-"""Relations between things that hold wherever one stands: "next to", "closest to", "under".
+"""Relations between things that do not depend on the viewer: "next to", "closest to", "under".
 
-A relation is said only with a margin on which careful listeners agree: it holds clearly for one thing and, by a factor,
-for no other that the name could mean. Left and right are left out: they turn with the speaker.
+A relation is used only with a margin on which careful listeners agree: it clearly holds for one thing and clearly not
+for the others that the name could mean. Left and right are missing because they depend on the viewer.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,18 +14,18 @@ from vigil.base.geometry import Box, Vec3
 from vigil.scene.outlines import footprint
 
 NEXT_TO_M, LOOSELY_NEXT_TO_M = 0.35, 1.2
-"""Gap up to which a thing is next to another, and up to which somebody may still say so."""
+"""Greatest gap (m) of things that are clearly next to each other, and of things that some people call so."""
 LEVEL_M = 0.25
-"""How far apart the undersides of things that are next to each other may be."""
+"""Greatest difference (m) in height of the undersides of things that are next to each other."""
 CLOSEST_M, FARTHER_BY_M, FARTHER_BY = 2.0, 0.8, 2.0
-"""The closest is within the first; all others are farther by both the second (m) and the third (a factor)."""
+"""Greatest gap (m) of the closest thing; difference (m) and factor by which the gaps of all others are larger."""
 COVERED, PARTLY_COVERED = 0.75, 0.1
-"""Share of a thing's floor shape that lies under another: from where it is under it, and from where one may say so."""
+"""Least share of a thing's outline below another that is clearly under it, and that some people call so."""
 
 
 @dataclass(frozen=True, slots=True)
 class LocatedThing:
-    """Where a thing is, as far as relations go."""
+    """The position of a thing, as far as relations need it."""
 
     id: str
     room_id: str | None
@@ -33,7 +33,7 @@ class LocatedThing:
 
 
 RelationReferents = Callable[[Sequence[LocatedThing], LocatedThing], list[str]]
-"""Returns the ids of the things that may be meant; just one id only where the relation clearly holds for it."""
+"""A function from things and an anchor to the ids of those meant; to a single id only if the relation clearly holds."""
 
 
 def _next_to(things: Sequence[LocatedThing], anchor: LocatedThing) -> list[str]:
@@ -78,11 +78,11 @@ RELATIONS: dict[str, RelationReferents] = {
     "nearest to": _closest_to,
     "under": _under,
 }
-"""How a relation is said -> what may be meant by it."""
+"""Words of a relation -> the function that finds what they mean."""
 
 
 def gap_m(one: Box, other: Box) -> float:
-    """Return the distance between the floor shapes of two boxes (m), 0 where they overlap."""
+    """Return the distance (m) between the outlines of two boxes on the floor; 0 if they overlap."""
     return float(_floor(one).distance(_floor(other)))
 
 

@@ -1,25 +1,25 @@
-"""The sentence forms of the families with one thing to ask about, each in two halves; and what a half is.
+"""The sentence forms of the families with one object, in two halves: a public one and a held-out one.
 
-Packaged packs, recipes and streams speak the public half alone, so that a pack of one's own may be drawn in forms that
-nothing published holds. Both halves vary in the same ways: questions, requests, statements of a need, two sentences,
-purposes, the passive. The forms of sequences and constraints are in `sequence_sentences`, `chain_sentences` and
+Packaged packs, recipes and streams use only the public half, so that private packs can use forms that are not
+published. Both halves vary in the same ways: questions, requests, statements of a need, two sentences, purposes, the
+passive. The forms of sequences and constraints are in `sequence_sentences`, `chain_sentences` and
 `constraint_sentences`.
 
-Slots: `target` is what to call the thing, `it` and `it_is` speak of it again; `order` says an act in full, `order_it`
-after the thing has been named, `acted` and `done` say it in the passive. A slot in capitals starts a
-sentence.
+Slots: `target`, the phrase for the thing; `it` and `it_is`, its pronoun; `order`, an act in full; `order_it`, the act
+after the thing has been named; `acted` and `done`, the act in the passive. A slot with a capital starts a sentence.
 """
 
 from dataclasses import dataclass
 from typing import Literal, get_args
 
 Forms = Literal["public", "held_out", "all"]
+"""Half of the sentence forms, or all of them."""
 FORMS: tuple[Forms, ...] = get_args(Forms)
 
 
 @dataclass(frozen=True, slots=True)
 class Sentences:
-    """Sentence forms that say the same, in two halves."""
+    """Sentence forms with one meaning, in two halves."""
 
     public: tuple[str, ...]
     held_out: tuple[str, ...]
@@ -171,7 +171,7 @@ ON_OR_OFF = Sentences(
         "Judge from what you see whether {whole} is off or on.",
     ),
 )
-"""What asks whether something is on or off."""
+"""Questions whether a thing is on or off."""
 
 OPEN_OR_CLOSED = Sentences(
     public=(
@@ -197,7 +197,7 @@ OPEN_OR_CLOSED = Sentences(
         "Judge from what you see whether {whole} is closed or open.",
     ),
 )
-"""What asks whether something is open or closed."""
+"""Questions whether a thing is open or closed."""
 
 BURNING_OR_NOT = Sentences(
     public=(
@@ -215,7 +215,7 @@ BURNING_OR_NOT = Sentences(
         "Can you see a flame on {target}? Report on or off.",
     ),
 )
-"""What asks whether a candle burns."""
+"""Questions whether a candle burns."""
 
 ORDERS = Sentences(
     public=(

@@ -1,8 +1,8 @@
 """The sentence forms of sequences (SM), by template, each in two halves (see `sentences`).
 
-Slots: `target`, `container`, `source` and `receptacle` are what to call the things, `target_it` speaks of the target
-again; `whole` is what is opened and `piece` the same after its thing has been named; `into` and `in_` say into or on
-what something is put.
+Slots: `target`, `container`, `source` and `receptacle`, phrases for the things; `target_it`, the pronoun for the
+target; `whole`, what is opened, and `piece`, the same after the thing has been named; `into` and `in_`, the words for
+placing in or on the receptacle.
 """
 
 from vigil.authoring.language.sentences import Sentences
@@ -89,4 +89,4 @@ SEQUENCES = {
         ),
     ),
 }
-"""Template, or what it is where its receptacle is closed -> its sentence forms."""
+"""Template -> its sentence forms; `put_into_closed` is for `put_into` with a receptacle that is closed at the start."""

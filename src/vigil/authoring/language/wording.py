@@ -1,8 +1,8 @@
-"""How tasks are said: the words that fill the slots of a sentence form, in agreement with what they speak of.
+"""Wording of tasks: the words that fill the slots of a sentence form, in agreement with the things that they mean.
 
-The forms are in `sentences`, `sequence_sentences`, `chain_sentences` and `constraint_sentences`. No sentence gives away
-where a thing is beyond its phrase, nor, in state verification, which state it is in. A thing is opened, lit and spoken
-of as a person would: the lid of a toilet, the flame of a candle.
+The forms are in `sentences`, `sequence_sentences`, `chain_sentences` and `constraint_sentences`. A sentence does not
+say where a thing is beyond its phrase nor, in state verification, which state it is in. Words are those that people
+use: the lid of a toilet is opened, a candle is lit.
 """
 
 import re
@@ -23,7 +23,7 @@ OPENED_PARTS = {
     "Stove": "oven door",
     "Toilet": "lid",
 }
-"""Category -> the part that a person opens; the thing itself for all others."""
+"""Category -> name of the part that people open; in other categories they open the thing itself."""
 
 QUESTIONS: dict[QueriedState, Sentences] = {"is_toggled": ON_OR_OFF, "is_open": OPEN_OR_CLOSED}
 
@@ -39,9 +39,9 @@ VERBS_OF: dict[str, dict[Act, tuple[str, ...]]] = {
     "Faucet": {"turn_on": ("turn on {}",), "turn_off": ("turn off {}",)},
     "ShowerHead": {"turn_on": ("turn on {}",), "turn_off": ("turn off {}",)},
 }
-"""What people say otherwise of some categories."""
+"""Category -> act -> the verbs used instead of those in `VERBS`."""
 PARTICLES = ("turn on", "turn off", "switch on", "switch off", "put out", "pick up")
-"""Verbs that take "it" in their middle."""
+"""Verbs whose pronoun stands in the middle: "turn it on"."""
 
 PARTICIPLES: dict[Act, str] = {
     "open": "opened",
@@ -51,30 +51,29 @@ PARTICIPLES: dict[Act, str] = {
     "pick": "picked up",
 }
 PARTICIPLES_OF: dict[str, dict[Act, str]] = {"Candle": {"turn_on": "lit", "turn_off": "put out"}}
-"""The same acts in the passive."""
+"""Category -> act -> the participle used instead of that in `PARTICIPLES`."""
 PAIRS = frozenset({"Boots"})
-"""Categories that are spoken of as several things: pick them up."""
-
+"""Categories whose pronoun is "them"."""
 
 _PUT_IN = r"(?:put|place|drop|leave)\b[^.;]*?\bin\b(?! the (?:{rooms})\b)"
 INTO = re.compile(rf"\b(?:into|(?<!from )inside|{_PUT_IN.format(rooms='|'.join(sorted(ROOM_NAMES.values())))})\b")
-"""Words that ask for something to be put into a receptacle: "put it in the sink", but "on the bed in the bedroom"."""
+"""Words that ask to put an object into a receptacle; "in the sink" is such a place, "in the bedroom" is not."""
 
 
 def asks_inside(instruction: str) -> bool:
-    """Whether an instruction says that something is to be put inside a receptacle."""
+    """Return whether an instruction asks to put an object inside a receptacle."""
     return INTO.search(instruction.lower()) is not None
 
 
 def sequence_forms(template: str, forms: Forms, *, inside: bool) -> tuple[str, ...]:
-    """Return the sentences of a template; with `inside`, those alone that say so."""
+    """Return the sentence forms of a template; with `inside`, only those that ask to put the object inside."""
     sentences = SEQUENCES[template].of(forms)
     slots = {"into": "into", "in_": "in"}
     return tuple(each for each in sentences if not inside or asks_inside(each.format_map(_Blank(slots))))
 
 
 class _Blank(dict[str, str]):
-    """Slots of which the unknown ones stay empty."""
+    """Slots with an empty text for unknown names."""
 
     def __missing__(self, _: str) -> str:
         return ""
@@ -82,20 +81,20 @@ class _Blank(dict[str, str]):
 
 @dataclass(frozen=True, slots=True)
 class OpeningPhrase:
-    """What to call a thing when it is about opening it."""
+    """Words for the part of a thing that is opened, or for the thing itself."""
 
     whole: str
-    """Of a stove: "the oven door of the stove"."""
+    """Full phrase, e.g. "the oven door of the stove"."""
     piece: str
-    """After the thing has been named: "its oven door"; "it" for what opens as a whole."""
+    """Phrase after the thing has been named, e.g. "its oven door"; "it" for a thing that opens as a whole."""
 
     def slots(self, whole: str = "whole") -> dict[str, str]:
-        """Return the slots of a sentence about it; `whole` names the first."""
+        """Return the slots of a sentence about it; `whole` is the name of the slot for the full phrase."""
         return {whole: self.whole, "piece": self.piece, "it": "it"}
 
 
 def opening_phrase(category: str, phrase: str) -> OpeningPhrase:
-    """Return what to call a thing of a category that `phrase` refers to when it is about opening it."""
+    """Return the words for opening the thing of a category that `phrase` means."""
     part = OPENED_PARTS.get(category)
     if part is None:
         return OpeningPhrase(phrase, "it")
@@ -103,13 +102,16 @@ def opening_phrase(category: str, phrase: str) -> OpeningPhrase:
 
 
 def pronoun_slots(category: str, role: str = "") -> dict[str, str]:
-    """Return the slots that speak of a thing again, which `role` begins: `it`, or `obstacle_it`."""
+    """Return the slots for a thing's pronoun and verbs; their names begin with `role`, e.g. `obstacle_it`."""
     words = ("them", "they are", "block", "stand") if category in PAIRS else ("it", "it is", "blocks", "stands")
     return {f"{role}{name}": word for name, word in zip(("it", "it_is", "blocks", "stands"), words, strict=True)}
 
 
 def order_slots(act: Act, category: str, phrase: str, rng: np.random.Generator) -> dict[str, str]:
-    """Return the slots of an order: in full, as it is said after the thing has been named, and in the passive."""
+    """Return the slots of an order: in full, after the thing has been named, and in the passive.
+
+    `phrase` means the thing; `rng` chooses the verb.
+    """
     verbs = VERBS_OF.get(category, {}).get(act, VERBS[act])
     verb = verbs[int(rng.integers(len(verbs)))]
     again = pronoun_slots(category)["it"]
@@ -125,7 +127,7 @@ def order_slots(act: Act, category: str, phrase: str, rng: np.random.Generator) 
 
 
 def question(asked: QueriedState, category: str, phrase: str, forms: Forms, rng: np.random.Generator) -> str:
-    """Return a question about a thing's state that names both answers."""
+    """Return a random question about a thing's state that names both answers."""
     if category == "Candle":
         return say(BURNING_OR_NOT.of(forms), rng, target=phrase)
     parts = opening_phrase(category, phrase) if asked == "is_open" else OpeningPhrase(phrase, "it")
@@ -133,7 +135,7 @@ def question(asked: QueriedState, category: str, phrase: str, forms: Forms, rng:
 
 
 def say(sentences: tuple[str, ...], rng: np.random.Generator, **slots: str) -> str:
-    """Return one of several sentences with its slots filled; a slot in capitals starts a sentence."""
+    """Return a random one of several sentences with its slots filled; a slot with a capital starts a sentence."""
     sentence = sentences[int(rng.integers(len(sentences)))]
     capitals = {name.capitalize(): text[:1].upper() + text[1:] for name, text in slots.items()}
     return sentence.format(**slots, **capitals)

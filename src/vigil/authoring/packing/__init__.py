@@ -1,1 +1,1 @@
-"""Packing: from drafts to a frozen pack, and what is measured and said about it."""
+"""Packing: selecting drafts for a frozen pack, verifying and measuring the pack, and describing it."""

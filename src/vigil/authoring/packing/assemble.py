@@ -1,7 +1,7 @@
-"""Assembly of a pack from drafts and reviews, balanced over its strata and deterministic.
+"""Assembly of a pack from drafts and reviews: a deterministic selection, balanced over the pack's strata.
 
-Within a kind, episodes approved by a reviewer enter before unreviewed ones; rejected ones never enter. For a new
-version of a pack, episodes retained from the old one enter before all others.
+Within a kind, episodes that a reviewer approved are selected before unreviewed ones; rejected ones are never selected.
+For a new version of a pack, episodes of the previous version are selected before all others.
 """
 
 import hashlib
@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import vigil
-from vigil.authoring.drafting.drafts import Draft, DraftsFile, Header, HouseOrigin
+from vigil.authoring.drafting.drafts import Draft, DraftsFile, Header, HouseOrigin, house_in
 from vigil.authoring.language.sentences import Forms
 from vigil.authoring.packing.balance import count_strata, stratum_of, text_guess
 from vigil.authoring.packing.dataset_card import write_card
@@ -27,65 +27,69 @@ from vigil.packs.pack import Pack
 from vigil.packs.private import SEED_SHA256, is_secret, seed_sha256
 from vigil.protocol.episode import Episode, Solution
 from vigil.protocol.families import FAMILIES, Family
-from vigil.protocol.house import House, canonical_json
+from vigil.protocol.house import canonical_json
 from vigil.scoring.levels import LEVELS_FILE, EpisodeLevel, Level, dump_levels
 
 MAX_PER_HOUSE = 3
-"""Most episodes of one family in one house."""
+"""Greatest number of episodes of one family in one house."""
 PER_FAMILY = 125
 FOUND_BY_TURNING = 0.4
-"""Largest share of searches (VS, SI) whose target turning and looking may show."""
+"""Greatest share of searches (VS, SI) whose target can be found by turning at the start."""
 FACTS = "facts.jsonl"
+"""File with the facts over which a pack is balanced."""
 UPPER_LEVELS: tuple[Level, ...] = ("hard", "extreme")
 CLEAR_PX = 400
-"""A target with more pixels when it is first seen counts as clear, whatever else makes its episode hard."""
+"""Visible pixels of a target at first sight above which it counts as clear."""
 
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A draft as its reviewers want it."""
+    """A draft with the reviews applied."""
 
     draft: Draft
     episode: Episode
+    """The draft's episode with the reviews applied."""
     reviewer_kinds: tuple[str, ...] = ()
+    """Kinds of the reviewers who judged it, sorted."""
     is_from_previous: bool = False
-    """Whether it comes from an earlier version of the pack."""
+    """Whether it comes from the previous version of the pack."""
     level: Level | None = None
-    """Level of difficulty; None where the pack does not ask for levels."""
+    """Level of difficulty; None if it was not measured."""
     target_px: int = 0
-    """Pixels of the target when it is first seen, where the pack asks for levels."""
+    """Visible pixels of the target at first sight; 0 if the level was not measured."""
 
     @property
     def stratum(self) -> str:
-        """The kind of episode within its family."""
+        """The stratum of the episode within its family."""
         return stratum_of(self.episode, self.draft.facts)
 
     @property
     def is_approved(self) -> bool:
-        """Return whether a reviewer approved it and none rejected it."""
+        """Whether a reviewer approved it and none rejected it."""
         return self.episode.provenance.reviewed == "approved"
 
     @property
     def is_clear(self) -> bool:
-        """Return whether it is of an upper level and its target is clearly in view at the start."""
+        """Whether its level is an upper one although its target is clearly in view at the start."""
         is_upper = self.level in UPPER_LEVELS and FAMILIES[self.episode.family].visible_at_start
         return is_upper and self.target_px > CLEAR_PX
 
     @property
     def solution(self) -> Solution:
-        """Its recorded solution."""
+        """The recorded solution."""
         return Solution(episode_id=self.episode.id, actions=self.draft.actions)
 
 
 @dataclass(frozen=True, slots=True)
 class PackRequest:
-    """Settings of the pack to assemble."""
+    """Settings of a pack to assemble."""
 
     name: str
     per_family: int = PER_FAMILY
     seed: int = 0
     """Seed that breaks ties."""
     max_per_house: int = MAX_PER_HOUSE
+    """Greatest number of episodes of one family in one house."""
     version: str = "1"
     description: str = ""
     aliases: tuple[str, ...] = ()
@@ -93,23 +97,23 @@ class PackRequest:
     is_seed_secret: bool = False
     """Whether the pack reveals only the hash of its seed."""
     asset_database_sha256: str | None = None
-    """Hash of the file from which things get their sizes; None for the typical sizes of their kinds."""
+    """Hash of the asset database from which things get their sizes; None if they have typical sizes."""
     levels: tuple[Level, ...] = ()
-    """Levels of difficulty over which each family is divided evenly; empty where levels do not matter."""
+    """Levels of difficulty over which each family is divided evenly; empty if levels do not matter."""
     is_robust: bool = False
-    """Whether episodes must also obey the rules about robustness, which the check of candidates then includes."""
+    """Whether episodes must also satisfy the robustness rules; the check of candidates must then include them."""
     forms: Forms = "public"
-    """Half of the sentence forms that is used for new drafts."""
+    """Half of the sentence forms from which new drafts are made, or all."""
 
     @property
     def quotas(self) -> dict[Level, int]:
-        """Level -> number of a family's episodes; a remainder goes to the easier levels."""
+        """Level -> number of episodes of each family; a remainder goes to the first levels."""
         each, left = divmod(self.per_family, max(len(self.levels), 1))
         return {level: each + (place < left) for place, level in enumerate(self.levels)}
 
 
 CandidateCheck = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
-"""Replays candidates and returns episode id -> findings, for those that do not hold."""
+"""A function that replays candidates and returns episode id -> findings, for those that have findings."""
 
 
 def candidates(
@@ -118,11 +122,10 @@ def candidates(
     previous: DraftsFile | None = None,
     levels: Mapping[str, EpisodeLevel] | None = None,
 ) -> list[Candidate]:
-    """Return all drafts that no reviewer rejects, each id once; `previous` is the one of `files` to retain episodes
-    from.
+    """Return all drafts that no reviewer rejects, each id once, sorted by id.
 
-    `levels` holds the drafts' levels by id, where the pack asks for them. Raises EpisodeError if an id has two
-    contents.
+    `previous` is that of `files` with the drafts of the previous version; `levels` are the drafts' levels by id, if
+    measured. Raises EpisodeError if two different drafts have one id, SettingError if a file is invalid.
     """
     by_id: dict[str, list[Review]] = defaultdict(list)
     for review in reviews:
@@ -131,17 +134,17 @@ def candidates(
     for file in files:
         for draft in file.read().drafts:
             if found.setdefault(draft.episode.id, draft).episode != draft.episode:
-                raise EpisodeError(f"Two drafts have the id {draft.episode.id!r} and differ; leave one file out.")
+                raise EpisodeError(f"Two different drafts have the id {draft.episode.id!r}; leave out one file.")
     old = {draft.episode.id for draft in previous.read().drafts} if previous else set()
     wanted = [_candidate(draft, by_id[name], is_from_previous=name in old) for name, draft in sorted(found.items())]
     return [
-        _levelled(candidate, (levels or {}).get(candidate.episode.id))
+        _with_level(candidate, (levels or {}).get(candidate.episode.id))
         for candidate in wanted
         if candidate.episode.provenance.reviewed != "rejected"
     ]
 
 
-def _levelled(candidate: Candidate, found: EpisodeLevel | None) -> Candidate:
+def _with_level(candidate: Candidate, found: EpisodeLevel | None) -> Candidate:
     if found is None:
         return candidate
     return replace(candidate, level=found.level, target_px=found.measures.target_px)
@@ -155,7 +158,7 @@ def _candidate(draft: Draft, reviews: Sequence[Review], *, is_from_previous: boo
 
 @dataclass(slots=True)
 class _SelectionCounts:
-    """The episodes chosen so far, over all families."""
+    """The candidates chosen so far, with counts over all families."""
 
     chosen: list[Candidate] = field(default_factory=list)
     categories: Counter[str] = field(default_factory=Counter)
@@ -163,7 +166,7 @@ class _SelectionCounts:
     rooms: Counter[int] = field(default_factory=Counter)
     of_family: Counter[tuple[str, ...]] = field(default_factory=Counter)
     even_share: int = 0
-    """Even share of each kind of the family that is being chosen."""
+    """Equal share of episodes for each stratum of the family that is being chosen."""
 
     def add(self, candidate: Candidate) -> None:
         episode, facts = candidate.episode, candidate.draft.facts
@@ -189,14 +192,14 @@ class _SelectionCounts:
         return not is_search or turned < int(FOUND_BY_TURNING * pack_request.per_family)
 
     def cost(self, candidate: Candidate, seed: int) -> tuple:
-        """Return the sort key of a candidate: the smallest is chosen first."""
+        """Return the sort key of a candidate; the smallest is chosen first."""
         episode, facts, family = candidate.episode, candidate.draft.facts, candidate.episode.family
         opposite = {"on": "off", "off": "on", "open": "closed", "closed": "open"}.get(facts.label or "", "")
         lead = self.of_family[family, "label", facts.category, facts.label or ""]
         turned, walked = (self.of_family[family, "turn", value] for value in ("True", "False"))
         is_ahead = not FAMILIES[family].visible_at_start and turned >= FOUND_BY_TURNING * (turned + walked + 1)
         return (
-            is_ahead and facts.is_seen_by_turning,
+            is_ahead and facts.is_seen_by_turning,  # limits that would otherwise be missed come first
             0 if candidate.level is None else self.of_family[family, "level", candidate.level],
             self.of_family[family, "stratum", candidate.stratum] >= self.even_share,
             lead - self.of_family[family, "label", facts.category, opposite] if opposite else 0,
@@ -205,13 +208,13 @@ class _SelectionCounts:
             candidate.stratum,
             not candidate.is_from_previous,
             not candidate.is_approved,
-            self.of_family[family, "thing", episode.house.name, episode.goal.object_id],
+            self.of_family[family, "thing", episode.house.name, episode.goal.object_id],  # then variety
             self.of_family[family, "category", facts.category],
             self.of_family[family, "house", episode.house.name],
             self.categories[facts.category],
             self.houses[episode.house.name],
             self.rooms[facts.rooms],
-            zlib.crc32(f"{seed} {episode.id}".encode()),
+            zlib.crc32(f"{seed} {episode.id}".encode()),  # then chance
             episode.id,
         )
 
@@ -219,7 +222,7 @@ class _SelectionCounts:
 def select(pool: Sequence[Candidate], pack_request: PackRequest) -> list[Candidate]:
     """Return exactly the requested number of candidates of each family, sorted by id.
 
-    Raises EpisodeError when there are too few.
+    Raises EpisodeError if there are too few.
     """
     tally = _SelectionCounts()
     short: list[str] = []
@@ -239,8 +242,8 @@ def select(pool: Sequence[Candidate], pack_request: PackRequest) -> list[Candida
     if short:
         raise EpisodeError(
             f"Pack {pack_request.name!r} asks for {pack_request.per_family} episodes of each family; within its limits "
-            f"the drafts hold "
-            f"only {', '.join(short)}. Propose in more houses (more seeds, a larger --count), or ask for fewer."
+            f"the drafts hold only {', '.join(short)}. Propose in more houses (more seeds, a larger --count), or ask "
+            "for fewer."
         )
     return sorted(tally.chosen, key=lambda candidate: candidate.episode.id)
 
@@ -248,7 +251,7 @@ def select(pool: Sequence[Candidate], pack_request: PackRequest) -> list[Candida
 def _missing(
     tally: _SelectionCounts, family: Family, pack_request: PackRequest, pool: Sequence[Candidate]
 ) -> list[str]:
-    """Return which levels of a family cannot be filled; empty where levels do not matter."""
+    """Return texts about the levels of a family that cannot be filled; empty if levels do not matter."""
     offered = Counter(candidate.level for candidate in pool if candidate.episode.family == family)
     chosen = {level: tally.of_family[family, "level", level] for level in pack_request.levels}
     return [
@@ -261,17 +264,20 @@ def _missing(
 def select_valid(
     pool: Sequence[Candidate], pack_request: PackRequest, check: CandidateCheck
 ) -> tuple[list[Candidate], dict[str, list[Finding]]]:
-    """Return a selection in which every solution holds, and the candidates left out because theirs does not."""
+    """Return a selection of candidates without findings, and the findings of those that were left out, by id.
+
+    Raises EpisodeError if there are too few candidates.
+    """
     left, bad = list(pool), dict[str, list[Finding]]()
-    held: set[str] = set()
+    valid: set[str] = set()
     while True:
         chosen = select(left, pack_request)
-        fresh = [candidate for candidate in chosen if candidate.episode.id not in held]
-        found = check(fresh) if fresh else {}
+        unchecked = [candidate for candidate in chosen if candidate.episode.id not in valid]
+        found = check(unchecked) if unchecked else {}
         if not found:
             return chosen, bad
         bad |= found
-        held |= {candidate.episode.id for candidate in fresh} - found.keys()
+        valid |= {candidate.episode.id for candidate in unchecked} - found.keys()
         left = [candidate for candidate in left if candidate.episode.id not in bad]
 
 
@@ -285,11 +291,11 @@ def assemble(
     previous: DraftsFile | None = None,
     levels: Mapping[str, EpisodeLevel] | None = None,
 ) -> tuple[Pack, dict[str, list[Finding]]]:
-    """Freeze a pack into `out`. Return it with the candidates left out because their solution does not hold.
+    """Freeze a pack into `out`, and return it with the findings of candidates that were left out, by id.
 
-    Episodes of `previous`, one of `files`, enter first. `levels` holds the drafts' levels by id, which a request for
-    levels needs; the pack then stores those of its episodes. Raises EpisodeError when the drafts are too few,
-    SettingError when the folder is not empty or the name is invalid.
+    Episodes of `previous`, one of `files`, are selected first. `levels` are the drafts' levels by id, which a request
+    for levels needs; the pack then stores those of its episodes. Raises EpisodeError if there are too few drafts or
+    levels are missing, SettingError if a drafts file is invalid, the folder is not empty or the name is invalid.
     """
     check_can_freeze(out, pack_request.name)
     for file in files:
@@ -303,12 +309,13 @@ def assemble(
         return check(fresh)
 
     chosen, bad = select_valid(pool, pack_request, check_counted)
-    houses = [_house(files, name) for name in sorted({candidate.episode.house.name for candidate in chosen})]
+    houses = [house_in(files, name) for name in sorted({candidate.episode.house.name for candidate in chosen})]
     meta = _meta(chosen, files, pack_request) | {"house_generator": generators_of(houses)}
     if pack_request.is_robust:
         meta["rejected"] = rejected_by_rule([file.read() for file in files], pack_request.families, bad, len(tried))
     facts = [
-        {"episode_id": c.episode.id, **c.draft.facts.model_dump(mode="json"), **_asked(c, pack_request)} for c in chosen
+        {"episode_id": c.episode.id, **c.draft.facts.model_dump(mode="json"), **_requested_facts(c, pack_request)}
+        for c in chosen
     ]
     extra = {FACTS: b"".join(canonical_json(row) + b"\n" for row in facts)}
     if levels is not None:
@@ -329,24 +336,24 @@ def assemble(
 
 
 def _check_levels(pool: Sequence[Candidate], pack_request: PackRequest) -> None:
-    """Raise EpisodeError when a pack asks for levels and some of its drafts have none."""
+    """Raise EpisodeError if a pack asks for levels and some drafts of its families do not have one."""
     own = [candidate for candidate in pool if candidate.episode.family in pack_request.families]
     without = [candidate.episode.id for candidate in own if candidate.level is None]
     if pack_request.levels and without:
         raise EpisodeError(
-            f"Pack {pack_request.name!r} asks for levels of difficulty, and {len(without)} of its {len(own)} drafts "
-            f"have none (e.g. {without[0]!r}): measure them all first, as `vigil pack build --level` does."
+            f"Pack {pack_request.name!r} asks for levels of difficulty, but {len(without)} of its {len(own)} drafts "
+            f"do not have one (e.g. {without[0]!r}): measure them all first, as `vigil pack build --level` does."
         )
 
 
-def _asked(candidate: Candidate, pack_request: PackRequest) -> dict[str, Any]:
+def _requested_facts(candidate: Candidate, pack_request: PackRequest) -> dict[str, Any]:
     """Return the additional facts about an episode that the pack asked for."""
     level = {"level": candidate.level} if pack_request.levels else {}
     return {**level, **({"is_robust": True} if pack_request.is_robust else {})}
 
 
 def review_counts(chosen: Sequence[Candidate]) -> dict[str, int]:
-    """Return how many episodes were judged by a person, by a model alone, and by nobody."""
+    """Return the numbers of episodes judged by a person, by models only, and by nobody."""
     kinds = ["person" if "person" in c.reviewer_kinds else "model" if c.reviewer_kinds else "none" for c in chosen]
     return {kind: kinds.count(kind) for kind in ("person", "model", "none")}
 
@@ -382,7 +389,7 @@ def _meta(chosen: Sequence[Candidate], files: Sequence[DraftsFile], pack_request
 def _house_facts(
     chosen: Sequence[Candidate], origins: Mapping[str, HouseOrigin], pack_request: PackRequest
 ) -> dict[str, Any]:
-    """Return the sources of houses that were not generated, and of the things' sizes, as far as there are any."""
+    """Return the manifest's entries about houses that were not generated and about an asset database, if any."""
     names = sorted({candidate.episode.house.name for candidate in chosen} & origins.keys())
     sources = {name: origins[name].model_dump(exclude={"line", "name"}, exclude_none=True) for name in names}
     facts = {"asset_database_sha256": pack_request.asset_database_sha256, "house_sources": sources}
@@ -390,7 +397,7 @@ def _house_facts(
 
 
 def _level_facts(chosen: Sequence[Candidate], pack_request: PackRequest) -> dict[str, Any]:
-    """Return the number of episodes of each family and level; empty where levels do not matter."""
+    """Return the manifest's entry with the number of episodes of each family and level; empty without levels."""
     counts = Counter((candidate.episode.family, candidate.level) for candidate in chosen)
     levels = {
         family: {level: counts[family, level] for level in pack_request.levels} for family in pack_request.families
@@ -399,18 +406,11 @@ def _level_facts(chosen: Sequence[Candidate], pack_request: PackRequest) -> dict
 
 
 def seed_facts(name: str, seed: int, headers: Iterable[Header], *, is_seed_secret: bool) -> dict[str, Any]:
-    """Return what a manifest states about a pack's seed: only its hash if any seed behind the pack is secret.
+    """Return the manifest's entry about a pack's seed: the seed itself, or only a hash if a seed is secret.
 
-    For secret drafts the hash is that of their seed, not of the seed that breaks ties.
+    The hash is that of the drafts' secret seeds, or of the seed that breaks ties if only that is secret.
     """
     secret = {each.seed for each in headers if each.is_seed_secret or (is_seed_secret and is_secret(each.seed))}
     if is_seed_secret and not secret:
         secret = {seed}
     return {SEED_SHA256: seed_sha256(name, *secret)} if secret else {"seed": seed}
-
-
-def _house(files: Sequence[DraftsFile], name: str) -> House:
-    for file in files:
-        if (file.houses / f"{name}.json").is_file():
-            return file.house(name)
-    return files[0].house(name)

@@ -1,4 +1,4 @@
-"""Strata: what a pack is balanced over, counted, with what a guess from words alone would score.
+"""Strata over which a pack is balanced, their counts, and the accuracy of guessing states from words only.
 
 Source: the paper's tables `episode_distribution` and `family_specs`, and the spread of episodes over houses and things.
 """
@@ -14,12 +14,13 @@ from vigil.protocol.goals import ReportStatus
 from vigil.scoring.target_strata import distance_band
 
 AREA_BANDS_M2 = (20.0, 40.0)
+"""Floor areas (m2) between small and medium, and between medium and large houses."""
 
 StratumMember = tuple[Episode, DraftFacts]
 
 
 def stratum_of(episode: Episode, facts: DraftFacts) -> str:
-    """Return the kind of episode within its family; a pack holds equally many of each kind."""
+    """Return the stratum of an episode within its family; a pack holds about as many episodes of each."""
     stratum = FAMILIES[episode.family].stratum
     if stratum == "target_size":
         return episode.target_size or "medium"
@@ -33,7 +34,7 @@ def stratum_of(episode: Episode, facts: DraftFacts) -> str:
 
 
 def area_band(facts: DraftFacts) -> str:
-    """Return how large the house is."""
+    """Return the band of the house's floor area in words."""
     small, large = AREA_BANDS_M2
     if facts.area_m2 < small:
         return f"under {small:g} m2"
@@ -41,7 +42,7 @@ def area_band(facts: DraftFacts) -> str:
 
 
 def count_strata(members: Sequence[StratumMember]) -> dict[str, Any]:
-    """Return the counts of every stratum, by its name."""
+    """Return the manifest's entry `strata`: counts of episodes over each stratum."""
     families: dict[str, dict[str, int]] = {}
     for family in FAMILIES:
         found = [stratum_of(episode, facts) for episode, facts in members if episode.family == family]
@@ -65,10 +66,10 @@ def count_strata(members: Sequence[StratumMember]) -> dict[str, Any]:
 
 
 def text_guess(members: Sequence[StratumMember]) -> float | None:
-    """Return the best accuracy in naming the right state (SV) from words alone; None without any such episode.
+    """Return the best accuracy of naming the queried state (SV) from words only; None without such episodes.
 
-    The guesser knows the more common label for each question about each category in this very pack. 0.5 is chance; the
-    fewer episodes there are, the further above it the best guess lies.
+    The guesser knows the more common label for each state and category in this pack. Chance is 0.5; the fewer episodes
+    there are, the more the best guess exceeds it.
     """
     asked: dict[tuple[str, str], Counter[str | None]] = {}
     for episode, facts in members:

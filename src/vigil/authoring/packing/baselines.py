@@ -1,6 +1,6 @@
-"""Baselines of a pack: the rates of agents without skill or sight, and the limits that a pack promises for them.
+"""Baselines of a pack: the rates of agents without skill or sight, and the limits that packs promise for them.
 
-They are stored in `baselines.json` next to the pack, outside its hash: they are measured on the frozen pack.
+They are stored in the pack's folder in `baselines.json`, outside the hash, since they are measured on the frozen pack.
 """
 
 from collections.abc import Mapping, Sequence
@@ -18,8 +18,9 @@ BASELINES = "baselines.json"
 BASELINES_SCHEMA = 1
 BLIND_AGENTS = ("noop", "random", "sweep", "forward", "centre", "explore", "point", "click_around", "always_success")
 AGENTS = (*BLIND_AGENTS, "never_report", "premature", "solver")
-"""Baseline agents in the order of the table; those after the blind ones see hidden state."""
+"""Baseline agents in the order of the table; those after the blind ones are privileged."""
 MAX_W_OF_A_BLIND_AGENT = 0.40
+"""Greatest W of a blind agent in a family that packs promise."""
 RATES = ("W", "W_strict", "B", "FR", "NR", "IL", "Other")
 
 
@@ -35,14 +36,14 @@ class AgentScore(BaseModel):
 
 
 class Baselines(SidecarFile):
-    """What was measured on one pack."""
+    """Baselines measured on one pack."""
 
     schema_version: Annotated[int, schema_validator(BASELINES_SCHEMA)] = BASELINES_SCHEMA
     vigil: str
     agents: dict[str, dict[str, AgentScore]]
     """Agent -> `all` or a family -> rates."""
     guesses: dict[str, tuple[int, int]]
-    """Way of guessing a queried state without looking -> number of correct guesses, and of guesses."""
+    """Way of guessing a queried state without looking -> numbers of correct guesses and of all guesses."""
 
 
 def measured_baselines(pack: Pack, summaries: Mapping[str, Mapping[str, Any]], version: str) -> Baselines:
@@ -57,7 +58,7 @@ def measured_baselines(pack: Pack, summaries: Mapping[str, Mapping[str, Any]], v
 
 
 def guesses_of(pack: Pack) -> dict[str, GuessScore]:
-    """Return how often a queried state is guessed correctly without looking, by the way of guessing."""
+    """Return way of guessing a queried state without looking -> its score."""
     return {
         "the more common label": majority_guess(pack.episodes, pack.solutions),
         "the words of the question": words_guess(pack.episodes, pack.solutions),
@@ -65,7 +66,7 @@ def guesses_of(pack: Pack) -> dict[str, GuessScore]:
 
 
 def broken_promises(found: Baselines) -> list[str]:
-    """Return how the baselines break the promises of every pack; empty when they meet all of them."""
+    """Return messages about the promises of packs that the baselines break; empty if they break none."""
     broken: list[str] = []
     for agent, scores in found.agents.items():
         for family, score in scores.items():
@@ -73,29 +74,29 @@ def broken_promises(found: Baselines) -> list[str]:
             if limit is not None and score.rates["W"] > limit:
                 broken.append(f"{agent}: W is {score.rates['W']:.1%} in {family}, at most {limit:.0%} is promised")
         if agent in ("noop", "never_report") and scores["all"].rates["B"] > 0:
-            broken.append(f"{agent}: B is {scores['all'].rates['B']:.1%}, and it never reports")
+            broken.append(f"{agent}: B is {scores['all'].rates['B']:.1%}, although it never reports")
         if agent == "solver" and min(scores["all"].rates[rate] for rate in ("W", "W_strict", "B")) < 1:
             broken.append("solver: W, W_strict and B are promised to be 100 %")
     for name, (hits, n) in found.guesses.items():
         if not GuessScore(hits, n).is_chance:
-            broken.append(f"{name}: tells {hits} of {n} states, more than chance would")
+            broken.append(f"{name}: {hits} of {n} states are guessed correctly, more than by chance")
     return broken
 
 
 def _limit(agent: str, family: str) -> float | None:
-    """Return the largest share of a family that an agent may complete; None without a promise."""
+    """Return the greatest W of an agent in a family that packs promise; None without a promise."""
     if agent not in BLIND_AGENTS or family == "all" or "report_status" in FAMILIES[family].goal_kinds:
         return None
     return 0.0 if agent == "noop" else MAX_W_OF_A_BLIND_AGENT
 
 
 def read_baselines(pack: Pack) -> Baselines | None:
-    """Return what was measured on this very pack; None without measurements. Raises PackMismatch for a broken file."""
-    return read_sidecar(pack, BASELINES, Baselines, "Measure anew.")
+    """Return the baselines of exactly this pack; None without them. Raises PackMismatch if the file is invalid."""
+    return read_sidecar(pack, BASELINES, Baselines, "Measure again.")
 
 
 def baselines_table(found: Baselines) -> list[str]:
-    """Return the lines of a Markdown table: W and B of each agent, overall and by family, in per cent."""
+    """Return the lines of a Markdown table with the rates (%) of each agent, overall and by family."""
     families = [family for family in FAMILIES if any(family in scores for scores in found.agents.values())]
     heads = ["agent", "W [95 %]", "B [95 %]", "FR", "NR", "IL", *(f"{family} W/B" for family in families)]
     lines = [f"| {' | '.join(heads)} |", f"|{'---|' * len(heads)}"]
@@ -113,7 +114,7 @@ def baselines_table(found: Baselines) -> list[str]:
 
 
 def guess_lines(found: Baselines) -> list[str]:
-    """Return a line for each way of guessing a queried state without looking."""
+    """Return a line of text for each way of guessing a queried state without looking."""
     lines: list[str] = []
     for name, (hits, n) in found.guesses.items():
         low, high = GuessScore(hits, n).interval

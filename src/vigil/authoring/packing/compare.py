@@ -1,4 +1,4 @@
-"""Comparison of two packs: which episodes were added, removed or changed, and in which fields."""
+"""Comparison of two packs: the episodes that were added, removed or changed, with the fields that differ."""
 
 from dataclasses import dataclass
 
@@ -8,22 +8,25 @@ from vigil.protocol.episode import Episode
 
 @dataclass(frozen=True, slots=True)
 class PackDifference:
-    """How pack B differs from pack A."""
+    """The differences of two packs, A and B."""
 
     only_a: tuple[str, ...]
+    """Ids of the episodes that only A has."""
     only_b: tuple[str, ...]
+    """Ids of the episodes that only B has."""
     changed: dict[str, tuple[str, ...]]
-    """Episode id -> fields that differ; `solution` for its recorded actions."""
+    """Episode id -> fields that differ; `solution` stands for its recorded actions."""
     same: int
+    """Number of equal episodes."""
 
     @property
     def is_none(self) -> bool:
-        """Whether both packs hold the same episodes and solutions."""
+        """Whether both packs have equal episodes and solutions."""
         return not (self.only_a or self.only_b or self.changed)
 
 
 def compare(a: Pack, b: Pack) -> PackDifference:
-    """Return how `b` differs from `a`, episode by episode."""
+    """Return the differences of pack `b` from pack `a`."""
     mine, theirs = {e.id: e for e in a.episodes}, {e.id: e for e in b.episodes}
     both = sorted(mine.keys() & theirs.keys())
     fields = {name: (*_fields(mine[name], theirs[name]), *_solution(a, b, name)) for name in both}

@@ -1,6 +1,6 @@
-"""The card of a pack: a README that states what it holds and lets HF `datasets` read its files.
+"""The card of a pack: a README that describes its content, with the configuration for HF `datasets`.
 
-The card is not part of the pack's hash: it is rewritten when baselines have been measured on the frozen pack.
+The card is not part of the pack's hash: it is written again when baselines were measured on the frozen pack.
 """
 
 from collections import Counter
@@ -20,7 +20,7 @@ from vigil.scoring.levels import LEVELS
 
 CARD = "README.md"
 TABLES = ("episodes", "solutions", "facts", "levels", "closure")
-"""Files with one row per line (`<table>.jsonl`) that a pack may have; HF `datasets` loads the first by default."""
+"""Tables (`<table>.jsonl`, one row per line) that a pack may have; HF `datasets` loads the first by default."""
 
 _HEAD = """---
 license: apache-2.0
@@ -34,9 +34,9 @@ configs:
 
 {description}
 
-Frozen episodes for VIGIL, which scores apart whether an embodied agent brought the world to the goal (W) and whether it
-closed the episode with a report that is true (B). The agent sees one egocentric RGB frame a step, and `instruction`;
-everything else here is hidden from it.
+Frozen episodes for VIGIL, which scores separately whether an embodied agent reached the goal in the world (W) and
+whether it closed the episode with a true report (B). The agent sees one egocentric RGB frame per step, and
+`instruction`; everything else here is hidden from it.
 """
 
 _PRIVATE = """---
@@ -47,9 +47,9 @@ tags: [embodied, egocentric, vision-language, evaluation]
 
 {description}
 
-**Private**: made from a secret seed, to measure on and never to train on. No licence is given for anything in this
-folder, in the drafts beside it, or in the folders of its runs. Rates may leave, as `vigil score` and `vigil report`
-have them, and the hash by which the pack can be proved later.
+**Private**: made from a secret seed, for measuring and never for training. No licence is given for anything in this
+folder, in the drafts next to it, or in the folders of its runs. Only rates may be published, as `vigil score` and
+`vigil report` give them, and the hash by which the pack can be proved later.
 
 | | |
 |---|---|
@@ -66,17 +66,17 @@ before it starts), `instruction`, `goal`, `bindings` (role to object), \
 `max_steps`, `max_invalid`, `target_size`, `provenance` |
 | `solutions.jsonl` | the actions that solve an episode: W = W_strict = B = 1 when replayed |
 | `facts.jsonl` | what the pack is balanced over: category, rooms, area, distance, label |
-| `levels.jsonl` | how difficult an episode is: the figures that are measured, their index, the level |
-| `closure.jsonl` | what closes an episode rightly: its kind, its twin, the statuses that are accepted, the evidence \
-to look at, and what the search found |
+| `levels.jsonl` | the difficulty of an episode: the measures, their index, the level |
+| `closure.jsonl` | the correct closing of an episode: its kind, its twin, the accepted statuses, the evidence to look \
+at, and the result of the search |
 | `houses/<name>.json` | a house in ProcTHOR's format |
 | `manifest.json` | counts, strata, how it was made, and the SHA-256 of each file above |
 
 Lengths are in metres, angles in degrees; poses are in AI2-THOR's frame (y up, left-handed).
 
-`datasets.load_dataset("path/to/this/folder", "episodes")` reads a table. It may add nulls for what a goal, a setup or
-an action does not have, and round floats inside of them to ten decimal places; `vigil.Pack.load` gives the file's
-own values, and checks its hashes.
+`datasets.load_dataset("path/to/this/folder", "episodes")` reads a table. It may add nulls for fields that a goal, a
+setup or an action does not have, and round floats in them to ten decimal places; `vigil.Pack.load` gives the values in
+the file and checks its hashes.
 """
 
 _LIMITS = """## Known limits
@@ -148,7 +148,7 @@ def _skills(pack: Pack) -> str:
 
 
 def _levels(meta: Mapping[str, Any]) -> str:
-    """Return how many episodes of each family are of each level; nothing for a pack that did not ask for levels."""
+    """Return the table of episodes by family and level; empty for a pack without levels."""
     found: Mapping[str, Mapping[str, int]] = meta.get("levels", {})
     if not found:
         return ""
@@ -164,19 +164,19 @@ def _levels(meta: Mapping[str, Any]) -> str:
 
 
 def _suite(meta: Mapping[str, Any]) -> str:
-    """Return what is specific to a pack of the closure-stress suite; empty for any other."""
+    """Return the section about the closure-stress suite; empty for other packs."""
     if "suite" not in meta:
         return ""
     rows = [
         "## Closure stress",
-        "The measure is C, correct closure (protocol, section 8); W and B of these episodes stand in no table of the "
-        "eight families. Of an impossible episode the recorded solution looks at the evidence and concedes.",
+        "The measure is C, correct closure (protocol, section 8); tables of the eight families do not include W and B "
+        "of these episodes. The recorded solution of an impossible episode looks at the evidence and concedes.",
         "",
         "| kind | episodes |",
         "|---|---|",
         *(f"| {name} | {count} |" for name, count in meta["kinds"].items()),
         "",
-        "What agents without sight come to, in per cent:",
+        "Expected rates of agents without sight, in per cent:",
         "",
     ]
     columns = list(next(iter(meta["blind"].values())))
@@ -185,7 +185,7 @@ def _suite(meta: Mapping[str, Any]) -> str:
         f"| {agent} | {' | '.join(f'{found[column]:.1f}' for column in columns)} |"
         for agent, found in meta["blind"].items()
     ]
-    rows += ["", "An agent that does and reports the same on both sides of a pair closes no pair knowingly."]
+    rows += ["", "An agent that acts and reports in the same way on both sides of a pair cannot close it knowingly."]
     return "\n".join(rows) + "\n"
 
 
@@ -194,8 +194,8 @@ def _measured(pack: Pack) -> str:
     if found is None:
         return ""
     intro = (
-        "Rates in per cent. The blind agents look at nothing; the privileged ones see hidden state and show what the "
-        "scoring makes of agents that never report, or report too early."
+        "Rates in per cent. The blind agents do not look; the privileged ones know hidden state and show how agents "
+        "that never report, or report too early, are scored."
     )
     return "\n".join(["## Baselines", intro, "", *baselines_table(found), "", *guess_lines(found), ""])
 
@@ -206,7 +206,7 @@ def _played(pack: Pack) -> str:
         return ""
     intro = (
         f"{found.drawn} Each was played once, from the requests that a model gets: frame, prompt and history. Failures "
-        "are counted by what another reader put them down to; `plays.json` has every play with the reason."
+        "are counted by the cause that another reader found; `plays.json` has every play with the reason."
     )
     return "\n".join(["## Played by readers", intro, "", *plays_table(found), ""])
 
@@ -226,7 +226,7 @@ def _making(meta: Mapping[str, Any]) -> str:
     guessed = (
         []
         if guess is None
-        else [f"- A guess of states by category alone, knowing the pack, is right in {100 * guess:.0f} %."]
+        else [f"- A guess of states by category only, knowing the pack, is right in {100 * guess:.0f} %."]
     )
     return "\n".join(
         [
@@ -234,7 +234,7 @@ def _making(meta: Mapping[str, Any]) -> str:
             f"- Proposed by {', '.join(meta['authors'])} in {meta['strata']['houses']} houses; at most "
             f"{meta['strata']['most_of_a_family_in_a_house']} episodes of a family in a house.",
             "- Each episode passed every rule of VIGIL's validation, and its recorded solution was replayed.",
-            f"- Reviewed by a person: {reviews['person']}; by a model alone: {reviews['model']}; by nobody: "
+            f"- Reviewed by a person: {reviews['person']}; by models only: {reviews['model']}; by nobody: "
             f"{reviews['none']}.",
             *_robust(meta),
             *_sources(meta),
@@ -245,21 +245,21 @@ def _making(meta: Mapping[str, Any]) -> str:
 
 
 def _robust(meta: Mapping[str, Any]) -> list[str]:
-    """Return the extra requirements of a robust pack and how many candidates failed them; empty for any other pack."""
+    """Return the lines about a robust pack and how many candidates were rejected; empty for other packs."""
     if not meta.get("is_robust"):
         return []
-    told = "- Robust: a body that errs finishes each episode in at least 9 of 10 tries; starts have room and a view."
-    return [told, *rejection_lines(meta.get("rejected", {}))]
+    robust = "- Robust: the noisy solver completes each episode in at least 9 of 10 tries; starts have room and a view."
+    return [robust, *rejection_lines(meta.get("rejected", {}))]
 
 
 def _sources(meta: Mapping[str, Any]) -> list[str]:
-    """Return the datasets from which houses that were not generated come."""
+    """Return the line about the datasets of houses that were not generated; empty if there are none."""
     rows = meta.get("house_sources", {}).values()
     named = Counter(" ".join(filter(None, (row["dataset"], row.get("split"), row.get("revision")))) for row in rows)
     if not named:
         return []
-    told = ", ".join(f"{count} of {name}" for name, count in sorted(named.items()))
-    return [f"- Houses of others, each pinned in the manifest: {told}. Their own licence holds for them."]
+    listed = ", ".join(f"{count} of {name}" for name, count in sorted(named.items()))
+    return [f"- Third-party houses, each pinned in the manifest: {listed}. Their own licence applies to them."]
 
 
 def _counts(found: Mapping[str, int]) -> str:

@@ -1,6 +1,6 @@
 """Measures that determine an episode's level, taken in its house while its solution is replayed.
 
-Nothing is rendered: rays in the simulator determine what a frame would show. `vigil.scoring.levels` defines the
+Frames are not rendered: rays in the simulator determine what a frame would show. `vigil.scoring.levels` defines the
 measures.
 """
 
@@ -29,13 +29,13 @@ from vigil.scoring.levels import LevelMeasures
 from vigil.sim.privileged import PrivilegedSimulator
 
 ROOM_STEP_M = 0.1
-"""Distance between two points of a walk at which the room is looked up; a doorway is longer than that."""
+"""Distance (m) between points of a walk at which the room is looked up; no passage through a room is shorter."""
 
 
 def measures_of_episode(
     simulator: PrivilegedSimulator, episode: Episode, house: House, actions: Sequence[Action]
 ) -> LevelMeasures:
-    """Return the figures of an episode; `actions` is its recorded solution, and the house is loaded."""
+    """Return the measures of an episode; `actions` is its solution, and its house is loaded in the simulator."""
     simulator.reset(episode.start, episode.setup)
     view = PrivilegedView(simulator)
     start = EpisodeStart(episode, house, view)
@@ -82,10 +82,9 @@ def _look_alikes(start: EpisodeStart) -> list[str]:
 
 
 def _containers(start: EpisodeStart, target: Thing) -> int:
-    """Return how many closed things have to be opened.
+    """Return the number of closed containers that have to be opened.
 
-    Those are the ones around the target, or, where the instruction does not name them, all in which a person would look
-    for the target.
+    They are those around the target or, if the instruction does not name them, all in which people would look for it.
     """
     if start.episode.provenance.template != INSIDE_TEMPLATE:
         return len(closed_containers_around(start.view, target.id))
@@ -106,7 +105,7 @@ def _occlusion(view: PrivilegedView, target: Thing) -> float:
 
 
 def _rooms_changed(view: PrivilegedView, poses: Sequence[Pose]) -> int:
-    """Return how often a walk along straight lines between poses passes from one room into another."""
+    """Return the number of times that straight lines between successive poses pass from one room into another."""
     rooms: list[str] = []
     for before, after in pairwise(poses):
         length_m = math.dist(before.position, after.position)

@@ -1,4 +1,4 @@
-"""Levels of many episodes: each measured on its recorded solution, house by house, in worker processes."""
+"""Levels of many episodes, measured on their recorded solutions, house by house, in worker processes."""
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
@@ -12,13 +12,13 @@ from vigil.scoring.levels import EpisodeLevel, grade_episode
 from vigil.sim.privileged import PrivilegedSimulator
 
 OnMeasured = Callable[[int, int], None]
-"""Callback that receives the number of episodes measured, and of all episodes."""
+"""A function that gets the numbers of episodes measured and of all episodes."""
 
 
 def pack_levels(
     pack: Pack, settings: VerificationSettings, on_measured: OnMeasured = lambda done, of: None
 ) -> list[EpisodeLevel]:
-    """Return the level of each of a pack's episodes, measured on its recorded solution, sorted by id."""
+    """Return the level of each of a pack's episodes that has a recorded solution, sorted by id."""
     solved = {name: solution.actions for name, solution in pack.solutions.items()}
     return measured_levels(house_batches(pack.episodes, solved, pack.house_of), settings, on_measured)
 

@@ -1,6 +1,6 @@
-"""Question-only baselines: how well a queried state (SV) is predicted from its question alone.
+"""Question-only baselines: guesses of a queried state (SV) from the question only.
 
-A pack whose words reveal the answer does not measure sight. Chance is one half, as each question names a pair.
+A pack whose words reveal the answer does not measure sight. Chance is one half, as each question names two states.
 """
 
 from collections import Counter
@@ -14,14 +14,18 @@ from vigil.protocol.goals import ReportStatus
 from vigil.scoring.rates import wilson
 
 PAIRS: dict[str, tuple[Status, Status]] = {"is_toggled": ("off", "on"), "is_open": ("closed", "open")}
+SAME_SCORE = 1e-12
+"""Difference of two log probabilities up to which they count as equal."""
 
 
 @dataclass(frozen=True, slots=True)
 class GuessScore:
-    """How often a way of guessing is right."""
+    """The score of a way of guessing."""
 
     hits: int
+    """Number of correct guesses."""
     n: int
+    """Number of guesses."""
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -30,7 +34,7 @@ class GuessScore:
 
     @property
     def is_chance(self) -> bool:
-        """Return whether the interval contains one half or lies below it: the guesser knows nothing."""
+        """Whether the interval contains one half or lies below it, so that the words do not reveal the answer."""
         return self.interval[0] <= 0.5
 
 
@@ -43,7 +47,7 @@ class _Question:
 
 
 def majority_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> GuessScore:
-    """Return how often the more common label of each pair, known from this very pack, is correct."""
+    """Return the score of guessing the more common label of each pair in this pack."""
     questions = _questions(episodes, solutions)
     counts = {
         pair: Counter(question.label for question in questions if question.pair == pair) for pair in PAIRS.values()
@@ -52,7 +56,7 @@ def majority_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution
 
 
 def words_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) -> GuessScore:
-    """Return how often naive Bayes over the question's words, trained on all other houses, is correct."""
+    """Return the score of naive Bayes over the question's words, trained on all other houses."""
     questions = _questions(episodes, solutions)
     hits = 0
     for house in sorted({question.house for question in questions}):
@@ -65,9 +69,9 @@ def words_guess(episodes: Sequence[Episode], solutions: Mapping[str, Solution]) 
 
 
 def _most_likely(question: _Question, known: Sequence[_Question]) -> Status:
-    """Return the likelier label; the first of the pair when they are equally likely."""
+    """Return the likelier label, or the first of the pair if both are equally likely."""
     first, second = question.pair
-    return second if _score(question, second, known) > _score(question, first, known) + 1e-12 else first
+    return second if _score(question, second, known) > _score(question, first, known) + SAME_SCORE else first
 
 
 def _score(question: _Question, label: Status, known: Sequence[_Question]) -> float:

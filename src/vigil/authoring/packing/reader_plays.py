@@ -1,6 +1,6 @@
-"""Plays of a pack by people or models that see its pictures, with the result of each and the cause of each failure.
+"""Plays of a pack by people or models who see its pictures, with the result of each and the cause of each failure.
 
-They are stored in `plays.json` next to the pack, outside its hash: the file is written after the pack was frozen.
+They are stored in the pack's folder in `plays.json`, outside the hash, since they follow the freezing of the pack.
 """
 
 from collections import Counter, defaultdict
@@ -19,36 +19,36 @@ from vigil.scoring.rates import wilson
 PLAYS = "plays.json"
 PLAYS_SCHEMA = 1
 Cause = Literal["agent", "picture", "wording", "world"]
-"""Cause of a failure."""
+"""Cause of a failure: the player, the picture, the instruction's wording or the simulated world."""
 CAUSES: tuple[Cause, ...] = get_args(Cause)
 
 
 class ReaderPlay(BaseModel):
-    """One episode, as a reader played it."""
+    """One play of an episode by a reader."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     episode_id: str
     reader: str
-    """The player; the same name in other plays is the same player."""
+    """Name of the player, equal in all of their plays."""
     group: str
-    """The episode's level of difficulty, or its kind in a pack of closure stress."""
+    """Level of difficulty of the episode, or its kind in a pack of closure stress."""
     steps: int = Field(ge=0)
     status: Status | None
-    """The reported status; None without a report."""
+    """Reported status; None without a report."""
     W: bool
     B: bool
     C: bool | None = None
-    """Correct closure; None outside packs of closure stress."""
+    """Whether the closure is correct; None outside packs of closure stress."""
     label: str
     cause: Cause | None = None
-    """The cause of failure; None when the episode was closed correctly."""
+    """Cause of the failure; None for a success."""
     reason: str = ""
-    """Remark by the person who looked for the cause."""
+    """Remark of the person who determined the cause."""
 
     @property
     def is_right(self) -> bool:
-        """Return whether the play counts as a success: C where the pack asks for it, else B."""
+        """Whether the play is a success: C in packs of closure stress, else B."""
         return self.B if self.C is None else self.C
 
     @model_validator(mode="after")
@@ -59,27 +59,27 @@ class ReaderPlay(BaseModel):
 
 
 class ReaderPlays(SidecarFile):
-    """Results of all plays of one pack."""
+    """All plays of one pack by readers."""
 
     schema_version: Annotated[int, schema_validator(PLAYS_SCHEMA)] = PLAYS_SCHEMA
     drawn: str
-    """How the episodes were drawn, as a sentence."""
+    """Sentence that says how the episodes were drawn."""
     plays: tuple[ReaderPlay, ...] = Field(min_length=1)
 
 
 def read_plays(pack: Pack) -> ReaderPlays | None:
-    """Return the plays of this very pack; None without plays. Raises PackMismatch for a broken file."""
-    return read_sidecar(pack, PLAYS, ReaderPlays, "Write it anew, or remove it.")
+    """Return the plays of exactly this pack; None without plays. Raises PackMismatch if the file is invalid."""
+    return read_sidecar(pack, PLAYS, ReaderPlays, "Write it again, or remove it.")
 
 
 def plays_table(found: ReaderPlays) -> list[str]:
-    """Return a Markdown table: success rates overall and by group, in per cent, and the causes of failures."""
+    """Return the lines of a Markdown table: rates (%) and causes of failures, overall and by group."""
     groups: dict[str, list[ReaderPlay]] = defaultdict(list)
     for play in found.plays:
         groups[play.group].append(play)
     measures = ["W", "B"] if found.plays[0].C is None else ["C"]
     heads = ["", "plays", *(f"{measure} [95 %]" for measure in measures), *CAUSES]
-    rows = [("all", found.plays), *((name, groups[name]) for name in sorted(groups, key=_place))]
+    rows = [("all", found.plays), *((name, groups[name]) for name in sorted(groups, key=_order_key))]
     return [
         f"| {' | '.join(heads)} |",
         f"|{'---|' * len(heads)}",
@@ -87,7 +87,7 @@ def plays_table(found: ReaderPlays) -> list[str]:
     ]
 
 
-def _place(group: str) -> tuple[int, str]:
+def _order_key(group: str) -> tuple[int, str]:
     return (list(LEVELS).index(group) if group in LEVELS else 0), group
 
 

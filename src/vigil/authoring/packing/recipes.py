@@ -1,7 +1,7 @@
 """Recipes: the houses, seed and options from which a pack is made, and the SHA-256 that it must have.
 
-Houses from third-party datasets are not shipped; a recipe names each by its place in a dataset and its hash, so that
-anyone with the dataset can make the same bytes. Packaged recipes are in `vigil/data/recipes`.
+Houses of third-party datasets are not included; a recipe names each by its position in a dataset and its hash, so that
+everyone who has the dataset can make the same bytes. Packaged recipes are in `vigil/data/recipes`.
 """
 
 import sys
@@ -33,12 +33,12 @@ from vigil.scoring.levels import Level
 RECIPE_SCHEMA = 2
 PACKAGED = Path(str(files("vigil") / "data" / "recipes"))
 LIBRARIES = ("vigil-bench", "mujoco", "numpy", "scipy", "shapely")
-"""Libraries whose version may change a float, and with it a pack's bytes."""
+"""Libraries whose version may change floats, and thus a pack's bytes."""
 MAX_STARTS = 1000
 
 
 class Recipe(BaseModel):
-    """Everything from which a pack in third-party houses is made, except the houses."""
+    """The settings from which a pack in third-party houses is made, with references to the houses."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -46,14 +46,14 @@ class Recipe(BaseModel):
     name: str = Field(pattern=NAME_PATTERN)
     """Name of the pack."""
     houses_from: str = ""
-    """Where people can get the dataset."""
+    """Text that says where people can get the dataset."""
     seed: int = Field(ge=0, lt=2**256)
     families: tuple[Family, ...]
     per_family: int = Field(ge=1, le=MAX_LINES)
     max_per_house: int = Field(ge=1, le=MAX_LINES)
     backend: str
     asset_database_sha256: str | None = None
-    """Hash of AI2-THOR's asset database; None when things have the typical sizes of their kinds."""
+    """Hash of AI2-THOR's asset database; None if things have typical sizes."""
     versions: PackVersions
     made_with: dict[str, str]
     """Versions of Python and libraries with which the bytes were made."""
@@ -61,26 +61,26 @@ class Recipe(BaseModel):
     drafted_in: int | None = Field(default=None, ge=1)
     """Number of houses, drawn by the seed, in which episodes are proposed; None for all."""
     one_family_per_house: bool = False
-    """Whether each house is asked for only one family, in turn."""
+    """Whether each house gets only one family, in rotation."""
     levels: tuple[Level, ...] = ()
-    """Levels of difficulty over which each family is divided; empty where levels do not matter."""
+    """Levels of difficulty over which each family is divided; empty if levels do not matter."""
     is_robust: bool = False
-    """Whether every episode obeys the rules about robustness."""
+    """Whether episodes satisfy the robustness rules."""
     starts: int = Field(default=1, ge=1, le=MAX_STARTS)
-    """Number of starts drawn for each draft, of which the hardest is used."""
+    """Number of start poses drawn for each draft, of which the hardest is used."""
     forms: Forms = "public"
-    """Half of the sentence forms that is used."""
+    """Half of the sentence forms from which instructions are drawn, or all."""
     drafts: int = Field(default=UNVERSIONED_DRAFTS, ge=1)
     """Version of the drafts and their wording."""
     suite: Literal["closure"] | None = None
-    """Suite of the pack; its `tasks` then replace families and levels."""
+    """Suite of the pack, whose `tasks` replace families and levels; None for a pack of families."""
     tasks: dict[Kind, int] = Field(default_factory=dict)
-    """Number of tasks of each kind of the suite."""
+    """Kind of the suite -> number of tasks."""
     houses: tuple[HouseOrigin, ...] = Field(min_length=1, max_length=MAX_LINES)
 
     @property
     def request(self) -> PackRequest:
-        """The pack to assemble."""
+        """Settings of the pack to assemble."""
         return PackRequest(
             self.name,
             self.per_family,
@@ -94,7 +94,7 @@ class Recipe(BaseModel):
         )
 
     def notes(self) -> list[str]:
-        """Return the differences between this machine and the recipe's that may change the bytes."""
+        """Return texts about the differences between the installed versions and the recipe's that may change bytes."""
         here = made_with()
         changed = [
             f"{name} {was} (here {here.get(name)})" for name, was in self.made_with.items() if here.get(name) != was
@@ -113,7 +113,10 @@ class Recipe(BaseModel):
 
     @classmethod
     def load(cls, place: str) -> "Recipe":
-        """Return the recipe in a file, or the packaged recipe of that name. Raises SettingError."""
+        """Return the recipe in a file, or the packaged recipe of that name.
+
+        Raises SettingError if it does not exist or is invalid.
+        """
         packaged = {path.stem: path for path in sorted(PACKAGED.glob("*.json"))}
         path = packaged.get(place, Path(place))
         if not path.exists():
@@ -140,7 +143,7 @@ def recipe_of(
     starts: int = 1,
     tasks: Mapping[Kind, int] | None = None,
 ) -> Recipe:
-    """Return the recipe of an unreviewed pack in third-party houses only; `tasks` are those of a suite."""
+    """Return the recipe of an unreviewed pack whose houses are all third-party; `tasks` are those of a suite."""
     return Recipe(
         name=pack_request.name,
         seed=pack_request.seed,
@@ -166,31 +169,31 @@ def recipe_of(
 
 
 def made_with() -> dict[str, str]:
-    """Return the installed versions of Python and of libraries that may change a float."""
+    """Return the installed versions of Python and of libraries that may change floats."""
     return {"python": ".".join(map(str, sys.version_info[:2])), **{name: version(name) for name in LIBRARIES}}
 
 
 def check_drafts(recipe: Recipe) -> None:
-    """Raise SettingError if the recipe has another version of drafts: its bytes cannot be made again."""
+    """Raise SettingError if the recipe has another version of drafts, so that its bytes cannot be made again."""
     if recipe.drafts != DRAFTS_VERSION:
         raise SettingError(
-            f"Recipe {recipe.name!r} is of version {recipe.drafts} of what is drafted, and in which words; this "
-            f"package drafts by version {DRAFTS_VERSION}, and other episodes would come out. Install the package that "
-            "wrote the recipe, or make a new pack of the same houses with vigil pack make."
+            f"Recipe {recipe.name!r} has version {recipe.drafts} of drafts and their wording; this package has version "
+            f"{DRAFTS_VERSION}, which gives other episodes. Install the package that wrote the recipe, or make a new "
+            "pack of the same houses with vigil pack make."
         )
 
 
 def check_assets(recipe: Recipe, given: AssetDatabase) -> None:
-    """Raise SettingError if things would have sizes other than the recipe's."""
+    """Raise SettingError if things would have other sizes than with the recipe's asset database."""
     fault = asset_mismatch(f"Recipe {recipe.name!r}", recipe.asset_database_sha256, given.sha256)
     if fault is not None:
         raise SettingError(fault)
 
 
 def sources_of(recipe: Recipe, given: Sequence[str], report: Callable[[str], None]) -> list[HouseInFile]:
-    """Return the recipe's houses: ProcTHOR's are downloaded, others come from the files `given`.
+    """Return the sources of the recipe's houses: ProcTHOR's are downloaded, others are in the files `given`.
 
-    Raises SettingError when a file is missing.
+    `report` gets a line that announces a download. Raises SettingError if a file is missing.
     """
     found: list[HouseInFile] = []
     for (dataset, split, revision), group in groupby(
@@ -206,21 +209,24 @@ def sources_of(recipe: Recipe, given: Sequence[str], report: Callable[[str], Non
 
 
 def _file(dataset: str, given: Sequence[str], is_only_one: bool) -> Path:
-    """Return the given file that holds a dataset: the one with its name, or the only one given."""
+    """Return the given file with a dataset: that of its name, or the only file for the only dataset.
+
+    Raises SettingError if there is none.
+    """
     same = [place for place in given if Path(place).name == dataset]
     if not same and is_only_one and len(given) == 1:
         same = list(given)
     if not same or not Path(same[0]).is_file():
-        raise SettingError(f"The recipe takes houses of {dataset!r}: give that file with --houses.")
+        raise SettingError(f"The recipe needs houses of {dataset!r}: give that file with --houses.")
     return Path(same[0])
 
 
 OnHouse = Callable[[int], None]
-"""Callback that receives the number of houses read."""
+"""A function that gets the number of houses read so far."""
 
 
 def origins_of(sources: Iterable[HouseInFile], on_house: OnHouse = lambda number: None) -> list[HouseOrigin]:
-    """Return the source and hash of each house. Raises HouseError at the first invalid one."""
+    """Return the origin of each house, with its hash. Raises HouseError at the first invalid house."""
     found: list[HouseOrigin] = []
     for source, house in read_all(sources):
         if isinstance(house, HouseError):
@@ -231,7 +237,7 @@ def origins_of(sources: Iterable[HouseInFile], on_house: OnHouse = lambda number
 
 
 def check_houses(recipe: Recipe, sources: Iterable[HouseInFile], on_house: OnHouse = lambda number: None) -> None:
-    """Raise PackMismatch that names the first house which is not the recipe's."""
+    """Raise PackMismatch if a house is missing or differs from the recipe's; the message names the first."""
     wanted = {row.name: row.sha256 for row in recipe.houses}
     for number, (source, house) in enumerate(read_all(sources), start=1):
         place = f"house {number} of the {len(wanted)} of recipe {recipe.name!r}, {source.name!r}"

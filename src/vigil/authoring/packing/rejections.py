@@ -1,4 +1,4 @@
-"""Rejections: how many proposals and candidates broke which rule on the way to a pack, for its manifest and card."""
+"""Counts of the proposals and candidates of a pack that broke each rule, for its manifest and card."""
 
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
@@ -12,9 +12,10 @@ from vigil.protocol.families import Family
 def rejected_by_rule(
     read: Sequence[DraftsContent], families: Collection[Family], bad: Mapping[str, Sequence[Finding]], tried: int
 ) -> dict[str, Any]:
-    """Return, by rule, how many proposals broke it and how many of the candidates tried for selection did.
+    """Return the numbers of proposals and candidates that were tried and rejected, and the rejections by rule.
 
-    A proposal counts only under the first rule that it breaks, a candidate under each.
+    `bad` are the findings of rejected candidates by id, `tried` is the number of candidates that were checked. A
+    proposal counts only under the first rule that it breaks, a candidate under each.
     """
     rejections = [each for proposed in read for each in proposed.rejections if each.family in families]
     held = sum(draft.episode.family in families for proposed in read for draft in proposed.drafts)
@@ -30,16 +31,14 @@ def rejected_by_rule(
 
 
 def rejection_lines(found: Mapping[str, Mapping[str, Any]]) -> list[str]:
-    """Return a card's text about `rejected_by_rule`."""
-    return [
-        f"- Of {counts['tried']} {what} {counts['rejected']} were rejected"
-        f"{': ' if counts['by_rule'] else ''}{_listed(counts['by_rule'])}."
-        for what, counts in found.items()
-    ]
-
-
-def _listed(by_rule: Mapping[str, int]) -> str:
-    return ", ".join(f"`{rule}` {count}" for rule, count in by_rule.items())
+    """Return the lines of a card about the counts of `rejected_by_rule`."""
+    lines: list[str] = []
+    for what, counts in found.items():
+        listed = ", ".join(f"`{rule}` {count}" for rule, count in counts["by_rule"].items())
+        lines.append(
+            f"- Of {counts['tried']} {what} {counts['rejected']} were rejected{': ' if listed else ''}{listed}."
+        )
+    return lines
 
 
 def _counted(counts: Counter[str]) -> dict[str, int]:

@@ -1,4 +1,4 @@
-"""Files next to a frozen pack, outside its hash: results that were measured on it afterwards."""
+"""Sidecar files: files in a frozen pack's folder, outside its hash, with results that were measured on the pack."""
 
 from typing import TypeVar
 
@@ -10,7 +10,7 @@ from vigil.packs.pack import Pack
 
 
 class SidecarFile(BaseModel):
-    """Results of one pack."""
+    """Results that were measured on one pack."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -22,9 +22,9 @@ Sidecar = TypeVar("Sidecar", bound=SidecarFile)
 
 
 def read_sidecar(pack: Pack, name: str, form: type[Sidecar], advice: str) -> Sidecar | None:
-    """Return the content of a file next to the pack, for this very pack; None without the file.
+    """Return the content of a pack's sidecar file; None if it is missing or about another version of the pack.
 
-    `advice` ends the error's message. Raises PackMismatch for a broken file.
+    Raises PackMismatch with `advice` if the file is invalid.
     """
     path = pack.folder / name
     if not path.exists():

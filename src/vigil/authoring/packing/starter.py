@@ -1,13 +1,14 @@
 """The starter pack: 80 episodes in generated houses; one function proposes, validates, solves and freezes them.
 
-Everything follows from the literal tables below and the versions of the generator and the assets: the same code makes
-the same bytes.
+The pack depends only on the literal tables below and on the versions of the generator and the assets, so that the same
+code makes the same bytes.
 """
 
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -35,7 +36,9 @@ SEED = 2026
 DRAFTS_PER_HOUSE = 6
 PER_HOUSE_AND_FAMILY = 2
 CATEGORY_USES = 3
-FIRST_SEED, SEED_TRIES = 101, 5
+"""Greatest number of episodes about one category."""
+FIRST_SEED, SEED_TRIES, SEED_STRIDE = 101, 5, 100
+"""Seed of the first house, number of seeds tried for a house, and distance between them."""
 
 HOUSES = (
     *("kitchen-living", "kitchen-living", "kitchen-living", "kitchen-living"),
@@ -44,22 +47,23 @@ HOUSES = (
     *("kitchen", "kitchen", "kitchen", "kitchen", "living-room", "living-room", "living-room"),
     *("bedroom", "bedroom", "bedroom", "bathroom", "bathroom"),
 )
-"""Specs of the houses; the one at index i has the seed `FIRST_SEED + i` (or that plus hundreds)."""
+"""Specs of the houses; the one at index i has the first valid seed of `FIRST_SEED + i`, plus multiples of the stride.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class EpisodeQuota:
-    """A kind of episode with the number that the pack holds."""
+    """A kind of episode with its number in the pack."""
 
     family: Family
     kind: str
     count: int
     fallback: str | None = None
-    """Kind to propose when no house yields the kind itself."""
+    """Kind that is proposed if no house yields the kind itself; None without such a kind."""
 
     @property
     def proposals(self) -> list[Proposals]:
-        """Order of attempts: a category not used yet, then any category, then another kind."""
+        """Functions to try in turn: for a category not used yet, for any category, and of the fallback kind."""
         kinds = kinds_of(self.family)
         return [kinds[self.kind], kinds[self.kind], *([kinds[self.fallback]] if self.fallback else [])]
 
@@ -70,7 +74,7 @@ QUOTAS = tuple(
     for name, kind in sorted(spec.kinds.items(), key=lambda item: item[1].fallback is None)
     if kind.in_starter
 )
-"""Slots with the rarest kinds first, so that they find suitable houses."""
+"""Quotas of the pack; the rarest kinds come first, so that they find suitable houses."""
 
 
 @dataclass(slots=True)
@@ -80,7 +84,7 @@ class Selection:
     episodes: list[Episode] = field(default_factory=list)
     solutions: list[Solution] = field(default_factory=list)
     uses: Counter[str] = field(default_factory=Counter)
-    """House name -> episodes."""
+    """House name -> number of episodes."""
     family_uses: Counter[tuple[str, str]] = field(default_factory=Counter)
     categories: Counter[str] = field(default_factory=Counter)
     family_categories: Counter[tuple[str, str]] = field(default_factory=Counter)
@@ -90,7 +94,7 @@ class Selection:
         return not self.family_categories[family, category] and self.categories[category] < CATEGORY_USES
 
     def add(self, episode: Episode, actions: tuple[Action, ...], category: str, house: House) -> None:
-        """Add a valid episode under its final id."""
+        """Add a valid episode with its final id."""
         provenance = episode.provenance.model_copy(update={"validated": True, "solution_steps": len(actions)})
         episode_id = self._id(episode, category, house)
         self.episodes.append(episode.model_copy(update={"id": episode_id, "provenance": provenance}))
@@ -109,9 +113,9 @@ class Selection:
 
 
 def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[str], None] = lambda line: None) -> Pack:
-    """Write the starter pack into `out`, new or empty, and return it; `report` is called with each episode.
+    """Write the starter pack into a missing or empty folder, and return it; `report` gets a line for each episode.
 
-    Raises EpisodeError when the houses do not yield a kind of episode.
+    Raises EpisodeError if the houses do not yield a kind of episode, SettingError if the folder is not empty.
     """
     houses = starter_houses()
     chosen = Selection()
@@ -139,7 +143,7 @@ def build_starter(out: Path, simulator: PrivilegedSimulator, report: Callable[[s
 
 
 def count_kinds(episodes: Iterable[Episode]) -> dict[str, int]:
-    """Return how many episodes there are of each family, template and target size."""
+    """Return the number of episodes of each family, template and target size, which are joined by spaces."""
     kinds = [" ".join(filter(None, (e.family, e.provenance.template, e.target_size))) for e in episodes]
     return dict(sorted(Counter(kinds).items()))
 
@@ -151,9 +155,9 @@ def starter_houses() -> list[House]:
 
 def _house(index: int, spec: str) -> House:
     faults: list[SettingError] = []
-    for hundred in range(SEED_TRIES):
+    for number in range(SEED_TRIES):
         try:
-            return generate(FIRST_SEED + index + 100 * hundred, spec_for(spec))
+            return generate(FIRST_SEED + index + SEED_STRIDE * number, spec_for(spec))
         except SettingError as error:
             faults.append(error)
     raise faults[-1]
@@ -162,13 +166,13 @@ def _house(index: int, spec: str) -> House:
 def _fill(
     slot: EpisodeQuota, number: int, houses: list[House], chosen: Selection, simulator: PrivilegedSimulator
 ) -> Episode:
-    """Find the next episode for a slot, add it to the chosen ones and return it."""
+    """Find the next episode for a quota, add it to the chosen ones and return it."""
     validator = Validator(simulator, is_draft=True)
     for is_strict, proposals in zip((True, False, False), slot.proposals, strict=False):
         for house in _in_order(slot, houses, chosen):
             key = f"{slot.family} {slot.kind} {number} {house.name}"
             context = HouseContext(simulator, house, np.random.default_rng([SEED, zlib.crc32(key.encode())]))
-            for draft in _first(proposals(context), DRAFTS_PER_HOUSE):
+            for draft in islice(proposals(context), DRAFTS_PER_HOUSE):
                 category = context.thing(draft.goal.object_id).category
                 if is_strict and not chosen.takes(slot.family, category):
                     continue
@@ -180,11 +184,6 @@ def _fill(
 
 
 def _in_order(slot: EpisodeQuota, houses: list[House], chosen: Selection) -> list[House]:
-    """Return the houses that may hold another episode of the slot's family, the least used first."""
+    """Return the houses that may hold another episode of the quota's family, the least used first."""
     free = [house for house in houses if chosen.family_uses[slot.family, house.name] < PER_HOUSE_AND_FAMILY]
     return sorted(free, key=lambda house: (chosen.uses[house.name], zlib.crc32(f"{slot.kind} {house.name}".encode())))
-
-
-def _first(drafts: Iterator[Episode], count: int) -> Iterator[Episode]:
-    for _, draft in zip(range(count), drafts, strict=False):
-        yield draft

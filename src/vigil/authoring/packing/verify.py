@@ -1,4 +1,4 @@
-"""Verification of a pack: every rule checked and every solution replayed, in worker processes, house by house.
+"""Verification of a pack: all rules are checked and all solutions replayed, house by house, in worker processes.
 
 Results can be stored in a log with one line per episode, from which the same command continues.
 """
@@ -30,23 +30,23 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 @dataclass(frozen=True, slots=True)
 class HouseBatch:
-    """A house with its episodes to verify."""
+    """A house with some of its episodes."""
 
     name: str
     document: dict[str, Any]
     episodes: tuple[tuple[Episode, tuple[Action, ...] | None], ...]
-    """Episodes, each with its recorded solution or None."""
+    """Episodes with their recorded solutions; None without one."""
 
 
 @dataclass(frozen=True, slots=True)
 class VerificationSettings:
-    """Settings of the verification."""
+    """Settings of a verification."""
 
     backend: str = "mujoco"
     assets: AssetDatabase | None = None
     workers: int = 1
     is_robust: bool = False
-    """Whether episodes that obey all other rules are also checked by the rules about robustness."""
+    """Whether episodes that satisfy all other rules are also checked by the robustness rules."""
 
     def simulator(self) -> PrivilegedSimulator:
         """Return a new simulator."""
@@ -54,25 +54,25 @@ class VerificationSettings:
 
 
 class EpisodeFindings(BaseModel):
-    """Result for one episode."""
+    """Findings about one episode, as stored in a log."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     key: str
-    """Hash of the episode, its solution, the backend, the versions of rules and shapes, and the extra checks."""
+    """Hash of all on which the findings depend, as `key_of` returns it."""
     episode_id: str
     findings: tuple[tuple[str, str], ...] = ()
-    """Findings as (rule, message)."""
+    """Rule and message of each finding."""
 
     @property
     def faults(self) -> list[Finding]:
-        """The findings by name."""
+        """The findings as objects."""
         return [Finding(self.episode_id, rule, message) for rule, message in self.findings]
 
 
 @dataclass(frozen=True, slots=True)
 class VerificationProgress:
-    """Progress of a verification."""
+    """Progress of a verification, in numbers of episodes."""
 
     done: int
     of: int
@@ -83,9 +83,9 @@ OnVerified = Callable[[VerificationProgress], None]
 
 
 def verify_pack(
-    pack: Pack, settings: VerificationSettings, log: Path | None = None, on_progress: OnVerified = lambda standing: None
+    pack: Pack, settings: VerificationSettings, log: Path | None = None, on_progress: OnVerified = lambda progress: None
 ) -> list[Finding]:
-    """Return what is wrong with a pack's episodes, sorted by episode; an existing `log` is continued.
+    """Return the findings about a pack's episodes, sorted by episode and rule; an existing `log` is continued.
 
     Raises RecordError if the log cannot be read or written.
     """
@@ -102,11 +102,11 @@ def findings_of(
     house_of: Callable[[Episode], House],
     settings: VerificationSettings,
     log: Path | None = None,
-    on_progress: OnVerified = lambda standing: None,
+    on_progress: OnVerified = lambda progress: None,
 ) -> list[EpisodeFindings]:
-    """Return the result of each episode; results in `log` are reused, new ones are appended to it.
+    """Return the findings of each episode; those in `log` are reused, new ones are appended to it.
 
-    Raises RecordError if the log cannot be read or written.
+    `solved` are the recorded solutions by episode id. Raises RecordError if the log cannot be read or written.
     """
     keys = {episode.id: (key_of(episode, solved.get(episode.id), settings), episode) for episode in episodes}
     with nullcontext() if log is None else AppendFile(log) as file:
@@ -125,7 +125,7 @@ def findings_of(
 def house_batches(
     episodes: Iterable[Episode], solved: Mapping[str, tuple[Action, ...]], house_of: Callable[[Episode], House]
 ) -> list[HouseBatch]:
-    """Return episodes with their solutions, grouped by house."""
+    """Return episodes with their solutions, grouped by house and sorted."""
     ordered = sorted(episodes, key=lambda episode: (episode.house.name, episode.id))
     found: list[HouseBatch] = []
     for name, group in groupby(ordered, key=lambda episode: episode.house.name):
@@ -136,7 +136,7 @@ def house_batches(
 
 
 def findings_by_house(work: Sequence[HouseBatch], settings: VerificationSettings) -> Iterator[list[EpisodeFindings]]:
-    """Yield the results, house by house, in the order of the work."""
+    """Yield the findings house by house, in the order of the batches."""
     if settings.workers == 1 or len(work) < 2:
         validator = Validator(settings.simulator())
         for bundle in work:
@@ -152,12 +152,12 @@ def findings_by_house(work: Sequence[HouseBatch], settings: VerificationSettings
 
 
 def key_of(episode: Episode, actions: tuple[Action, ...] | None, settings: VerificationSettings) -> str:
-    """Return the hash that identifies the verified content in a log."""
+    """Return the hash of an episode, its solution, the backend, the asset database, the versions and the rules."""
     solution = Solution(episode_id=episode.id, actions=actions).model_dump(mode="json") if actions else None
-    besides = ["robust"] if settings.is_robust else []
-    besides += [settings.assets.sha256] if settings.assets and settings.assets.sha256 else []
-    besides += [name for name, rule in RULES.items() if binds(rule, name, episode.family)]
-    facts = [episode.model_dump(mode="json"), solution, settings.backend, PackVersions.current().model_dump(), *besides]
+    more = ["robust"] if settings.is_robust else []
+    more += [settings.assets.sha256] if settings.assets and settings.assets.sha256 else []
+    more += [name for name, rule in RULES.items() if binds(rule, name, episode.family)]
+    facts = [episode.model_dump(mode="json"), solution, settings.backend, PackVersions.current().model_dump(), *more]
     return hashlib.sha256(canonical_json(facts)).hexdigest()
 
 
@@ -189,7 +189,7 @@ def _verify(validator: Validator, bundle: HouseBatch, settings: VerificationSett
 
 
 def _known(log: AppendFile | None) -> dict[str, EpisodeFindings]:
-    """Return a log's results by key."""
+    """Return key -> findings in a log; empty without a log."""
     if log is None:
         return {}
     rows = [parse_line(line, EpisodeFindings, f"Log {str(log.path)!r}", "Remove it.") for line in log.lines.complete]

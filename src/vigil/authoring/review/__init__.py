@@ -1,1 +1,1 @@
-"""Review: whether an episode holds, by rules, by replayed solutions, and by people."""
+"""Review: the rules, replays, negative controls and reviewers that decide whether an episode is valid."""

@@ -1,4 +1,4 @@
-"""Blind trials: an episode that an agent without sight completes does not measure sight, so no pack holds it."""
+"""Blind trials: plays of agents without sight. An episode that one of them completes does not enter a pack."""
 
 from vigil.agents.scripted import EXPLORE_ACTIONS, POINT_ACTIONS, TURN_ACTIONS, WALK_ACTIONS, click_actions
 from vigil.protocol.actions import Action, Report
@@ -8,11 +8,11 @@ from vigil.protocol.goals import AgentNearTarget, ObjectHeld, ObjectInState, Tar
 
 
 def blind_trials(episode: Episode, *, is_draft: bool) -> list[tuple[Action, ...]]:
-    """Return what agents without sight would play, none of which may complete the episode.
+    """Return the actions of agents without sight, none of which may complete the episode.
 
-    Packs that were frozen under rules 2 and before are held to turning, walking ahead and an early report alone; drafts
-    are held to the strongest blind agents known. State verification is judged by its label instead, and what is found
-    by turning is found by turning blindly.
+    Frozen packs may predate some of these agents, so only turning, walking ahead and an early report are tried for
+    them; drafts are tested with the strongest blind agents known. The list is empty for state verification, whose
+    label decides. It does not contain turning where the episode is one of finding the target by turning.
     """
     goal, is_turned_to = episode.goal, episode.provenance.template == "turn"
     if "report_status" in FAMILIES[episode.family].goal_kinds:

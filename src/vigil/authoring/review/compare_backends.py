@@ -1,4 +1,4 @@
-"""One pack through two back ends: every recorded solution played on both, and compared action by action."""
+"""Comparison of two back ends: each recorded solution of a pack is played on both and compared action by action."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -14,7 +14,9 @@ from vigil.scoring.outcomes import score
 from vigil.sim.privileged import PrivilegedSimulator
 
 SAME_M, SAME_DEG, SAME_OPENNESS = 1e-3, 0.01, 1e-3
+"""Greatest differences of distances (m), angles (deg) and openness that count as equal."""
 SAME_CLICK_M = 0.01
+"""Greatest difference (m) of the distances of two clicks that counts as equal."""
 KINDS = {
     "pose": "where the agent is and looks",
     "place": "where a thing is, and how it is turned",
@@ -32,20 +34,20 @@ KINDS = {
     "changed": "which things an action changed",
     "end": "how the episode ends",
     "verdict": "W, W_strict, B and the label",
-    "verdict by sight": "the verdict, which is the same once as much is taken to be seen",
+    "verdict by sight": "the verdict, which is equal once as much is taken to be seen",
 }
-"""What a difference is about."""
+"""Kind of difference -> what it is about."""
 SEEN = ("visible", "visible_px", "open_px", "toggle_px", "nearest_visible_m")
-"""What an object's state says of how it is seen."""
+"""Facts of an object's state about how it is seen."""
 
 
 @dataclass(frozen=True, slots=True)
 class BackendDifference:
-    """One fact that the two back ends tell differently."""
+    """One fact in which two back ends differ."""
 
     episode_id: str
     step: int
-    """0 for the start."""
+    """Number of the step, 0 for the start."""
     kind: str
     what: str
     a: Any
@@ -57,11 +59,12 @@ class BackendDifference:
 
 @dataclass(frozen=True, slots=True)
 class BackendComparison:
-    """What was found."""
+    """Result of comparing two back ends."""
 
     a: str
+    """Name of the first back end."""
     b: str
-    """The names of the two."""
+    """Name of the second back end."""
     episodes: int
     steps: int
     differences: tuple[BackendDifference, ...]
@@ -78,7 +81,10 @@ def compare_backends(
     b: PrivilegedSimulator,
     on_progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> BackendComparison:
-    """Return how the recorded solutions of episodes come out on two back ends. Those without one are left out."""
+    """Return the differences of playing the episodes' recorded solutions on two back ends.
+
+    Episodes without a recorded solution are left out.
+    """
     solved = [episode for episode in episodes if episode.id in pack.solutions]
     found: list[BackendDifference] = []
     players, steps = (Validator(a), Validator(b)), 0
@@ -92,14 +98,14 @@ def compare_backends(
 
 
 def differences(episode: Episode, a: EpisodeRecord, b: EpisodeRecord) -> Iterator[BackendDifference]:
-    """Yield what two records of the same actions tell differently."""
+    """Yield the differences of two records of the same actions."""
     for step, (one, other) in enumerate(zip(a.worlds, b.worlds, strict=False)):
         effects = (a.steps[step - 1].effect, b.steps[step - 1].effect) if step else (None, None)
         facts = [*_effects(*effects), *_worlds(one, other)]
         yield from (BackendDifference(episode.id, step, *fact) for fact in facts)
     last = min(len(a.steps), len(b.steps))
     verdicts = _verdict(episode, a), _verdict(episode, b)
-    by_sight = _verdict(episode, _seen_as_in(a, b)) == verdicts[0]
+    by_sight = _verdict(episode, _with_visibility_of(a, b)) == verdicts[0]
     ends = ("end", "end", _end(a), _end(b)), ("verdict by sight" if by_sight else "verdict", "verdict", *verdicts)
     yield from (BackendDifference(episode.id, last, *fact) for fact in ends if fact[2] != fact[3])
 
@@ -118,18 +124,20 @@ def _verdict(episode: Episode, record: EpisodeRecord) -> tuple[Any, ...] | None:
     return outcome.W, outcome.W_strict, outcome.B, outcome.label
 
 
-def _seen_as_in(a: EpisodeRecord, b: EpisodeRecord) -> EpisodeRecord:
-    """Return record b, in which as much is seen of everything as in record a."""
+def _with_visibility_of(a: EpisodeRecord, b: EpisodeRecord) -> EpisodeRecord:
+    """Return record b with the facts about how objects are seen taken from record a."""
     if a.initial is None or b.initial is None:
         return b
     steps = [
-        step.model_copy(update={"world": _seen(other.world, step.world)})
+        step.model_copy(update={"world": _world_with_visibility_of(other.world, step.world)})
         for step, other in zip(b.steps, a.steps, strict=False)
     ]
-    return b.model_copy(update={"initial": _seen(a.initial, b.initial), "steps": (*steps, *b.steps[len(steps) :])})
+    return b.model_copy(
+        update={"initial": _world_with_visibility_of(a.initial, b.initial), "steps": (*steps, *b.steps[len(steps) :])}
+    )
 
 
-def _seen(a: WorldState, b: WorldState) -> WorldState:
+def _world_with_visibility_of(a: WorldState, b: WorldState) -> WorldState:
     objects = {
         name: state.model_copy(update={fact: getattr(a.objects[name], fact) for fact in SEEN})
         for name, state in b.objects.items()

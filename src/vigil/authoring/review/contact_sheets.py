@@ -1,4 +1,4 @@
-"""Contact sheets: episodes with the frame that they start with and their instruction, to be read one by one."""
+"""Contact sheets: pictures of the first frames of episodes with their instructions, for reading them one by one."""
 
 import textwrap
 from collections.abc import Callable, Sequence
@@ -14,9 +14,11 @@ from vigil.sim.protocol import Simulator
 
 COLUMNS = 2
 WIDTH, HEIGHT = 480, 360
-"""Of one frame on a sheet, in pixels."""
+"""Size (px) of one frame on a sheet."""
 TEXT_HEIGHT = 74
+"""Height (px) of the text below a frame."""
 TEXT_COLUMNS = 62
+"""Greatest number of characters in a line of text."""
 FONT_SIZE = 15
 GAP = 10
 INK, FAINT, GROUND = "#1c1f24", "#6a7079", "#ffffff"
@@ -24,14 +26,14 @@ QUALITY = 70
 
 
 def pick_sample(episodes: Sequence[Episode], count: int, seed: int = 0) -> list[Episode]:
-    """Return up to `count` episodes, evenly over families and their kinds; the same ones each time."""
+    """Return up to `count` episodes drawn by `seed` and spread evenly over families, sorted by family and id."""
     return sorted(queue(episodes, seed)[:count], key=lambda episode: (list(FAMILIES).index(episode.family), episode.id))
 
 
 def write_sheets(
     episodes: Sequence[Episode], house_of: Callable[[Episode], House], simulator: Simulator, folder: Path
 ) -> list[Path]:
-    """Writes a sheet (WebP) for each family into `folder` and returns their paths."""
+    """Write a sheet (WebP) for each family into `folder`, and return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     written: list[Path] = []
     for family in FAMILIES:
@@ -44,7 +46,7 @@ def write_sheets(
 
 
 def sheet_of(texts: Sequence[str], frames: Sequence[Image.Image]) -> Image.Image:
-    """Return numbered frames with their texts below them, in two columns."""
+    """Return a picture of numbered frames with their texts below them, in two columns."""
     rows = -(-len(frames) // COLUMNS)
     pitch_x, pitch_y = WIDTH + GAP, HEIGHT + TEXT_HEIGHT
     sheet = Image.new("RGB", (COLUMNS * pitch_x + GAP, rows * pitch_y + GAP), GROUND)

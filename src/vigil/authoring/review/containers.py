@@ -1,7 +1,7 @@
-"""Containers: where a person would look for a thing, and whether it is found by opening one of them.
+"""Containers: where people would look for an object, and whether a search that opens containers is fair.
 
-An instruction that does not say where a thing is can only be fair when it lies where such things are kept, and when
-there are few enough places of that kind to look into.
+An instruction that does not say where an object is is fair only if the object lies where people would look for it, and
+if there are few such containers.
 """
 
 from collections.abc import Iterable, Iterator
@@ -41,26 +41,28 @@ BELONGS_IN = {
         "Candle",
     ),
 }
-"""Container -> what a person would look for in it."""
+"""Category of container -> categories that people would look for in it."""
 IN_BATHROOM_CABINETS = ("SoapBottle", "SprayBottle", "Cloth", "ToiletPaper", "Towel", "HandTowel", "TissueBox")
+"""Categories that people would look for in a cabinet in a bathroom; they replace those of other cabinets."""
 MAX_CLOSED = 4
-"""Closed things that a search may have to open before the last of them shows the target: the budget of Search and
-Interact allows each some five steps, and a walk between them."""
+"""Greatest number of closed containers that may hold the target of a search, so that the step budget is enough."""
 LOOKED_FOR_POINTS, EVERY_CELL = 16, 5
-"""Points of a thing that are looked for from outside what it lies in, and of how many places one is tried: a pane shows
-what is behind it to many."""
+"""Number of points of an object that are looked for through glass, and step through the places that are tried.
+
+A pane shows what is behind it to many places, so that one in five is enough.
+"""
 
 
 def belongs_in(container: Thing, room: str | None, thing: Thing) -> bool:
-    """Whether a person would look for a thing in a container that stands in a room of this name."""
+    """Return whether people would look for a thing in a container that is in a room of this name."""
     is_in_bathroom = container.category == "Cabinet" and room == "bathroom"
     return thing.category in (IN_BATHROOM_CABINETS if is_in_bathroom else BELONGS_IN.get(container.category, ()))
 
 
 def may_hold(view: PrivilegedView, items: dict[str, DescribedThing], target: Thing, room: str | None) -> list[str]:
-    """Return the ids of the closed things in which a person would look for the target: in a room, or everywhere.
+    """Return the ids of the closed containers in which people would look for the target, in a room or everywhere.
 
-    What the target lies in is one of them in any case.
+    They include the closed containers in which the target lies.
     """
     around = set(closed_containers_around(view, target.id))
     found: list[str] = []
@@ -75,32 +77,35 @@ def may_hold(view: PrivilegedView, items: dict[str, DescribedThing], target: Thi
 
 
 def room_mentioned(phrases: Iterable[Phrase]) -> str | None:
-    """Return the room that an instruction about one thing names; None when it names none."""
+    """Return the first room that an instruction's phrases name; None if they do not name one."""
     return next((phrase.room for phrase in phrases if phrase.room is not None), None)
 
 
 def not_found_by_opening(
     view: PrivilegedView, items: dict[str, DescribedThing], target: Thing, phrases: list[Phrase]
 ) -> Iterator[str]:
-    """Yield why a target need not be found by opening something, or cannot fairly be; `phrases` are those said."""
+    """Yield messages about why a target need not, or cannot fairly, be found by opening containers.
+
+    `phrases` are those of the instruction.
+    """
     around = closed_containers_around(view, target.id)
     if not around:
-        yield f"{target.id!r} lies in nothing closed"
+        yield f"{target.id!r} does not lie in a closed container"
         return
     for name in around:
         if not belongs_in(view.scene.things[name], items[name].room, target):
-            yield f"nobody would look for {target.id!r} in {name!r}"
+            yield f"people would not look for {target.id!r} in {name!r}"
     if any(phrase.support is not None or phrase.relation is not None for phrase in phrases):
-        yield "the instruction says where it lies"
+        yield "the instruction says where the target lies"
     closed = may_hold(view, items, target, room_mentioned(phrases))
     if len(closed) > MAX_CLOSED:
-        yield f"{len(closed)} closed things may hold it, at most {MAX_CLOSED} can be searched: {', '.join(closed)}"
+        yield f"{len(closed)} closed containers may hold it, at most {MAX_CLOSED} may: {', '.join(closed)}"
     if (place := visible_through_glass_from(view, target)) is not None:
-        yield f"it is seen through glass from ({place.x:.2f}, {place.z:.2f}) before anything is opened"
+        yield f"the target is visible through glass from ({place.x:.2f}, {place.z:.2f}) without opening anything"
 
 
 def visible_through_glass_from(view: PrivilegedView, target: Thing) -> Vec3 | None:
-    """Return a free place within reach of a thing from which it is seen as things stand; None without one."""
+    """Return a free place within reach of a thing from which it is visible in the current state; None without one."""
     points = surface_points(target, LOOKED_FOR_POINTS)
     cells = view.plan().cells[::EVERY_CELL]
     for x, z in cells[box_distances(body_box(target), cells) <= REACH_M]:

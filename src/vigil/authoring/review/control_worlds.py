@@ -1,4 +1,4 @@
-"""What wrong ways of an episode are made of: its target, the look-alike, and records of worlds that were set up."""
+"""Worlds and records of which an episode's negative controls are made."""
 
 from collections.abc import Callable, Iterator
 
@@ -17,10 +17,14 @@ from vigil.records.record import EpisodeRecord
 from vigil.scene.things import Thing
 
 TRIED_POSES = 6
+"""Approximate number of poses tried for one world."""
 
 
 class ControlWorlds:
-    """One episode with the record of its solution, and the worlds and records of what goes wrong in it."""
+    """One episode with the record of its solution, and functions that make worlds and records of wrong outcomes.
+
+    Resets the simulator to the episode's setup when it is made; most of its functions change the simulator's state.
+    """
 
     def __init__(self, synthetic: SyntheticWorlds, view: PrivilegedView, record: EpisodeRecord) -> None:
         self.synthetic, self.view, self.record = synthetic, view, record
@@ -28,22 +32,25 @@ class ControlWorlds:
         synthetic.set_up(self.episode.setup)
         self.target = view.scene.things[self.episode.goal.object_id]
         self.look_alike = self._look_alike()
-        """The nearest other thing that may be taken for the target."""
+        """The nearest other thing that may be mistaken for the target; None if there is none."""
 
     def from_reset(self, rows: list[SyntheticStep] | None, status: Status = "success") -> EpisodeRecord | None:
-        """Return the record of some rows right after the reset, closed by a report; None without rows."""
+        """Return the record of some rows after the reset, closed by a report; None if `rows` is None."""
         return None if rows is None else record_of(self.record, rows, status)
 
     def after_solution(self, rows: list[SyntheticStep] | None) -> EpisodeRecord | None:
-        """Return the record of some rows after the solution, closed by a report of success; None without rows."""
+        """Return the record of some rows after the solution, closed by a report of success; None if `rows` is None."""
         return None if rows is None else record_of(self.record, rows, "success", after_solution=True)
 
     def undone(self, setup: Setup, pose: Pose | None = None) -> EpisodeRecord | None:
-        """Return the record of the solution after which the world is as a setup says, seen from where it ended."""
+        """Return the record of the solution after which the world is set up as given; None if that is impossible.
+
+        The agent is at `pose`, or else where the solution ended.
+        """
         return self.after_solution(self.synthetic.row(setup, pose or self.record.worlds[-1].agent))
 
     def nearest(self, is_wanted: Callable[[Thing], bool]) -> Thing | None:
-        """Return the nearest to the target of the other things that are wanted."""
+        """Return the wanted thing, other than the target, that is nearest to it; None if there is none."""
         others = [
             thing
             for thing in self.view.scene.things.values()
@@ -52,14 +59,17 @@ class ControlWorlds:
         return min(others, key=lambda thing: floor_distance(thing.position, self.target.position), default=None)
 
     def poses(self, cells: np.ndarray, thing: Thing) -> Iterator[Pose]:
-        """Yield some of the places (n, 2: x and z in metres), spread over them all, each facing a thing."""
+        """Yield poses at some places, spread over all of them (n, 2) in x, z, each facing a thing."""
         for x, z in cells[:: max(1, len(cells) // TRIED_POSES)]:
             place = self.episode.start.position._replace(x=float(x), z=float(z))
             yaw = yaw_towards(place, thing.position)
             yield self.episode.start.model_copy(update={"position": place, "rotation": yaw})
 
     def click_on(self, things: list[Thing]) -> list[SyntheticStep] | None:
-        """Return the row of a click on the first of some things that is in view and clear of the target."""
+        """Return the row of a click on the first of some things that can be clicked without coming near the target.
+
+        None if there is none.
+        """
         self.synthetic.set_up(self.episode.setup)
         for thing in things:
             pixel = self.view.click_pixel(thing.id) if thing.is_present else None
@@ -71,7 +81,10 @@ class ControlWorlds:
         return None
 
     def _look_alike(self) -> Thing | None:
-        """Return the nearest other thing of the target's category, else of a name that may be taken for its own."""
+        """Return the nearest other thing of the target's category, else with a name that people confuse with its name.
+
+        None if there is none.
+        """
         name = CATALOG[self.target.category].display_name
         groups = [group for group in LOOK_ALIKES if name in group]
         return self.nearest(lambda thing: thing.category == self.target.category) or self.nearest(

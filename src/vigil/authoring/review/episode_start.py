@@ -1,4 +1,4 @@
-"""An episode at its start, with all that the rules ask of it."""
+"""An episode at its start, with the facts that the rules need."""
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -29,12 +29,12 @@ class EpisodeStart:
 
     @cached_property
     def items(self) -> dict[str, DescribedThing]:
-        """What one can say of every thing at the reset."""
+        """Thing id -> its description at the reset, as the catalogue names it."""
         return items_of(self.view.scene)
 
     @cached_property
     def mentioned(self) -> list[tuple[Phrase, list[DescribedThing]]]:
-        """Every phrase of the instruction with what it could mean."""
+        """Every phrase of the instruction with the things that it could mean."""
         phrases = mentions(self.episode.instruction, [item.name for item in self.items.values()])
         held = self.items.get(self.episode.setup.held or "")
         return list(zip(phrases, resolve_mentions(phrases, self.items.values(), held), strict=True))
@@ -46,17 +46,17 @@ class EpisodeStart:
 
     @property
     def first(self) -> ObjectState:
-        """The state of the object that is acted on first."""
+        """The state at the reset of the object that is acted on first."""
         chain = self.episode.goal.chain
         return self.world.objects[chain[0].object_id if chain else self.episode.goal.object_id]
 
     @cached_property
     def row(self) -> GoalRow:
-        """What the goal's check says at the reset."""
+        """The goal's check at the reset."""
         return self.at_reset(self.episode.goal)
 
     def at_reset(self, goal: Goal) -> GoalRow:
-        """Return what the check of a goal about bound objects says at the reset."""
+        """Return the check at the reset of a goal about bound objects."""
         now = datetime.fromtimestamp(0, UTC)
         record = EpisodeRecord(
             run_id="",

@@ -1,4 +1,4 @@
-"""The wrong ways of each kind of goal: outcomes that only look as if it had been brought about."""
+"""The negative controls of each kind of goal: outcomes that only look as if the goal had been reached."""
 
 from collections.abc import Iterator
 from itertools import islice
@@ -31,9 +31,11 @@ from vigil.scene.geometry import body_box, box_distances
 from vigil.scene.things import Thing
 
 STOPPED_SHORT_M = (0.03, 0.4)
-"""How far beyond the threshold of nearness one stops short."""
+"""Distances (m) beyond the goal's threshold between which the agent stops short."""
 NEAR_OTHER_M = 1.2
+"""Greatest distance (m) from the look-alike in the control that approaches it."""
 LOOK_M = (0.8, 2.5)
+"""Distances (m) between which the agent looks at the look-alike."""
 TRIED_NEIGHBOURS = 4
 OTHER_LABEL: dict[Status, Status] = {
     **dict(STATE_LABELS.values()),
@@ -43,11 +45,11 @@ OTHER_LABEL: dict[Status, Status] = {
 ON_TOP_NOT_INSIDE, INSIDE_NOT_ON_TOP = "on top instead of inside", "within it instead of on it"
 
 ControlRecords = Iterator[tuple[str, EpisodeRecord | None]]
-"""Names of wrong ways with their records; None where the house does not allow it."""
+"""Names of negative controls with their records; None if the house does not allow it."""
 
 
 def controls_of_goal(goal: Goal, worlds: ControlWorlds) -> ControlRecords:
-    """Yield the wrong ways of an episode's goal. The simulator is left anywhere."""
+    """Yield the negative controls of an episode's goal; leaves the simulator in any state."""
     match goal:
         case TargetGrounded():
             yield from _grounding_controls(worlds)
@@ -69,7 +71,7 @@ def controls_of_goal(goal: Goal, worlds: ControlWorlds) -> ControlRecords:
         case _:
             assert_never(goal)
     if goal.constraint is not None and goal.constraint.kind != "object_released":
-        yield "the constraint is not resolved", worlds.from_reset(_unresolved(goal, worlds))
+        yield "the constraint is not resolved", worlds.from_reset(_attained(goal.object_id, goal, worlds))
 
 
 def _grounding_controls(worlds: ControlWorlds) -> ControlRecords:
@@ -103,7 +105,7 @@ def _at(cells: np.ndarray, worlds: ControlWorlds) -> list[SyntheticStep] | None:
 
 
 def _look_alike_seen(worlds: ControlWorlds) -> list[SyntheticStep] | None:
-    """Return the row of a look at another thing of the category while the target is out of view."""
+    """Return the row in which the look-alike is observable and the target is not visible; None if it is impossible."""
     look_alike = worlds.look_alike
     if look_alike is None:
         return None
@@ -120,12 +122,15 @@ def _look_alike_seen(worlds: ControlWorlds) -> list[SyntheticStep] | None:
 def _applied_to(
     thing: Thing | None, goal: ObjectInState | ObjectHeld, worlds: ControlWorlds
 ) -> list[SyntheticStep] | None:
-    """Return the row in which what a goal asks for was done to another thing."""
+    """Return the row in which another thing is as a goal asks of the target; None if it is impossible."""
     return None if thing is None or not _allows(thing, goal) else _attained(thing.id, goal, worlds)
 
 
 def _attained(object_id: str, goal: Goal, worlds: ControlWorlds) -> list[SyntheticStep] | None:
-    """Return the row in which a thing is in the state that a goal asks for, or else in the hand."""
+    """Return the row in which a thing is in the state that a goal asks for, or in the hand for other goals.
+
+    Everything else is as at the reset. None if that is impossible.
+    """
     if isinstance(goal, ObjectInState):
         state = {"openness": float(goal.value)} if goal.state == "is_open" else {"is_toggled": goal.value}
         return worlds.synthetic.row(worlds.synthetic.changed(object_id, **state))
@@ -139,12 +144,12 @@ def _allows(thing: Thing, goal: ObjectInState | ObjectHeld) -> bool:
 
 
 def _neighbour(goal: ObjectInState | ObjectHeld, worlds: ControlWorlds) -> Thing | None:
-    """Return the nearest thing of another category with which the same can be done."""
+    """Return the nearest thing of another category that allows the goal's act."""
     return worlds.nearest(lambda thing: thing.category != worlds.target.category and _allows(thing, goal))
 
 
 def _all_but_one(goal: AllOf, worlds: ControlWorlds) -> ControlRecords:
-    """Yield the wrong ways in which one part of a goal is not there, or what it is about lies at another place."""
+    """Yield the controls in which one part of a goal does not hold, or its object lies at another place."""
     for part in goal.parts:
         setup = _setup_without_part(part, goal, worlds)
         yield "all but one", worlds.undone(setup)
@@ -154,7 +159,7 @@ def _all_but_one(goal: AllOf, worlds: ControlWorlds) -> ControlRecords:
 
 
 def _setup_without_part(left: GoalPart, goal: AllOf, worlds: ControlWorlds) -> Setup:
-    """Return the setup in which all parts of a goal hold but one, which does not."""
+    """Return the setup in which all parts of a goal hold except `left`."""
     setup, things = worlds.episode.setup, worlds.view.scene.things
     for part in goal.parts:
         if isinstance(part, ObjectInState):
@@ -168,11 +173,6 @@ def _setup_without_part(left: GoalPart, goal: AllOf, worlds: ControlWorlds) -> S
     return setup
 
 
-def _unresolved(goal: Goal, worlds: ControlWorlds) -> list[SyntheticStep] | None:
-    """Return the row in which the goal's own state is there, and its constraint as it was at the reset."""
-    return _attained(goal.object_id, goal, worlds)
-
-
 def _placement_controls(goal: ObjectAtReceptacle, worlds: ControlWorlds) -> ControlRecords:
     start = worlds.episode.setup
     yield "done and undone", worlds.undone(start)
@@ -184,7 +184,7 @@ def _placement_controls(goal: ObjectAtReceptacle, worlds: ControlWorlds) -> Cont
 
 
 def _misplaced(goal: ObjectAtReceptacle, worlds: ControlWorlds, setup: Setup) -> list[tuple[str, list[Setup]]]:
-    """Return a setup changed so that something was put somewhere, but not the right thing into the right one."""
+    """Return names of controls, each with setups in which the wrong object or the wrong place is used."""
     if not worlds.synthetic.set_up(setup):
         return []
     scene, things = worlds.view.scene, worlds.view.scene.things
@@ -239,7 +239,7 @@ def _report_controls(goal: ReportStatus, worlds: ControlWorlds) -> ControlRecord
 
 
 def _label(record: EpisodeRecord) -> Status:
-    """Return the label that the solution reports."""
+    """Return the status that a solution reports."""
     last = record.steps[-1].action
     assert isinstance(last, Report)
     return last.status

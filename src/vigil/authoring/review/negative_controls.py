@@ -1,7 +1,7 @@
-"""Obvious wrong ways: outcomes that look like success and must not count as it.
+"""Negative controls: outcomes that look like success and must not count as it.
 
-On top instead of inside, within instead of on, the look-alike, the wrong neighbour, done and undone again. Planning the
-walks would take too long, so each is brought about by the simulator's own set-up, and judged by the scoring of any run.
+Examples are on top instead of inside, the look-alike or a neighbour instead of the target, and done and undone again.
+Planning the walks would take too long, so the simulator sets each outcome up, and the usual scoring judges it.
 """
 
 from dataclasses import dataclass
@@ -17,14 +17,15 @@ from vigil.scoring.outcomes import score
 
 @dataclass(frozen=True, slots=True)
 class NegativeControl:
-    """One wrong way, with its record; None where the house does not allow it."""
+    """One negative control with its record."""
 
     name: str
     record: EpisodeRecord | None
+    """Record of the outcome; None if the house does not allow it."""
 
 
 def scores_as_success(episode: Episode, control: NegativeControl) -> bool:
-    """Whether a wrong way counts as success."""
+    """Return whether a negative control counts as success (W or B)."""
     if control.record is None:
         return False
     outcome = score(episode, control.record)
@@ -32,6 +33,6 @@ def scores_as_success(episode: Episode, control: NegativeControl) -> bool:
 
 
 def negative_controls(scenes: SyntheticWorlds, view: PrivilegedView, record: EpisodeRecord) -> list[NegativeControl]:
-    """Return the wrong ways of an episode whose solution's record is given. The simulator is left anywhere."""
+    """Return the negative controls of an episode with the record of its solution. Leaves the simulator in any state."""
     worlds = ControlWorlds(scenes, view, record)
     return [NegativeControl(name, made) for name, made in controls_of_goal(worlds.episode.goal, worlds)]

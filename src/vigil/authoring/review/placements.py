@@ -1,5 +1,4 @@
-"""Where a thing could be put wrongly: on top of a receptacle instead of inside, within it instead of on it, or on the
-nearest part of what stands beside it."""
+"""Wrong placements of a thing: on top of a receptacle instead of inside, inside instead of on it, or next to it."""
 
 from collections.abc import Iterator, Mapping
 
@@ -15,20 +14,21 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.core.placing import open_surfaces
 
 GRID = 15
+"""Number of points along each side of a surface that are tried for a placement."""
 MAX_NEIGHBOURS = 2
 
 
 def placements_on(receptacle: Thing, thing: Thing, *, inside: bool) -> Iterator[Placement]:
-    """Yield the places of a thing in the middle of each surface inside a receptacle, or else on it."""
+    """Yield the placements of a thing in the middle of each level surface inside a receptacle, or else on it."""
     for surface, frame in level_surfaces(receptacle):
         if surface.is_inside == inside:
             yield _placement(frame.shift, thing, receptacle)
 
 
 def placements_in_openings(scene: Scene, receptacle: Thing, thing: Thing) -> Iterator[Placement]:
-    """Yield the places of a thing in what opens of a receptacle, or upon it, and in fixed hollows of what it bears.
+    """Yield placements of a thing inside a receptacle or inside its contents, where it does not lie on the receptacle.
 
-    One for each category: a drawer, a microwave, a sink.
+    There is one for each category: a drawer, a microwave, a sink.
     """
     found: dict[str, Placement] = {}
     for bearer in (receptacle, *contents(scene, receptacle.id)):
@@ -39,7 +39,7 @@ def placements_in_openings(scene: Scene, receptacle: Thing, thing: Thing) -> Ite
 
 
 def placements_on_neighbours(things: Mapping[str, Thing], receptacle: Thing, thing: Thing) -> Iterator[Placement]:
-    """Yield the places of a thing on the receptacles nearest to the one that is meant, as near to it as may be."""
+    """Yield placements of a thing on the receptacles nearest to the given one, as near to it as possible."""
     found = [
         (away, other.id, place)
         for other in things.values()
@@ -53,7 +53,7 @@ def placements_on_neighbours(things: Mapping[str, Thing], receptacle: Thing, thi
 
 
 def _supports_of(things: Mapping[str, Thing], thing: Thing) -> Iterator[str]:
-    """Yield the ids of what a thing rests on, and what that rests on."""
+    """Yield the ids of the things below a thing, from its support to the floor."""
     while thing.parent is not None and thing.parent in things:
         yield thing.parent
         thing = things[thing.parent]
@@ -65,7 +65,7 @@ def _takes(other: Thing, thing: Thing) -> bool:
 
 
 def _placements_near(other: Thing, receptacle: Thing, thing: Thing) -> Iterator[tuple[float, Placement]]:
-    """Yield the distance and the place on each surface of another receptacle that is nearest to the one meant."""
+    """Yield the distance (m) and placement nearest to a receptacle on each open surface of another one."""
     box = body_box(receptacle)
     for surface, frame in open_surfaces(other):
         spots = _grid(surface, frame)

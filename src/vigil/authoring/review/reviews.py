@@ -1,7 +1,7 @@
-"""Review: what reviewers say about episodes, in an append-only file, and what follows from it.
+"""Reviews: an append-only file of reviewers' verdicts on episodes, and the decisions that follow from them.
 
-One line a verdict; nothing is ever changed or taken away, a later line by the same reviewer overrules an earlier one.
-Each line names the very episode by hash: verdicts on another version of it do not count.
+Each line is one verdict. Lines are never changed or removed; a later line by the same reviewer overrides an earlier
+one. Each line identifies an episode by hash, so that verdicts on another version of the episode do not count.
 """
 
 import hashlib
@@ -34,22 +34,22 @@ class Review(BaseModel):
     schema_version: Annotated[int, schema_validator(REVIEW_SCHEMA)] = REVIEW_SCHEMA
     at: datetime
     reviewer: str = Field(pattern=r"^(model: )?[A-Za-z0-9][A-Za-z0-9_.-]{0,39}$")
-    """A name; a model's begins with `model: `, so that it tells what it is wherever it is shown."""
+    """Name of the reviewer; that of a model begins with `model: `, so that it is recognized wherever it is shown."""
     reviewer_kind: Literal["person", "model"] = "person"
     episode_id: str = Field(min_length=1, max_length=200)
     episode_sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
     verdict: Verdict
     instruction: str | None = Field(default=None, min_length=1, max_length=MAX_INSTRUCTION_CHARS)
-    """The new wording; `edit` alone."""
+    """New wording of the instruction; for `edit` only."""
     target_size: TargetSize | None = None
-    """`target_size` alone."""
+    """Target size of the episode; for `target_size` only."""
     text: str = Field(default="", max_length=4000)
-    """A reason, or the note."""
+    """Reason of the verdict, or text of the note."""
 
     @model_validator(mode="after")
     def _carries_what_it_says(self) -> "Review":
         if (self.reviewer_kind == "model") != self.reviewer.startswith("model: "):
-            raise ValueError("the name of a model, and of no person, begins with `model: `")
+            raise ValueError("the name of a model begins with `model: `, that of a person does not")
         if (self.verdict == "edit") != (self.instruction is not None):
             raise ValueError("`instruction` belongs to `edit`, and `edit` needs it")
         if (self.verdict == "target_size") != (self.target_size is not None):
@@ -61,7 +61,7 @@ class Review(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Decision:
-    """Where one reviewer stands on one episode."""
+    """The combined verdicts of one reviewer on one episode."""
 
     judgement: Judgement | None = None
     instruction: str | None = None
@@ -71,50 +71,52 @@ class Decision:
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """How two reviewers judge the episodes that both have judged."""
+    """Agreement of two reviewers on the episodes that both have judged."""
 
     both: int
+    """Number of episodes that both approve or reject."""
     agree: int
+    """Number of episodes on which both say the same."""
     kappa: float | None
-    """Cohen's; None when there is nothing to compare or chance alone explains all."""
+    """Cohen's kappa; None if there is nothing to compare or chance alone would give full agreement."""
     disputed: tuple[str, ...]
     """Ids of the episodes that one approves and the other rejects."""
 
 
 def episode_sha256(episode: Episode) -> str:
-    """Return the hash by which reviews name an episode's version; the review mark itself is left out of it."""
+    """Return the hash that identifies an episode's version in reviews; it leaves out the field `reviewed`."""
     fields = episode.model_dump(mode="json")
     fields["provenance"].pop("reviewed", None)
     return hashlib.sha256(canonical_json(fields)).hexdigest()
 
 
 def append_review(path: Path, review: Review) -> None:
-    """Writes one line, on disk when this returns; safe with several writers. Raises RecordError."""
+    """Append a review to a file, safely on disk and with several writers. Raises RecordError if it cannot."""
     append_line(path, dump_line(review, exclude_defaults=True))
 
 
 def read_reviews(path: Path) -> list[Review]:
-    """Return all reviews in the order in which they were given; none when there is no file.
+    """Return all reviews in the order of the file; an empty list if there is no file.
 
-    A torn last line is passed over. Raises RecordError on any other unreadable one.
+    A partial last line is ignored. Raises RecordError if another line is invalid.
     """
     return [parse_line(line, Review, repr(str(path)), "Restore the file.") for line in read_lines(path)]
 
 
 def decisions(episode: Episode, reviews: Iterable[Review]) -> dict[str, Decision]:
-    """Return where each reviewer stands on this version of an episode, by name."""
+    """Return reviewer -> decision on this version of an episode, sorted by name."""
     sha256 = episode_sha256(episode)
     found: dict[str, Decision] = {}
     for review in reviews:
         if (review.episode_id, review.episode_sha256) == (episode.id, sha256):
-            found[review.reviewer] = _after(found.get(review.reviewer, Decision()), review)
+            found[review.reviewer] = _with_review(found.get(review.reviewer, Decision()), review)
     return dict(sorted(found.items()))
 
 
 def apply_reviews(episode: Episode, reviews: Sequence[Review]) -> Episode:
-    """Return an episode as its reviewers want it: rejected if any rejects it, approved if any approves it.
+    """Return an episode marked as rejected if any reviewer rejects it, else approved if any approves it.
 
-    Of several wordings or difficulties the one given last stands.
+    The last wording and the last target size are used.
     """
     sha256 = episode_sha256(episode)
     mine = [review for review in reviews if (review.episode_id, review.episode_sha256) == (episode.id, sha256)]
@@ -131,7 +133,7 @@ def apply_reviews(episode: Episode, reviews: Sequence[Review]) -> Episode:
 
 
 def queue(episodes: Iterable[Episode], seed: int = 0) -> list[Episode]:
-    """Return episodes in the order to review them: the families take turns, each in an order drawn by `seed`."""
+    """Return episodes in the order of review: one of each family in turn, each family in an order drawn by `seed`."""
     rng = np.random.default_rng(seed)
     ordered = sorted(episodes, key=lambda episode: episode.id)
     groups = [[episode for episode in ordered if episode.family == family] for family in FAMILIES]
@@ -141,7 +143,7 @@ def queue(episodes: Iterable[Episode], seed: int = 0) -> list[Episode]:
 
 
 def agreement(episodes: Iterable[Episode], reviews: Sequence[Review], a: str, b: str) -> Agreement:
-    """Return how two reviewers agree on the episodes that both approve or reject."""
+    """Return the agreement of reviewers `a` and `b` on the episodes that both approve or reject."""
     pairs: list[tuple[str, Judgement, Judgement]] = []
     for episode in episodes:
         found = decisions(episode, (review for review in reviews if review.episode_id == episode.id))
@@ -153,7 +155,7 @@ def agreement(episodes: Iterable[Episode], reviews: Sequence[Review], a: str, b:
     return Agreement(len(pairs), agree, _kappa(pairs), disputed)
 
 
-def _after(before: Decision, review: Review) -> Decision:
+def _with_review(before: Decision, review: Review) -> Decision:
     notes = (*before.notes, review.text) if review.text.strip() else before.notes
     judgement: Judgement | None = review.verdict if review.verdict in ("approve", "reject") else before.judgement
     return Decision(

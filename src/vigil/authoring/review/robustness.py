@@ -1,7 +1,7 @@
-"""Robustness: whether an episode forgives a body that errs a little, and starts where one can move and see.
+"""Robustness rules: an episode tolerates small motor errors, and its start has room and a view.
 
-Apart from the other rules, because it takes seconds an episode: it is asked for, never part of the quick verification.
-The body that errs is `vigil.authoring.solving.noisy_actions`.
+They are separate from the other rules because they take seconds per episode; they are checked only on request.
+The motor errors are those of `vigil.authoring.solving.noisy_actions`.
 """
 
 import math
@@ -28,40 +28,46 @@ from vigil.scoring.outcomes import score
 
 TRIES, NEEDED_SUCCESSES = 10, 9
 LATTICE = (32, 24)
+"""Numbers of pixels, across and down, at which the first frame is sampled."""
 MIN_SHARE = 0.01
-"""The share of the first frame that things fill, where it does not show two walls."""
+"""Least share of the first frame that things must fill if it does not show two walls."""
 COLUMNS, FARTHEST_M, SAME_WALL_M = 33, 30.0, 0.05
+"""Number of rays that look for walls, their length (m), and the step (m) to which a wall's offset is rounded."""
 
 ROBUST_RULES = {
-    "room_at_start": "at the start 0.4 m of floor are free ahead or to a side",
+    "room_at_start": "0.4 m of floor are free ahead or to a side of the start",
     "more_than_a_wall": "the first frame shows something other than one flat wall",
-    "robust": "a body that errs completes and reports it within the budget in at least 9 of 10 tries",
+    "robust": "the noisy solver completes and reports it within the budget in at least 9 of 10 tries",
 }
 """Rule name -> reason, in the order in which they are checked."""
 
 
 def robust_faults(case: EpisodeStart, env: Env) -> Iterator[tuple[str, str]]:
-    """Yield (rule, message) for every one of ROBUST_RULES that an episode breaks. The simulator is left anywhere."""
+    """Yield (rule, message) for each of ROBUST_RULES that an episode breaks; leaves the simulator in any state."""
     view, start = case.view, case.episode.start
     if not has_room_to_move(view.plan().tight, start):
         yield (
             "room_at_start",
-            f"no {ROOM_TO_MOVE_M} m are free ahead, left or right of the start, which looks {start.rotation}",
+            f"there are not {ROOM_TO_MOVE_M} m of free floor ahead, left or right of the start (heading "
+            f"{start.rotation})",
         )
     if shows_one_wall(case):
-        yield "more_than_a_wall", "the first frame shows one wall, and next to nothing else"
+        yield "more_than_a_wall", "the first frame shows one wall and almost nothing else"
     fault = _fault_of_tries(case.episode, view, env)
     if fault is not None:
         yield "robust", fault
 
 
 def shows_one_wall(case: EpisodeStart) -> bool:
-    """Whether the first frame shows one flat wall, and next to nothing else."""
+    """Return whether the first frame shows at most one flat wall and almost nothing else."""
     return not _shows_things(case.view) and len(_walls_ahead(case)) < 2
 
 
 def noisy_try(episode: Episode, view: PrivilegedView, env: Env, number: int) -> EpisodeRecord:
-    """Return the record of one try of a body that errs; it concedes where it knows no way."""
+    """Return the record of one try of the noisy solver; it reports `fail` where it does not know how to go on.
+
+    `number` seeds the motor errors.
+    """
     actions = solve_noisily(episode, view, number)
     observation = env.reset(episode)
     while observation is not None:
@@ -74,7 +80,10 @@ def noisy_try(episode: Episode, view: PrivilegedView, env: Env, number: int) -> 
 
 
 def _fault_of_tries(episode: Episode, view: PrivilegedView, env: Env) -> str | None:
-    """Return what came of too many tries that failed; None when enough succeed. It counts B: W and a true report."""
+    """Return a message about the failed tries, or None if enough tries succeed (B).
+
+    Tries stop as soon as the result is known.
+    """
     failed: list[str] = []
     for number in range(TRIES):
         if number - len(failed) >= NEEDED_SUCCESSES:
@@ -84,12 +93,13 @@ def _fault_of_tries(episode: Episode, view: PrivilegedView, env: Env) -> str | N
         if not outcome.B:
             failed.append(f"try {number}: {outcome.label}, W={outcome.W:d} after {len(record.steps)} steps")
         if len(failed) > TRIES - NEEDED_SUCCESSES:
-            return f"{len(failed)} of the first {number + 1} tries fail, 1 of {TRIES} may ({'; '.join(failed)})"
+            limit = TRIES - NEEDED_SUCCESSES
+            return f"{len(failed)} of the first {number + 1} tries fail, {limit} of {TRIES} may ({'; '.join(failed)})"
     return None
 
 
 def _shows_things(view: PrivilegedView) -> bool:
-    """Whether things fill at least LEAST_SHARE of the frame, doors and windows among them."""
+    """Return whether things, doors and windows among them, fill at least `MIN_SHARE` of the frame."""
     across, down = ((np.arange(count) + 0.5) / count for count in LATTICE)
     pixels = [(int(x * FRAME_WIDTH), int(y * FRAME_HEIGHT)) for y in down for x in across]
     hits = (pixel for pixel in pixels if view.object_at(pixel) is not None)
@@ -98,7 +108,10 @@ def _shows_things(view: PrivilegedView) -> bool:
 
 
 def _walls_ahead(case: EpisodeStart) -> set[tuple[float, float, float]]:
-    """Return the planes (direction and offset, rounded) of the walls that the frame's columns meet first."""
+    """Return the planes (x and z of the normal, offset in m; all rounded) of the first wall in each of some directions.
+
+    The directions cover the width of the first frame.
+    """
     start = case.episode.start
     panels = [panel for panel in case.view.scene.panels if wall_shapes(panel)]
     shapes = [shapely.unary_union(wall_shapes(panel)) for panel in panels]

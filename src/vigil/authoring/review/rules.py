@@ -1,6 +1,6 @@
-"""The rules about how an episode starts, each with its name, the families it binds and its reason.
+"""The rules about an episode's start, each with its name, the families to which it applies and its reason.
 
-A rule is a function of a `EpisodeStart` that yields what is wrong. Source: `protocol.md` section 4.
+A rule is a function of an `EpisodeStart` that yields messages about what is wrong. Source: `protocol.md` section 4.
 """
 
 from collections.abc import Callable, Iterator
@@ -37,30 +37,34 @@ from vigil.scene.outlines import room_floor
 from vigil.scene.things import Thing
 
 MARGIN_M, MARGIN_PX = 0.02, 20
+"""Margins by which starts and solutions clear a threshold."""
 START_PX, SMALL_START_PX, STATE_START_PX = 100, 40, 150
+"""Least visible pixels at the start of the object to act on, of a small target of PG, and of a state to report."""
 ALMOST_CLOSED, WIDE_OPEN = 0.02, 0.8
+"""Greatest openness that is clearly closed, and least that is clearly open."""
 STANDARDS_IN_WORDS = (
     "within about one and a half metres of",
     "no farther than about one and a half metres from",
 )
 NEAR_MARGIN_M, SURFACE_POINTS = 0.01, (16, 128, 1024)
-"""Slack of "near" and of "in another room", and points of the target looked at, when blind places are looked for."""
+"""Slack (m) of "near" and of "in another room", and numbers of sampled points, in the search for blind places."""
 INSIDE_TEMPLATE = "pick_inside"
-"""Of searches whose target lies in something closed, which the instruction does not name."""
+"""Template of searches whose target lies in a closed container that the instruction does not name."""
 LOOK_ALIKE_TEMPLATE = "look_alike"
-"""Of episodes about one of several look-alikes."""
+"""Template of episodes about one of several look-alikes."""
 
 Faults = Iterator[str]
 
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A named rule."""
+    """A rule about an episode's start."""
 
     is_for: Callable[[Family], bool] | None
-    """Whether the rule binds a family; None for a rule that binds the families which name it (`FamilySpec.rules`)."""
+    """Function that returns whether the rule applies to a family; None if families name it (`FamilySpec.rules`)."""
     reason: str
     faults: Callable[[EpisodeStart], Faults]
+    """Function that yields a message for each way in which an episode breaks the rule."""
 
 
 def _protocol(case: EpisodeStart) -> Faults:
@@ -82,7 +86,7 @@ def _start(case: EpisodeStart) -> Faults:
 
 def _unmet(case: EpisodeStart) -> Faults:
     if case.row.semantic:
-        yield "the goal holds at the reset already"
+        yield "the goal already holds at the reset"
 
 
 def _visible(case: EpisodeStart) -> Faults:
@@ -91,7 +95,7 @@ def _visible(case: EpisodeStart) -> Faults:
     if state.visible_px < least + MARGIN_PX:
         yield f"{state.visible_px} px of the object to act on are in view at the start, {least + MARGIN_PX} are needed"
     elif not is_observable(state):
-        yield "the object to act on is too far away to be told at the start"
+        yield "the object to act on is too far away at the start to be observable"
 
 
 def _hidden(case: EpisodeStart) -> Faults:
@@ -105,7 +109,7 @@ def _state_visible(case: EpisodeStart) -> Faults:
     if shown_px < STATE_START_PX + MARGIN_PX:
         yield f"{shown_px} px show the state at the start, {STATE_START_PX + MARGIN_PX} are needed"
     if not (case.row.semantic and case.row.strict):
-        yield "the state cannot be told at the start"
+        yield "the state cannot be observed at the start"
 
 
 def _in_reach(case: EpisodeStart) -> Faults:
@@ -116,7 +120,7 @@ def _in_reach(case: EpisodeStart) -> Faults:
 
 def _out_of_reach(case: EpisodeStart) -> Faults:
     if case.target.box_distance_m < REACH_M + MARGIN_M:
-        yield f"the target is {case.target.box_distance_m:.2f} m away at the start: there is nothing to approach"
+        yield f"the target is {case.target.box_distance_m:.2f} m away at the start, which is within reach or almost"
 
 
 def _parts(goal: Goal) -> tuple[Goal, ...]:
@@ -139,13 +143,13 @@ def _other_rooms(case: EpisodeStart) -> Faults:
     assert isinstance(goal, AgentNearTarget)
     place = place_blind_to(case.view, case.view.scene.things[goal.object_id], goal.threshold_m)
     if place is not None:
-        yield f"({place.x:.2f}, {place.z:.2f}) is near enough, in another room, and does not see the target"
+        yield f"({place.x:.2f}, {place.z:.2f}) is near the target, but in another room and without sight of it"
 
 
 def place_blind_to(view: PrivilegedView, thing: Thing, threshold_m: float) -> Vec3 | None:
-    """Return a free place near a thing, in another room, that does not see it; None where there is none.
+    """Return a free place near a thing, but in another room and without sight of it; None if there is none.
 
-    To be near there would be chance.
+    An agent that stops there would be near the thing by chance.
     """
     home = view.room_at(thing.position)
     floors = {room.id: room_floor(room) for room in view.scene.rooms}
@@ -171,11 +175,11 @@ def _named(case: EpisodeStart) -> Faults:
     left_out = unnamed_roles(case.episode)
     for role, object_id in sorted(case.episode.bindings.items()):
         if role not in left_out and {object_id} not in meant:
-            yield f"nothing in the instruction means the {role} {object_id!r} and it alone"
+            yield f"no phrase of the instruction means the {role} {object_id!r} only"
 
 
 def unnamed_roles(episode: Episode) -> frozenset[str]:
-    """Return the roles of the objects that an episode's instruction leaves to be found, by its kind."""
+    """Return the roles of the objects that instructions of an episode's template do not name."""
     if is_implicit(episode.provenance.template):
         return frozenset({"obstacle"})
     return frozenset({"container"} if episode.provenance.template == INSIDE_TEMPLATE else ())
@@ -201,15 +205,15 @@ def _has_look_alike(case: EpisodeStart) -> Faults:
         return
     others = look_alikes(case.items[case.episode.goal.object_id], case.items.values())
     if not others:
-        yield "nothing else in the house has the name of the target"
+        yield "no other object in the house has the target's name"
     elif FAMILIES[case.episode.family].visible_at_start:
         states = case.view.world([other.id for other in others]).objects.values()
         if not any(is_observable(state) for state in states):
-            yield "nothing else of the name of the target is in view at the start"
+            yield "no other object with the target's name is in view at the start"
         anchors = [anchor_of(phrase, case.items.values()) for phrase, _ in case.mentioned]
         for anchor in filter(None, anchors):
             if not is_observable(case.view.state_of(anchor.id)):
-                yield f"{anchor.id!r}, by which the target is told, is out of view at the start"
+                yield f"{anchor.id!r}, by which the instruction identifies the target, is out of view at the start"
 
 
 def _unambiguous(case: EpisodeStart) -> Faults:
@@ -234,20 +238,20 @@ def _state_not_given_away(case: EpisodeStart) -> Faults:
 def _chained(case: EpisodeStart) -> Faults:
     kinds = FAMILIES[case.episode.family].kinds
     if case.episode.provenance.template not in kinds:
-        yield f"template {case.episode.provenance.template!r} is none of {', '.join(kinds)}"
+        yield f"template {case.episode.provenance.template!r} is not one of {', '.join(kinds)}"
     if len(set(case.episode.bindings.values())) < 2:
         yield "a sequence binds at least two objects"
     goal = case.episode.goal
     for part in goal.parts if isinstance(goal, AllOf) else ():
         if isinstance(part, ObjectAtReceptacle) and case.at_reset(part).semantic:
-            yield f"{part.object_id!r} is where it is to be put already"
+            yield f"{part.object_id!r} is already where it must be put"
     for link in case.episode.goal.chain:
         state = case.world.objects[link.object_id]
         if isinstance(link, ObjectInState) and link.state == "is_open" and link.value:
             if (state.openness or 0.0) > ALMOST_CLOSED:
-                yield f"{link.object_id!r} stands open at the start, there is nothing to open"
+                yield f"{link.object_id!r} is open at the start, so that it need not be opened"
         elif isinstance(link, ObjectInState) and case.at_reset(link).semantic:
-            yield f"{link.object_id!r} is at the start as it is to be, there is nothing to do"
+            yield f"{link.object_id!r} is already in the required state at the start"
         if isinstance(link, ObjectHeld) and state.is_held:
             yield f"{link.object_id!r} is in the hand at the start"
 
@@ -265,7 +269,7 @@ def _found(case: EpisodeStart) -> Faults:
     for object_id in sorted(taken):
         for container in closed_containers_around(case.view, object_id):
             if container not in case.episode.bindings.values():
-                yield f"{object_id!r} lies in {container!r}, which is closed and not named"
+                yield f"{object_id!r} lies in {container!r}, which is closed and not bound"
 
 
 def _has_target_size(case: EpisodeStart) -> Faults:
@@ -282,71 +286,73 @@ def _seen_constraint(case: EpisodeStart) -> Faults:
 
 
 def _constraint_binds(case: EpisodeStart) -> Faults:
-    """The goal cannot be reached while the constraint stands: no exact place allows the goal's own interaction."""
+    """Yield a message if some place allows the goal's own interaction while the constraint is not resolved."""
     kinds = FAMILIES[case.episode.family].kinds
     if case.episode.provenance.template not in kinds:
-        yield f"template {case.episode.provenance.template!r} is none of {', '.join(kinds)}"
+        yield f"template {case.episode.provenance.template!r} is not one of {', '.join(kinds)}"
     if is_doable(case.episode.goal, MacroActions(case.view, may_tilt=True, is_exhaustive=True)):
         yield "the goal can be reached without resolving the constraint"
 
 
 def every_family(_: Family) -> bool:
-    """Whether a rule that is for all binds a family."""
+    """Return True: the test of rules that apply to every family."""
     return True
 
 
-def _asked(family: Family) -> bool:
+def _asks_state(family: Family) -> bool:
     return "report_status" in FAMILIES[family].goal_kinds
 
 
-def _done(family: Family) -> bool:
-    return not _asked(family)
+def _asks_action(family: Family) -> bool:
+    return not _asks_state(family)
 
 
-def _seen(family: Family) -> bool:
-    return _done(family) and FAMILIES[family].visible_at_start
+def _starts_in_view(family: Family) -> bool:
+    return _asks_action(family) and FAMILIES[family].visible_at_start
 
 
-def _searched(family: Family) -> bool:
-    return _done(family) and not FAMILIES[family].visible_at_start
+def _starts_out_of_view(family: Family) -> bool:
+    return _asks_action(family) and not FAMILIES[family].visible_at_start
 
 
 RULES: dict[str, Rule] = {
     "protocol": Rule(every_family, "budgets and start horizon are the family's", _protocol),
-    "objects_exist": Rule(every_family, "what is bound is in the scene", _objects),
-    "start_free": Rule(every_family, "the body fits where it starts", _start),
-    "goal_unmet": Rule(_done, "what is asked for is still to be done", _unmet),
-    "visible_at_start": Rule(_seen, "the object to act on is in view", _visible),
-    "hidden_at_start": Rule(_searched, "what is to be searched for is out of view", _hidden),
-    "state_visible_at_start": Rule(_asked, "what is asked about can be told from the first frame", _state_visible),
+    "objects_exist": Rule(every_family, "every bound object is in the scene", _objects),
+    "start_free": Rule(every_family, "the body fits at the start", _start),
+    "goal_unmet": Rule(_asks_action, "the goal does not hold at the start", _unmet),
+    "visible_at_start": Rule(_starts_in_view, "the object to act on is in view", _visible),
+    "hidden_at_start": Rule(_starts_out_of_view, "the target of a search is out of view", _hidden),
+    "state_visible_at_start": Rule(_asks_state, "the first frame shows the state that is asked about", _state_visible),
     "graded": Rule(None, "pointing tasks are graded by the size of the target", _has_target_size),
-    "in_reach_at_start": Rule(None, "pointing needs no walking", _in_reach),
-    "out_of_reach_at_start": Rule(None, "there is a way to go", _out_of_reach),
-    "clear_openness": Rule(every_family, "open and closed are clearly so", _clearly_open_or_closed),
-    "near_sees_target": Rule(None, "being near on the other side of a wall is no arrival", _other_rooms),
-    "standard_in_words": Rule(None, "the agent is told how near is near", _standard_stated),
-    "target_named": Rule(every_family, "every bound object is said so that it alone is meant", _named),
-    "unambiguous": Rule(every_family, "every thing mentioned is one thing", _unambiguous),
-    "found_by_opening": Rule(None, "what lies in something closed is fair to look for", _found_inside),
-    "look_alike_present": Rule(_done, "an episode about one of several look-alikes has one", _has_look_alike),
-    "state_not_given_away": Rule(_asked, "the instruction does not answer itself", _state_not_given_away),
+    "in_reach_at_start": Rule(None, "pointing does not require walking", _in_reach),
+    "out_of_reach_at_start": Rule(None, "the target is not yet within reach", _out_of_reach),
+    "clear_openness": Rule(every_family, "things are clearly open or clearly closed", _clearly_open_or_closed),
+    "near_sees_target": Rule(None, "being near on the other side of a wall does not count", _other_rooms),
+    "standard_in_words": Rule(None, "the instruction says how near is near", _standard_stated),
+    "target_named": Rule(every_family, "a phrase of the instruction means each bound object only", _named),
+    "unambiguous": Rule(every_family, "each phrase of the instruction means one thing", _unambiguous),
+    "found_by_opening": Rule(None, "the search for an object in a closed container is fair", _found_inside),
+    "look_alike_present": Rule(_asks_action, "an episode about one of several look-alikes has one", _has_look_alike),
+    "state_not_given_away": Rule(_asks_state, "the instruction does not contain the answer", _state_not_given_away),
     "chain_of_objects": Rule(None, "a sequence has a template and several objects", _chained),
-    "not_shut_away": Rule(None, "what is to be taken is in view, or in what the instruction names", _found),
-    "inside_in_words": Rule(every_family, "into is said where inside is meant, and only there", _inside_as_worded),
-    "constraint_implicit": Rule(None, "a constraint that is to be found is not given away", _constraint_not_given_away),
-    "constraint_visible": Rule(None, "what is in the way is seen at the start", _seen_constraint),
+    "not_shut_away": Rule(None, "closed containers around objects to take are named", _found),
+    "inside_in_words": Rule(every_family, "the instruction says into exactly if inside is meant", _inside_as_worded),
+    "constraint_implicit": Rule(
+        None, "the instruction does not give away an implicit constraint", _constraint_not_given_away
+    ),
+    "constraint_visible": Rule(None, "the obstacle is in view at the start", _seen_constraint),
     "constraint_holds": Rule(None, "the goal is out of reach until the constraint is resolved", _constraint_binds),
 }
 """Rule name -> rule, in the order in which they are checked."""
 
 
 def binds(rule: Rule, name: str, family: Family) -> bool:
-    """Whether a rule of this name is for a family."""
+    """Return whether the rule of a name applies to a family."""
     return name in FAMILIES[family].rules if rule.is_for is None else rule.is_for(family)
 
 
 def broken_by(case: EpisodeStart) -> Iterator[tuple[str, str]]:
-    """Yield (rule, message) for every rule that a case breaks."""
+    """Yield (rule, message) for each fault of an episode's start; stop after `objects_exist` if it is broken."""
     for name, rule in RULES.items():
         if not binds(rule, name, case.episode.family):
             continue

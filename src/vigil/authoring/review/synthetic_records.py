@@ -1,6 +1,6 @@
-"""Synthetic records: worlds made by the simulator's own setup instead of by playing, row after row.
+"""Synthetic records: records of worlds that the simulator sets up, instead of worlds reached by playing.
 
-A negative control (`vigil.authoring.review.negative_controls`) is scored as any run is, so it has to be a record.
+Negative controls (`vigil.authoring.review.negative_controls`) need records because they are scored as runs are.
 """
 
 from collections.abc import Sequence
@@ -16,12 +16,12 @@ from vigil.records.record import EpisodeRecord, StepRecord
 from vigil.sim.privileged import PrivilegedSimulator
 
 PLACEHOLDER_ACTION = Navigate(mode="forward", magnitude=1.0)
-"""Stands in a record for whatever would have brought a world about."""
+"""Action that a record gives for a world that was set up."""
 
 
 @dataclass(frozen=True, slots=True)
 class SyntheticStep:
-    """One step of a record that is put together."""
+    """One step of a synthetic record."""
 
     world: WorldState
     action: Action = PLACEHOLDER_ACTION
@@ -29,36 +29,36 @@ class SyntheticStep:
 
 
 class SyntheticWorlds:
-    """Worlds of one episode as they would be after something else was done."""
+    """Worlds of one episode that the simulator sets up."""
 
     def __init__(self, simulator: PrivilegedSimulator, episode: Episode) -> None:
         self.simulator = simulator
         self.episode = episode
 
     def set_up(self, setup: Setup, pose: Pose | None = None) -> bool:
-        """Sets the simulator up, with the agent at the start or another pose. Returns whether that can be."""
+        """Reset the simulator to a setup with the agent at `pose` or else the start; return whether it can."""
         try:
             self.simulator.reset(pose or self.episode.start, setup)
-        except EpisodeError:  # a leaf would stand in the body, or a thing cannot be there
+        except EpisodeError:  # a leaf would be where the body is, or a placement is invalid
             return False
         return True
 
     def world(self, setup: Setup, pose: Pose | None = None) -> WorldState | None:
-        """Return the world with a setup, seen from the start or another pose; None where it cannot be set up."""
+        """Return the world with a setup, observed from `pose` or else the start; None if the setup is impossible."""
         return self.simulator.world(self.episode.bound_ids()) if self.set_up(setup, pose) else None
 
     def row(self, setup: Setup, pose: Pose | None = None) -> list[SyntheticStep] | None:
-        """Return the world with a setup as the only row; None where it cannot be set up."""
+        """Return one row with the world of a setup; None if the setup is impossible."""
         world = self.world(setup, pose)
         return None if world is None else [SyntheticStep(world)]
 
     def changed(self, object_id: str, **facts: object) -> Setup:
-        """Return the episode's setup with other facts about one object."""
+        """Return the episode's setup with changed facts about one object; `facts` are fields of `ObjectSetup`."""
         return changed_setup(self.episode.setup, object_id, **facts)
 
 
 def changed_setup(setup: Setup, object_id: str, **facts: object) -> Setup:
-    """Return a setup with other facts about one object."""
+    """Return a setup with changed facts about one object; `facts` are fields of `ObjectSetup`."""
     change = setup.objects.get(object_id, ObjectSetup()).model_copy(update=facts)
     return setup.model_copy(update={"objects": {**setup.objects, object_id: change}})
 
@@ -66,7 +66,7 @@ def changed_setup(setup: Setup, object_id: str, **facts: object) -> Setup:
 def record_of(
     base: EpisodeRecord, rows: Sequence[SyntheticStep], status: Status, *, after_solution: bool = False
 ) -> EpisodeRecord:
-    """Return the record of rows that follow upon the reset, or upon a record's actions, closed by a report."""
+    """Return a record whose rows follow the reset, or the actions of `base` without its report, closed by a report."""
     steps = list(base.steps[:-1]) if after_solution else []
     closing = SyntheticStep(
         (rows[-1] if rows else SyntheticStep(base.worlds[0])).world, Report(status=status, summary="")

@@ -1,7 +1,7 @@
-"""Validation: a draft is valid when no rule finds a fault in its start, and its solution holds in the contract.
+"""Validation: an episode is valid if its start breaks no rule and its solution, replayed, reaches the goal.
 
-The rules about starts are in `vigil.authoring.review.rules`; here the solution is played through `vigil.env` and judged
-by the same scoring as any run. Source: `protocol.md` section 4.4.
+The rules about starts are in `vigil.authoring.review.rules`. This module plays the solution through `vigil.env` and
+scores it as runs are scored. Source: `protocol.md` section 4.4.
 """
 
 from collections.abc import Iterable, Iterator
@@ -20,7 +20,7 @@ from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.solvers import solution
 from vigil.env import Env
 from vigil.errors import EpisodeError, PackMismatch
-from vigil.packs.pack import Pack, check_house
+from vigil.packs.pack import check_house
 from vigil.protocol.actions import REACH_M, Action, InteractPixel, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
@@ -33,38 +33,38 @@ from vigil.scoring.outcomes import score
 from vigil.sim.privileged import PrivilegedSimulator
 
 BUDGET_SHARE = 0.8
+"""Greatest length of a solution as a share of the step budget."""
 
 OTHER_RULES = {
-    "house_pinned": "the house is the one that the episode was made for, to the byte",
+    "house_pinned": "the house is, to the byte, the one for which the episode was made",
     "solvable": "the solver finds a way",
     "expected_skills": "the solution uses only the skills that the family expects",
     "within_budget": "the solution takes at most four fifths of the budget",
     "solution_holds": "the solution, replayed, gives W = W_strict = B = 1",
     "not_blind_luck": "walking, turning, clicking or waiting without sight does not complete it",
-    "negative_controls_fail": "on top for inside, within for on, the look-alike, the neighbour, done and undone: none "
-    "does it",
+    "negative_controls_fail": "outcomes that only look like success do not count: on top for inside, a look-alike ...",
     "margins": "the solution clears every threshold with a margin (2 cm, 20 px)",
 }
-"""Rule name -> reason, for the rules that are no functions of a start."""
+"""Rule name -> reason, for the rules that are not about a start only."""
 SUITE_RULES = {
     "twins_differ_in_one": "the twins have one instruction, start and goal, and differ in one thing's setup",
-    "difference_hidden": "what bars the way, or takes up the place, is out of view at the start on both sides",
-    "distinguished": "nothing else answers to what is meant",
-    "some_out_of_view": "of several targets, half at least are out of view at the start",
-    "twin_impossible": "the exhaustive search finds no way of doing what is asked for",
+    "difference_hidden": "the blocker or occupant is out of view at the start on both sides",
+    "distinguished": "the instruction means nothing but what the goal is about",
+    "some_out_of_view": "at least half of several targets are out of view at the start",
+    "twin_impossible": "the exhaustive search does not find a way to reach the goal",
     "obvious_is_full": "every click on the surface nearest to the hand's height is refused, and another has room",
-    "cannot_be_moved": "what bars the way is nothing that can be picked up, and stands elsewhere on the other side",
+    "cannot_be_moved": "the blocker or occupant cannot be picked up, and stands elsewhere on the other side",
     "evidence_seen": "all evidence can be seen within four fifths of the budget",
-    "enough_to_look_at": "where all of a place is asked about, looking at everything takes half of the budget at least",
-    "time_to_look": "where things are told by their state, acting on them takes three fifths of the budget at most",
+    "enough_to_look_at": "looking at everything in a place that is asked about takes at least half of the budget",
+    "time_to_look": "acting on targets that are identified by their state takes at most three fifths of the budget",
     "closes_correctly": "the recorded solution, replayed, is a correct closure",
-    "can_be_set_up": "the simulator can bring the start about",
-    "few_enough": "there are two to five targets, three at least where they are told by their state alone; and two to "
-    "24 things of which one must make sure",
-    "gap_visible": "what stands ajar does so by 4 cm at least, and its free edge can be seen from near by",
-    "place_can_be_seen": "a named place can be looked at from above, and nothing that is asked about is shut away",
+    "can_be_set_up": "the simulator can set up the start",
+    "few_enough": "there are two to five targets, at least three if they are identified by their state; two to 24 "
+    "things if the instruction asks to make sure of all",
+    "gap_visible": "partly open things are open by at least 4 cm, and their free edge can be seen from close by",
+    "place_can_be_seen": "a named place can be seen from above, and nothing asked about is in a closed container",
 }
-"""The same of the closure-stress suite, whose tasks `vigil.authoring.closure.certify` checks."""
+"""Rule name -> reason, for the closure-stress suite, whose tasks `vigil.authoring.closure.certify` checks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,31 +80,32 @@ class Finding:
 
 
 def reason_of(rule: str) -> str:
-    """Return why a rule is there."""
+    """Return the reason of a rule."""
     starting = {**RULES, **WORDING_RULES}
     return starting[rule].reason if rule in starting else {**OTHER_RULES, **ROBUST_RULES, **SUITE_RULES}[rule]
 
 
 @dataclass(frozen=True, slots=True)
 class ValidationResult:
-    """What validation found, with the solution where there is one."""
+    """Result of validating an episode."""
 
     findings: tuple[Finding, ...]
     actions: tuple[Action, ...] = ()
+    """Actions of the solution; empty if validation did not come so far."""
     negative_controls: tuple[NegativeControl, ...] = ()
-    """Those that were tried, and those that the house does not allow."""
+    """Negative controls, with those that the house does not allow; empty if validation did not come so far."""
 
     @property
     def is_valid(self) -> bool:
-        """Whether no rule is broken."""
+        """Whether the episode breaks no rule."""
         return not self.findings
 
 
 class Validator:
-    """Validates episodes on one simulator."""
+    """A validator of episodes on one simulator."""
 
     def __init__(self, simulator: PrivilegedSimulator, *, is_draft: bool = False) -> None:
-        """Validates by the rules about wording as well where `is_draft`; frozen episodes were made before them."""
+        """With `is_draft`, also apply rules that frozen packs may predate: wording and the best blind trials."""
         self._simulator = simulator
         self._is_draft = is_draft
         self._houses: dict[str, House] = {}
@@ -119,9 +120,10 @@ class Validator:
         *,
         exempt: frozenset[str] = frozenset(),
     ) -> ValidationResult:
-        """Return what is wrong with an episode; `actions` is its recorded solution, else the solver finds one.
+        """Return the findings about an episode; later checks are left out once one fails.
 
-        `exempt` are rules about its start that it breaks by intent.
+        `actions` is its recorded solution, else the solver finds one. `exempt` are rules about starts that are not
+        applied.
         """
         fault = self._begin_fault(episode, house)
         if fault is not None:
@@ -149,7 +151,7 @@ class Validator:
         )
 
     def robustness(self, episode: Episode, house: House) -> tuple[Finding, ...]:
-        """Return which rules of `vigil.authoring.review.robustness` an episode breaks that `validate` finds valid."""
+        """Return the rules of `vigil.authoring.review.robustness` that a valid episode breaks."""
         fault = self._begin_fault(episode, house)
         if fault is not None:
             return (fault,)
@@ -157,12 +159,12 @@ class Validator:
         return tuple(Finding(episode.id, *broken) for broken in robust_faults(case, self._env))
 
     def play(self, episode: Episode, house: House, actions: Iterable[Action]) -> EpisodeRecord:
-        """Return the record of actions played through the contract; what comes after its end is left out."""
+        """Return the record of actions played in an episode; actions after its end are left out."""
         self._begin(episode, house)
         return self._replay(episode, actions)
 
     def _begin_fault(self, episode: Episode, house: House) -> Finding | None:
-        """Starts an episode. Returns what keeps it from starting; None when it stands ready."""
+        """Reset to an episode; return a finding if that is impossible, else None."""
         try:
             check_house(episode, house)
         except PackMismatch as error:
@@ -190,7 +192,7 @@ class Validator:
         return self._env.record()
 
     def _blind_record(self, episode: Episode, record: EpisodeRecord, actions: tuple[Action, ...]) -> EpisodeRecord:
-        """Return the record of an agent without sight; one that only reports does so in the world of any reset."""
+        """Return the record of an agent without sight; one that only reports is not replayed, since nothing changes."""
         if all(isinstance(action, Report) for action in actions):
             return record_of(record, (), "success")
         return self._replay(episode, actions)
@@ -215,23 +217,7 @@ class Validator:
         yield from (Finding(episode.id, "margins", fault) for fault in _thin_margins(episode, record))
         trials = blind_trials(episode, is_draft=self._is_draft)
         if any(score(episode, self._blind_record(episode, record, blind_actions)).W for blind_actions in trials):
-            yield Finding(episode.id, "not_blind_luck", "an agent that does not look completes it")
-
-
-def validate_pack(pack: Pack, simulator: PrivilegedSimulator, ids: Iterable[str] = ()) -> list[Finding]:
-    """Return what is wrong with a pack's episodes (all of them, or those named), replaying each recorded solution."""
-    validator = Validator(simulator)
-    wanted = set(ids)
-    findings: list[Finding] = []
-    for episode in sorted(pack.episodes, key=lambda each: (each.house.name, each.id)):
-        if wanted and episode.id not in wanted:
-            continue
-        recorded = pack.solutions.get(episode.id)
-        if recorded is None:
-            findings.append(Finding(episode.id, "solvable", "no solution is recorded"))
-            continue
-        findings += validator.validate(episode, pack.house_of(episode), recorded.actions).findings
-    return sorted(findings, key=lambda finding: (finding.episode_id, finding.rule))
+            yield Finding(episode.id, "not_blind_luck", "an agent without sight completes it")
 
 
 def _is_expected(action: Action, episode: Episode) -> bool:
@@ -248,7 +234,7 @@ def _is_clear(state: ObjectState) -> bool:
 
 
 def _thin_margins(episode: Episode, record: EpisodeRecord) -> Iterator[str]:
-    """Yield the thresholds that a successful record clears by less than the margin."""
+    """Yield messages about the thresholds that a successful record clears by less than the margin."""
     goal, last = episode.goal, record.worlds[-1].objects[episode.goal.object_id]
     if isinstance(goal, AgentNearTarget):
         nearest = max(last.box_distance_m, last.center_distance_m)

@@ -1,7 +1,7 @@
-"""The rules about how a draft is worded: faults that readers found, each with its name and its reason.
+"""The rules about the wording of drafts, each with its name and its reason; they exclude faults that readers found.
 
-They bind new drafts; frozen packs were made before them, and `vigil pack verify` does not ask for them. Most hold of
-the built-in grammar by construction; a language model that proposes is held to them as well.
+They apply to new drafts only: frozen packs may predate them, and `vigil pack verify` does not check them. The built-in
+grammar satisfies most of them by construction; they also apply to proposals of language models.
 """
 
 import re
@@ -16,26 +16,26 @@ from vigil.protocol.goals import ObjectHeld
 VAGUE = re.compile(
     r"\b(clear(?:ly)?|well in view|in front of you|good (?:view|look)|close by|close to|nearby|near by)\b"
 )
-"""Words of which nobody can say when they hold."""
+"""Words whose conditions cannot be checked."""
 _ROOMS = "|".join(ROOM_NAMES.values())
 STACKED = re.compile(
     rf"\b(?:put|place|placed|leave)\b[^.;]*? in the [\w -]+? in the (?:{_ROOMS})\b|"
     rf"\bin the (?:{_ROOMS}) (?:in|into|on|onto) (?:the|your)\b"
 )
-"""Places said one after the other: "put it in the sink in the kitchen", "the stool in the bedroom in your hand"."""
+"""Two places in succession: "put it in the sink in the kitchen", "the stool in the bedroom in your hand"."""
 ONE_PAIR = re.compile(r"\bpair of \w+,? (?:which|that) \w+s\b|\bpair of \w+\b[^.;]*?\b(?:pick|put|move|take|find) it\b")
-"""A pair spoken of as one thing."""
+"""A pair with a verb or pronoun in the singular."""
 ASIDE = re.compile(r"\b(?:aside|away|down|elsewhere|somewhere else|out of the way)\b")
-"""Where something that was in the way is left, so that the hand is free again."""
+"""Words that say where an obstacle is put, so that the hand is free again."""
 
 
 def _stop(case: EpisodeStart) -> Faults:
     said = case.episode.instruction.lower()
     vague = VAGUE.search(said)
     if vague is not None:
-        yield f"nobody can tell when {vague[0]!r} holds"
+        yield f"the instruction says {vague[0]!r}, which cannot be checked"
     elif not re.search(FAMILIES[case.episode.family].end_words or "", said):
-        yield "the instruction says nothing by which an agent can tell that it is done"
+        yield "the instruction does not say when an agent is done"
 
 
 def _second_answers(case: EpisodeStart) -> Faults:
@@ -43,13 +43,13 @@ def _second_answers(case: EpisodeStart) -> Faults:
     for phrase, meant in case.mentioned:
         others = [item.id for item in referents(phrase, things.values()) if phrase.name in item.alternative_names]
         if len(meant) == 1 and others:
-            yield f"{str(phrase)!r} fits {others[0]!r} as well, by what it looks like"
+            yield f"{str(phrase)!r} also fits {others[0]!r}, by its appearance"
 
 
 def _names(case: EpisodeStart) -> Faults:
     for phrase, item in _meant(case):
         if item.has_misleading_name and BETWEEN not in item.name:
-            yield f"nobody calls {item.id!r} {str(phrase.without_place)!r} in the {item.room}"
+            yield f"people do not call {item.id!r} in the {item.room} {str(phrase.without_place)!r}"
 
 
 def _rooms(case: EpisodeStart) -> Faults:
@@ -69,59 +69,61 @@ def _shelves(case: EpisodeStart) -> Faults:
 def _colours(case: EpisodeStart) -> Faults:
     for phrase, item in _meant(case):
         if phrase.colour is not None and case.items[item.id].colours and phrase.colour not in item.colours:
-            yield f"{str(phrase)!r}: what one sees of {item.id!r} is mostly of another colour"
+            yield f"{str(phrase)!r}: most of what is visible of {item.id!r} has another colour"
 
 
 def _needless(case: EpisodeStart) -> Faults:
     things = items_as_seen(case.view.scene)
     for phrase, item in _meant(case):
         if phrase.colour is not None and referents(Phrase(phrase.name), things.values()) == [item]:
-            yield f"{str(phrase)!r} names a colour, and there is no other {phrase.name}"
+            yield f"{str(phrase)!r} names a colour, but there is only one {phrase.name}"
 
 
 def _stacked(case: EpisodeStart) -> Faults:
     found = STACKED.search(case.episode.instruction)
     if found is not None:
-        yield f"places are said one after the other: {found[0]!r}"
+        yield f"two places follow each other: {found[0]!r}"
 
 
 def _number(case: EpisodeStart) -> Faults:
     found = ONE_PAIR.search(case.episode.instruction)
     if found is not None:
-        yield f"a pair is spoken of as one thing: {found[0]!r}"
+        yield f"a pair is in the singular: {found[0]!r}"
 
 
 def _hand(case: EpisodeStart) -> Faults:
     goal = case.episode.goal
     is_moved = goal.constraint is not None and goal.constraint.kind == "object_moved"
-    is_told = "obstacle" in case.episode.bindings and len(case.mentioned) > 1
-    if is_moved and is_told and isinstance(goal, ObjectHeld) and not ASIDE.search(case.episode.instruction):
-        yield "the hand is to take something else, and nothing says that what was in the way is put aside"
+    is_explicit = "obstacle" in case.episode.bindings and len(case.mentioned) > 1
+    if is_moved and is_explicit and isinstance(goal, ObjectHeld) and not ASIDE.search(case.episode.instruction):
+        yield "the hand must take the target, but the instruction does not say that the obstacle is put aside"
 
 
 def _meant(case: EpisodeStart) -> list[tuple[Phrase, DescribedThing]]:
-    """Return each phrase that means one thing, with what who sees that thing can say of it."""
+    """Return each phrase that means one thing, with the thing's description by what people see of it."""
     things = items_as_seen(case.view.scene)
     return [(phrase, things[meant[0].id]) for phrase, meant in case.mentioned if len(meant) == 1]
 
 
 WORDING_RULES: dict[str, Rule] = {
-    "stop_can_be_checked": Rule(None, "an agent can tell by frames or reach that it is done", _stop),
-    "no_second_answer": Rule(every_family, "a counter with doors is a cabinet, too, for who sees it", _second_answers),
-    "called_as_it_looks": Rule(every_family, "nobody calls a worktop beside a washbasin the countertop", _names),
-    "one_such_room": Rule(every_family, "a room is named only where the home has one of the kind", _rooms),
+    "stop_can_be_checked": Rule(None, "an agent can check by frames or reach that it is done", _stop),
+    "no_second_answer": Rule(
+        every_family, "people who see a counter with doors may also call it a cabinet", _second_answers
+    ),
+    "called_as_it_looks": Rule(every_family, "people do not call a worktop in a bathroom the countertop", _names),
+    "one_such_room": Rule(every_family, "a room is named only if the home has one with that name", _rooms),
     "on_a_shelf": Rule(every_family, "what lies on an open shelf does not lie in the furniture", _shelves),
-    "colour_of_the_whole": Rule(every_family, "a thing is not called by the colour of its legs or its label", _colours),
-    "no_needless_colour": Rule(every_family, "no colour is named where the name alone is enough", _needless),
+    "colour_of_the_whole": Rule(every_family, "the colour of a thing is not that of its legs or label", _colours),
+    "no_needless_colour": Rule(every_family, "a colour is named only if the name is not enough", _needless),
     "no_stacked_places": Rule(every_family, "places that follow each other are misread", _stacked),
-    "pairs_are_plural": Rule(every_family, "one picks them up, a pair of boots", _number),
-    "hand_is_freed": Rule(None, "who is told to pick up what is in the way is told to put it aside", _hand),
+    "pairs_are_plural": Rule(every_family, "a pair of boots is plural: pick them up", _number),
+    "hand_is_freed": Rule(None, "an instruction to pick up an obstacle also says to put it aside", _hand),
 }
 """Rule name -> rule, in the order in which they are checked."""
 
 
 def worded_badly(case: EpisodeStart) -> Iterator[tuple[str, str]]:
-    """Yield (rule, message) for every rule about wording that a draft breaks."""
+    """Yield (rule, message) for each fault of a draft's wording."""
     for name, rule in WORDING_RULES.items():
         if binds(rule, name, case.episode.family):
             yield from ((name, message) for message in rule.faults(case))

@@ -1,1 +1,1 @@
-"""Solving: playing episodes with privileged access, through the same skills as any agent."""
+"""Solving: playing episodes with privileged access to the simulator, but with the same skills as any agent."""

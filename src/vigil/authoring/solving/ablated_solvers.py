@@ -1,9 +1,9 @@
-"""Agents of limited skill: instruments that tell how difficult episodes are, never baselines of a table.
+"""Ablated solvers: agents without one skill, which measure how difficult episodes are; never baselines of a table.
 
-Each plays as the solver does, with one thing taken away. All of them know of the world beyond pixels: what the goal is
-and whether it holds, which thing in view is which, the exact floor plan, and where a click on a thing works. What they
-do not know is where a thing is before they have had it in view; until then they turn on the spot, then walk to the next
-place, then open what is closed. What each lacks besides stands in `ABLATIONS`.
+Each plays as the solver does, with one ability removed. All of them know more than pixels show: the goal, whether it
+holds, what each thing in view is, the exact floor plan, and where a click on a thing works. They do not know where a
+thing is before they have had it in view. Until then they turn on the spot, then walk to the next place, then open what
+is closed. `ABLATIONS` says what else each one lacks.
 """
 
 import hashlib
@@ -23,41 +23,41 @@ from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.protocol.actions import Action, Navigate, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
-from vigil.protocol.goals import OBSERVABLE_PX, Constraint, Goal
+from vigil.protocol.goals import OBSERVABLE_PX
 from vigil.protocol.world import CLOSED_BELOW
 
 QUARTER_DEG = 90.0
 LOOKED_AROUND_M = 2.0
-"""A place nearer than this to one where the agent has looked around shows nothing new."""
+"""Distance (m) from a place where the agent has looked around within which other places show nothing new."""
 InterruptibleSteps = Generator[Action, None, bool]
-"""Yields actions; returns whether they were carried out to the end."""
+"""A generator of actions that returns whether they were carried out to the end."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ablation:
-    """What is taken away from the solver."""
+    """The limits of an ablated solver."""
 
     description: str
-    """For people."""
+    """Text for people about what the solver lacks."""
     sight_m: float = math.inf
-    """Beyond this distance from the camera nothing is told apart."""
+    """Greatest distance (m) from the camera at which things are recognized."""
     has_memory: bool = True
-    """Without, only what is in the present frame is known, and which places were visited is not."""
+    """Whether things seen earlier and visited places are remembered."""
     takes_look_alikes: bool = False
-    """The first thing in view that the target's bare name may mean is taken for it."""
+    """Whether the first thing in view that the target's bare name may mean is used as the target."""
 
 
 ABLATIONS: dict[str, Ablation] = {
-    "short_sighted": Ablation("tells things apart within 3 m only", sight_m=3.0),
-    "memoryless": Ablation("knows only what is in the present frame, and wanders", has_memory=False),
-    "greedy": Ablation("takes the first thing that the target's bare name may mean", takes_look_alikes=True),
-    "searching": Ablation("nothing but to know where things are from the start"),
+    "short_sighted": Ablation("recognizes things within 3 m only", sight_m=3.0),
+    "memoryless": Ablation("knows only what is in the present frame, and walks to random places", has_memory=False),
+    "greedy": Ablation("uses the first thing that the target's bare name may mean", takes_look_alikes=True),
+    "searching": Ablation("has only the limit of all four: it does not know where things are before it has seen them"),
 }
-"""Agent -> what it lacks."""
+"""Agent -> its limits."""
 
 
 def ablated_solver(ablation: Ablation) -> Callable[[Episode, PrivilegedView], Steps]:
-    """Return the script of an agent with these limits; it raises Unsolvable where it gives up."""
+    """Return the script of an agent with these limits; the script raises Unsolvable if it finds no way."""
 
     def script(episode: Episode, view: PrivilegedView) -> Steps:
         return _AblatedSolver(episode, view, ablation).steps()
@@ -66,7 +66,7 @@ def ablated_solver(ablation: Ablation) -> Callable[[Episode, PrivilegedView], St
 
 
 class _AblatedSolver:
-    """One episode, played with limits."""
+    """One play of an episode with limits."""
 
     def __init__(self, episode: Episode, view: PrivilegedView, ablation: Ablation) -> None:
         self._goal = episode.goal
@@ -89,16 +89,15 @@ class _AblatedSolver:
             yield from self._find_then_do(link.ids(), lambda link=link: achieve_goal(link, self._macro))
         constraint = goal.constraint
         if constraint is not None:
-            yield from self._find_then_do({constraint.object_id}, lambda: self._resolve(constraint, goal))
+            yield from self._find_then_do(
+                {constraint.object_id}, lambda: resolve_constraint(constraint, goal, self._macro)
+            )
         own = goal.model_copy(update={"constraint": None, "chain": ()})
         yield from self._find_then_do(own.ids(), lambda: reach_goal(goal, self._macro))
         yield Report(status=expected_status(goal, self._view), summary="Done.")
 
-    def _resolve(self, constraint: Constraint, goal: Goal) -> Steps:
-        return resolve_constraint(constraint, goal, self._macro)
-
     def _find_then_do(self, thing_ids: set[str], steps_of: Callable[[], Steps]) -> Steps:
-        """Yield the search for things and then the steps, again until they were carried out to the end."""
+        """Yield the search for things and then the steps, repeated until the steps were carried out to the end."""
         is_done = False
         while not is_done:
             yield from self._find(thing_ids)
@@ -114,7 +113,7 @@ class _AblatedSolver:
         return True
 
     def _find(self, thing_ids: set[str]) -> Steps:
-        """Yield the search until all of the things are known. Raises Unsolvable when no place is left to look at."""
+        """Yield the search until all of the things are known. Raises Unsolvable if there is nowhere left to search."""
         self._update_known()
         search = self._search()
         while not (self._known >= thing_ids if self._ablation.has_memory else self._sees_all(thing_ids)):
@@ -122,7 +121,7 @@ class _AblatedSolver:
             self._update_known()
 
     def _find_first_look_alike(self, target_id: str) -> Generator[Action, None, str]:
-        """Yield the search for anything that the target's name may mean. Returns the id of the first in view."""
+        """Yield the search for anything that the target's bare name may mean; return the id of the first in view."""
         items = items_of(self._view.scene)
         named = referents(Phrase(items[target_id].name), items.values()) if target_id in items else []
         wanted = {target_id, *(item.id for item in named)}
@@ -138,7 +137,7 @@ class _AblatedSolver:
         return set(self._in_view(thing_ids)) == thing_ids
 
     def _in_view(self, thing_ids: set[str]) -> list[str]:
-        """Return which of the things are in the hand or can be told in the frame, the nearest first."""
+        """Return the ids of the things that are in the hand or recognized in the frame, the nearest first."""
         states = self._view.world(sorted(thing_ids)).objects
         seen = {
             name: 0.0 if state.is_held else state.nearest_visible_m or 0.0
@@ -152,7 +151,7 @@ class _AblatedSolver:
     def _search(self) -> Iterator[Action]:
         """Yield a look around, then walks to places with a look around at each, then the opening of what is closed.
 
-        Raises Unsolvable when nothing is left; without memory it never is.
+        Raises Unsolvable at the end; without memory the walks never end.
         """
         yield from self._look_around()
         while (place := self._next_place()) is not None:
@@ -166,7 +165,7 @@ class _AblatedSolver:
         raise Unsolvable("What is asked about is nowhere to be seen.")
 
     def _open(self, name: str) -> Iterator[Action]:
-        """Yield the opening of a thing; nothing where no place allows it."""
+        """Yield the opening of a thing; nothing if no place allows it."""
         try:
             yield from self._macro.act("open_access", name)
         except Unsolvable:
@@ -179,7 +178,10 @@ class _AblatedSolver:
             yield Navigate(mode="turn_right", magnitude=QUARTER_DEG)
 
     def _next_place(self) -> Sequence[Point2] | None:
-        """Return the corners of the walk to the nearest place not looked at; without memory to any place."""
+        """Return the corners of the walk to the nearest place not seen yet, or to a random place without memory.
+
+        None if there is none.
+        """
         walks = self._view.walks()
         can_go = np.isfinite(walks.lengths)
         if self._ablation.has_memory:
@@ -192,7 +194,7 @@ class _AblatedSolver:
         return walks.corners_to(int(cell))
 
     def _closed(self) -> Iterator[str]:
-        """Yield the closed things that were not opened yet, in the order of their ids."""
+        """Yield the ids of the closed containers that were not opened yet, sorted."""
         for name, thing in sorted(self._view.scene.things.items()):
             is_container = thing.is_openable and not thing.is_structure and thing.is_present
             if is_container and thing.openness < CLOSED_BELOW and name not in self._opened:

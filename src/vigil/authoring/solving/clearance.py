@@ -1,7 +1,7 @@
-"""How much room there is on the floor around walls and around those things that somebody knows of.
+"""Clearance grids: distances on the floor to walls and to those things that an agent knows of.
 
-A grid of distances, for a body that steers by sight: coarser than `vigil.authoring.solving.free_space`, and quickly
-made anew when one more thing comes into view.
+They serve an agent that steers by sight. They are coarser than `vigil.authoring.solving.free_space`, but quick to
+compute again when another thing comes into view.
 """
 
 import math
@@ -19,21 +19,21 @@ from vigil.scene.things import Scene, Thing
 
 CELL_M = 0.05
 MAX_CLEARANCE_M = 0.5
-"""More room than this is not told apart."""
+"""Greatest clearance (m) that is computed; larger ones count as this."""
 MIN_CLEARANCE_M = 0.17
-"""The least room that one still tries to pass with: the body's radius, less than what sight is good for."""
+"""Least clearance (m) with which an agent tries to pass: less than the body's radius, since sight is not exact."""
 CLEARANCE_STEPS_M = (MIN_CLEARANCE_M, 0.2, 0.22, 0.25, 0.3, 0.35)
 COST_FACTORS = (40.0, 12.0, 6.0, 2.5, 1.3, 1.0)
-"""How many times longer a way seems that leaves so much room."""
+"""Cost per metre of a way with the clearances of `CLEARANCE_STEPS_M`; those in between are interpolated."""
 MAX_DETOUR_FACTOR, TRIED_CORNERS = 1.15, 40
-"""How much more disliked a straight line may be than the way that it cuts short, and how many such lines are tried."""
+"""Greatest cost of a straight line relative to the way that it shortens, and number of such lines tried."""
 ENTRY_CELLS, NEXT_CELLS = 5, 5
-"""How far, in cells, one may stand from a way, and how far along it one looks at least."""
+"""Greatest distance (cells) of a place from its way, and least distance (cells) to the next waypoint."""
 _STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
 
 
 class ClearanceGrid:
-    """Distances (m) from the cells of a scene's floor to its walls and things, kept thing by thing."""
+    """Distances (m) from the cells of a scene's floor to its walls and things, cached per thing."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -55,13 +55,13 @@ class ClearanceGrid:
         self._shapes: dict[tuple, list[BaseGeometry]] = {}
 
     def is_in_the_way(self, thing: Thing) -> bool:
-        """Whether a body can run into a thing as it is now."""
+        """Return whether a body can collide with a thing in its current state."""
         return thing.is_present and not thing.is_held and bool(self._shapes_of(thing))
 
     def clearances(self, things: Mapping[str, Thing], shifts_m: Mapping[str, Point2] | None = None) -> np.ndarray:
-        """Return the distance (m) of every cell to the nearest wall or thing, at most WIDEST_M.
+        """Return each cell's distance (m) to the nearest wall or thing, at most `MAX_CLEARANCE_M`, of shape `shape`.
 
-        `shifts_m` says by how much (x, z) things are taken to stand elsewhere; it is rounded to cells.
+        `shifts_m` are offsets (x, z; m) by thing id from which things are assumed to stand; they are rounded to cells.
         """
         found = self._bare.copy()
         for name, thing in things.items():
@@ -75,15 +75,15 @@ class ClearanceGrid:
         return found
 
     def cells(self, points: np.ndarray) -> np.ndarray:
-        """Return the cells (n, 2) nearest to points (n, 2) of x, z, those outside moved to the border."""
+        """Return the indices (n, 2) of the cells nearest to points (n, 2) of x, z; points outside get a border cell."""
         return np.clip(np.rint((points - self.origin) / CELL_M).astype(int), 0, np.array(self.shape) - 1)
 
     def place(self, cell: np.ndarray) -> Point2:
-        """Return the place (x, z) of a cell."""
+        """Return the place (x, z; m) of a cell (2,)."""
         return float(self._x[cell[0]]), float(self._z[cell[1]])
 
     def _around(self, thing: Thing) -> tuple[tuple[int, int], np.ndarray]:
-        """Return a thing's distances (m) around it, and the cell where they begin."""
+        """Return the first cell of the window around a thing, and the window's distances (m) to the thing."""
         key = _placement_key(thing)
         if key not in self._things:
             shape = shapely.unary_union(self._shapes_of(thing))
@@ -101,12 +101,12 @@ class ClearanceGrid:
 
 
 def _placement_key(thing: Thing) -> tuple:
-    """Return what a thing's floor shapes follow from."""
+    """Return a cache key for a thing's outlines on the floor."""
     return thing.id, thing.position, thing.rotation, thing.openness
 
 
 class RoutesTo:
-    """The least disliked ways from everywhere to one place, over the room that there is."""
+    """The cheapest ways from all cells to one place, given their clearances."""
 
     def __init__(self, grid: ClearanceGrid, clearances: np.ndarray, place: Point2) -> None:
         self._grid = grid
@@ -122,9 +122,9 @@ class RoutesTo:
         self.costs = costs.reshape(grid.shape)
 
     def waypoint(self, place: Point2, clearances: np.ndarray) -> Point2 | None:
-        """Return the farthest place on the way from a place that one may as well go straight to; None without a way.
+        """Return the farthest place on the way from a place to which going straight costs little more; None if no way.
 
-        `clearances` is what one takes the room to be.
+        `clearances` are those that the agent assumes.
         """
         entry = self._entry(place)
         if entry is None:
@@ -138,7 +138,7 @@ class RoutesTo:
         return self._grid.place(best)
 
     def cost_of(self, start: Point2, end: Point2, clearances: np.ndarray) -> float:
-        """Return how long the way is by going straight to `end` first; inf where one cannot."""
+        """Return the cost of the way from `start` that goes straight to `end` first; inf if that is blocked."""
         cell = self._grid.cells(np.array([end]))[0]
         return self._straight_cost(start, end, clearances) + float(self.costs[tuple(cell)])
 
@@ -153,7 +153,7 @@ class RoutesTo:
         return length * float(np.interp(along, CLEARANCE_STEPS_M, COST_FACTORS).mean())
 
     def _entry(self, place: Point2) -> np.ndarray | None:
-        """Return the cell nearest to a place from which there is a way, within a step of it; None without."""
+        """Return the nearest cell (2,) with a way, at most `ENTRY_CELLS` from a place; None if there is none."""
         cell = self._grid.cells(np.array([place]))[0]
         low, end = np.maximum(cell - ENTRY_CELLS, 0), cell + ENTRY_CELLS + 1
         window = self.costs[low[0] : end[0], low[1] : end[1]]
@@ -171,8 +171,8 @@ class RoutesTo:
         return trail
 
 
-def _graph(is_open: np.ndarray, dislike: np.ndarray) -> coo_array:
-    """Return how long the way seems from each open cell to the open ones beside it."""
+def _graph(is_open: np.ndarray, cost_factors: np.ndarray) -> coo_array:
+    """Return the costs between neighbouring open cells as a graph over all cells."""
     index = np.arange(is_open.size).reshape(is_open.shape)
     sources, targets, lengths = [], [], []
     for down, aside in _STEPS:
@@ -180,13 +180,13 @@ def _graph(is_open: np.ndarray, dislike: np.ndarray) -> coo_array:
         joined = np.logical_and(*_pair(is_open, down, aside))
         sources.append(here[joined])
         targets.append(there[joined])
-        lengths.append(CELL_M * math.hypot(down, aside) * np.add(*_pair(dislike, down, aside))[joined] / 2)
+        lengths.append(CELL_M * math.hypot(down, aside) * np.add(*_pair(cost_factors, down, aside))[joined] / 2)
     pairs = np.concatenate(sources), np.concatenate(targets)
     return coo_array((np.concatenate(lengths), pairs), shape=(is_open.size, is_open.size))
 
 
 def _pair(grid: np.ndarray, down: int, aside: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a grid's cells beside those one step down and aside of them."""
+    """Return two views of a grid, in which equal positions hold a cell and its neighbour one step down and aside."""
     rows, columns = grid.shape
     if aside >= 0:
         return grid[: rows - down, : columns - aside], grid[down:, aside:]

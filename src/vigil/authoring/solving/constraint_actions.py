@@ -1,4 +1,4 @@
-"""How a constraint is resolved."""
+"""Actions that resolve a constraint."""
 
 from vigil.authoring.solving.goal_actions import Steps, is_doable
 from vigil.authoring.solving.macro_actions import MacroActions
@@ -7,7 +7,10 @@ from vigil.protocol.goals import Constraint, Goal, ObjectHeld
 
 
 def resolve_constraint(constraint: Constraint, goal: Goal, macro_actions: MacroActions) -> Steps:
-    """Yield what resolves a constraint, so that the goal can be gone for with what is then in the hand."""
+    """Yield the actions that resolve a constraint and, where the goal needs the hand, put down what it holds.
+
+    Raises Unsolvable if there is no way.
+    """
     intents: dict[str, Intent] = {
         "object_open": "open_access",
         "object_closed": "close_access",

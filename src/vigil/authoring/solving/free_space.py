@@ -1,4 +1,4 @@
-"""Where a body can be in a scene, as polygons for `vigil.authoring.solving.paths`."""
+"""The free floor of a scene, where a body can be, as polygons for `vigil.authoring.solving.paths`."""
 
 import math
 from collections.abc import Iterator
@@ -16,18 +16,22 @@ from vigil.scene.outlines import BODY_RADIUS_M, floor_of_rooms, footprint, thing
 from vigil.scene.things import Scene, Thing
 
 MARGIN_M = 0.03
-"""What a planned walk keeps from everything besides the body's radius."""
+"""Distance (m) that planned walks keep from obstacles in addition to the body's radius."""
 TIGHT_M = 0.001
+"""Distance (m) that exact walks keep from obstacles in addition to the body's radius."""
 ARC_SEGMENTS = 16
+"""Segments per quarter circle of outlines that are grown."""
 ROOM_TO_MOVE_M = 0.4
-"""How far one can go at a start that has room, ahead or to a side."""
+"""Length (m) of free floor that a start needs ahead or to a side."""
 SIDES_DEG = (0.0, -90.0, 90.0)
 PLACES_M = 0.05
-"""Distance between the places of `places_within`."""
+"""Distance (m) between the places of `places_within`."""
+SAME_PLACE_M = 1e-6
+"""Distance (m) from a region within which a place counts as inside."""
 
 
 class Obstacles:
-    """The floor shapes of a scene's walls and things, kept between plans."""
+    """The outlines on the floor of a scene's walls and things, cached between plans."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -37,26 +41,26 @@ class Obstacles:
         self._things: dict[tuple, _FloorShapes] = {}
 
     def plan(self) -> WalkableMap:
-        """Return the floor plan of the scene as it is now."""
-        kept = [self._kept(thing) for thing in self._standing()]
-        tight, roomy = (partial(self._free, radius, kept) for radius in _RADII)
+        """Return the walkable map of the scene in its current state."""
+        outlines = [self._outlines(thing) for thing in self._things_on_floor()]
+        tight, roomy = (partial(self._free, radius, outlines) for radius in _RADII)
         return WalkableMap(roomy, tight())
 
     def bare(self) -> BaseGeometry:
-        """Return the floor on which nothing stands now."""
-        taken = [shape for thing in self._standing() for shape in self._kept(thing).shapes]
+        """Return the floor on which nothing stands in the current state."""
+        taken = [shape for thing in self._things_on_floor() for shape in self._outlines(thing).shapes]
         return self._floor.difference(shapely.unary_union([self._walls, *taken]))
 
-    def _standing(self) -> Iterator[Thing]:
+    def _things_on_floor(self) -> Iterator[Thing]:
         return (thing for thing in self.scene.things.values() if thing.is_present and not thing.is_held)
 
-    def _free(self, radius: float, kept: list["_FloorShapes"]) -> BaseGeometry:
-        """Return where the axis of a body of a radius may be."""
+    def _free(self, radius: float, outlines: list["_FloorShapes"]) -> BaseGeometry:
+        """Return the region for the axis of a body of a radius (m)."""
         return self._floor.difference(
-            shapely.unary_union([self._grown_walls[radius], *(each.grown[radius] for each in kept)])
+            shapely.unary_union([self._grown_walls[radius], *(each.grown[radius] for each in outlines)])
         )
 
-    def _kept(self, thing: Thing) -> "_FloorShapes":
+    def _outlines(self, thing: Thing) -> "_FloorShapes":
         key = thing.id, thing.position, thing.rotation, thing.openness
         if key not in self._things:
             shapes = thing_shapes(thing)
@@ -71,14 +75,15 @@ class Obstacles:
 
 @dataclass(frozen=True, slots=True)
 class _FloorShapes:
-    """A thing on the floor: its shapes, and all of them together grown by the radius of a body."""
+    """The outlines of a thing on the floor."""
 
     shapes: list[BaseGeometry]
     grown: dict[float, BaseGeometry]
+    """Radius (m) of a body -> all outlines together, grown by it."""
 
 
 def has_room_to_move(free: BaseGeometry, pose: Pose) -> bool:
-    """Whether a body in a free region can go FREE_M ahead or to a side from a pose."""
+    """Return whether a body in a free region can go `ROOM_TO_MOVE_M` ahead or to a side from a pose."""
     place = pose.position
     for side in SIDES_DEG:
         x, z = heading(pose.rotation + side)
@@ -89,15 +94,15 @@ def has_room_to_move(free: BaseGeometry, pose: Pose) -> bool:
 
 
 def is_cut_off(free: BaseGeometry, place: Point2, box: Box) -> bool:
-    """Whether no place that a body at `place` can get to within a free region is within reach of a box."""
+    """Return whether a body at `place` cannot come within reach of a box in a free region; False if it is outside."""
     here = shapely.Point(place)
-    parts = [part for part in shapely.get_parts(free) if part.distance(here) < 1e-6]
+    parts = [part for part in shapely.get_parts(free) if part.distance(here) < SAME_PLACE_M]
     outline = footprint(box)
     return bool(parts) and all(part.distance(outline) > REACH_M for part in parts)
 
 
 def places_within(floor: BaseGeometry, box: Box, within_m: float) -> np.ndarray:
-    """Return places (n, 2) close together on a floor within a distance of a box: a grid, and along all edges."""
+    """Return places (n, 2) in x, z on a floor within a distance (m) of a box: a grid, and points along all edges."""
     near = floor.intersection(footprint(box).buffer(within_m, quad_segs=4 * ARC_SEGMENTS))
     if near.is_empty:
         return np.empty((0, 2))

@@ -1,7 +1,7 @@
-"""Each kind of goal: the actions that bring it about, and the report that closes it.
+"""The actions that reach each kind of goal, and the report that closes it.
 
-`vigil.protocol.goals` defines, checks and words a kind of goal; this module and `goal_wrong_ways`, what only looks like
-it, are all that making packs of it needs besides.
+`vigil.protocol.goals` defines, checks and words the kinds of goals. In addition, making packs needs only this module
+and the negative controls in `vigil.authoring.review.goal_controls`.
 """
 
 from collections.abc import Callable, Iterator
@@ -35,16 +35,21 @@ from vigil.scene.geometry import body_box, box_distances
 from vigil.scene.supports import is_shut, surface_named
 
 NEAR_MARGIN_M = 0.06
+"""Distance (m) by which the agent stands nearer to a target than the goal's threshold."""
 CLEAR_PX = 260
+"""Least visible pixels of a target in the view that ends a search."""
 SEE_NEAR_M, SEE_FAR_M = 0.6, 4.5
+"""Distances (m) from a target between which views that end a search are looked for."""
 MAX_LOOKS = 60
+"""Greatest number of views that are rendered in a search."""
 SEEN_POINTS = (16, 4)
+"""Least numbers of a target's points that such a view shows, tried one after the other."""
 
 Steps = Iterator[Action]
 
 
 def reach_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
-    """Yield what brings a goal about, once nothing stands in its way."""
+    """Yield the actions that reach a goal whose chain and constraint are done. Raises Unsolvable if there is no way."""
     match goal:
         case TargetGrounded():
             yield from _ground(goal, macro_actions)
@@ -63,7 +68,7 @@ def reach_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
 
 
 def expected_status(goal: Goal, view: PrivilegedView) -> Status:
-    """Return the status of the report that closes an episode whose goal has been brought about."""
+    """Return the status of the report that closes an episode whose goal has been reached."""
     if not isinstance(goal, ReportStatus):
         return "success"
     thing = view.scene.things[goal.object_id]
@@ -71,7 +76,10 @@ def expected_status(goal: Goal, view: PrivilegedView) -> Status:
 
 
 def report_summary(goal: Goal, name_of: Callable[[str], str], status: Status) -> str:
-    """Return the summary of a report: what was done, or the state that is seen; `name_of` is what a thing is called."""
+    """Return the summary of a report: what was done, or the state that is observed.
+
+    `name_of` returns the phrase for a thing's id.
+    """
     target = name_of(goal.object_id)
     match goal:
         case TargetGrounded():
@@ -96,9 +104,9 @@ def report_summary(goal: Goal, name_of: Callable[[str], str], status: Status) ->
 
 
 def achieve_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
-    """Yield the interactions that bring a goal about, walking included; none where it holds already.
+    """Yield the walks and interactions that reach a goal; none if it holds already.
 
-    What lies in something closed is taken out of it.
+    Closed containers around an object that is to be held are opened first. Raises Unsolvable if there is no way.
     """
     if _holds(goal, macro_actions.view):
         return
@@ -112,8 +120,10 @@ def achieve_goal(goal: Goal, macro_actions: MacroActions) -> Steps:
 
 
 def perform_regardless(goal: Goal, macro_actions: MacroActions) -> Steps:
-    """Yield the interactions that a goal asks for, one part after the other, those of a state that holds already too:
-    the click is made from where it would undo that state."""
+    """Yield the interactions that a goal asks for, part by part, even if a state already holds.
+
+    The click for a state that holds is made from a place from which the opposite click would work.
+    """
     if isinstance(goal, AllOf):
         for part in goal.parts:
             yield from perform_regardless(part, macro_actions)
@@ -127,19 +137,19 @@ def perform_regardless(goal: Goal, macro_actions: MacroActions) -> Steps:
 
 
 def closed_containers_around(view: PrivilegedView, object_id: str) -> list[str]:
-    """Return the ids of the closed things that a thing lies inside of."""
+    """Return the ids of the closed containers in which a thing lies."""
     around = [view.scene.things[name] for name in view.state_of(object_id).inside]
     return [thing.id for thing in around if thing.is_openable and thing.openness <= OPEN_ABOVE]
 
 
 def _open_containers_around(object_id: str, macro_actions: MacroActions) -> Steps:
-    """Yield what opens the closed things that a thing lies inside of."""
+    """Yield the actions that open the closed containers in which a thing lies."""
     for container in closed_containers_around(macro_actions.view, object_id):
         yield from macro_actions.act("open_access", container)
 
 
 def _pick_up_target(goal: ObjectAtReceptacle, macro_actions: MacroActions) -> Steps:
-    """Yield what takes the target in the hand and opens where it is to go, as far as that is still to be done."""
+    """Yield the actions that pick up the target and open the receptacle, unless that is done already."""
     view = macro_actions.view
     if view.held != goal.object_id:
         yield from _open_containers_around(goal.object_id, macro_actions)
@@ -149,8 +159,10 @@ def _pick_up_target(goal: ObjectAtReceptacle, macro_actions: MacroActions) -> St
 
 
 def _achieve_all(goal: AllOf, macro_actions: MacroActions) -> Steps:
-    """Yield what brings all parts about: with a chain in its order, else what is to be put somewhere first, and then
-    the nearest part, time by time."""
+    """Yield the actions that reach all parts of a goal.
+
+    With a chain they come in their order; else placements come first, and then repeatedly the nearest remaining part.
+    """
     things, left = macro_actions.view.scene.things, list(goal.parts)
     while left:
         here = macro_actions.view.agent.position
@@ -164,7 +176,10 @@ def _achieve_all(goal: AllOf, macro_actions: MacroActions) -> Steps:
 
 
 def is_doable(goal: Goal, macro_actions: MacroActions) -> bool:
-    """Whether the goal's own interaction works from some reachable place as things stand now."""
+    """Return whether the goal's own interaction works from some reachable place in the current state.
+
+    Raises Unsolvable for a goal that is not reached by one interaction.
+    """
     try:
         macro_actions.find_click(_intent_of(goal), goal.object_id)
     except Unsolvable:
@@ -218,7 +233,7 @@ def _approach(goal: AgentNearTarget, macro_actions: MacroActions) -> Steps:
 
 
 def _near_target_cost(view: PrivilegedView, goal: AgentNearTarget, margin_m: float) -> PositionCost:
-    """Return the places that are near enough to a target by both distances, with a margin."""
+    """Return the cost of places that are near enough to a target by both distances, with a margin (m)."""
     thing = view.scene.things[goal.object_id]
     box, most = body_box(thing), goal.threshold_m - margin_m
 

@@ -1,6 +1,6 @@
-"""Where to look: points on a thing's surface, and how to turn to a point.
+"""Points to look at: points on a thing's surface, and the camera's pitch towards a point.
 
-Geometry only: the simulator's rays tell whether something stands in between
+This is geometry only; the simulator's rays say whether something hides a point
 (`vigil.authoring.solving.privileged_view`).
 """
 
@@ -20,7 +20,10 @@ POINTS = 64
 
 
 def surface_points(thing: Thing, count: int = POINTS) -> np.ndarray:
-    """Return (n, 3) points spread over the thing's surface as it is now, the same ones each time."""
+    """Return about `count` points (n, 3) on a thing's surface in its current state, equal at each call.
+
+    Its position is the only point of a thing without a surface.
+    """
     found = [
         part_motion(thing, joint)(points)
         for joint, points in _asset_points(thing.asset, count, thing.is_toggled).items()
@@ -54,14 +57,14 @@ def _spread(part: Part, areas: np.ndarray, count: int, rng: np.random.Generator)
 
 
 def in_frame(pixels: np.ndarray, border_px: float = 0.0) -> np.ndarray:
-    """Whether pixels (n, 2) lie inside the frame, away from its border."""
+    """Return whether pixels (n, 2 or more columns) lie in the frame, `border_px` or more from its border; (n,)."""
     x, y = pixels[:, 0], pixels[:, 1]
     with np.errstate(invalid="ignore"):
         return (x >= border_px) & (x <= FRAME_WIDTH - border_px) & (y >= border_px) & (y <= FRAME_HEIGHT - border_px)
 
 
 def pitch_to(eye: Vec3, point: np.ndarray) -> float:
-    """Return the camera pitch (deg, down is positive) that looks at a point."""
+    """Return the camera's pitch (deg, down is positive) towards a point (3,) in world coordinates."""
     return math.degrees(
         math.atan2(eye.y - float(point[1]), math.hypot(float(point[0]) - eye.x, float(point[2]) - eye.z))
     )

@@ -1,6 +1,6 @@
-"""Macro actions with privileged access: walk somewhere, click a thing so that it works, put something down.
+"""Macro actions with privileged access: walk to a place, click a thing so that the click works, put an object down.
 
-Every click is tried out first (and undone), so what is planned is what the simulator will do.
+Each click is tried first and rolled back, so that the simulator does what is planned.
 """
 
 import math
@@ -24,36 +24,43 @@ from vigil.scene.supports import headroom, level_surfaces
 from vigil.scene.things import Thing
 
 REACH_MARGIN_M = 0.04
-TOO_CLOSE_M = 0.35
+"""Distance (m) by which the agent stands nearer to what it clicks than it must."""
+TOO_CLOSE_M, ALMOST_OUT_OF_REACH_M = 0.35, 0.3
+"""Distance (m) from a thing within which places cost more, and distance from the end of reach within which they do."""
+COMFORTABLE_M, FAR_COST = 0.8, 0.5
+"""Distance (m) from a point to place an object at beyond which places cost more, and that cost per metre."""
 MAX_TRIED, MAX_TRIED_EXHAUSTIVE = 40, 400
 ARRIVED_M = 0.03
 REPLANS = 3
 PLACE_PIXELS = 8
-SURFACE_GRID = 5
+SURFACE_GRID, SURFACE_SHARE, ABOVE_SURFACE_M = 5, 0.4, 0.002
+"""Points per side of a surface, greatest distance from its middle (share of the side), and height above it (m)."""
 CAVITY_POINTS, CAVITY_WALL_M = 256, 0.08
-"""How many points of a receptacle are sampled, and how far from a surface the wall of its hollow may be."""
+"""Number of points of a receptacle that are sampled, and greatest distance (m) of a cavity's wall from a surface."""
+DROP_PLACES_M = 0.5
+"""Approximate distance (m) between the places where dropping is tried."""
 POSITION_INDEPENDENT_REFUSALS: frozenset[RefusalCode | None] = frozenset(
     {
         *("interlock", "hand_full", "hand_empty", "already_so", "blocked_by_object", "receptacle_closed"),
         *("not_openable", "not_toggleable", "not_pickupable", "not_a_receptacle", "object_occupied", "out_of_order"),
     }
 )
-"""Refusals that do not depend on where one stands."""
+"""Refusals that do not depend on where the agent stands."""
 DROP_TURNS_DEG = (0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
 
 
 class Unsolvable(EpisodeError):
-    """The solver finds no way; the message says at what."""
+    """The solver finds no way; the message says what it could not do."""
 
 
 class MacroActions:
     """The macro actions of an agent with privileged access."""
 
     reach_slacks_m: tuple[float, ...] = (0.0,)
-    """How much nearer than need be one wants to stand, the most wanted first."""
+    """Distances (m) by which the agent tries to stand nearer than it must, in the order of trying."""
 
     def __init__(self, view: PrivilegedView, *, may_tilt: bool, is_exhaustive: bool = False) -> None:
-        """An exhaustive search tries every place without margins: what it does not find cannot be done."""
+        """With `is_exhaustive`, search more places and without margins, so that failure means impossibility."""
         self.view = view
         self.may_tilt = may_tilt
         self._margin_m = 0.0 if is_exhaustive else REACH_MARGIN_M
@@ -61,20 +68,23 @@ class MacroActions:
         self._is_exhaustive = is_exhaustive
 
     def go(self, viewpoint: Viewpoint, has_arrived: Callable[[], bool] | None = None) -> Iterator[Action]:
-        """Walks to a view and faces it; a body that does not walk exactly stops as soon as it `has_arrived`."""
+        """Yield the walk to a viewpoint and the turn to its pose. Raises Unsolvable if the way is blocked.
+
+        `has_arrived` is for subclasses that do not walk exactly; here it has no effect.
+        """
         del has_arrived
         yield from self._walk(viewpoint)
         yield from primitive_actions.turn(self.view.agent.rotation, viewpoint.pose.rotation)
         yield from primitive_actions.tilt(self.view.agent.horizon, viewpoint.pose.horizon)
 
     def act(self, intent: Intent, thing_id: str) -> Iterator[Action]:
-        """Goes to where a click on the thing works, and clicks. Raises Unsolvable."""
+        """Yield the walk to a place from which a click on a thing works, and the click. Raises Unsolvable."""
         viewpoint, pixel = self.find_click(intent, thing_id)
         yield from self.go(viewpoint)
         yield self.click(intent, self.view.click_pixel(thing_id) or pixel)
 
     def find_click(self, intent: Intent, thing_id: str) -> tuple[Viewpoint, tuple[int, int]]:
-        """Return the nearest view from which a click on the thing works. Raises Unsolvable."""
+        """Return the nearest viewpoint from which a click on a thing works, with the pixel. Raises Unsolvable."""
         for slack_m in self.reach_slacks_m:
             found = self._view_to_click(intent, thing_id, REACH_M - self._margin_m - slack_m)
             if found is not None:
@@ -100,10 +110,10 @@ class MacroActions:
         return None
 
     def place(self, receptacle_id: str, *, inside: bool, is_thorough: bool = False) -> Iterator[Action]:
-        """Puts what is in the hand inside a receptacle, or on it (into what stands open where that is all it has).
-        Raises Unsolvable.
+        """Yield the actions that put the held object inside a receptacle, or on it. Raises Unsolvable.
 
-        Who is thorough looks at each of its surfaces by itself where looking at them all finds no place.
+        On a receptacle without an upper surface, the object goes inside if that is open. With `is_thorough`, each
+        surface is searched separately if searching all of them finds no place.
         """
         viewpoint, pixel = self.find_place(
             self.placement_targets(receptacle_id, inside=inside), is_thorough=is_thorough
@@ -112,7 +122,7 @@ class MacroActions:
         yield self.click("place", pixel)
 
     def placement_targets(self, receptacle_id: str, *, inside: bool) -> "PlacementTargets":
-        """Return where something may be put. Raises Unsolvable when a receptacle has no such surfaces."""
+        """Return the places inside or on a receptacle for an object. Raises Unsolvable if it has no such surface."""
         receptacle = self.view.scene.things[receptacle_id]
         surfaces = _surfaces_for(receptacle, inside=inside)
         return _targets_on(receptacle, surfaces, inside=inside)
@@ -120,7 +130,7 @@ class MacroActions:
     def find_place(
         self, targets: "PlacementTargets", *, is_thorough: bool = False
     ) -> tuple[Viewpoint, tuple[int, int]]:
-        """Return the nearest view from which what is in the hand can be put there. Raises Unsolvable."""
+        """Return the nearest viewpoint from which the held object can be placed, with the pixel. Raises Unsolvable."""
         for part in (targets, *(self._parts_of(targets) if is_thorough else ())):
             found = self._view_to_place(part)
             if found is not None:
@@ -142,17 +152,17 @@ class MacroActions:
         return None
 
     def query_of(self, targets: "PlacementTargets", slack_m: float) -> ViewpointQuery:
-        """Return what to look for to put something there."""
+        """Return the query for viewpoints from which to place an object; `slack_m` shortens the reach."""
         places = near_points(targets.points, REACH_M - REACH_MARGIN_M - slack_m)
         return ViewpointQuery(targets.receptacle_id, targets.points, places, self.may_tilt, least_seen=1)
 
     def put_down(self, is_good: Callable[[], bool]) -> Iterator[Action]:
-        """Drops what is in the hand near by, where `is_good` says that it is out of the way. Raises Unsolvable."""
+        """Yield the actions that drop the held object near by so that `is_good` is true after it. Raises Unsolvable."""
         yield from self.go(self.find_drop(is_good))
         yield InteractPixel(intent="drop")
 
     def find_drop(self, is_good: Callable[[], bool]) -> Viewpoint:
-        """Return where to drop what is in the hand so that `is_good`, near by. Raises Unsolvable."""
+        """Return the nearest pose at which dropping the held object makes `is_good` true. Raises Unsolvable."""
         view = self.view
         here = view.agent
         for viewpoint in [Viewpoint(here, (), np.empty((0, 2)), 0), *_nearby_viewpoints(view)]:
@@ -178,7 +188,7 @@ class MacroActions:
         raise Unsolvable(f"The way to {viewpoint.corners[-1]} is blocked.")
 
     def placing_pixel(self, viewpoint: Viewpoint, targets: "PlacementTargets") -> tuple[int, int] | None:
-        """Return a pixel of a view on which a click puts what is in the hand there; None without one."""
+        """Return a pixel of a viewpoint on which a click places the held object there; None if there is none."""
         view, held = self.view, self.view.held
         if held is None:
             return None
@@ -204,41 +214,45 @@ class MacroActions:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacementTargets:
-    """Where on or in a receptacle something may be put."""
+    """Places on or in a receptacle for an object."""
 
     receptacle_id: str
     surfaces: frozenset[str]
+    """Names of the surfaces."""
     points: np.ndarray
-    """(n, 3) points that are looked at and clicked."""
+    """Points (n, 3) that are looked at and clicked."""
 
     def contains(self, thing: Thing) -> bool:
-        """Whether a thing rests there."""
+        """Return whether a thing rests on one of the surfaces."""
         return thing.parent == self.receptacle_id and thing.surface in self.surfaces
 
 
 def near_box(box: Box, most_m: float) -> PositionCost:
-    """Return which places are within `most_m` of a box, disliking those very near and those almost out of reach."""
+    """Return the cost of places within `most_m` of a box; very near ones and those almost out of reach cost more."""
 
     def cost(places: np.ndarray) -> np.ndarray:
         distances = box_distances(box, places)
-        far = np.maximum(distances - (most_m - 0.3), 0.0) + np.maximum(TOO_CLOSE_M - distances, 0.0)
-        return np.where(distances <= most_m, far, np.inf)
+        far = np.maximum(distances - (most_m - ALMOST_OUT_OF_REACH_M), 0.0)
+        return np.where(distances <= most_m, far + np.maximum(TOO_CLOSE_M - distances, 0.0), np.inf)
 
     return cost
 
 
 def near_points(points: np.ndarray, most_m: float) -> PositionCost:
-    """Return which places have one of some points (n, 3) within `most_m` in the floor plane."""
+    """Return the cost of places with one of some points (n, 3) within `most_m` in the floor plane."""
 
     def cost(places: np.ndarray) -> np.ndarray:
         gaps = np.linalg.norm(places[:, None, :] - points[None, :, [0, 2]], axis=2).min(axis=1)
-        return np.where(gaps <= most_m, 0.5 * np.maximum(gaps - 0.8, 0.0), np.inf)
+        return np.where(gaps <= most_m, FAR_COST * np.maximum(gaps - COMFORTABLE_M, 0.0), np.inf)
 
     return cost
 
 
 def _surfaces_for(receptacle: Thing, *, inside: bool) -> list[tuple[Surface, Motion]]:
-    """Return the level surfaces inside a receptacle, or else those on it. Raises Unsolvable when there are none."""
+    """Return the level surfaces inside a receptacle, or else those on it, with their frames.
+
+    Without surfaces on it, return those inside that need no opening. Raises Unsolvable if there are none.
+    """
     level = list(level_surfaces(receptacle))
     wanted = [(surface, frame) for surface, frame in level if surface.is_inside == inside]
     if not inside and not wanted:
@@ -250,7 +264,7 @@ def _surfaces_for(receptacle: Thing, *, inside: bool) -> list[tuple[Surface, Mot
 
 
 def _targets_on(receptacle: Thing, surfaces: list[tuple[Surface, Motion]], *, inside: bool) -> PlacementTargets:
-    """Return where on some surfaces of a receptacle something may be put."""
+    """Return the places on some surfaces of a receptacle for an object."""
     points = _surface_grid(surfaces)
     if inside:
         points = np.concatenate([points, _cavity_points(receptacle, surfaces)])
@@ -258,17 +272,17 @@ def _targets_on(receptacle: Thing, surfaces: list[tuple[Surface, Motion]], *, in
 
 
 def _surface_grid(surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
-    """Return (n, 3) points spread over surfaces."""
+    """Return points (n, 3) spread over surfaces."""
     found: list[np.ndarray] = []
     for surface, frame in surfaces:
-        along = np.linspace(-0.4, 0.4, SURFACE_GRID)
+        along = np.linspace(-SURFACE_SHARE, SURFACE_SHARE, SURFACE_GRID)
         x, z = (axis.ravel() for axis in np.meshgrid(along * surface.size_x, along * surface.size_z))
-        found.append(frame(np.column_stack([x, np.full(len(x), 0.002), z])))
+        found.append(frame(np.column_stack([x, np.full(len(x), ABOVE_SURFACE_M), z])))
     return np.concatenate(found)
 
 
 def _cavity_points(receptacle: Thing, surfaces: list[tuple[Surface, Motion]]) -> np.ndarray:
-    """Return (n, 3) points of a receptacle's walls and floor in the hollows over surfaces; a drum's floor is round."""
+    """Return points (n, 3) of a receptacle's walls and floor in the cavities over surfaces; a drum's floor is round."""
     points = surface_points(receptacle, CAVITY_POINTS)
     is_in = np.zeros(len(points), dtype=bool)
     for surface, frame in surfaces:
@@ -279,13 +293,13 @@ def _cavity_points(receptacle: Thing, surfaces: list[tuple[Surface, Motion]]) ->
 
 
 def _nearby_viewpoints(view: PrivilegedView) -> Iterator[Viewpoint]:
-    """Yield places to walk to, nearest first, half a metre apart."""
+    """Yield at most `MAX_TRIED` viewpoints with nothing to look at, about `DROP_PLACES_M` apart, the nearest first."""
     walks = view.walks()
     cells = walks.plan.cells
     if not len(cells):
         return
     order = np.argsort(walks.lengths, kind="stable")
-    _, first = np.unique(np.round(cells[order] / 0.5).astype(np.int64), axis=0, return_index=True)
+    _, first = np.unique(np.round(cells[order] / DROP_PLACES_M).astype(np.int64), axis=0, return_index=True)
     for cell in order[np.sort(first)][:MAX_TRIED]:
         corners = walks.corners_to(int(cell))
         if corners:

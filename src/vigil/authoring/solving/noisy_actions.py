@@ -1,7 +1,7 @@
-"""Macro actions of a body that errs and sees no more of what is in its way than the frames have shown.
+"""Macro actions with motor noise and knowledge of obstacles limited to past frames.
 
-What to do and from where it can be done it is told (`vigil.authoring.solving.macro_actions`); the way there it finds by
-sight, turn by turn, and after each action it looks at what has become of it.
+What to do and from where it can be done comes from `vigil.authoring.solving.macro_actions`. The way there is found
+step by step from what the frames have shown, and each action's result is checked before the next action.
 """
 
 import math
@@ -24,21 +24,26 @@ from vigil.scene.things import Thing
 from vigil.sim.core.sight import project
 
 SLACK_M = 0.3
+"""Distance (m) by which the agent stands nearer than it must, if it can."""
 ARRIVED_M, EXACTLY_M = 0.2, 0.06
-"""How near a place is as good as there, at first and where that was not enough."""
+"""Distance (m) from a place that counts as arrived, at first and where that was not enough."""
 FACED_DEG, TILTED_DEG = 6.0, 5.0
+"""Errors of heading and pitch (deg) that are not corrected."""
 ASIDE_DEG = 15
+"""Step (deg) between the headings tried after a collision, and of a turn when nothing else is left."""
 CLEAR_PX = 8
-"""How far from the frame's border a click is aimed, if one can turn."""
+"""Distance (px) from the frame's border at which a click is aimed, if the agent can turn."""
 SEEN_POINTS = 16
+"""Number of a thing's points that are looked for in a frame."""
 SIGHT_M = 4.0
+"""Greatest distance (m) at which the agent notices obstacles."""
 LOOKS = 3
 LOOK_ABOUT_DEG = (25.0, -50.0)
-"""Turns, one after the other, when what should be in view is not."""
+"""Turns (deg), one after the other, when what should be in view is not."""
 
 
 class NoisyMacroActions(MacroActions):
-    """The macro actions of a body that errs. They go on trying; who plays them counts the steps."""
+    """Macro actions with motor noise. They repeat until they succeed; the caller must limit the steps."""
 
     reach_slacks_m = (SLACK_M, 0.0)
 
@@ -47,12 +52,12 @@ class NoisyMacroActions(MacroActions):
         self._motor = MotorNoise(rng)
         self._known = KnownFloor(view, self._motor)
         self._refused: float | None = None
-        """The heading in which the last walk got nowhere."""
+        """Heading (deg) in which the last walk was blocked; None if it was not."""
 
     def go(self, viewpoint: Viewpoint, has_arrived: Callable[[], bool] | None = None) -> Iterator[Action]:
-        """Walk to a view and face it; with `has_arrived` stop as soon as that holds, else go nearer and look around.
+        """Yield the walk to a viewpoint and the turn to its pose. Raises Unsolvable if no way is known.
 
-        Raises Unsolvable when there is no way.
+        With `has_arrived`, stop as soon as that is true; if it is not true at the end, go nearer and look around.
         """
         if has_arrived is None:
             yield from self._approach(viewpoint, lambda: False)
@@ -78,7 +83,10 @@ class NoisyMacroActions(MacroActions):
                 return
 
     def act(self, intent: Intent, thing_id: str) -> Iterator[Action]:
-        """Goes to where a click on the thing works, and clicks until one sees that it has worked. Raises Unsolvable."""
+        """Yield the walk to a place from which a click on a thing works, and clicks until the thing has changed.
+
+        Raises Unsolvable.
+        """
         thing, in_hand = self.view.scene.things[thing_id], self.view.held
 
         def facts() -> tuple:
@@ -93,9 +101,9 @@ class NoisyMacroActions(MacroActions):
                 yield from self.put_down(lambda: True)
 
     def place(self, receptacle_id: str, *, inside: bool, is_thorough: bool = False) -> Iterator[Action]:
-        """Puts what is in the hand inside a receptacle, or on it; what went elsewhere is taken up again.
+        """Yield the actions that put the held object inside a receptacle, or on it. Raises Unsolvable.
 
-        Raises Unsolvable.
+        An object that was placed elsewhere is picked up again.
         """
         held = self.view.held
         targets = self.placement_targets(receptacle_id, inside=inside)
@@ -110,7 +118,7 @@ class NoisyMacroActions(MacroActions):
             )
 
     def put_down(self, is_good: Callable[[], bool]) -> Iterator[Action]:
-        """Drops what is in the hand near by, where `is_good` says that it is out of the way. Raises Unsolvable."""
+        """Yield the actions that drop the held object near by so that `is_good` is true after it. Raises Unsolvable."""
         drop = InteractPixel(intent="drop")
 
         def can_drop() -> bool:
@@ -121,13 +129,13 @@ class NoisyMacroActions(MacroActions):
         yield drop
 
     def click(self, intent: Intent, pixel: tuple[int, int]) -> InteractPixel:
-        """Return a click near a pixel."""
+        """Return a click near a pixel, with an error."""
         return self._motor.click(intent, pixel)
 
     def _try(
         self, find_pixel: Callable[[], tuple[int, int] | None], viewpoint: Callable[[], Viewpoint], intent: Intent
     ) -> Iterator[Action]:
-        """Yield one click at what is aimed at, or else what brings one to where it can be aimed at."""
+        """Yield a click on the pixel of `find_pixel`, after an approach if it is missing or near the border."""
         cached_pixel = self._cached_per_state(find_pixel)
         pixel = cached_pixel()
         if pixel is None or not _is_clear(pixel):
@@ -152,7 +160,7 @@ class NoisyMacroActions(MacroActions):
         return cached_pixel
 
     def _approach_or_turn(self, viewpoint: Viewpoint, has_arrived: Callable[[], bool]) -> Iterator[Action]:
-        """Yield what brings one to a view; at least one action: who stands about right goes nearer, or turns."""
+        """Yield the approach to a viewpoint: at least one action, if need be a step nearer or a turn."""
         for within_m in (ARRIVED_M, EXACTLY_M):
             is_idle = True
             for action in self._approach(viewpoint, has_arrived, within_m):
@@ -163,7 +171,7 @@ class NoisyMacroActions(MacroActions):
         yield Navigate(mode="turn_right", magnitude=float(ASIDE_DEG))
 
     def _pixel_of(self, intent: Intent, thing: Thing) -> tuple[int, int] | None:
-        """Return where a click would work now."""
+        """Return the pixel on which a click works in the current state; None if there is none."""
         if body_box(thing).floor_distance(self.view.agent.position) > REACH_M:
             return None
         pixel = self.view.click_pixel(thing.id)
@@ -182,7 +190,7 @@ class NoisyMacroActions(MacroActions):
             yield from self._move(here, self._known.routes_to(place), self._known.perceived_clearances())
 
     def _move(self, here: Pose, routes: RoutesTo, clearances: np.ndarray) -> Iterator[Action]:
-        """Yield one turn or one walk on the way. Raises Unsolvable when there is no way."""
+        """Yield one turn or one walk on the way. Raises Unsolvable if there is no way."""
         at = here.position.x, here.position.z
         corner = routes.waypoint(at, clearances)
         if corner is None:
@@ -202,7 +210,7 @@ class NoisyMacroActions(MacroActions):
         self._refused = None if effect.moved_m else here.rotation
 
     def _heading_aside(self, at: Point2, wanted: float, cost_of: Callable[[Point2], float]) -> float:
-        """Return the best heading for one step that is not the refused one."""
+        """Return the heading (deg) of the cheapest single step that is not in the blocked heading."""
         headings = [(wanted + turn) % 360.0 for turn in range(-180, 180, ASIDE_DEG)]
         refused = self._refused or 0.0
 
@@ -222,9 +230,9 @@ class NoisyMacroActions(MacroActions):
 
 
 class KnownFloor:
-    """What one knows of the floor: all walls, and the things that the frames have shown or one has run into.
+    """The floor as the agent knows it: all walls, and the things that frames have shown or with which it collided.
 
-    How far away those stand is misjudged, anew from each place: a little near by, more from afar.
+    Distances to those things have an error that is proportional to the distance and drawn again at each place.
     """
 
     def __init__(self, view: PrivilegedView, motor: MotorNoise) -> None:
@@ -237,7 +245,7 @@ class KnownFloor:
         self._shifts_m: dict[str, Point2] = {}
 
     def observe_frame(self) -> None:
-        """Takes in the things near by of which the frame shows something."""
+        """Add the things within `SIGHT_M` that the present frame shows."""
         here, grid = self._view.agent, self._view.clearance_grid()
         things = [
             thing
@@ -256,19 +264,19 @@ class KnownFloor:
                 self._known.add(things[owner].id)
 
     def _points_of(self, thing: Thing) -> np.ndarray:
-        """Return SEEN_POINTS points or more of a thing's surface as it is now."""
+        """Return at least `SEEN_POINTS` points (n, 3) of a thing's surface in its current state, cached."""
         key = thing.id, thing.position, thing.rotation, thing.openness, thing.is_toggled
         if key not in self._points:
             self._points[key] = surface_points(thing, SEEN_POINTS)
         return self._points[key]
 
     def add_collision(self, thing_id: str | None) -> None:
-        """Takes in what one has run into; a wall is known already."""
+        """Add the thing with which the agent collided; walls are known already."""
         if thing_id in self._view.scene.things:
             self._known.add(thing_id)
 
     def routes_to(self, place: Point2) -> RoutesTo:
-        """Return the ways to a place over what is known."""
+        """Return the ways to a place (x, z; m) among the known obstacles."""
         things = self._things()
         key = place, tuple((thing.id, thing.position, thing.rotation, thing.openness) for thing in things.values())
         if self._routes is None or self._routes[0] != key:
@@ -277,7 +285,7 @@ class KnownFloor:
         return self._routes[1]
 
     def perceived_clearances(self) -> np.ndarray:
-        """Return the room that one takes there to be, as `ClearanceGrid.clearances`."""
+        """Return the clearances that the agent assumes, as `ClearanceGrid.clearances` does."""
         here, things = self._view.agent.position, self._things()
         if here != self._perceived_at:
             self._perceived_at, self._shifts_m = here, {}

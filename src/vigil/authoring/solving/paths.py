@@ -1,6 +1,6 @@
-"""Shortest walks in the floor plane: where a body can stand, how far everything is, and along which corners.
+"""Shortest walks in the floor plane: where a body can stand, how long the walks are, and their corners.
 
-Knows polygons only, no simulator and no episode. `free_space` builds the free region of a scene.
+This module knows polygons only, not simulators or episodes. `free_space` makes the free region of a scene.
 """
 
 import math
@@ -15,16 +15,18 @@ from scipy.sparse.csgraph import dijkstra
 from shapely.geometry.base import BaseGeometry
 
 CELL_M = 0.05
-SNAP_M = 0.45
+SNAP_M, TRIED_ENTRIES = 0.45, 200
+"""Greatest distance (m) from a place to the cell where its walks begin, and number of cells tried."""
+SAME_POINT_M = 1e-9
 PATH_CACHE_SIZE = 8
-"""From how many places a plan keeps its shortest walks."""
+"""Number of places whose shortest walks a map caches."""
 _STEPS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 Point2 = tuple[float, float]
 
 
 class WalkableMap:
-    """The places (x, z) where the body's axis may be, as a region and as a grid of cells inside it."""
+    """The places (x, z; m) where the body's axis may be, as a region and as a grid of cells inside it."""
 
     def __init__(
         self,
@@ -32,8 +34,9 @@ class WalkableMap:
         tight: BaseGeometry | None = None,
         cell_m: float = CELL_M,
     ) -> None:
-        """`roomy`, or what it returns when it is first needed, keeps a margin from everything; `tight` is what the
-        simulator allows (default: the same).
+        """Make a map of two regions; `roomy` may be a function that is called when the region is first needed.
+
+        `roomy` keeps a margin from obstacles; `tight` is all that the simulator allows (default: the same).
         """
         self._given = roomy
         self.tight = self.roomy if tight is None else tight
@@ -43,14 +46,14 @@ class WalkableMap:
 
     @cached_property
     def roomy(self) -> BaseGeometry:
-        """The region that keeps a margin from everything."""
+        """The region that keeps a margin from obstacles."""
         region = self._given() if callable(self._given) else self._given
         shapely.prepare(region)
         return region
 
     @cached_property
     def cells(self) -> np.ndarray:
-        """(n, 2) centres x, z of the cells inside the roomy region, in a fixed order."""
+        """Centres (n, 2) in x, z (m) of the cells inside the roomy region, in a fixed order."""
         rows, columns = np.nonzero(self._mask)
         return np.column_stack([self._origin[0] + columns * self._cell_m, self._origin[1] + rows * self._cell_m])
 
@@ -93,39 +96,39 @@ class WalkableMap:
 
     @cached_property
     def exact(self) -> "WalkableMap":
-        """The plan without margin: every place that the simulator allows."""
+        """The map without margin, which has all places that the simulator allows."""
         return WalkableMap(self.tight, self.tight, self._cell_m)
 
     def can_stand(self, point: Point2) -> bool:
-        """Whether the body's axis may be at (x, z)."""
+        """Return whether the body's axis may be at a point (x, z), without margin."""
         return bool(shapely.contains_xy(self.tight, *point))
 
     def is_straight(self, start: Point2, end: Point2) -> bool:
-        """Whether the body can go straight from one point to the other, with the margin kept."""
+        """Return whether the body can go straight from one point to another with a margin."""
         return self.roomy.covers(shapely.LineString([start, end])) if start != end else self.can_stand(start)
 
     def entry(self, point: Point2) -> int | None:
-        """Return the cell nearest to `point` that can be gone to straight; None when there is none near."""
+        """Return the index of the nearest cell to which the body can go straight from `point`; None if none is near."""
         if not len(self.cells):
             return None
         apart = np.hypot(self.cells[:, 0] - point[0], self.cells[:, 1] - point[1])
-        for cell in np.argsort(apart, kind="stable")[:200]:
+        for cell in np.argsort(apart, kind="stable")[:TRIED_ENTRIES]:
             if apart[cell] > SNAP_M:
                 return None
             line = shapely.LineString([point, self.cells[cell]])
-            if apart[cell] < 1e-9 or self.tight.covers(line):
+            if apart[cell] < SAME_POINT_M or self.tight.covers(line):
                 return int(cell)
         return None
 
     def walks_from(self, start: Point2) -> "ShortestPaths":
-        """Return the shortest walks from `start` to every cell."""
+        """Return the shortest walks from `start` (x, z) to all cells, cached."""
         if start not in self._walks:
             self._walks[start] = ShortestPaths(self, start)
         return self._walks[start]
 
 
 class ShortestPaths:
-    """The shortest walks from one place: a length for every cell and the corners on the way."""
+    """The shortest walks from one place: the length (m) to each cell (inf without a way) and the corners."""
 
     def __init__(self, plan: WalkableMap, start: Point2) -> None:
         self.plan = plan
@@ -140,7 +143,7 @@ class ShortestPaths:
         self._before = before
 
     def corners_to(self, cell: int) -> list[Point2] | None:
-        """Return the corners of the walk to a cell, the cell's centre last; None when there is no way."""
+        """Return the corners (x, z) of the walk to a cell, the cell's centre last; None if there is no way."""
         if not math.isfinite(self.lengths[cell]):
             return None
         trail = []
@@ -152,21 +155,21 @@ class ShortestPaths:
 
 
 def _straightened(plan: WalkableMap, start: Point2, trail: Sequence[Point2]) -> list[Point2]:
-    """Return the fewest of the trail's points that straight lines still join."""
+    """Return few of the trail's points such that the body can go straight from each to the next."""
     corners: list[Point2] = []
     here, at = start, 0
     while at < len(trail):
-        if math.dist(here, trail[-1]) < 1e-9:
+        if math.dist(here, trail[-1]) < SAME_POINT_M:
             break
         ahead = len(trail) - 1
-        while ahead > at and not plan.is_straight(here, trail[ahead]):
+        while ahead > at and not plan.is_straight(here, trail[ahead]):  # in large steps while far, then one by one
             ahead = at + (ahead - at) * 3 // 4 if ahead - at > 4 else ahead - 1
         while ahead + 1 < len(trail) and plan.is_straight(here, trail[ahead + 1]):
             ahead += 1
         here, at = trail[ahead], ahead + 1
-        if not corners or math.dist(here, corners[-1]) > 1e-9:
+        if not corners or math.dist(here, corners[-1]) > SAME_POINT_M:
             corners.append(here)
-    return [corner for corner in corners if math.dist(corner, start) > 1e-9 or corner is not corners[0]]
+    return [corner for corner in corners if math.dist(corner, start) > SAME_POINT_M or corner is not corners[0]]
 
 
 def _shifted(index: np.ndarray, row_step: int, column_step: int) -> tuple[np.ndarray, np.ndarray]:
@@ -180,7 +183,7 @@ def _shifted(index: np.ndarray, row_step: int, column_step: int) -> tuple[np.nda
 
 
 def _corners_free(index: np.ndarray, column_step: int) -> np.ndarray:
-    """Whether both cells beside a diagonal step are free, aligned with `_shifted(index, 1, column_step)`."""
+    """Return whether both cells next to a diagonal step are free, aligned with `_shifted(index, 1, column_step)`."""
     if column_step > 0:
         return (index[1:, :-1] >= 0) & (index[:-1, 1:] >= 0)
     return (index[1:, 1:] >= 0) & (index[:-1, :-1] >= 0)

@@ -1,6 +1,6 @@
-"""From places to actions: exact turns, straight walks and camera tilts, in as few actions as may be.
+"""Primitive actions: exact turns, straight walks and camera tilts, in as few actions as possible.
 
-One `navigate` walks many steps, and any angle is allowed, so each straight stretch costs at most two actions.
+One `navigate` action walks up to MAX_STEPS_PER_ACTION steps or turns by any angle.
 """
 
 import json
@@ -28,14 +28,14 @@ MIN_WALK_M = 0.005
 
 
 def turn(from_yaw: float, to_yaw: float) -> Iterator[Navigate]:
-    """Yield the shorter turn from one heading to another; nothing when they agree."""
+    """Yield the shorter turn from one heading (deg) to another; nothing if they are equal."""
     angle = round(turn_between(from_yaw, to_yaw), TURN_DECIMALS)
     if abs(angle) >= MIN_TURN_DEG:
         yield Navigate(mode="turn_right" if angle > 0 else "turn_left", magnitude=abs(angle))
 
 
 def advance(distance_m: float) -> Iterator[Navigate]:
-    """Yield the walk of `distance_m` straight ahead (backward when negative)."""
+    """Yield the walk of `distance_m` straight ahead (backward if negative); nothing if it is too short."""
     mode = "forward" if distance_m > 0 else "backward"
     steps = abs(distance_m) / STEP_M
     while steps > MAX_STEPS_PER_ACTION:
@@ -46,7 +46,7 @@ def advance(distance_m: float) -> Iterator[Navigate]:
 
 
 def towards(pose: Pose, corner: tuple[float, float]) -> Iterator[Navigate]:
-    """Yield the turn and the walk from `pose` straight to a corner (x, z)."""
+    """Yield the turn and the walk from `pose` straight to a corner (x, z; m)."""
     target = Vec3(corner[0], pose.position.y, corner[1])
     yaw = yaw_towards(pose.position, target)
     yield from turn(pose.rotation, yaw)
@@ -54,7 +54,7 @@ def towards(pose: Pose, corner: tuple[float, float]) -> Iterator[Navigate]:
 
 
 def tilt(from_horizon: float, to_horizon: float) -> Iterator[Look]:
-    """Yield the camera tilt from one horizon to another, within its limits."""
+    """Yield the camera tilt from one pitch (deg) to another, within the limits; nothing if they are equal."""
     wanted = min(max(to_horizon, HORIZON_UP_DEG), HORIZON_DOWN_DEG)
     angle = round(wanted - from_horizon, TURN_DECIMALS)
     if abs(angle) >= MIN_TURN_DEG:
@@ -62,11 +62,11 @@ def tilt(from_horizon: float, to_horizon: float) -> Iterator[Look]:
 
 
 def click(intent: Intent, pixel: tuple[int, int]) -> InteractPixel:
-    """Return the interaction with what is under a pixel."""
+    """Return the interaction with what is at a pixel (x, y)."""
     return InteractPixel(intent=intent, x=pixel[0], y=pixel[1])
 
 
 def reply_of(action: Action) -> Reply:
-    """Return the reply that says an action, as any agent would write it (pixel coordinates)."""
+    """Return the reply for an action as an agent would write it, in pixel coordinates."""
     arguments = action.model_dump(exclude={"skill_name", "raw_status"}, exclude_none=True)
     return Reply(text=json.dumps({"skill_name": action.skill_name, "arguments": arguments}))

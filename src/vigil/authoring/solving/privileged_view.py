@@ -1,5 +1,4 @@
-"""The oracle: privileged access to a loaded simulator: shortest paths, visibility from any pose, actions tried and
-undone."""
+"""Privileged access to a loaded simulator: shortest walks, visibility from any pose, actions that are rolled back."""
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -23,7 +22,7 @@ PLAN_CACHE_SIZE = 32
 
 
 class PrivilegedView:
-    """The house that is loaded, with its agent."""
+    """Privileged access to the house that a simulator has loaded, and to its agent."""
 
     def __init__(self, simulator: PrivilegedSimulator) -> None:
         self._simulator = simulator
@@ -34,40 +33,40 @@ class PrivilegedView:
 
     @property
     def scene(self) -> Scene:
-        """The scene as it is now; to look at, never to change."""
+        """The scene in its current state; callers must not change it."""
         return self._simulator.scene()
 
     @property
     def agent(self) -> Pose:
-        """Where the agent is."""
+        """The agent's pose."""
         return self._simulator.world(()).agent
 
     @property
     def held(self) -> str | None:
-        """What is in the hand."""
+        """Id of the held object; None if the hand is empty."""
         return self._simulator.world(()).held
 
     def state_key(self) -> tuple:
-        """Return what tells the present moment of the world from any other: where all is, and how."""
+        """Return a key that is equal for equal states of the agent and all things."""
         things = self.scene.things.values()
         return self.agent, self.held, tuple((t.position, t.rotation, t.openness, t.is_toggled) for t in things)
 
     def plan(self) -> WalkableMap:
-        """Return the floor plan of the scene as it is now."""
+        """Return the walkable map of the scene in its current state, cached."""
         obstacles, key = self._current(), self._arrangement()
         if key not in self._plans:
             self._plans[key] = obstacles.plan()
         return self._plans[key]
 
     def bare_floor(self) -> BaseGeometry:
-        """Return the floor on which nothing stands now."""
+        """Return the floor on which nothing stands in the current state, cached."""
         obstacles, key = self._current(), self._arrangement()
         if key not in self._bare:
             self._bare[key] = obstacles.bare()
         return self._bare[key]
 
     def _arrangement(self) -> tuple:
-        """Return where everything stands that takes up floor."""
+        """Return a cache key for the floor that things occupy."""
         return tuple(
             (thing.id, thing.position, thing.rotation, thing.openness)
             for thing in self.scene.things.values()
@@ -82,25 +81,25 @@ class PrivilegedView:
         return self._obstacles
 
     def clearance_grid(self) -> ClearanceGrid:
-        """Return the distances on the floor of the scene, whatever stands on it."""
+        """Return the clearance grid of the scene's floor; it is made once and serves all states of the scene."""
         if self._clearance is None or self._clearance.scene is not self.scene:
             self._clearance = ClearanceGrid(self.scene)
         return self._clearance
 
     def walks(self, *, is_exact: bool = False) -> ShortestPaths:
-        """Return the shortest walks from where the agent is; exact ones keep no margin from obstacles."""
+        """Return the shortest walks from the agent's position; exact ones keep no margin from obstacles."""
         position = self.agent.position
         plan = self.plan()
         return (plan.exact if is_exact else plan).walks_from((position.x, position.z))
 
     def corners_to(self, place: Point2) -> list[Point2]:
-        """Return the corners of the walk from here to a place; none when there is no way."""
+        """Return the corners (x, z) of the walk from the agent to a place; an empty list if there is no way."""
         walks = self.walks()
         cell = walks.plan.entry(place)
         return (walks.corners_to(cell) or []) if cell is not None else []
 
     def sees(self, eye: Vec3, points: np.ndarray, thing_id: str, *, through_glass: bool = False) -> np.ndarray:
-        """Return which of the points (n, 3) on a thing are seen from an eye that may be elsewhere."""
+        """Return whether each of the points (n, 3) on a thing is visible from an eye in any direction; shape (n,)."""
         return self._simulator.points_visible_from(eye, points, thing_id, through_glass=through_glass)
 
     def world(self, object_ids: Iterable[str]) -> WorldState:
@@ -108,29 +107,29 @@ class PrivilegedView:
         return self._simulator.world(object_ids)
 
     def may_be_visible(self, thing_id: str, min_px: int) -> bool:
-        """Whether so many pixels of a thing may be visible from where the agent is: no is told sooner than a state."""
+        """Return whether `min_px` pixels of a thing may be visible to the agent; faster than `state_of` if not."""
         return self._simulator.may_be_visible(thing_id, min_px)
 
     def room_at(self, position: Vec3) -> str | None:
-        """Return the id of the room that holds a place."""
+        """Return the id of the room at a position; None outside all rooms."""
         return self._simulator.room_at(position)
 
     def state_of(self, thing_id: str) -> ObjectState:
-        """Return a thing's hidden state, seen from where the agent is."""
+        """Return a thing's hidden state, with its visibility from the agent's pose."""
         return self._simulator.world([thing_id]).objects[thing_id]
 
     def centre_distances(self, thing: Thing, places: np.ndarray) -> np.ndarray:
-        """Return the distances (m) that the simulator would report between an agent at places (n, 2) and a thing."""
+        """Return the distances (n,) (m) from an agent at places (n, 2) in x, z to a thing's position."""
         x, y, z = thing.position
         rise = y - self.agent.position.y
         return np.sqrt((places[:, 0] - x) ** 2 + (places[:, 1] - z) ** 2 + rise**2)
 
     def object_at(self, pixel: tuple[int, int]) -> str | None:
-        """Return the id of what is under a pixel."""
+        """Return the id of the thing at a pixel; None if there is none."""
         return self._simulator.object_at(*pixel)
 
     def click_pixel(self, thing_id: str) -> tuple[int, int] | None:
-        """Return the pixel of a thing that is farthest from all that is not the thing; None when it is out of view."""
+        """Return the pixel of a thing that is farthest from all that is not the thing; None if it is out of view."""
         pixels = self._simulator.pixels_of(thing_id)
         if not len(pixels):
             return None
@@ -148,7 +147,10 @@ class PrivilegedView:
     def try_interaction(
         self, action: InteractPixel, is_good: Callable[[Effect], bool] = lambda effect: True
     ) -> RefusalCode | None:
-        """Return why an interaction would be refused now; None when it works, and `is_good` says so after it."""
+        """Return why an interaction would be refused in the current state, or None if it works.
+
+        If it works but `is_good` is false for its effect, return "no_room". Nothing remains changed.
+        """
         with self.rollback():
             effect = self.step(action)
             if effect.refusal is not None:
@@ -156,24 +158,24 @@ class PrivilegedView:
             return None if is_good(effect) else "no_room"
 
     def step(self, action: PhysicalAction) -> Effect:
-        """Carries out an action (inside a rehearsal: it is undone at its end)."""
+        """Carry out an action and return its effect; inside `rollback` it is undone later."""
         return self._simulator.step(action)
 
     @contextmanager
     def rollback(self) -> Iterator[None]:
-        """Undoes all that is done inside."""
+        """Undo at the end all that is done inside the `with` block."""
         with self._simulator.rollback():
             yield
 
     @contextmanager
     def at_pose(self, pose: Pose) -> Iterator[None]:
-        """Stands the agent elsewhere for the time being."""
+        """Put the agent at a pose inside the `with` block."""
         with self._simulator.at_pose(pose):
             yield
 
 
 def _stride(pixels: np.ndarray) -> int:
-    """Return the step of the lattice on which pixels were sampled."""
+    """Return the step (px) of the grid on which pixels (n, 2) were sampled."""
     steps = [int(np.diff(np.unique(pixels[:, axis])).min(initial=FRAME_WIDTH)) for axis in (0, 1)]
     step = min(steps)
     return step if step < FRAME_WIDTH else 1

@@ -1,8 +1,7 @@
-"""Solvers: one way of solving each episode, through the same four skills and pixel clicks as any agent.
+"""Solvers: scripts that solve episodes with the same four skills and pixel clicks as any agent.
 
-They see the hidden world (`vigil.authoring.solving.privileged_view`), plan with it and act like any agent; each uses
-only the skills that its family expects. `privileged_agent` makes agents of them that the runner can play; reports
-mark those agents.
+They plan with the hidden world (`vigil.authoring.solving.privileged_view`). `privileged_agent` makes agents of them
+that the runner can play; the analysis marks those agents as privileged.
 """
 
 import zlib
@@ -26,25 +25,26 @@ from vigil.sim.privileged import PrivilegedSimulator
 
 
 def solve(episode: Episode, view: PrivilegedView) -> Steps:
-    """Yield the actions that solve an episode, each after the one before has been carried out.
+    """Yield the actions that solve an episode; each must be carried out before the next is taken.
 
-    Raises Unsolvable where there is no way.
+    Only skills that the family expects are used. Raises Unsolvable if there is no way.
     """
     return solve_with(episode, MacroActions(view, may_tilt="look" in FAMILIES[episode.family].skills))
 
 
 def solve_noisily(episode: Episode, view: PrivilegedView, seed: int = 0) -> Steps:
-    """Yield what a body that errs does to solve an episode, each after the one before has been carried out.
+    """Yield the actions of a solver with motor noise; each must be carried out before the next is taken.
 
-    It knows what to do and where that can be done, sees on its way no more than the frames show, and looks up and down
-    whatever its family expects. The same episode and seed: the same errors. Raises Unsolvable where there is no way.
+    It knows what to do and from where that can be done, but only those obstacles that frames have shown. It tilts the
+    camera even if its family does not expect that. Equal episodes and seeds give equal errors. Raises Unsolvable if
+    there is no way.
     """
     rng = np.random.default_rng([zlib.crc32(episode.id.encode()), seed])
     return solve_with(episode, NoisyMacroActions(view, rng))
 
 
 def solve_with(episode: Episode, macro_actions: MacroActions) -> Steps:
-    """Yield the actions that solve an episode with some macro actions. Raises Unsolvable where there is no way."""
+    """Yield the actions that solve an episode with the given macro actions. Raises Unsolvable if there is no way."""
     goal, view = episode.goal, macro_actions.view
     for link in goal.chain:
         yield from achieve_goal(link, macro_actions)
@@ -55,7 +55,10 @@ def solve_with(episode: Episode, macro_actions: MacroActions) -> Steps:
 
 
 def solution(episode: Episode, view: PrivilegedView) -> tuple[Action, ...]:
-    """Return the whole solution from the stage's present state, which it leaves as it was. Raises Unsolvable."""
+    """Return the solution from the simulator's current state, which remains as it was, with its report.
+
+    Raises Unsolvable if there is no way or the solution exceeds the step budget.
+    """
     actions: list[Action] = []
     with view.rollback():
         for action in solve(episode, view):
@@ -100,11 +103,11 @@ PRIVILEGED: dict[str, PrivilegedScript] = {
     "acts_anyway": _acts_anyway,
     **{name: ablated_solver(ablation) for name, ablation in ABLATIONS.items()},
 }
-"""Agents with privileged sight, by name."""
+"""Name of privileged agent -> its script."""
 
 
 class PrivilegedAgent:
-    """Plays one episode with sight of the hidden world, synchronously beside its simulator."""
+    """An agent that plays one episode with access to the hidden world, in the process of its simulator."""
 
     def __init__(self, name: str, episode: Episode, simulator: PrivilegedSimulator) -> None:
         self.name = name
@@ -114,12 +117,12 @@ class PrivilegedAgent:
         self._actions: Steps = iter(())
 
     def start(self, instruction: str) -> None:
-        """Starts the script anew; the instruction is not needed."""
+        """Start the script from its beginning; the instruction is not used."""
         del instruction
         self._actions = self._script(self._episode, PrivilegedView(self._simulator))
 
     def act(self, observation: Observation) -> Reply:
-        """Return the script's next reply; where the solver finds no way, an honest failure."""
+        """Return the script's next reply, or a report of failure if the solver finds no way."""
         del observation
         try:
             action = next(self._actions)
@@ -129,7 +132,7 @@ class PrivilegedAgent:
 
 
 def privileged_agent(name: str, episode: Episode, simulator: PrivilegedSimulator) -> PrivilegedAgent:
-    """Return an agent with privileged sight. Raises SettingError on an unknown name."""
+    """Return the privileged agent of a name for one episode. Raises SettingError if the name is unknown."""
     if name not in PRIVILEGED:
         raise SettingError(f"Privileged agent {name!r} does not exist. Choose one of: {', '.join(PRIVILEGED)}.")
     return PrivilegedAgent(name, episode, simulator)

@@ -1,6 +1,6 @@
-"""Views: from which places one could see or click a thing, nearest walk first.
+"""Viewpoints: poses from which a thing can be seen or clicked, the shortest walk first.
 
-A first estimate by a few dozen rays per place; the caller makes sure of the one that it takes.
+They are estimates from a few dozen rays per place; callers check the viewpoint that they use.
 """
 
 from collections.abc import Callable, Iterator
@@ -16,39 +16,49 @@ from vigil.protocol.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG
 from vigil.sim.core.sight import project
 
 BORDER_PX = 12.0
+"""Least distance (px) of seen points from the frame's border."""
 LATTICE_M = 0.15
+"""Approximate distance (m) between the places that are tried."""
 MAX_PLACES = 400
+FACED_DEG = 1.0
+"""Difference of headings (deg) below which the agent does not turn."""
 
 PositionCost = Callable[[np.ndarray], np.ndarray]
-"""Which of (n, 2) places x, z are acceptable, and how much each is disliked (m); inf for never."""
+"""A function from places (n, 2) in x, z to their additional costs (n,) in metres; inf for unacceptable places."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Viewpoint:
-    """A pose to go to, with what can be seen of the thing from there."""
+    """A pose to go to, with what is visible of a thing from there."""
 
     pose: Pose
     corners: tuple[Point2, ...]
+    """Corners (x, z) of the walk to the pose; empty for the agent's present place."""
     pixels: np.ndarray
-    """(n, 2) estimated pixels of seen points, those nearest to their middle first."""
+    """Estimated pixels (n, 2) of the visible points, those nearest to their middle first."""
     seen: int
-    """How many of the sampled points are seen in the frame."""
+    """Number of the sampled points that are visible in the frame."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ViewpointQuery:
-    """What to look for: a thing, the points of it that matter, where to stand, whether the camera may be tilted."""
+    """A query for viewpoints of a thing."""
 
     thing_id: str
     points: np.ndarray
+    """Points (n, 3) of the thing that are looked at."""
     places: PositionCost
+    """Cost of the places to stand at."""
     may_tilt: bool = False
+    """Whether the camera may be tilted."""
     least_seen: int = 3
+    """Least number of points that must be visible in the frame."""
     through_glass: bool = False
+    """Whether points behind glass count as visible."""
 
 
 def viewpoints(view: PrivilegedView, walks: ShortestPaths, query: ViewpointQuery) -> Iterator[Viewpoint]:
-    """Yield views of a thing that meet the query, the shortest walk first, the present place before all others."""
+    """Yield the viewpoints that meet a query, the present place first and then by cost."""
     here = view.agent
     spot = np.array([[here.position.x, here.position.z]])
     if np.isfinite(query.places(spot)).all():
@@ -67,7 +77,7 @@ def viewpoints(view: PrivilegedView, walks: ShortestPaths, query: ViewpointQuery
 
 
 def current_viewpoint(view: PrivilegedView, query: ViewpointQuery) -> Viewpoint:
-    """Return what is seen of a thing from where the agent stands and looks now; perhaps nothing."""
+    """Return the viewpoint of the agent's present pose, even if it does not meet the query."""
     here = view.agent
     seen = query.points[view.sees(here.eye, query.points, query.thing_id, through_glass=query.through_glass)]
     pixels = _in_frame(here, seen)
@@ -75,7 +85,7 @@ def current_viewpoint(view: PrivilegedView, query: ViewpointQuery) -> Viewpoint:
 
 
 def _cells(walks: ShortestPaths, query: ViewpointQuery) -> np.ndarray:
-    """Return the acceptable cells in order of cost, thinned out."""
+    """Return the indices of at most `MAX_PLACES` acceptable cells in order of cost, about `LATTICE_M` apart."""
     cells = walks.plan.cells
     if not len(cells):
         return np.empty(0, dtype=np.int64)
@@ -101,7 +111,7 @@ def _viewpoint_from(
 
 
 def _in_frame(pose: Pose, points: np.ndarray) -> np.ndarray:
-    """Return the pixels (n, 2) of those points (m, 3) that lie in the frame, those nearest to their middle first."""
+    """Return the pixels (n, 2) of the points (m, 3) that lie in the frame, those nearest to their middle first."""
     found = project(pose, points)
     pixels = found[(found[:, 2] > 0.0) & in_frame(found, BORDER_PX), :2]
     if not len(pixels):
@@ -111,11 +121,11 @@ def _in_frame(pose: Pose, points: np.ndarray) -> np.ndarray:
 
 
 def _turned(pose: Pose, seen: np.ndarray, may_tilt: bool) -> Iterator[Pose]:
-    """Yield the pose turned to the middle of what is seen, with the camera as it is, then tilted."""
+    """Yield the pose turned to the middle of the seen points (n, 3), with the camera as it is, then tilted."""
     middle = np.median(seen, axis=0)
     middle = seen[int(np.argmin(np.linalg.norm(seen - middle, axis=1)))]
     yaw = yaw_towards(pose.position, Vec3(*(float(value) for value in middle)))
-    if abs(turn_between(pose.rotation, yaw)) < 1.0:
+    if abs(turn_between(pose.rotation, yaw)) < FACED_DEG:
         yaw = pose.rotation
     turned = pose.model_copy(update={"rotation": yaw})
     yield turned

@@ -1,4 +1,4 @@
-"""How many points of a thing are seen from a place, looked for no further than an answer needs."""
+"""Counts of a thing's points that are visible from a place, tested only as far as a question needs."""
 
 from collections.abc import Callable, Iterator, Sequence
 
@@ -7,24 +7,24 @@ import numpy as np
 from vigil.base.geometry import Vec3
 
 BATCHES = 4
-"""Points are looked for in so many goes, each of them spread over the whole thing."""
+"""Number of batches in which points are tested, each of them spread over the whole thing."""
 SEEN_POINTS = 6
-"""At least so many points of a thing are seen from a place that sees enough of it."""
+"""Least number of a thing's points that are visible from a place that sees enough of it."""
 
 
 class PointCount:
-    """How many of some points are seen, known between two bounds."""
+    """The number of visible points of a thing, known between two bounds."""
 
     def __init__(self, points: np.ndarray, sees: Callable[[np.ndarray], np.ndarray]) -> None:
-        """`sees` tells which of some of the points (n, 3) are seen; it is asked about each of them once at most."""
+        """Count points (n, 3); `sees` returns which of some points are visible, and gets each at most once."""
         self._portions = [points[first::BATCHES] for first in range(min(BATCHES, len(points)))]
         self._sees = sees
         self._left = len(points)
         self.seen = 0
-        """Of the points looked for so far."""
+        """Number of visible points among those tested so far."""
 
     def is_at_least(self, least: float) -> bool:
-        """Whether so many points are seen."""
+        """Return whether at least `least` points are visible."""
         while self.seen < least <= self.seen + self._left:
             portion = self._portions.pop()
             self.seen += int(self._sees(portion).sum())
@@ -35,7 +35,7 @@ class PointCount:
 def places_seeing_enough(
     places: Sequence[Vec3], count_at: Callable[[Vec3], PointCount], share: float
 ) -> Iterator[Vec3]:
-    """Yield the places that see `SEEN_POINTS` of a thing, and a share of what the best of them sees."""
+    """Yield the places that see at least `SEEN_POINTS` points and a share of the number that the best place sees."""
     counts = [count_at(place) for place in places]
     best = 0
     for count in counts:

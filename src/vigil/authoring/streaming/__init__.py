@@ -1,1 +1,1 @@
-"""Streaming: validated episodes in new houses without end, for training."""
+"""Streaming: an endless sequence of validated episodes in new houses, for training."""

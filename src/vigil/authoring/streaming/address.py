@@ -1,4 +1,4 @@
-"""The address of a stream, `stream:SEED` or `stream:SEED@VERSION`, and the version of what streams are made by."""
+"""The address of a stream, `stream:SEED` or `stream:SEED@VERSION`, and the version of the code that makes streams."""
 
 import re
 
@@ -13,23 +13,23 @@ _ADDRESS = re.compile(rf"{STREAM}(?P<seed>\d{{1,40}})(?:@(?P<version>[\d.]+))?",
 
 
 def stream_version() -> str:
-    """Return the versions that a stream's bytes depend on: of houses, shapes, rules and drafts, e.g. `5.4.3.4`."""
+    """Return the versions of houses, shapes, rules and drafts, on which a stream's bytes depend, e.g. `5.4.3.4`."""
     return f"{GENERATOR_VERSION}.{SHAPES_VERSION}.{RULES_VERSION}.{DRAFTS_VERSION}"
 
 
 def is_stream(address: object) -> bool:
-    """Whether something is meant as the address of a stream, and not as a pack's name or folder."""
+    """Return whether a value is the address of a stream, not a pack's name or folder."""
     return isinstance(address, str) and address.startswith(STREAM)
 
 
 def seed_in(address: str) -> int:
     """Return the seed of the stream at an address.
 
-    Raises SettingError on one that is malformed, or names another version than this package's.
+    Raises SettingError if the address is malformed or its version is not that of this package.
     """
     match = _ADDRESS.fullmatch(address)
     if match is None:
-        raise SettingError(f"Stream {address!r}: expected {STREAM}SEED, e.g. {STREAM}7, the seed a number from 0 on.")
+        raise SettingError(f"Stream {address!r}: expected {STREAM}SEED with a seed of 0 or more, e.g. {STREAM}7.")
     asked, here = match["version"], stream_version()
     if asked is not None and asked != here:
         raise SettingError(
@@ -40,10 +40,10 @@ def seed_in(address: str) -> int:
 
 
 def address_of(seed: int) -> str:
-    """Return the address of a stream as this package makes it, with its version."""
+    """Return the address of a stream with this package's version."""
     return f"{STREAM}{seed}@{stream_version()}"
 
 
 def hidden_address_of(seed: int) -> str:
-    """Return what stands for the address of a stream whose seed is secret: the same for the same stream."""
+    """Return a text in place of the address of a stream with a secret seed; equal streams have equal texts."""
     return f"{STREAM}{secret_name(seed, 'secret', b'')}@{stream_version()}"

@@ -1,8 +1,8 @@
 """Background processes that make the houses of a stream ahead of its reader.
 
-A process that is killed is started again and asked for the same house, which it makes the same. None outlives its
-reader: `close` ends them, and so do the collection of the pool as garbage, the end of the interpreter and, because
-their input ends then, a SIGKILL of the reader's process.
+A process that was killed is started again and makes the same house again. Processes do not outlive their reader:
+`close` ends them, as do the garbage collection of the pool and the end of the interpreter. A SIGKILL of the reader's
+process also ends them, because it ends their input.
 """
 
 import os
@@ -20,14 +20,14 @@ from vigil.authoring.streaming.houses import StreamHouse, StreamSettings
 from vigil.errors import SimulatorError
 
 MAX_DEATHS = 3
-"""Processes that may end over one house before the stream gives up."""
+"""Number of processes that end while they make one house after which the stream gives up."""
 
 _Job = tuple[int, "Future[StreamHouse]"]
 _Jobs = queue.SimpleQueue[_Job | None]
 
 
 class HousePool:
-    """So many processes, which make houses in the order in which they are asked for."""
+    """A pool of processes that make houses in the order of the requests."""
 
     def __init__(self, settings: StreamSettings, workers: int) -> None:
         self._jobs: _Jobs = queue.SimpleQueue()
@@ -37,37 +37,37 @@ class HousePool:
             threading.Thread(target=_serve, args=(process, self._jobs), daemon=True).start()
 
     def pids(self) -> list[int]:
-        """Return the ids of the processes that run."""
+        """Return the ids of the running processes."""
         return [pid for process in self._processes if (pid := process.pid) is not None]
 
     def ask(self, number: int) -> "Future[StreamHouse]":
-        """Return the future of a house. It raises SimulatorError when several processes ended over it."""
+        """Return the future of a house. It raises SimulatorError if `MAX_DEATHS` processes ended while they made it."""
         future: Future[StreamHouse] = Future()
         self._jobs.put((number, future))
         return future
 
     def close(self) -> None:
-        """Ends the processes at once; what is under way is lost."""
+        """End the processes immediately; houses in the making are lost."""
         self._end()
 
 
 class _Process:
-    """One background process, started when it is needed."""
+    """One background process, started on demand."""
 
     def __init__(self, settings: StreamSettings) -> None:
         self._settings = settings
         self._lock = threading.Lock()
-        """Of the two below."""
+        """Lock of `_process` and `_is_closed`."""
         self._process: subprocess.Popen[bytes] | None = None
         self._is_closed = False
 
     @property
     def pid(self) -> int | None:
-        """Its id; None when it does not run."""
+        """Id of the process; None if it does not run."""
         return None if self._process is None else self._process.pid
 
     def house(self, number: int) -> StreamHouse:
-        """Return a house of the stream. Raises SimulatorError, or what making it raised."""
+        """Return a house of the stream. Raises the error of making it, or SimulatorError if processes ended."""
         for _ in range(MAX_DEATHS):
             answer = self._asked(self._running(), number)
             if isinstance(answer, Exception):
@@ -77,11 +77,11 @@ class _Process:
             self._end()
         raise SimulatorError(
             f"House {number} of stream {self._settings.label}: {MAX_DEATHS} background processes ended while they "
-            "made it. Is there enough memory? Each takes some 500 MB."
+            "made it. Check that there is enough memory; each process takes about 500 MB."
         )
 
     def close(self) -> None:
-        """Ends the process for good."""
+        """End the process, and refuse to start another one."""
         with self._lock:
             self._is_closed = True
         self._end()
@@ -102,7 +102,7 @@ class _Process:
             return self._process
 
     def _asked(self, process: "subprocess.Popen[bytes]", number: int) -> Any:
-        """Return what a process answers; None when it ended instead."""
+        """Return a process's answer; None if it ended instead."""
         assert process.stdin is not None
         assert process.stdout is not None
         try:
@@ -123,7 +123,7 @@ class _Process:
 
 
 def _close(pipe: Any) -> None:
-    """Closes a pipe; what could not be written to a process that is gone does not matter."""
+    """Close a pipe; unwritten data for a process that has ended does not matter."""
     try:
         pipe.close()
     except OSError:
@@ -131,7 +131,7 @@ def _close(pipe: Any) -> None:
 
 
 def _serve(process: _Process, jobs: _Jobs) -> None:
-    """Makes what is asked for, one after the other, until None is asked for."""
+    """Have a process do the jobs one after the other, until a job is None."""
     while (job := jobs.get()) is not None:
         number, future = job
         if future.set_running_or_notify_cancel():

@@ -1,4 +1,4 @@
-"""The families that a stream can hold: those that something drafts, also registered ones."""
+"""The families that a stream can hold: those of the package and registered ones that have kinds and grades."""
 
 import os
 
@@ -8,7 +8,10 @@ from vigil.protocol.families import FAMILIES, PACKAGED_FAMILIES, Family
 
 
 def families_of_stream(asked: tuple[Family, ...], workers: int) -> tuple[Family, ...]:
-    """Return the families of a stream: those asked for, or all that can be drafted. Raises SettingError."""
+    """Return the families of a stream: those asked for, or all that can be drafted.
+
+    Raises SettingError if one cannot be drafted, or is not known to the stream's background processes.
+    """
     drafted = [
         family for family, spec in FAMILIES.items() if spec.kinds and (spec.grading or spec.stratum == "target_size")
     ]
@@ -22,7 +25,7 @@ def families_of_stream(asked: tuple[Family, ...], workers: int) -> tuple[Family,
     custom = [family for family in chosen if family not in PACKAGED_FAMILIES]
     if custom and workers and ENVIRONMENT_VARIABLE not in os.environ:
         raise SettingError(
-            f"Family {', '.join(custom)} is registered in this process alone; background processes do not know it. "
+            f"Family {', '.join(custom)} is registered only in this process; background processes do not know it. "
             f"Have every process import what registers it ({ENVIRONMENT_VARIABLE}=MODULE), make the houses in this "
             "one (workers 0), or ask for the package's families."
         )

@@ -1,10 +1,11 @@
-"""The first so many episodes of a stream as the folder of a pack.
+"""The first N episodes of a stream as the folder of a pack.
 
-What is made is kept beside the folder, house by house, so that the same command goes on after an interruption, and with
-a larger count adds to the folder: its episodes are then those that one command would have written, to the byte.
+A file next to the folder holds the houses made so far. The same command thus continues after an interruption, and with
+a larger count it adds to the folder. The episodes are then, to the byte, those that one command would have written.
 """
 
 import shutil
+from collections import Counter
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing
 from pathlib import Path
@@ -16,10 +17,10 @@ import vigil
 from vigil.authoring.packing.assemble import FACTS
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.streaming.address import address_of, hidden_address_of
-from vigil.authoring.streaming.difficulty import Difficulty, difficulty_of
+from vigil.authoring.streaming.difficulty import Difficulty
 from vigil.authoring.streaming.houses import StreamHouse
 from vigil.authoring.streaming.stream import Stream, StreamItem, items_in
-from vigil.base.json_lines import AppendFile, Line, dump_line, parse_line
+from vigil.base.json_lines import AppendFile, dump_line, parse_line
 from vigil.errors import SettingError
 from vigil.housegen.document import generators_of
 from vigil.packs.files import MANIFEST
@@ -29,18 +30,18 @@ from vigil.packs.private import SEED_SHA256, seed_sha256
 from vigil.protocol.families import Family
 from vigil.protocol.house import canonical_json
 
-ADVICE = "Remove it; it is made anew."
+ADVICE = "Remove the file; it is made again."
 OnItem = Callable[[int], None]
-"""Is told how many episodes there are."""
+"""A function that gets the number of episodes so far."""
 
 
 class StreamHeader(BaseModel):
-    """Which part of which stream a file or a pack holds."""
+    """The part of a stream that a file or a pack holds."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     stream: str
-    """Its address, with the versions that made it."""
+    """Address of the stream with its version."""
     families: tuple[Family, ...]
     difficulties: tuple[Difficulty, ...]
     first: int
@@ -48,7 +49,7 @@ class StreamHeader(BaseModel):
 
 
 def header_of(stream: Stream) -> StreamHeader:
-    """Return which stream it is."""
+    """Return the header for files and packs of a stream."""
     asked = stream.settings
     return StreamHeader(
         stream=hidden_address_of(asked.seed) if asked.is_seed_secret else address_of(asked.seed),
@@ -60,9 +61,10 @@ def header_of(stream: Stream) -> StreamHeader:
 
 
 def write_stream(out: Path, stream: Stream, count: int, on_item: OnItem = lambda episodes: None) -> Pack:
-    """Writes the first `count` episodes into `out`, new, empty, or holding fewer of the same ones; returns the pack.
+    """Write the first `count` episodes into the folder `out`, and return the pack.
 
-    Raises SettingError when the folder holds something else or the stream ends before, RecordError, SimulatorError.
+    The folder may be missing, empty, or hold fewer episodes of the same stream. Raises SettingError if it holds
+    anything else or the stream ends earlier, RecordError if a file cannot be written, SimulatorError.
     """
     header = header_of(stream)
     is_grown = _check_folder(out, header, count)
@@ -80,9 +82,9 @@ def write_stream(out: Path, stream: Stream, count: int, on_item: OnItem = lambda
 
 
 def cached_houses(path: Path, stream: Stream) -> Generator[StreamHouse, None, None]:
-    """Yield the houses of a stream: those in the file, then new ones, each of which is written down before.
+    """Yield the houses of a stream: those in the file, then new ones, each of which is first appended to the file.
 
-    Raises SettingError when the file holds another stream's.
+    Raises SettingError if the file is invalid or holds houses of another stream.
     """
     header = header_of(stream)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -91,8 +93,8 @@ def cached_houses(path: Path, stream: Stream) -> Generator[StreamHouse, None, No
         if not lines:
             file.truncate(0)
             file.append(dump_line(header))
-        elif _header(lines[0], path) != header:
-            raise SettingError(f"{str(path)!r} holds another stream's houses, or other families'. {ADVICE}")
+        elif parse_line(lines[0], StreamHeader, str(path), ADVICE, SettingError) != header:
+            raise SettingError(f"{str(path)!r} holds houses of another stream, or of other settings. {ADVICE}")
         known = [parse_line(line, StreamHouse, str(path), ADVICE, SettingError) for line in lines[1:]]
         yield from known
         rest = stream.after(len(known))
@@ -103,12 +105,11 @@ def cached_houses(path: Path, stream: Stream) -> Generator[StreamHouse, None, No
                     yield house
 
 
-def _header(line: Line, path: Path) -> StreamHeader:
-    return parse_line(line, StreamHeader, str(path), ADVICE, SettingError)
-
-
 def _check_folder(out: Path, header: StreamHeader, count: int) -> bool:
-    """Return whether the folder is there and can be added to. Raises SettingError when it holds something else."""
+    """Return whether the folder holds a pack to which episodes can be added.
+
+    Raises SettingError if it holds another pack, more episodes, or other files.
+    """
     if not (out / MANIFEST).is_file():
         check_can_freeze(out, out.name)
         return False
@@ -122,7 +123,7 @@ def _check_folder(out: Path, header: StreamHeader, count: int) -> bool:
 
 
 def _seed_facts(out: Path, stream: Stream) -> dict[str, Any]:
-    """Return the hash of a secret seed, which makes the pack private; nothing of any other: the address tells it."""
+    """Return the manifest's entry with the hash of a secret seed, which makes the pack private; empty for others."""
     asked = stream.settings
     return {SEED_SHA256: seed_sha256(out.name, asked.seed)} if asked.is_seed_secret else {}
 
@@ -138,7 +139,7 @@ def _freeze(
     meta: dict[str, Any] = {
         "stream": header.model_dump(mode="json"),
         "house_generator": generators_of(houses.values()),
-        "difficulties": _counted(items),
+        "difficulties": dict(sorted(Counter(item.difficulty for item in items).items())),
         "vigil": vigil.__version__,
         **seed_facts,
     }
@@ -160,8 +161,3 @@ def _freeze(
         shutil.rmtree(out)
     whole.rename(out)
     return Pack.load(out)
-
-
-def _counted(items: Sequence[StreamItem]) -> dict[str, int]:
-    found = [difficulty_of(item.draft) for item in items]
-    return {each: found.count(each) for each in dict.fromkeys(sorted(found))}

@@ -1,7 +1,7 @@
-"""One house of a stream, with all its episodes: a function of the stream's seed, the house's number and the filters.
+"""One house of a stream with its episodes, which depend on the stream's seed, the house's number and the filters only.
 
-A house asks for all families at once: what is costly, to make the house and to load it, is done once for some thirty
-episodes. Which families and difficulties are wanted only leaves episodes out; it changes none.
+All families are drafted in each house, since making and loading the house is expensive. The wanted families and
+difficulties only leave out episodes; they do not change any.
 """
 
 import hashlib
@@ -26,30 +26,30 @@ from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.house import House, canonical_json
 
 PER_HOUSE, TRIED = 4, 8
-"""Episodes kept, and drafts validated, of each family in each house, shared out among its kinds."""
+"""Greatest numbers of valid drafts and of validated drafts of each family in each house, divided among its kinds."""
 KINDS_TRIED = 5
-"""Of a family with more kinds, a house is asked for every second one, and the next house perhaps for the others."""
+"""Greatest number of a family's kinds that are proposed in one house; the house's name selects which."""
 TRIED_STARTS = 24
-"""Places tried for one start: fewer than where a pack is drafted once and for all."""
+"""Number of places tried for one start; fewer than for packs, so that houses are made quickly."""
 FIRST_HOUSE_SEED = 2**32
-"""Seeds of a stream's houses begin here; `vigil pack make` and the packaged packs have lower ones."""
+"""Least seed of a stream's houses; `vigil pack make` and the packaged packs have lower ones."""
 SEED_BYTES = 6
 PACKAGED = "it is a house of a packaged pack"
 
 
 @dataclass(frozen=True, slots=True)
 class StreamSettings:
-    """Which episodes."""
+    """Settings of a stream: its seed, and the families and difficulties that are wanted."""
 
     seed: int
     families: tuple[Family, ...] = tuple(FAMILIES)
     difficulties: tuple[Difficulty, ...] = DIFFICULTIES
     is_seed_secret: bool = False
-    """Whether no house and no episode is to tell anything of the seed."""
+    """Whether houses and episodes must not reveal the seed."""
 
     @property
     def label(self) -> str:
-        """What messages call the stream."""
+        """Name of the stream in messages."""
         return "of a secret seed" if self.is_seed_secret else str(self.seed)
 
 
@@ -59,24 +59,24 @@ class StreamHouse(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     number: int
-    """Its place in the stream, from 0."""
+    """Position in the stream, from 0."""
     name: str
     document: dict | None
-    """The house; None when it is left out."""
+    """The house's document; None if the house is left out."""
     drafts: tuple[Draft, ...] = ()
     left_out: str = ""
-    """Why there is no house: it is one of a packaged pack, or its seed yields none."""
+    """Reason why the house is left out: a packaged pack holds it, or it cannot be made; else empty."""
 
     @property
     def house(self) -> House:
-        """The house of the drafts."""
+        """The house of the drafts; it must not be left out."""
         assert self.document is not None
         return House(self.name, self.document)
 
 
 @cache
 def packaged_houses() -> frozenset[str]:
-    """Return the SHA-256 of the files of all houses in packs that come with the package."""
+    """Return the SHA-256 of the files of all houses in packaged packs."""
     return frozenset(
         sha256
         for name in packaged_names()
@@ -86,12 +86,12 @@ def packaged_houses() -> frozenset[str]:
 
 
 def is_packaged(house: House) -> bool:
-    """Whether a house stands in a pack that comes with the package, to the byte."""
+    """Return whether a packaged pack holds exactly this house."""
     return hashlib.sha256(canonical_json(house.data) + b"\n").hexdigest() in packaged_houses()
 
 
 def source_of(settings: StreamSettings, number: int) -> GeneratedHouse:
-    """Return the house at a place in a stream, not made yet."""
+    """Return the source of the house at a position of a stream."""
     spec = MIXED[number % len(MIXED)]
     if settings.is_seed_secret:
         return secret_house(settings.seed, number, spec)
@@ -100,7 +100,7 @@ def source_of(settings: StreamSettings, number: int) -> GeneratedHouse:
 
 
 class StreamHouseMaker:
-    """Makes houses of one stream, on a simulator of its own."""
+    """A maker of the houses of one stream, with its own simulator."""
 
     def __init__(self, settings: StreamSettings) -> None:
         self._settings = settings
@@ -116,13 +116,13 @@ class StreamHouseMaker:
         if house is None or is_packaged(house):
             why = PACKAGED if house else next(line.message for line in lines if isinstance(line, Rejection))
             return StreamHouse(number=number, name=source.name, document=None, left_out=why)
-        drafts = [self._named(line, number) for line in lines if isinstance(line, Draft)]
+        drafts = [self._with_stream_id(line, number) for line in lines if isinstance(line, Draft)]
         wanted = [draft for draft in drafts if difficulty_of(draft) in self._settings.difficulties]
         ordered = tuple(sorted(wanted, key=lambda draft: draft.episode.id))
         return StreamHouse(number=number, name=house.name, document=house.data, drafts=ordered)
 
-    def _named(self, draft: Draft, number: int) -> Draft:
-        """Return a draft under an id that says where in which stream it is; in a house its own hash orders it."""
+    def _with_stream_id(self, draft: Draft, number: int) -> Draft:
+        """Return a draft with an id that names stream, version and house; a secret seed's drafts remain as they are."""
         if self._settings.is_seed_secret:
             return draft
         episode = draft.episode
@@ -133,7 +133,7 @@ class StreamHouseMaker:
 
 
 def _with_less_search(propose: Proposer) -> Proposer:
-    """Return a proposer that searches less: for fewer starts, and in turn for some kinds of families with many."""
+    """Return a proposer that tries fewer starts, and only some kinds of families with many."""
 
     def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode | Rejection]]]:
         context.tried_starts = TRIED_STARTS

@@ -1,11 +1,11 @@
-"""The stream: validated episodes with their houses, without end, the same for the same seed.
+"""The stream: an endless sequence of validated episodes with their houses, which depends on the seed only.
 
     with Stream(7, families=("PG", "SV"), difficulties=("easy",), workers=2) as stream:
         for item in stream:
             item.episode, item.house, item.solution
 
-Houses are made ahead of the reader by background processes and handed on in order, so that neither their number nor
-their speed shows in what is read.
+Background processes make houses ahead of the reader, and the stream yields them in order. The episodes thus do not
+depend on the number or speed of the processes.
 """
 
 from collections import deque
@@ -28,9 +28,9 @@ from vigil.protocol.families import Family
 from vigil.protocol.house import House
 
 HOUSES_AHEAD = 2
-"""Houses that are being made or wait to be read, for each background process."""
+"""Number of houses in the making or waiting to be read, for each background process."""
 MAX_HOUSES_WITHOUT_EPISODE = 40
-"""Houses in a row without a wanted episode after which a stream gives up."""
+"""Number of successive houses without a wanted episode after which a stream gives up."""
 
 
 @dataclass(frozen=True)
@@ -38,32 +38,33 @@ class StreamItem:
     """One episode of a stream."""
 
     number: int
-    """Its place in what is read, from 0."""
+    """Position among the episodes read, from 0."""
     house_number: int
-    """The place of its house in the stream."""
+    """Position of its house in the stream, from 0."""
     draft: Draft
     house: House
 
     @property
     def episode(self) -> Episode:
-        """The episode; its id tells the stream, its version and the house's number."""
+        """The episode; its id names the stream, its version and the house's number unless the seed is secret."""
         return self.draft.episode
 
     @property
     def difficulty(self) -> Difficulty:
-        """How difficult it is."""
+        """The episode's difficulty."""
         return difficulty_of(self.draft)
 
     @cached_property
     def solution(self) -> Solution:
-        """Actions that solve it, replayed under the contract when it was validated."""
+        """Actions that solve the episode; validation has replayed them."""
         return Solution(episode_id=self.episode.id, actions=self.draft.actions)
 
 
 class Stream:
-    """Episodes of some families and difficulties, in the houses from `first` on, up to `last` (excluded) if given.
+    """A stream of episodes of some families and difficulties.
 
-    Each iteration begins at the first house. `close`, or the end of a `with` block, ends the background processes.
+    It covers the houses from number `first` up to `last` (excluded; None: without end). Each iteration begins at the
+    first house. `close`, or the end of a `with` block, ends the background processes.
     """
 
     def __init__(
@@ -77,14 +78,15 @@ class Stream:
         workers: int = 1,
         is_seed_secret: bool = False,
     ) -> None:
-        """Nothing is made before it is read; 0 `workers` make houses in this process. Raises SettingError.
+        """Make a stream; houses are made when it is read.
 
-        Of a secret seed no house and no episode tells anything.
+        Without `families` or `difficulties` it has all of them. With 0 `workers`, houses are made in this process.
+        With `is_seed_secret`, houses and episodes do not reveal the seed. Raises SettingError.
         """
         if first < 0 or (last is not None and last <= first):
             raise SettingError(f"Houses {first} to {last} of a stream: expected 0 <= FIRST < END.")
         if seed < 0 or workers < 0:
-            raise SettingError(f"A stream's seed ({seed}) and number of workers ({workers}) are 0 or more.")
+            raise SettingError(f"A stream's seed ({seed}) and number of workers ({workers}) must be 0 or more.")
         self.settings = StreamSettings(
             seed, families_of_stream(families, workers), difficulties or DIFFICULTIES, is_seed_secret
         )
@@ -102,22 +104,25 @@ class Stream:
         return self.items()
 
     def items(self) -> Generator[StreamItem, None, None]:
-        """Yield the episodes, as iteration does. Raises SettingError when none fits in many houses, SimulatorError."""
+        """Yield the episodes, as iteration does.
+
+        Raises SettingError if many successive houses have no wanted episode, SimulatorError if a house cannot be made.
+        """
         with closing(self.houses()) as houses:
             yield from items_in(houses)
 
     def houses(self) -> Generator[StreamHouse, None, None]:
-        """Yield house after house, those without a wanted episode too. Raises as `items` does."""
-        barren = 0
-        with closing(self._made()) as made:
+        """Yield the houses, also those without a wanted episode. Raises as `items` does."""
+        without_episode = 0
+        with closing(self._made_houses()) as made:
             for house in made:
-                barren = 0 if house.drafts else barren + 1
-                if barren >= MAX_HOUSES_WITHOUT_EPISODE:
+                without_episode = 0 if house.drafts else without_episode + 1
+                if without_episode >= MAX_HOUSES_WITHOUT_EPISODE:
                     raise SettingError(self._nothing_found())
                 yield house
 
     def after(self, houses: int) -> "Stream | None":
-        """Return the same stream without its first houses; None when nothing is left of it."""
+        """Return the stream without its first `houses` houses; None if no house is left."""
         first, asked = self.first + houses, self.settings
         if self.last is not None and first >= self.last:
             return None
@@ -132,15 +137,15 @@ class Stream:
         )
 
     def worker_pids(self) -> list[int]:
-        """Return the ids of the background processes that run."""
+        """Return the ids of the running background processes."""
         return [pid for pool in self._pools for pid in pool.pids()]
 
     def close(self) -> None:
-        """Ends the background processes; who still reads is told that the stream is closed."""
+        """End the background processes; iterations that go on raise SimulatorError."""
         for pool in self._pools:
             pool.close()
 
-    def _made(self) -> Generator[StreamHouse, None, None]:
+    def _made_houses(self) -> Generator[StreamHouse, None, None]:
         numbers = iter(range(self.first, self.last)) if self.last is not None else count(self.first)
         if not self._workers:
             maker = StreamHouseMaker(self.settings)
@@ -170,7 +175,7 @@ class Stream:
 
 
 def items_in(houses: Iterable[StreamHouse]) -> Iterator[StreamItem]:
-    """Yield the episodes of houses, in their order."""
+    """Yield the episodes of houses in their order, numbered from 0."""
     number = 0
     for made in houses:
         house = made.house if made.drafts else None

@@ -1,7 +1,7 @@
-"""A background process of a stream: it makes the houses that it is asked for, one at a time.
+"""A background process of a stream: it makes the requested houses, one at a time.
 
-It is asked on its standard input and answers on its standard output. When the process that asks is gone, however it
-ended, the input ends, and so does this process, in the middle of a house too.
+Requests come on its standard input, and answers go to its standard output. When the requesting process ends, for
+whatever reason, the input ends and this process ends too, even while it makes a house.
 """
 
 import os
@@ -20,10 +20,10 @@ Asked = tuple[StreamSettings, int]
 
 
 def main() -> None:
-    """Serves until the input ends."""
+    """Answer requests until the input ends."""
     import_modules_from_environment()
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as answers:
-        os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints is no answer
+        os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints must not be read as an answer
         asked: queue.SimpleQueue[Asked] = queue.SimpleQueue()
         threading.Thread(target=_listen, args=(sys.stdin.buffer, asked), daemon=True).start()
         makers: dict[StreamSettings, StreamHouseMaker] = {}
@@ -31,7 +31,7 @@ def main() -> None:
             settings, number = asked.get()
             if settings not in makers:
                 makers = {settings: StreamHouseMaker(settings)}
-            pickle.dump(_made(makers[settings], number), answers)
+            pickle.dump(_house_or_error(makers[settings], number), answers)
             answers.flush()
 
 
@@ -43,12 +43,12 @@ def _listen(requests: BinaryIO, asked: "queue.SimpleQueue[Asked]") -> None:
             os._exit(0)
 
 
-def _made(maker: StreamHouseMaker, number: int) -> StreamHouse | VigilError:
+def _house_or_error(maker: StreamHouseMaker, number: int) -> StreamHouse | VigilError:
     try:
         return maker.made(number)
     except VigilError as error:
         return error
-    except Exception:  # noqa: BLE001 - told to who asked
+    except Exception:  # noqa: BLE001 - sent to the requesting process
         return SimulatorError(f"House {number} of the stream could not be made:\n{traceback.format_exc(limit=-8)}")
 
 
