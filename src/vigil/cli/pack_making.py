@@ -31,7 +31,7 @@ from vigil.authoring.packing.recipes import (
     recipe_of,
     sources_of,
 )
-from vigil.authoring.packing.verify import VerificationSettings, house_batches
+from vigil.authoring.packing.verify import VerificationSettings, episode_tasks, house_batches
 from vigil.authoring.review.reviews import Review, read_reviews
 from vigil.cli.arguments import Robust, SeedFile
 from vigil.cli.making.closure import (
@@ -239,7 +239,7 @@ def _levels(
         return None
     pool = [each for each in candidates(files, given, kept) if each.episode.family in pack_request.families]
     solved = {candidate.episode.id: candidate.draft.actions for candidate in pool}
-    work = house_batches([candidate.episode for candidate in pool], solved, house_finder(files))
+    work = house_batches(episode_tasks([each.episode for each in pool], solved), house_finder(files))
     with progress("levels") as show:
         return {found.episode_id: found for found in measured_levels(work, verification, show)}
 

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterable
 from contextlib import ExitStack, closing
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +14,7 @@ import typer
 from rich.table import Table
 
 from vigil.assets.database import AssetDatabase
-from vigil.authoring.closure.verify import verify_closure
+from vigil.authoring.closure.verify import SuiteVerifier, suite_tasks
 from vigil.authoring.packing.compare import compare
 from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
 from vigil.authoring.packing.starter import build_starter
@@ -21,9 +22,8 @@ from vigil.authoring.packing.verify import VerificationSettings, verify_pack
 from vigil.authoring.review.compare_backends import KINDS, BackendComparison, compare_backends
 from vigil.authoring.review.validate import Finding
 from vigil.cli.arguments import AsJson, PackArgument, Robust
-from vigil.cli.progress import ShowProgress, progress
+from vigil.cli.progress import progress
 from vigil.cli.text import console, print_notes
-from vigil.errors import SettingError
 from vigil.packs.names import other_names, version_words
 from vigil.packs.pack import Pack, Selection, find_pack, manifest_of, manifest_sha256, packaged_names
 from vigil.packs.private import is_private
@@ -145,11 +145,14 @@ def verify(
     """Example: vigil pack verify starter"""
     loaded, database = _with_assets(pack, assets)
     with progress("verify") as show:
+        settings = VerificationSettings(backend, database, worker_count(workers), robust)
+        suite = {}
         if loaded.manifest.suite == SUITE:
-            findings = _verify_closure(loaded, log, backend, database, show)
-        else:
-            settings = VerificationSettings(backend, database, worker_count(workers), robust)
-            findings = verify_pack(loaded, settings, log, lambda now: show(now.done, now.of, f"{now.faulty} faulty"))
+            make_verifier = partial(SuiteVerifier, loaded.manifest.versions.rules)
+            suite = {"tasks": suite_tasks(loaded), "make_verifier": make_verifier}
+        findings = verify_pack(
+            loaded, settings, log, lambda now: show(now.done, now.of, f"{now.faulty} faulty"), **suite
+        )
     for finding in findings:
         print(finding)
     for (family, rule), count in sorted(_faulty_of(loaded, findings).items()):
@@ -173,15 +176,6 @@ def _faulty_of(pack: Pack, findings: Iterable[Finding]) -> Counter[tuple[Family,
     family_of = {episode.id: episode.family for episode in pack.episodes}
     broken = {(found.episode_id, found.rule) for found in findings}
     return Counter((family_of[name], rule) for name, rule in broken)
-
-
-def _verify_closure(
-    pack: Pack, log: Path | None, backend: str, assets: AssetDatabase, show: ShowProgress
-) -> list[Finding]:
-    if log is not None:
-        raise SettingError("--log keeps single episodes, and twins are verified together. Leave it out for this pack.")
-    with closing(make_simulator(backend, assets=assets)) as simulator:
-        return verify_closure(pack, simulator, lambda done, of, faulty: show(done, of, f"{faulty} faulty"))
 
 
 def compare_back_ends(

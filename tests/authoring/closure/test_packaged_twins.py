@@ -1,10 +1,12 @@
 """Packaged twins: played alike, and held to the rules of their time."""
 
 from copy import copy
+from functools import partial
 
 import pytest
 
-from vigil.authoring.closure.verify import verify_closure
+from vigil.authoring.closure.verify import SuiteVerifier, suite_tasks
+from vigil.authoring.packing.verify import VerificationSettings, verify_pack
 from vigil.authoring.review.validate import Validator
 from vigil.packs.pack import Pack
 from vigil.scoring.closure import PAIRED, ClosureAnswer, ClosureOutcome, Kind, closure_answers, score_closure
@@ -47,10 +49,11 @@ def test_the_actions_of_one_side_close_no_packaged_pair_knowingly(
 
 
 def test_what_lies_elsewhere_is_verified_by_the_rules_of_its_time(
-    pack: Pack, answers: dict[str, ClosureAnswer], simulator: PrivilegedSimulator
+    pack: Pack, answers: dict[str, ClosureAnswer]
 ) -> None:
     pairs = {answer.pair for answer in answers.values() if answer.reason == "elsewhere"}
     part = copy(pack)
     part.episodes = tuple(episode for episode in pack.episodes if answers[episode.id].pair in pairs)
     assert len(part.episodes) == 2 * len(pairs) > 0
-    assert verify_closure(part, simulator) == []
+    make = partial(SuiteVerifier, pack.manifest.versions.rules)
+    assert verify_pack(part, VerificationSettings(), tasks=suite_tasks(part), make_verifier=make) == []

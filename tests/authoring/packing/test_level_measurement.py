@@ -9,7 +9,7 @@ import pytest
 from vigil.authoring.drafting.drafts import Draft, DraftFacts, DraftsFile, FamilyDone, Header
 from vigil.authoring.packing.assemble import Candidate, PackRequest, assemble, select
 from vigil.authoring.packing.level_measurement import measured_levels, pack_levels
-from vigil.authoring.packing.verify import VerificationSettings, house_batches
+from vigil.authoring.packing.verify import VerificationSettings, episode_tasks, house_batches
 from vigil.errors import EpisodeError
 from vigil.packs.freeze import freeze
 from vigil.packs.pack import Pack
@@ -50,7 +50,7 @@ def test_workers_make_no_difference(small: Pack) -> None:
 
 
 def test_what_has_no_solution_has_no_level(small: Pack) -> None:
-    work = house_batches(small.episodes[:1], {}, small.house_of)
+    work = house_batches(episode_tasks(small.episodes[:1], {}), small.house_of)
     assert measured_levels(work, VerificationSettings()) == []
 
 

@@ -5,7 +5,13 @@ from pathlib import Path
 import pytest
 
 from vigil.authoring.packing.compare import compare
-from vigil.authoring.packing.verify import VerificationProgress, VerificationSettings, key_of, verify_pack
+from vigil.authoring.packing.verify import (
+    VerificationProgress,
+    VerificationSettings,
+    VerificationTask,
+    key_of,
+    verify_pack,
+)
 from vigil.authoring.review import robustness
 from vigil.authoring.review.rules import RULES, Rule
 from vigil.errors import RecordError
@@ -51,18 +57,19 @@ def test_a_log_of_the_quick_verification_says_nothing_of_robustness(
     small: Pack, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     episode = small.episodes[0]
-    actions = small.solutions[episode.id].actions
+    task = VerificationTask((episode,), (small.solutions[episode.id].actions,))
     quick, robust = VerificationSettings(), VerificationSettings(is_robust=True)
-    assert key_of(episode, actions, quick) != key_of(episode, actions, robust)
-    assert key_of(episode, actions, quick) == key_of(episode, actions, VerificationSettings(workers=2))
+    assert key_of(task, quick) != key_of(task, robust)
+    assert key_of(task, quick) == key_of(task, VerificationSettings(workers=2))
 
 
 def test_a_log_says_nothing_of_rules_that_were_not_there(small: Pack, monkeypatch: pytest.MonkeyPatch) -> None:
     episode = small.episodes[0]
-    before = key_of(episode, None, VerificationSettings())
+    task = VerificationTask((episode,), (None,))
+    before = key_of(task, VerificationSettings())
     for families in (["CR"], [episode.family]):
         monkeypatch.setitem(RULES, "another", Rule(families.__contains__, "of another version", lambda case: iter(())))
-        assert (key_of(episode, None, VerificationSettings()) == before) == (episode.family not in families)
+        assert (key_of(task, VerificationSettings()) == before) == (episode.family not in families)
 
 
 def test_a_log_is_continued(small: Pack, tmp_path: Path) -> None:

@@ -8,8 +8,8 @@ import time
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Future
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice
 from typing import Protocol
 
@@ -33,7 +33,7 @@ from vigil.authoring.drafting.house_context import AUTHOR, HouseContext
 from vigil.authoring.drafting.sources import HouseSource
 from vigil.authoring.language.sentences import Forms
 from vigil.authoring.review.validate import Validator
-from vigil.base.processes import worker_pool
+from vigil.base.processes import map_in_workers
 from vigil.errors import EpisodeError, HouseError, SettingError
 from vigil.protocol.actions import Action, Report
 from vigil.protocol.episode import Episode
@@ -174,18 +174,11 @@ def _house_results(
     proposer: tuple[str, Proposer] | None,
     make_worker: Callable[[GenerationSettings], "DraftWorker"],
 ) -> Iterator[HouseResult]:
-    if proposer is not None or workers == 1 or len(units) < 2:
-        generator = DraftGenerator(settings, proposer[1]) if proposer else make_worker(settings)
-        for unit in units:
-            yield generator.work(*unit)
-        return
-    with worker_pool(workers, _begin_worker, settings, make_worker) as pool:
-        futures: list[Future[HouseResult]] = [pool.submit(_work_here, *unit) for unit in units]
-        try:
-            for future in futures:
-                yield future.result()
-        finally:
-            pool.shutdown(cancel_futures=True)
+    if proposer is not None:
+        make, workers = partial(DraftGenerator, settings, proposer[1]), 1  # a proposer that asks a model stays here
+    else:
+        make = partial(make_worker, settings)
+    yield from map_in_workers(make, _work, units, workers)
 
 
 class DraftWorker(Protocol):
@@ -201,16 +194,8 @@ def grammar_worker(settings: GenerationSettings) -> DraftWorker:
     return DraftGenerator(settings, grammar_proposer(settings))
 
 
-_workers: list[DraftWorker] = []
-"""The draft worker of this worker process."""
-
-
-def _begin_worker(settings: GenerationSettings, make_worker: Callable[[GenerationSettings], DraftWorker]) -> None:
-    _workers.append(make_worker(settings))
-
-
-def _work_here(source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
-    return _workers[0].work(source, families)
+def _work(worker: DraftWorker, unit: WorkUnit) -> HouseResult:
+    return worker.work(*unit)
 
 
 def grammar_proposer(settings: GenerationSettings) -> Proposer:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from vigil.authoring.drafting.drafts import DraftsFile, house_in
 from vigil.authoring.packing.assemble import Candidate, CandidateCheck
-from vigil.authoring.packing.verify import OnVerified, VerificationSettings, findings_of
+from vigil.authoring.packing.verify import OnVerified, VerificationSettings, episode_tasks, findings_of
 from vigil.authoring.review.validate import Finding
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
@@ -33,7 +33,7 @@ def candidate_checker(
     def check(chosen: Sequence[Candidate]) -> dict[str, list[Finding]]:
         episodes = [candidate.episode for candidate in chosen]
         solved = {candidate.episode.id: candidate.draft.actions for candidate in chosen}
-        results = findings_of(episodes, solved, house_of, settings, log, on_verified)
+        results = findings_of(episode_tasks(episodes, solved), house_of, settings, log, on_verified)
         return {result.episode_id: result.faults for result in results if result.findings}
 
     return check

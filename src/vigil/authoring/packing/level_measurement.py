@@ -1,11 +1,10 @@
 """Levels of many episodes, measured on their recorded solutions, house by house, in worker processes."""
 
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future
+from collections.abc import Callable, Sequence
 
 from vigil.authoring.packing.episode_measures import measures_of_episode
-from vigil.authoring.packing.verify import HouseBatch, VerificationSettings, house_batches
-from vigil.base.processes import worker_pool
+from vigil.authoring.packing.verify import HouseBatch, VerificationSettings, house_batches, pack_tasks
+from vigil.base.processes import map_in_workers
 from vigil.packs.pack import Pack
 from vigil.protocol.house import House
 from vigil.scoring.levels import EpisodeLevel, grade_episode
@@ -19,53 +18,27 @@ def pack_levels(
     pack: Pack, settings: VerificationSettings, on_measured: OnMeasured = lambda done, of: None
 ) -> list[EpisodeLevel]:
     """Return the level of each of a pack's episodes that has a recorded solution, sorted by id."""
-    solved = {name: solution.actions for name, solution in pack.solutions.items()}
-    return measured_levels(house_batches(pack.episodes, solved, pack.house_of), settings, on_measured)
+    return measured_levels(house_batches(pack_tasks(pack), pack.house_of), settings, on_measured)
 
 
 def measured_levels(
     work: Sequence[HouseBatch], settings: VerificationSettings, on_measured: OnMeasured = lambda done, of: None
 ) -> list[EpisodeLevel]:
     """Return the level of each episode that has a solution, sorted by id."""
-    total = sum(len(batch.episodes) for batch in work)
+    total = sum(len(batch.tasks) for batch in work)
     found: list[EpisodeLevel] = []
-    for batch in _batches(work, settings):
+    for batch in map_in_workers(settings.simulator, _measure, work, settings.workers):
         found += batch
         on_measured(len(found), total)
     return sorted(found, key=lambda each: each.episode_id)
 
 
-def _batches(work: Sequence[HouseBatch], settings: VerificationSettings) -> Iterator[list[EpisodeLevel]]:
-    if settings.workers == 1 or len(work) < 2:
-        simulator = settings.simulator()
-        for batch in work:
-            yield _measure(simulator, batch)
-        return
-    with worker_pool(settings.workers, _begin_worker, settings) as pool:
-        futures: list[Future[list[EpisodeLevel]]] = [pool.submit(_measure_here, batch) for batch in work]
-        try:
-            for future in futures:
-                yield future.result()
-        finally:
-            pool.shutdown(cancel_futures=True)
-
-
-_simulators: list[PrivilegedSimulator] = []
-"""The simulator of this worker process."""
-
-
-def _begin_worker(settings: VerificationSettings) -> None:
-    _simulators.append(settings.simulator())
-
-
-def _measure_here(batch: HouseBatch) -> list[EpisodeLevel]:
-    return _measure(_simulators[0], batch)
-
-
 def _measure(simulator: PrivilegedSimulator, batch: HouseBatch) -> list[EpisodeLevel]:
     house = House(batch.name, batch.document)
     simulator.load(house)
-    solved = ((episode, actions) for episode, actions in batch.episodes if actions is not None)
+    solved = ((task.episodes[0], task.solutions[0]) for task in batch.tasks)
     return [
-        grade_episode(episode, measures_of_episode(simulator, episode, house, actions)) for episode, actions in solved
+        grade_episode(episode, measures_of_episode(simulator, episode, house, actions))
+        for episode, actions in solved
+        if actions is not None
     ]
