@@ -1,8 +1,8 @@
-"""From records to your own table: how long an agent goes on after the goal holds, by family.
+"""From records to your own table: how many steps an agent takes after the goal holds, by family.
 
     python examples/custom_table.py runs/gpt-4o runs/qwen --out report    # folders of runs, as for `vigil report`
 
-The same rows twice: as a pandas table, printed; and as a table of the report, in all its formats, after the others.
+The script prints the rows as a pandas table, and with `--out` writes them as a table of the report, after the others.
 """
 
 import argparse
@@ -24,7 +24,7 @@ def overtime(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def overtime_table(found: Study) -> Table:
-    """Return the mean over all families as a table of the report: a row a run."""
+    """Return the mean over all families as a table of the report, with a row per run."""
     rows = []
     for entry in found.entries:
         steps = entry.run.rows["steps"] - entry.run.rows["first_goal_step"]

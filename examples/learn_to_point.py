@@ -1,18 +1,18 @@
 """A small network learns to point: cloned from demonstrations of a stream, then improved on B by playing.
 
     pip install 'vigil-bench[gymnasium]'
-    pip install torch --index-url https://download.pytorch.org/whl/cpu      # for processors alone; 200 MB, not 3 GB
+    pip install torch --index-url https://download.pytorch.org/whl/cpu      # for processors only; 200 MB, not 3 GB
     python examples/learn_to_point.py --out runs/pointing
 
-Pointing (family PG) takes two replies: a click on the thing that the instruction names, and a report of success. The
-network reads the frame, shrunk to 160 x 120, and the instruction's words, and draws its click from a map of 40 x 30
+Pointing (family PG) takes two replies: a click on the object that the instruction names, and a report of success. The
+network reads the frame, shrunk to 160 x 120, and the instruction's words, and samples its click from a map of 40 x 30
 places.
 
 1. `vigil demos` writes what the solver saw and answered in houses of a stream; the network learns to click there.
-2. In other houses it plays: of each episode several clicks are drawn from its map, and B is their reward. What earned
-   it is made likelier; of an episode in which nothing has earned it yet, what did not is made less likely.
-3. In houses that neither of the two has seen it clicks on the best place of its map. Chance clicks anywhere on the same
-   frames, and the solver plays the same episodes.
+2. In other houses it plays: for each episode several clicks are sampled from its map, and B is their reward. Clicks
+   that earned B become likelier; in an episode in which no click has earned it yet, those tried become less likely.
+3. In houses that neither step has used it clicks on the best place of its map. For comparison, a random policy clicks
+   anywhere on the same frames, and the solver plays the same episodes.
 """
 
 import argparse
@@ -42,20 +42,20 @@ from vigil.scoring.rates import wilson
 
 def read_options() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, required=True, help="folder; what it holds already is taken from there")
-    parser.add_argument("--demos", type=int, default=400, help="episodes that are demonstrated (400)")
-    parser.add_argument("--played", type=int, default=500, help="episodes to play (500)")
-    parser.add_argument("--tested", type=int, default=300, help="episodes to test on (300)")
+    parser.add_argument("--out", type=Path, required=True, help="folder for results; finished parts in it are reused")
+    parser.add_argument("--demos", type=int, default=400, help="number of demonstrated episodes (400)")
+    parser.add_argument("--played", type=int, default=500, help="number of episodes to play (500)")
+    parser.add_argument("--tested", type=int, default=300, help="number of episodes to test on (300)")
     parser.add_argument("--epochs", type=int, default=20, help="passes over the demonstrations (20)")
     parser.add_argument("--every", type=int, default=10, help="epochs between tests (10)")
     parser.add_argument("--rounds", type=int, default=2, help="rounds of play (2)")
-    parser.add_argument("--processes", type=int, default=2, help="that play (2)")
-    parser.add_argument("--seed", type=int, default=0, help="of the network and its clicks (0)")
+    parser.add_argument("--processes", type=int, default=2, help="number of processes that play (2)")
+    parser.add_argument("--seed", type=int, default=0, help="random seed of the network and its clicks (0)")
     return parser.parse_args()
 
 
 if __name__ == "__main__":
-    GIVEN = read_options()  # before the libraries that learn are imported: --help is for those without them, too
+    GIVEN = read_options()  # before the learning libraries are imported, so that --help works without them
 
 try:
     import gymnasium
@@ -65,7 +65,7 @@ try:
 
     import vigil.integrations.gymnasium  # noqa: F401 - registers Vigil-v0
 except ModuleNotFoundError as error:
-    raise SystemExit(f"{error.name} is not installed. The head of this file says how to get it.") from None
+    raise SystemExit(f"{error.name} is not installed. The docstring of this file says how to install it.") from None
 
 STREAM = "stream:21"
 FAMILY = ("--family", "PG", "--difficulty", "easy", "--difficulty", "medium")
@@ -77,7 +77,7 @@ BATCH = 32
 DRAWS = 6
 """Number of clicks drawn for each episode in a round of play."""
 PASSES = 6
-"""Over all episodes, after each round."""
+"""Number of passes over all episodes after each round of play."""
 REPORT = json.dumps({"skill_name": "report", "arguments": {"status": "success", "summary": "I clicked on it."}})
 
 CHUNK = 8

@@ -3,7 +3,7 @@
     python examples/new_agent.py                                                          # plays three episodes
     vigil run --pack vigil_smoke --agent 'exec:python examples/new_agent.py --program'    # the same as a run
 
-It sees only the instruction and the frames, so it has to notice by itself that a wall is in the way. When it
+It sees only the instruction and the frames, so it must notice from them that a wall is in the way. When it
 cannot do a task, it reports an honest `fail`.
 """
 
@@ -18,7 +18,7 @@ from PIL import Image
 import vigil
 
 STILL = 1.0
-"""Mean change of a colour, of 255, below which nothing has moved."""
+"""Mean change of a colour value (0 to 255) below which two frames count as equal."""
 WALKS = 5
 
 
@@ -42,7 +42,7 @@ class Walker:
 
 
 def serve(agent: Walker) -> None:
-    """Answer observations on standard input, one JSON object a line (docs/agents.md)."""
+    """Answer observations on standard input, one JSON object per line (docs/agents.md)."""
     for line in sys.stdin:
         message = json.loads(line)
         if message["type"] == "start":

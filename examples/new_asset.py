@@ -1,9 +1,9 @@
-"""A new category of thing, made in code: a desk globe, which can be picked up.
+"""A new category of object, made in code: a desk globe, which can be picked up.
 
     python examples/new_asset.py --out globe.png
 
-Registers the category with its maker, finds a generated house that has one, asks for it in an episode, and has the
-solver take it. `--out` draws it.
+The script registers the category with its maker, finds a generated house that has a globe, drafts an episode about
+it, and plays the episode with the solver. `--out` draws the globe.
 """
 
 import argparse
@@ -58,7 +58,7 @@ register(GLOBE, globe)
 
 
 def house_with_a_globe() -> vigil.House:
-    """Return the first generated house that has a globe: the generator goes by the catalogue."""
+    """Return the first generated house that has a globe; the generator uses the catalogue."""
     houses = (vigil.generate_house(seed, "bedroom") for seed in range(40))
     return next(house for house in houses if "DeskGlobe|" in str(house.data["objects"]))
 
@@ -68,7 +68,7 @@ def main() -> None:
     options.add_argument("--out", type=Path, help="picture of the globe, as PNG")
     given = options.parse_args()
     house, assets = house_with_a_globe(), AssetDatabase.default()
-    simulator = make_simulator("fake", assets=assets)  # rays alone: no picture is needed to play
+    simulator = make_simulator("fake", assets=assets)  # only rays: the solver does not need pictures
     context = HouseContext(simulator, house, np.random.default_rng(0))
     print(f"{house.name}: {len(mismatches_of(simulator.scene(), house, assets))} things are not as the house asks")
     episode = next(draft for draft in acting(context, "pick") if "globe" in draft.instruction)

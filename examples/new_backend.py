@@ -1,4 +1,4 @@
-"""A new back end: the embedded simulator with a noisy camera, checked as every back end is.
+"""A new back end: the embedded simulator with a noisy camera, checked like every back end.
 
     python examples/new_backend.py
 
@@ -22,7 +22,7 @@ from vigil.sim.engines.mujoco.engine import MujocoEngine
 
 
 class NoisyCamera(EmbeddedSimulator):
-    """Adds Gaussian noise to every frame."""
+    """The embedded simulator with Gaussian noise in every frame."""
 
     def __init__(self, engine: Engine, spread: float = 12.0) -> None:
         super().__init__(engine, AssetDatabase.default())

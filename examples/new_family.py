@@ -2,8 +2,8 @@
 
     python examples/new_family.py
 
-Registers the family, drafts an episode of it in a generated house, checks it by the rules of all packs, and plays it
-with the solver and with an agent that claims success at once.
+The script registers the family, drafts an episode of it in a generated house, checks it by the rules of all packs,
+and plays it with the solver and with an agent that claims success immediately.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ from vigil.sim import make_simulator
 
 
 def drafts(context: HouseContext):
-    """Yield episodes that start where the thing to be approached is out of view, whichever way one turns."""
+    """Yield episodes that start where the object to approach is out of view, whichever way the agent turns."""
     for thing in context.things(lambda thing: not thing.is_structure and 0.4 < max(thing.asset.size) < 1.9):
         for place in context.starts(context.away_from(thing, 2.5, 12.0), tried=20):
             if not context.is_visible_from(place, thing):
@@ -58,7 +58,7 @@ def first_valid(simulator, house: vigil.House) -> Episode:
 
 def main() -> None:
     house = vigil.generate_house(12, "3")
-    simulator = make_simulator("fake", assets=AssetDatabase.default())  # rays alone: no picture is needed here
+    simulator = make_simulator("fake", assets=AssetDatabase.default())  # only rays: this does not need pictures
     with Env(simulator, lambda episode: house, vigil.Profile()) as env:
         episode = first_valid(simulator, house)
         print(episode.instruction)

@@ -124,7 +124,7 @@ def thor_actions() -> str:
     """Return AI2-THOR's actions: which the engine has, and what they lack."""
     had = [(f"`{name}`", "◧" if action.lacks else "■", action.lacks) for name, action in ACTIONS.items()]
     missing = [(f"`{name}`", "□", reason) for name, reason in MISSING.items()]
-    return _markdown(("action", "", "what THOR does besides, or why it is not here"), sorted(had + missing))
+    return _markdown(("action", "", "what THOR does in addition, or why the action is missing"), sorted(had + missing))
 
 
 def thor_differences() -> str:

@@ -176,10 +176,10 @@ def _write(compared: list[DistributionComparison], tables: list[str], counts: di
         "# Generated houses and real ones, in numbers",
         "",
         f"{counts['own']} generated one-room houses (generator version {GENERATOR_VERSION}) against {counts['real']}",
-        "one-room houses of ProcTHOR: cumulative distributions, dotted lines at the medians. Counted are the",
-        f"{counts['kinds']} kinds of things that at least {LEAST_SHARE:.0%} of the real houses have; the share of",
+        "one-room houses of ProcTHOR, as cumulative distributions with dotted lines at the medians. They count the",
+        f"{counts['kinds']} kinds of objects that at least {LEAST_SHARE:.0%} of the real houses have; the share of",
         "floor covered counts all furniture. The aim: medians within 25 % and a KS distance under 0.25.",
-        "Written by `scripts/house_statistics.py`.",
+        "`scripts/house_statistics.py` writes this page.",
         "",
         "![Rooms: area, objects, types, floor covered, small things](houses/statistics_rooms.png)",
         "",
@@ -198,24 +198,24 @@ def _write(compared: list[DistributionComparison], tables: list[str], counts: di
 
 REASONS = """## Where they differ, and why
 
-Real houses are the lower bound of how full a generated one is: on every kind of furniture lies about as much as in
-real houses, and a room has more things, of more types. So the rows that miss the aim do so upwards:
+Generated houses are at least as full as real ones: every kind of furniture carries about as many objects as in
+real houses, and a room has more objects, of more types. So the rows that miss the aim are above it:
 
 - **Objects, types and small things of rooms.** A generated room has furniture that real one-room houses seldom have
-  (coffee tables, desks, two side tables at a bed, stoves, wall cabinets), with as much on each piece as real ones; and
-  it repeats fewer things than real rooms do (a second pencil, a second book), so that an instruction names one thing:
-  as many things are of more types.
-- **All countertops of a kitchen.** A real one-room kitchen has one large countertop; a generated one has one or two,
-  the second mostly an island, and each holds about what a real one does.
+  (coffee tables, desks, two side tables at a bed, stoves, wall cabinets), with as many objects on each piece as in
+  real ones. It repeats fewer objects than real rooms do (a second pencil, a second book), so that an instruction
+  can name one object; the same number of objects therefore has more types.
+- **All countertops of a kitchen.** A real one-room kitchen has one large countertop; a generated one has one or
+  two, the second mostly an island, and each holds about what a real one does.
 
-What is not compared:
+The page does not compare:
 
-- **Other states.** The real one-room houses state nothing else. Generated ones also say what stands open (boxes,
-  books, laptops, curtains, drawers and doors of furniture), what else is on, and which dishes are dirty: episodes ask
-  for it.
+- **Other states.** The real one-room houses do not give other states. Generated ones also say what is open (boxes,
+  books, laptops, curtains, drawers and doors of furniture), what else is on, and which dishes are dirty, because
+  episodes need it.
 - **Other kinds.** Generated houses also have what ProcTHOR's one-room houses lack: stoves, sinks, wall cabinets,
-  shelves, mirrors, light switches, ceiling lamps, rugs, curtains. Bathrooms are not compared: there are no real one-
-  room ones.
+  shelves, mirrors, light switches, ceiling lamps, rugs, curtains. Bathrooms are not compared, because there are no
+  real one-room bathrooms.
 """
 
 

@@ -43,13 +43,14 @@ def main() -> None:
     lines = [
         "# Gallery",
         "",
-        "Pictures of episodes, states, things and houses, each with the command that made it; `make pictures` makes "
-        "them all.",
+        "This page shows episodes, states, objects and houses, each with the command that made the picture; `make "
+        "pictures` makes them all.",
         "",
         "## Where an episode of each family starts",
         "",
-        "From the starter pack, by `python scripts/pictures.py`; an agent sees exactly these frames. Of the first "
-        f"{TRIED} episodes of a family it is the one whose frame shows most; some start before a wall.",
+        "These frames of the starter pack were made by `python scripts/pictures.py`; an agent sees exactly the same "
+        f"frames. Of the first {TRIED} episodes of a family, the page shows the one whose frame shows most, because "
+        "some start in front of a wall.",
         "",
     ]
     for family, spec in FAMILIES.items():
@@ -64,7 +65,7 @@ def main() -> None:
     lines += [
         "## What interactions change",
         "",
-        "Before and after one action of a recorded solution, by the same command.",
+        "The pictures show a frame before and after one action of a recorded solution, made by the same command.",
         "",
     ]
     for intent in CHANGES:
@@ -86,9 +87,9 @@ def main() -> None:
 def _other_sections() -> list[str]:
     """Return the part of the page whose pictures other commands draw."""
     lines = [
-        "## Things",
+        "## Objects",
         "",
-        "One variant of each category, in each of its states ([assets](assets.md)):",
+        "These pictures show one variant of each category, in each of its states ([assets](assets.md)):",
         "",
         CATALOG,
         "",
@@ -100,7 +101,8 @@ def _other_sections() -> list[str]:
         "",
         "## Houses",
         "",
-        "By `python scripts/house_pictures.py`; each is the house of a seed ([houses](houses.md)).",
+        "`python scripts/house_pictures.py` makes these pictures; each shows the house of a seed "
+        "([houses](houses.md)).",
         "",
     ]
     for path in _files("houses", "*_plan.jpg"):
@@ -109,15 +111,25 @@ def _other_sections() -> list[str]:
     lines += [
         "## Packs",
         "",
-        "Ten episodes of each family with their start frames ([packs](packs.md#eighty-of-the-thousand)).",
+        "These sheets show ten episodes of each family with their first frames "
+        "([packs](packs.md#eighty-of-the-thousand)).",
         "",
         SHEET,
         "",
     ]
     lines += [f"[{family}](packs/{family}.webp)" + " ·" * (family != "CR") for family in FAMILIES]
     lines += ["", "![Ten episodes of Approach and Interact](packs/AI.webp)", "", "## Endings", ""]
-    lines += ["By `python scripts/concepts.py`: [concepts](concepts.md).", "", "## Pages", ""]
-    return [*lines, "By `python scripts/web_pictures.py`: [the pages](web.md).", ""]
+    lines += [
+        "[Concepts](concepts.md) shows how episodes end; `python scripts/concepts.py` makes its pictures.",
+        "",
+        "## Pages",
+        "",
+    ]
+    return [
+        *lines,
+        "[The pages](web.md) has pictures of the web pages; `python scripts/web_pictures.py` makes them.",
+        "",
+    ]
 
 
 def _files(folder: str, pattern: str = "*.jpg") -> list[Path]:

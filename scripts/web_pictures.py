@@ -27,7 +27,7 @@ ROOT = Path(__file__).parents[1]
 OUT, RUNS = ROOT / "docs" / "web", ROOT / "runs" / "web"
 AGENTS = ("solver", "premature", "never_report", "random")
 EPISODE = "vigil_desklamp_seed106"
-SPONGE_XY = (183, 306)
+MICROWAVE_XY = (350, 150)
 """Where the picture of a person's play shows what the task is about."""
 PORT = 8470
 PATIENCE_MS = 120_000
@@ -151,7 +151,7 @@ def take_play(browser: Browser) -> None:
             page.wait_for_selector("html[data-answers='1']")
             page.keyboard.press("Enter")
             page.wait_for_selector("html[data-answers='2']")
-            page.click("#picture", position={"x": SPONGE_XY[0], "y": SPONGE_XY[1]})
+            page.click("#picture", position={"x": MICROWAVE_XY[0], "y": MICROWAVE_XY[1]})
             save_screenshot(page, OUT / "play.jpg")
 
 

@@ -241,10 +241,10 @@ class TestFrames:
         last = env.step(WALK)
         assert stale is not None
         assert last is not None
-        with pytest.raises(RuntimeError, match="moved on"):
+        with pytest.raises(RuntimeError, match="has changed"):
             _ = stale.rgb
         env.step(DONE)
-        with pytest.raises(RuntimeError, match="moved on"):
+        with pytest.raises(RuntimeError, match="has changed"):
             _ = last.rgb
 
     def test_a_frame_of_an_episode_that_broke_off_or_gave_way_to_another_is_refused(self):
@@ -252,10 +252,10 @@ class TestFrames:
         first = env.reset(episode())
         env.fail("model", "gone")
         assert first is not None
-        with pytest.raises(RuntimeError, match="moved on"):
+        with pytest.raises(RuntimeError, match="has changed"):
             _ = first.rgb
         env.reset(episode(id="other"))
-        with pytest.raises(RuntimeError, match="moved on"):
+        with pytest.raises(RuntimeError, match="has changed"):
             _ = first.rgb
 
 

@@ -119,4 +119,4 @@ def test_the_options_of_the_training_are_explained_without_what_it_needs(tmp_pat
     assert "--demos" in helped.stdout
     assert "https://download.pytorch.org/whl/cpu" in helped.stdout
     begun = subprocess.run([*words, "--out", "x"], env=environment, capture_output=True, text=True, check=False)
-    assert begun.stderr == "torch is not installed. The head of this file says how to get it.\n"
+    assert begun.stderr == "torch is not installed. The docstring of this file says how to install it.\n"

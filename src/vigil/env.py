@@ -98,7 +98,7 @@ class Env:
         Raises RuntimeError if no episode is in progress.
         """
         if self._episode is None or self._initial is None or self._end is not None:
-            raise RuntimeError("Env.step: no episode is going on. Call reset first.")
+            raise RuntimeError("Env.step: no episode has been started. Call reset first.")
         parsed = parse_reply(reply, self.profile.coordinates, self.profile.reply_policy)
         try:
             frame_sha256 = self._frame_sha256()
@@ -216,7 +216,9 @@ class Env:
 
         def draw() -> np.ndarray:
             if self._episode is not episode or self._end is not None or len(self._steps) != moment:
-                raise RuntimeError("Observation.rgb: the world has moved on; look at a frame before the next step.")
+                raise RuntimeError(
+                    "Observation.rgb: the world has changed since; look at a frame before the next step."
+                )
             return self._simulator.frame()
 
         return draw

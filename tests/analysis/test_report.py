@@ -177,7 +177,7 @@ def test_why_a_run_fell_short_stands_above_the_numbers_in_every_format(mixed: St
     assert any("`NR`" in sentence or "`honest_fail`" in sentence for sentence in data["causes"][run])
     for name, numbers in (("report.html", "<table"), ("report.md", "## Findings"), ("report.tex", r"\input{")):
         text = (tmp_path / name).read_text(encoding="utf-8")
-        assert text.index("Why episodes were no verified success") < text.index(numbers)
+        assert text.index("Why episodes were not verified successes") < text.index(numbers)
 
 
 def test_the_page_shows_figures_and_findings_and_folds_the_rest(mixed: Study):
@@ -493,11 +493,11 @@ def test_the_reasons_of_invalid_replies_stand_below_their_table(write: Write) ->
         read_runs([write("fine"), write("garbled", small_records(lambda f: EpisodeScript(f, False, "IL")))])
     )
     notes = TABLES["invalid_replies"](garbled).notes
-    said = [note for note in notes if "no action" in note]
+    said = [note for note in notes if "not actions" in note]
     assert len(said) == 1
     fraction = garbled.entries[1].run.rows
     invalid = int((fraction["protocol_failures"] + fraction["malformed_actions"]).sum())
-    assert f"of the replies are no action ({invalid} " in said[0]
+    assert f"of the replies are not actions ({invalid} " in said[0]
 
 
 def test_what_really_answered_stands_beside_what_was_asked_for(write: Write) -> None:

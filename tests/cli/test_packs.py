@@ -125,7 +125,7 @@ def test_a_secret_seed_makes_a_pack_in_one_command_that_continues(tmp_path: Path
     assert vigil(*made, "--out", tmp_path / "b").exit_code == 0
     assert Pack.load(tmp_path / "b").episodes == pack.episodes
     again = vigil(*made, "--out", tmp_path / "a")
-    assert "is not empty" in str(again.exception)
+    assert "is not an empty folder" in str(again.exception)
 
 
 def test_a_pack_is_made_from_house_files(tmp_path: Path) -> None:

@@ -75,7 +75,7 @@ def test_a_dry_run_says_costs_at_the_prices_given(vigil: Vigil, command: tuple[s
 def test_a_run_of_an_agent_that_tells_no_tokens_has_no_cost(vigil: Vigil, command: tuple[str | Path, ...]) -> None:
     said = vigil(*command, "--agent", "noop", "--limit", "1", "--prices", "2.5,10")
     assert said.code == 0
-    assert "Cost so far: not known: no reply in the records tells its tokens." in said.out
+    assert "Cost so far: not known: no reply in the records reports its tokens." in said.out
     assert "cost" not in said.err
 
 
@@ -89,7 +89,7 @@ def test_what_was_there_before_and_what_was_torn_is_told(
     path.write_bytes(path.read_bytes()[:-100])
     again = vigil(*command, "--agent", "noop")
     assert (again.code, again.err.splitlines()[0].split(":")[0]) == (0, "noop")
-    assert "Played before, and not again: 3 of 4 episodes." in again.out
+    assert "Played before, and not played again: 3 of 4 episodes." in again.out
     assert f"interrupted while it wrote a row; the partial row is in {path}.partial-1." in again.out
 
 
@@ -107,8 +107,8 @@ def test_what_was_no_action_and_what_was_wrong_is_said_with_the_table(
     vigil: Vigil, command: tuple[str | Path, ...], tmp_path: Path
 ) -> None:
     ran = vigil(*command, "--agent", "malformed", "--limit", "1").out
-    assert "malformed: 100% of the replies are no action" in ran
-    assert "no_object); none would parse leniently. `vigil view` shows what was replied" in ran
+    assert "malformed: 100% of the replies are not actions" in ran
+    assert "no_object); none would parse leniently. `vigil view` shows the replies" in ran
     shutil.rmtree(tmp_path / "run")
     vigil(*command, "--agent", "always_success", "--limit", "1")
     scored = vigil("score", tmp_path / "run").out
@@ -186,7 +186,7 @@ def test_an_interrupted_run_says_so_and_leaves_no_program_behind(
     running.send_signal(signal.SIGINT)
     said = running.communicate(timeout=HANGS_AFTER_S)[1]
     assert running.returncode == 130
-    assert said.endswith("Interrupted. What a run has recorded is kept; the same command goes on with it.\n")
+    assert said.endswith("Interrupted. What a run has recorded is kept; the same command continues it.\n")
     assert "Traceback" not in said
     with pytest.raises(ProcessLookupError):
         os.kill(int(pid.read_text()), 0)

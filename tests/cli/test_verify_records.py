@@ -36,8 +36,10 @@ def test_records_are_checked_without_a_simulator(vigil: Vigil, run: Path, monkey
     monkeypatch.setattr("vigil.runner.verify_run.SimulatorPool", None)  # a call would raise
     said = vigil("verify", run, "--records-only")
     assert said.code == 0, said.err
-    assert "2 records: identities, prompts, budgets and ends hold, replies were read again: 0 differences" in said.out
-    assert "Not checked, since that needs the simulator (fake/1): poses, states" in said.out
+    assert (
+        "2 records: identities, prompts, budgets and ends are consistent, replies were parsed again: 0 differences"
+    ) in said.out
+    assert "Not checked, because it needs the simulator (fake/1): poses, states" in said.out
 
 
 def test_an_action_that_its_reply_does_not_say_is_a_difference(vigil: Vigil, run: Path) -> None:
@@ -48,7 +50,7 @@ def test_an_action_that_its_reply_does_not_say_is_a_difference(vigil: Vigil, run
     said = vigil("verify", run, "--records-only")
     assert said.code == 1
     assert f"step {step['index']}: action: recorded Navigate(" in said.out
-    assert "replies were read again: 1 differences" in said.out
+    assert "replies were parsed again: 1 differences" in said.out
 
 
 def test_frames_need_a_simulator(vigil: Vigil, run: Path) -> None:

@@ -178,7 +178,7 @@ def test_the_same_run_gives_the_same_files(write: Write, tmp_path: Path) -> None
 @pytest.mark.parametrize("kind", ["privileged", "scripted", "human", "exec"])
 def test_who_is_no_model_is_refused(write: Write, tmp_path: Path, kind: Any) -> None:
     run = write("a", agent="solver", kind=kind)
-    with pytest.raises(SettingError, match="has results of models"):
+    with pytest.raises(SettingError, match="has only results of models"):
         exported(tmp_path / "out", write("b"), run, force=True)
     assert not (tmp_path / "out").exists()
 

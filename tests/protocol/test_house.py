@@ -66,7 +66,7 @@ def test_objects_come_with_their_parents_and_the_start_lies_on_the_floor(data):
     ]  # fmt: skip
     assert house.start == Pose(position=Vec3(1, 0, 2), rotation=90, horizon=30)
     del data["metadata"]["agent"]["rotation"]
-    with pytest.raises(HouseError, match="is no start pose"):
+    with pytest.raises(HouseError, match="is not a start pose"):
         _ = House("h", data).start
 
 

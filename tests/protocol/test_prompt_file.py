@@ -71,12 +71,12 @@ def test_line_ends_and_byte_order_marks_do_not_make_another_variant(tmp_path: Pa
     [
         (b"", "<TASK_INSTRUCTION> is missing"),
         (b"Do it.", "<TASK_INSTRUCTION> is missing"),
-        (b"<TASK_INSTRUCTION>\n\n<TASK_INSTRUCTION>", "line 3: <TASK_INSTRUCTION> stands there a second time"),
+        (b"<TASK_INSTRUCTION>\n\n<TASK_INSTRUCTION>", "line 3: <TASK_INSTRUCTION> occurs twice"),
         (b"<TASK_INSTRUCTION>\n<GROUNDING_RULE>", "line 2: .* Did you mean '<GROUNDING_RULES>'"),
-        (b"<TASK_INSTRUCTION>\n<TARGET_ID>", "line 2: <TARGET_ID> is no placeholder"),
-        (b"<TASK_INSTRUCTION>\n\xff", "line 2: no UTF-8"),
-        (b"<TASK_INSTRUCTION>\n\n\x00", "line 3: .* is no character of a text"),
-        (b"<TASK_INSTRUCTION>" + b"x" * MAX_BYTES, "64,018 bytes are too long"),
+        (b"<TASK_INSTRUCTION>\n<TARGET_ID>", "line 2: <TARGET_ID> is not a placeholder"),
+        (b"<TASK_INSTRUCTION>\n\xff", "line 2 is not UTF-8"),
+        (b"<TASK_INSTRUCTION>\n\n\x00", "line 3: .* is not allowed in a text"),
+        (b"<TASK_INSTRUCTION>" + b"x" * MAX_BYTES, "64,018 bytes are too many"),
     ],
 )
 def test_a_bad_file_is_refused_by_name_and_line(tmp_path: Path, data: bytes, named: str) -> None:
@@ -88,5 +88,5 @@ def test_a_bad_file_is_refused_by_name_and_line(tmp_path: Path, data: bytes, nam
 
 def test_what_is_no_file_is_refused(tmp_path: Path) -> None:
     for path in (tmp_path, tmp_path / "none.txt"):
-        with pytest.raises(SettingError, match="does not exist, or is no file"):
+        with pytest.raises(SettingError, match="does not exist, or is not a file"):
             read_prompt_file(str(path))

@@ -38,7 +38,7 @@ def test_no_cost_is_made_up_where_no_tokens_are_known() -> None:
     assert PRICES.cost(Tokens()) is None
     assert (
         describe_costs(PRICES, run_of(("a", Tokens.of([None]))))
-        == "not known: no reply in the records tells its tokens"
+        == "not known: no reply in the records reports its tokens"
     )
 
 
@@ -49,7 +49,7 @@ def test_a_cost_says_how_far_it_is_known() -> None:
     )
     part = describe_costs(PRICES, run_of(("a", whole), ("b", Tokens.of([None]))))
     assert part.startswith("at least 0.60 at ")
-    assert part.endswith("; 1 of 2 replies tell none")
+    assert part.endswith("; 1 of 2 replies report none")
     said = describe_costs(None, run_of(("a", whole)))
     assert said == "200,000 input and 10,000 output tokens; --prices says what they cost"
 

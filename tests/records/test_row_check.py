@@ -75,7 +75,7 @@ def not_a_number(rows: list[Row]) -> None:
 FAULTS: dict[str, tuple[Callable[[list[Row]], None], str]] = {
     "run": (set_first(run_sha256="0" * 64), "is of another run (line 1: 'run', hash 000000000000)"),
     "versions": (set_first(versions={"rules": 9, "shapes": 2, "grammar": 2}), "was played under other versions"),
-    "episode": (set_first(episode_id="tiny-DA-999"), "is of no episode of this run"),
+    "episode": (set_first(episode_id="tiny-DA-999"), "is of an episode that this run does not have"),
     "epoch": (set_first(epoch=2), "is of an epoch that this run does not have (line 1: epoch 2 of 1)"),
     "prompt": (set_first(prompt_sha256="0" * 64), "was played with another prompt"),
     "no prompt": (set_first(prompt_sha256=""), "was played with another prompt"),
@@ -195,7 +195,7 @@ def test_what_the_protocol_brings_forth_is_not_contradicted(record: EpisodeRecor
     [
         (story(0, 5).end("fail_no_report"), "after 5 of 6 steps"),
         (story(0, 7).end("fail_no_report"), "7 steps of at most 6"),
-        (story(0, 3).end("report"), "its last action is none"),
+        (story(0, 3).end("report"), "its last action is not a report"),
         (story(2, 1).end("invalid_action_limit_exceeded"), "has 2 of more than 2"),
         (story(3, 1).end("invalid_action_limit_exceeded"), "goes on after invalid reply 3 of step 3"),
         (story(3, 3).end("fail_no_report"), "invalid replies were used up"),

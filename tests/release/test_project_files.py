@@ -33,7 +33,7 @@ def test_the_version_is_the_same_everywhere() -> None:
     assert read(ROOT / "CITATION.cff")["version"] == __version__
     newest = re.search(r"(?s)^## \[Unreleased\]\n(.*?)(?=^## \[|\Z)(?:## \[(.+?)\])?", CHANGES, re.MULTILINE)
     assert newest is not None
-    assert newest[2] == __version__ or f"What will be {__version__}" in newest[1]
+    assert newest[2] == __version__ or f"This will be {__version__}" in newest[1]
 
 
 def test_the_interpreters_are_the_same_everywhere() -> None:

@@ -126,7 +126,9 @@ def test_rows_of_unknown_episodes_do_not_count_and_a_header_is_needed(pack: Path
     rows = (tmp_path / "run" / EPISODES_FILE).read_text()
     (tmp_path / "run" / EPISODES_FILE).write_text(rows.replace("tiny-PG-001", "tiny-PG-999"))
     again = run_pack(settings(pack, tmp_path / "run", families=("PG",)))
-    assert any("is of no episode of this run (line" in note and "'tiny-PG-999'" in note for note in again.notes)
+    assert any(
+        "is of an episode that this run does not have (line" in note and "'tiny-PG-999'" in note for note in again.notes
+    )
     assert again.is_complete
     (tmp_path / "run" / HEADER_FILE).unlink()
     with pytest.raises(RecordError, match=r"without run\.json"):

@@ -73,7 +73,7 @@ def test_all_of_is_about_several_different_things(names: tuple[str, ...]):
 
 def test_all_of_is_asked_for_in_packs_of_a_suite_alone():
     asked = episode("SI", goal=ALL)
-    assert "packs of a suite alone" in protocol_faults(asked)[0]
+    assert "only in packs of a suite" in protocol_faults(asked)[0]
     assert not protocol_faults(asked, "closure")
     with pytest.raises(ValidationError, match="all_of"):
         episode("AI", goal=ALL)

@@ -5,7 +5,7 @@ from datetime import timedelta
 from typing import Any, get_args
 
 import pytest
-from builders import MALFORMED, UNPARSEABLE, WALK, RecordBuilder, episode, thing
+from builders import MALFORMED, UNPARSABLE, WALK, RecordBuilder, episode, thing
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -183,9 +183,7 @@ def test_counts():
     click = InteractPixel(intent="activate", x=5, y=5)
     story = undone().do(click, Effect(too_far=True)).do(click).do(click).do(InteractPixel(intent="pick", x=5, y=5))
     story.do(InteractPixel(intent="activate", x=5, y=6))
-    story.do(effect=Effect(path_blocked=True)).invalid(
-        UNPARSEABLE, finish_reason="length", usage=Usage(output_tokens=7)
-    )
+    story.do(effect=Effect(path_blocked=True)).invalid(UNPARSABLE, finish_reason="length", usage=Usage(output_tokens=7))
     story.invalid(MALFORMED, reply_source="library")
     story.invalid(InvalidAction(kind="protocol_failure", reason="code_fence", would_parse_leniently=True))
     outcome = score(AI, story.do(Look(direction="up", magnitude=1)).report("fail"))
@@ -193,7 +191,7 @@ def test_counts():
     assert (outcome.protocol_failures, outcome.malformed_actions, outcome.invalid) == (2, 1, 3)
     assert (outcome.truncated, outcome.would_parse_leniently, outcome.output_tokens) == (1, 1, 7)
     assert outcome.library_replies == 1
-    assert outcome.invalid_reasons == dict.fromkeys(sorted((UNPARSEABLE.reason, MALFORMED.reason, "code_fence")), 1)
+    assert outcome.invalid_reasons == dict.fromkeys(sorted((UNPARSABLE.reason, MALFORMED.reason, "code_fence")), 1)
     assert outcome.actions == {"navigate": 2, "look": 1, "interact_pixel": 5, "report": 1, "invalid": 3}
     assert sum(outcome.actions.values()) == outcome.steps
 
@@ -201,10 +199,10 @@ def test_counts():
 @pytest.mark.parametrize(
     ("invalid", "finish_reason", "count"),
     [
-        (UNPARSEABLE, "length", 1),
-        (UNPARSEABLE, "MAX_TOKENS", 1),
-        (UNPARSEABLE, "stop", 0),
-        (UNPARSEABLE, None, 0),
+        (UNPARSABLE, "length", 1),
+        (UNPARSABLE, "MAX_TOKENS", 1),
+        (UNPARSABLE, "stop", 0),
+        (UNPARSABLE, None, 0),
         (MALFORMED, "length", 0),
     ],
 )
@@ -309,7 +307,7 @@ def outcomes(draw: st.DrawFn) -> Outcome:
     for facts in draw(st.lists(FACTS, max_size=3)):
         kind = draw(st.sampled_from(["walk", "ground", "junk"]))
         if kind == "junk":
-            story.invalid(draw(st.sampled_from([UNPARSEABLE, MALFORMED])))
+            story.invalid(draw(st.sampled_from([UNPARSABLE, MALFORMED])))
         else:
             click = InteractPixel(intent="ground", x=1, y=1)
             hit = draw(st.sampled_from(["target", None]))

@@ -82,7 +82,7 @@ def test_epochs_are_rows_of_their_own_and_the_standing_row_counts():
 
 
 def test_a_record_of_a_strange_episode_is_refused():
-    with pytest.raises(RecordError, match="'pg0': not one of the 2 episodes"):
+    with pytest.raises(RecordError, match="'pg0' is not one of the 2 episodes"):
         score_run(SV, RECORDS[:1])
 
 
@@ -145,7 +145,7 @@ def test_a_run_is_complete_when_all_that_was_planned_is_scored(outcomes: int, pl
 def test_replies_of_a_library_are_counted():
     assert RunScores(verdicts(1, 1, replies=2)).library_replies == 4
     assert RunScores(()).library_replies == 0
-    assert LIBRARY_REPLIES.startswith("replies were judged as a library gave them back")
+    assert LIBRARY_REPLIES.startswith("replies were judged as a library returned them")
 
 
 @pytest.mark.parametrize(
@@ -162,10 +162,10 @@ def test_more_than_one_in_a_hundred_errors_are_many(errors: int, scored: int, ar
     [
         ([], ""),
         ([1, 1], ""),
-        ([1, 2], "1 of 2 episodes were begun more than once (more than 1 %), one of them 2 times"),
-        ([3, 1, 2], "2 of 3 episodes were begun more than once (more than 1 %), one of them 3 times"),
-        ([1] * 99 + [2], "1 of 100 episodes were begun more than once, one of them 2 times"),
-        ([1] * 98 + [2], "1 of 99 episodes were begun more than once (more than 1 %), one of them 2 times"),
+        ([1, 2], "1 of 2 episodes were started more than once (more than 1 %), one of them 2 times"),
+        ([3, 1, 2], "2 of 3 episodes were started more than once (more than 1 %), one of them 3 times"),
+        ([1] * 99 + [2], "1 of 100 episodes were started more than once, one of them 2 times"),
+        ([1] * 98 + [2], "1 of 99 episodes were started more than once (more than 1 %), one of them 2 times"),
     ],
 )
 def test_episodes_that_were_begun_again_are_told(attempts: list[int], said: str):
@@ -219,9 +219,9 @@ def test_what_was_not_planned_is_complete_as_it_is():
     assert [rates["complete"] for rates in summary["families"].values()] == ["1/1", "0/1"]
 
 
-def test_a_broken_identity_is_called_a_fault_of_vigil():
+def test_a_broken_identity_is_called_a_bug_in_vigil():
     broken = replace(score(PG[0], RECORDS[0]), B=False, label="Other")
-    with pytest.raises(RuntimeError, match=r"^Scoring broke its own identities: .+\. This is a fault of vigil\.$"):
+    with pytest.raises(RuntimeError, match=r"^Scoring broke its own identities: .+\. This is a bug in vigil\.$"):
         assert_identities([broken])
 
 
@@ -229,7 +229,7 @@ def test_a_strange_record_is_said_to_be_of_another_pack():
     with pytest.raises(RecordError) as caught:
         score_run(SV, RECORDS[:1])
     assert str(caught.value) == (
-        "Record of episode 'pg0': not one of the 2 episodes of this run. Was it recorded with another pack?"
+        "Record of episode 'pg0' is not one of the 2 episodes of this run. Was it recorded with another pack?"
     )
 
 
@@ -238,12 +238,12 @@ def test_a_strange_record_is_said_to_be_of_another_pack():
     [
         ((), ""),
         (({}, 4, 0), ""),
-        (({"not_json": 1}, 4, 0), "25% of the replies are no action (1 not_json); none would parse leniently"),
+        (({"not_json": 1}, 4, 0), "25% of the replies are not actions (1 not_json); none would parse leniently"),
         (
             ({"code_fence": 1, "not_json": 2}, 6, 1),
-            "50% of the replies are no action (2 not_json, 1 code_fence); 1 would parse leniently",
+            "50% of the replies are not actions (2 not_json, 1 code_fence); 1 would parse leniently",
         ),
-        (({"code_fence": 2}, 2, 2), "100% of the replies are no action (2 code_fence); all would parse leniently"),
+        (({"code_fence": 2}, 2, 2), "100% of the replies are not actions (2 code_fence); all would parse leniently"),
     ],
 )
 def test_replies_that_are_no_action_are_told_with_their_reasons(replies: tuple, said: str):
@@ -257,7 +257,7 @@ def test_replies_that_are_no_action_are_told_with_their_reasons(replies: tuple, 
 
 def test_reasons_add_up_over_episodes():
     outcome = replace(score(PG[0], RECORDS[0]), steps=2, invalid_reasons={"not_json": 1, "code_fence": 1})
-    assert RunScores((outcome, outcome)).invalid_replies.startswith("100% of the replies are no action (2 ")
+    assert RunScores((outcome, outcome)).invalid_replies.startswith("100% of the replies are not actions (2 ")
 
 
 def test_subtypes_are_counted_the_most_frequent_first():

@@ -20,7 +20,7 @@ NOON = datetime(2026, 1, 1, 12, tzinfo=UTC)
 HERE = Pose(position=Vec3(0.0, 0.0, 0.0), rotation=0.0, horizon=30.0)
 WALK = Navigate(mode="forward", magnitude=1)
 SUCCESS = Report(status="success", summary="")
-UNPARSEABLE = InvalidAction(kind="protocol_failure", reason="no_object")
+UNPARSABLE = InvalidAction(kind="protocol_failure", reason="no_object")
 MALFORMED = InvalidAction(kind="malformed_action", reason="unknown_skill")
 
 
@@ -59,7 +59,7 @@ class RecordBuilder:
         effect = Effect(hit=hit, hit_category=category if hit else None, near=near)
         return self.do(InteractPixel(intent="ground", x=1, y=1), effect)
 
-    def invalid(self, reason: InvalidAction = UNPARSEABLE, **reply: Any) -> "RecordBuilder":
+    def invalid(self, reason: InvalidAction = UNPARSABLE, **reply: Any) -> "RecordBuilder":
         """Add one reply that is not an action."""
         self._add(invalid=reason, world=self._changed({}), reply=Reply(text="junk", **reply))
         return self

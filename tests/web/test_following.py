@@ -88,7 +88,7 @@ def newest(text: str) -> list[str]:
 
 def test_the_counts_grow_with_the_rows(going: GoingRun, site: Site, pack: Pack) -> None:
     before = site.get("/runs/going/status").text
-    assert (state(before), tally(before)["played"]) == ("going on", f"0 of {len(pack.episodes)}")
+    assert (state(before), tally(before)["played"]) == ("in progress", f"0 of {len(pack.episodes)}")
     played = going.play(3)
     (failed,) = going.play(error="no answer")
     text = site.get("/runs/going/status").text
@@ -113,15 +113,15 @@ def test_nothing_is_sent_when_nothing_has_changed(going: GoingRun, site: Site) -
 
 def test_a_run_that_nobody_writes_is_interrupted_until_it_goes_on(going: GoingRun, site: Site) -> None:
     going.play()
-    assert state(site.get("/runs/going").text) == "going on"
-    assert 'data-state="going on"' in site.get("/").text
+    assert state(site.get("/runs/going").text) == "in progress"
+    assert 'data-state="in progress"' in site.get("/").text
     going.log.close()
     text = site.get("/runs/going").text
     assert state(text) == "interrupted"
     assert "no process writes to it" in text
     going.log = RecordLog(going.folder / "episodes.jsonl")
     going.note(ended=None)
-    assert state(site.get("/runs/going").text) == "going on"
+    assert state(site.get("/runs/going").text) == "in progress"
     going.play(len(going.waiting))
     going.log.close()
     going.note(ended=going.header.started)
@@ -185,7 +185,7 @@ def test_no_cost_is_told_of_agents_without_tokens(going: GoingRun, site: Site) -
     going.play()
     assert "Cost so far" not in site.get("/runs/going").text
     going.note(prices=PRICES)
-    assert "Cost so far: not known: no reply in the records tells its tokens." in site.get("/runs/going").text
+    assert "Cost so far: not known: no reply in the records reports its tokens." in site.get("/runs/going").text
 
 
 def wait_for(visitor: Visitor, selector: str, text: str) -> None:

@@ -81,7 +81,7 @@ def test_a_redrawn_frame_is_held_against_its_hash(
     assert "NOT equal to the recorded frame" in frame.note
     frame = first_frame(runs / "random", pack.folder, render_service)
     assert (frame.origin, frame.is_recorded) == ("redrawn", None)
-    assert "no hash" in frame.note
+    assert "does not hold a hash" in frame.note
 
 
 def test_the_page_is_told_for_each_step(bare: Path, view: Site, pack: Pack, render_service: RenderService) -> None:

@@ -22,7 +22,7 @@ def test_the_own_names_are_answered_to(name: str) -> None:
 @pytest.mark.parametrize("name", FOREIGN)
 def test_any_other_name_is_refused_with_those_that_work(name: str) -> None:
     refused = TestClient(make_site(Address())).get(STYLE, headers={"Host": name})
-    assert (refused.status_code, refused.text) == (421, "This server answers to 127.0.0.1 and localhost alone.")
+    assert (refused.status_code, refused.text) == (421, "This server answers only to 127.0.0.1 and localhost.")
 
 
 def test_with_a_token_the_token_decides() -> None:

@@ -171,9 +171,9 @@ REASONS = (
     "is of an epoch that this run does not have (line 2: epoch 2 of 1)",
     "was played with another prompt (line 3: ",
     "contradicts the protocol (line 4: it ended as fail_no_report after 1 of ",
-    "repeats one that stands (line 10: ",
-    "Line 11 of its records is not finished",
-    "1 of 4 episodes were begun more than once (more than 1 %), one of them 3 times",
+    "repeats an earlier row that counts (line 10: ",
+    "Line 11 of its records is incomplete",
+    "1 of 4 episodes were started more than once (more than 1 %), one of them 3 times",
 )
 
 

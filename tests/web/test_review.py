@@ -70,7 +70,7 @@ def test_two_reviewers_are_compared(pack: Pack, render_service: RenderService, t
                 judge(site, episode.id, verdict)
             text = site.get("/").text
     assert "4 of 8 judged by bob" in text
-    assert "4 episodes judged by both, 3 alike; Cohen's κ 0.50" in text
+    assert "4 episodes judged by both, 3 with the same verdict; Cohen's κ 0.50" in text
     disputed = text.partition("Agreement with ada")[2].partition("</section>")[0]
     assert re.findall(r'href="/episodes/([^"]+)"', disputed) == [desks["bob"].queue[1].id]
 
@@ -80,7 +80,7 @@ def test_the_queue_takes_the_families_in_turn(pack: Pack, render_service: Render
         ReviewSet.of_pack(pack), tmp_path / "reviews.jsonl", "ada", render_settings=RenderSettings("fake")
     )
     with served(make_review(session, render_service)) as site:
-        shown = re.findall(r'<th scope="row"><a href="/episodes/tiny-(\w\w)-', site.get("/").text)
+        shown = re.findall(r'<th scope="row" class="name"><a href="/episodes/tiny-(\w\w)-', site.get("/").text)
     assert shown == ["PG", "DA", "SV", "AI"] * 2
 
 

@@ -37,19 +37,19 @@ Format = Literal["md", "html", "latex", "json", "csv"]
 FORMATS: tuple[Format, ...] = get_args(Format)
 _FIGURES_IN: Mapping[str, str] = {"md": "svg", "html": "svg", "latex": "pdf"}
 """Format -> kind of its pictures; two formats share one kind, because drawing takes longest."""
-CAUSES = "Why episodes were no verified success, and what to do"
+CAUSES = "Why episodes were not verified successes, and what to do"
 LIMITS = (
     "W is what the simulator's hidden state says at the end, within the tolerances of the protocol; it does not "
     "say that the agent meant it.",
-    "B says that a reached state was closed with a matching report. It is no calibration, no self-knowledge and no "
-    "general competence: a constant report can match by chance (see the counterfactual policies).",
+    "B says that a reached state was closed with a matching report. It does not measure calibration, self-knowledge "
+    "or general competence: a constant report can match by chance (see the counterfactual policies).",
     "A label names how an episode ended, not why: FR may come from poor sight, a wrong belief or haste; NR from "
-    "persistence, a lost goal or not knowing that reporting is asked for.",
-    "The gap W - B is bounded by W: on families that are hardly ever completed a small gap says nothing (see the "
+    "persistence, a lost goal, or not knowing that a report is required.",
+    "The gap W - B is bounded by W: in families that are almost never completed a small gap says nothing (see the "
     "table 'composition').",
-    "The report is itself the instrument of measurement: an agent trained to another way of stopping is measured "
-    "through it.",
-    "One simulator, first-person RGB, no feedback: results need not carry over to other bodies, sensors or contracts.",
+    "The measurement depends on the report: it also measures how well an agent that was trained to stop in "
+    "another way uses it.",
+    "One simulator, first-person RGB, no feedback: results may not transfer to other bodies, sensors or contracts.",
     "A difference between rows counts only where a paired test or an interval in this report supports it.",
 )
 

@@ -1,6 +1,6 @@
 """Safe reading of files that others may have written: regular files only, within a size limit and inside their folder.
 
-A device or a pipe may never end or may block for ever, and a link may lead to a private file.
+A device or a pipe may never end or may block forever, and a link may lead to a private file.
 """
 
 import hashlib

@@ -66,7 +66,7 @@ class Lines:
 
 
 class LineReader:
-    """Reads a file's lines one at a time; after the last one, it holds the partial line that follows."""
+    """Reader of a file's lines one at a time; after the last one, it holds the partial line that follows."""
 
     def __init__(self, file: BinaryIO, place: str, *, number: int = 0, start: int = 0) -> None:
         """`file` is positioned after its first `number` lines (`start` bytes); `place` names it in messages."""
@@ -246,7 +246,7 @@ def unused_side_path(path: Path) -> Path:
         side = path.with_name(f"{path.name}.partial-{number}")
         if not side.exists():
             return side
-    raise RecordError(f"{str(path)!r}: ten thousand torn lines lie beside it; clear them away.")
+    raise RecordError(f"{str(path)!r}: there are ten thousand partial lines next to it; delete these files.")
 
 
 def _is_json(data: bytes) -> bool:

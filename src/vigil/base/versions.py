@@ -97,7 +97,7 @@ def schema_validator(known: int) -> AfterValidator:
 
 _CURRENT = {"rules": RULES_VERSION, "shapes": SHAPES_VERSION, "grammar": GRAMMAR_VERSION}
 _DESCRIPTIONS = {
-    "rules": "the same actions may end otherwise here and get other verdicts",
-    "shapes": "things may have other shapes here, so that the same actions may do something else",
-    "grammar": "the same replies may be read otherwise here",
+    "rules": "the same actions may end differently here and get other verdicts",
+    "shapes": "objects may have other shapes here, so the same actions may have other effects",
+    "grammar": "the same replies may be read differently here",
 }

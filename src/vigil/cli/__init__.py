@@ -61,7 +61,7 @@ def main() -> None:
         if error.filename is None and error.errno != errno.ENOSPC:
             raise  # no file of the user's
         where = "" if error.filename is None else f"{str(error.filename)!r}: "
-        _die(f"{where}{error.strerror}. Give a place that exists, has room and may be used.", BAD_INPUT)
+        _die(f"{where}{error.strerror}. Give a place that exists, has space and is writable.", BAD_INPUT)
     except KeyboardInterrupt:
         _say_interrupted()
         sys.exit(INTERRUPTED)
@@ -72,7 +72,7 @@ def main() -> None:
 
 
 def _say_interrupted() -> None:
-    print("Interrupted. What a run has recorded is kept; the same command goes on with it.", file=sys.stderr)
+    print("Interrupted. What a run has recorded is kept; the same command continues it.", file=sys.stderr)
 
 
 def _die(message: VigilError | str, code: int) -> None:

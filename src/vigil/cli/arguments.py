@@ -25,7 +25,7 @@ RunArguments = Annotated[
 HouseArgument = Annotated[str, typer.Argument(metavar="HOUSE", help=f"A house file, or {DATASET}:SPLIT:INDEX.")]
 Robust = Annotated[
     bool,
-    typer.Option("--robust", help="Also require that a body with motor noise succeeds; takes seconds per episode."),
+    typer.Option("--robust", help="Also require that the solver succeeds with motor noise; takes seconds per episode."),
 ]
 Imports = Annotated[
     list[str] | None,

@@ -38,7 +38,8 @@ def doctor(
     backend: Annotated[
         Literal["mujoco", "thor"],
         typer.Option(
-            help="Simulator to check; thor: what AI2-THOR's engine lacks here, and whether its client works with ours."
+            help="Simulator to check; thor: what AI2-THOR's engine needs here, and whether its client works with "
+            "VIGIL's engine."
         ),
     ] = "mujoco",
     full: Annotated[
@@ -103,7 +104,7 @@ def _pack() -> dict[str, str | None]:
 
 def thor_engine(
     context: typer.Context,
-    backend: Annotated[str, typer.Option(help="Simulator that it is an engine over.")] = "mujoco",
+    backend: Annotated[str, typer.Option(help="Simulator behind the engine.")] = "mujoco",
     assets: AssetFile = None,
     render_quality: RenderQuality = "default",
 ) -> None:
@@ -157,5 +158,5 @@ def _conformance_result(check: ConformanceCheck, harness: Harness) -> str:
         check(harness)
     except (AssertionError, VigilError) as error:
         reason = EXPECTED_FAILURES.get(check.__name__)
-        return f"{FAILED}: {error}" if reason is None else f"does not hold, as it is known: {reason}"
+        return f"{FAILED}: {error}" if reason is None else f"fails, as expected: {reason}"
     return "holds"

@@ -122,7 +122,7 @@ def sweep_houses(
     """Example: vigil houses sweep --seeds 0:100 --rooms 1,4,10"""
     first, end = _whole_numbers(seeds, ":", "--seeds", "FIRST:END, e.g. 0:1000", 2)
     if first >= end:
-        raise SettingError(f"--seeds {seeds!r} names no seed; END comes after FIRST, e.g. 0:1000.")
+        raise SettingError(f"--seeds {seeds!r} does not name a seed; END comes after FIRST, e.g. 0:1000.")
     counts = _whole_numbers(rooms, ",", "--rooms", "numbers of rooms, e.g. 1,2,4", None)
     for count in counts:
         spec_for(str(count))
@@ -183,14 +183,12 @@ def export(
     faults = Counter(fault.rule for fault in check_house(exported, assets))
     print(f"{out}: {len(exported.objects())} of {len(house.objects())} objects have a place in it")
     if result.left_out:
-        print(
-            f"  left out with what is on them, nothing of their type is in the database: {', '.join(result.left_out)}"
-        )
+        print(f"  left out with what is on them, because the database lacks their type: {', '.join(result.left_out)}")
     if result.removed_collisions:
-        print(f"  taken away, no room for them among the new sizes: {', '.join(result.removed_collisions)}")
+        print(f"  removed, because they do not fit with the new sizes: {', '.join(result.removed_collisions)}")
     if faults:
         found = ", ".join(f"{number} {rule}" for rule, number in sorted(faults.items()))
-        print(f"  vigil houses check finds in it: {found}")
+        print(f"  vigil houses check finds: {found}")
 
 
 def _houses(places: list[str]) -> Iterator[tuple[str, House | HouseError]]:

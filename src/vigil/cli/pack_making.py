@@ -92,14 +92,16 @@ def propose(
     rooms: Rooms = "mixed",
     families: Families = (),
     suite: Suite = None,
-    grammar: Annotated[bool, typer.Option("--grammar", help="Propose by the built-in grammar (the default).")] = False,
+    grammar: Annotated[bool, typer.Option(
+        "--grammar", help="Propose with the built-in grammar (the default).")] = False,
     model: Annotated[str | None, typer.Option(help="Model that proposes instead, as provider/model.")] = None,
     base_url: BaseUrl = None,
     api_key_env: ApiKeyEnv = None,
     seed: Annotated[int | None, typer.Option(help="Random seed; 0 if unset.")] = None,
     seed_file: SeedFile = None,
-    per_house: Annotated[int, typer.Option(min=1, help="Most drafts kept per family and house.")] = PER_HOUSE,
-    tries: Annotated[int, typer.Option(min=1, help="Most drafts tried per family and house.")] = TRIED,
+    per_house: Annotated[int, typer.Option(min=1, help=
+        "Maximum number of drafts kept per family and house.")] = PER_HOUSE,
+    tries: Annotated[int, typer.Option(min=1, help="Maximum number of drafts tried per family and house.")] = TRIED,
     hardest_of: Starts = 1,
     forms: FormsOption = None,
     limit: Annotated[int | None, typer.Option(min=1, help="Only the first N houses of each --houses.")] = None,
@@ -246,7 +248,7 @@ def _levels(
 
 def make(
     name: Name,
-    out: Annotated[Path, typer.Option(help="New or empty folder; drafts are kept beside it.")],
+    out: Annotated[Path, typer.Option(help="New or empty folder; drafts are kept next to it.")],
     seed: Annotated[int | None, typer.Option(min=0, help="Random seed of the pack: keep it secret.")] = None,
     seed_file: SeedFile = None,
     houses: HousePlaces = None,
@@ -352,7 +354,7 @@ def _save_recipe(out: Path, recipe: Recipe) -> None:
 
 def remake(
     recipe: Annotated[str, typer.Argument(help="A recipe's file, or the name of a packaged one.")],
-    out: Annotated[Path, typer.Option(help="New or empty folder; drafts are kept beside it.")],
+    out: Annotated[Path, typer.Option(help="New or empty folder; drafts are kept next to it.")],
     houses: Annotated[
         list[str] | None, typer.Option(help="File with the recipe's houses, unless they are from ProcTHOR-10K.")
     ] = None,

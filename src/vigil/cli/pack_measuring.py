@@ -191,7 +191,7 @@ def _print_calibration(found: DifficultyCalibration, of: Success) -> None:
     for words, one in (("all episodes", found.overall), ("within families", found.within_families)):
         print(f"index and fitted difficulty, rank correlation, {words}: {_correlation_words(one)}")
     for name in found.suspects:
-        print(f"look at {name}: the abler agents fail it")
+        print(f"look at {name}: the better agents fail it")
 
 
 def _correlation_words(found: Correlation) -> str:

@@ -22,7 +22,7 @@ RETRY_REASON_CHARS = 70
 
 
 class ShowProgress(Protocol):
-    """Shows how much is done."""
+    """A display of how much is done."""
 
     def __call__(self, done: int, total: int, facts: str = "") -> None: ...  # noqa: D102
 

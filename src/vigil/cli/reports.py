@@ -79,7 +79,7 @@ def report(
     _warn(found)
     if "csv" in formats and not reveal:
         print_notes(
-            f"{run.name}: its pack is private, so that rows.csv and rows.parquet have none of its episodes ({REVEAL})."
+            f"{run.name}: its pack is private, so rows.csv and rows.parquet do not have its episodes ({REVEAL})."
             for run in scored_runs
             if run.is_private
         )

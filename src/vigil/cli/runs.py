@@ -81,9 +81,12 @@ def verify(run: RunArgument, settings: VerifySettings) -> None:
 def _print_what_was_verified(found: Verification, settings: VerifySettings) -> None:
     faults = f"{len(found.differences)} differences"
     if found.is_records_only:
-        print(f"{found.checked} records: identities, prompts, budgets and ends hold, replies were read again: {faults}")
         print(
-            f"Not checked, since that needs the simulator ({found.header.simulator_version}): poses, states, what was "
+            f"{found.checked} records: identities, prompts, budgets and ends are consistent, replies were parsed "
+            f"again: {faults}"
+        )
+        print(
+            f"Not checked, because it needs the simulator ({found.header.simulator_version}): poses, states, what was "
             "hit, refusals. Verdicts follow from the records alone: vigil score."
         )
         return
@@ -142,7 +145,7 @@ def _print_estimate(settings: RunSettings) -> None:
     print_asked(settings)
     missing = access_of(settings).missing
     print_notes([missing] if missing else [])
-    print(f"{expected.episodes} episodes; nothing was sent. Bounds, from a report at once to every step used:")
+    print(f"{expected.episodes} episodes; nothing was sent. Bounds, from an immediate report to every step used:")
     for name in ("calls", "input_tokens", "output_tokens"):
         low, high = getattr(expected, name)
         print(f"{name.replace('_', ' '):14} {low:>14,} .. {high:>14,}")
@@ -159,7 +162,7 @@ def _print_result(result: RunResult, pack: str | Path) -> None:
             f"The previous run was interrupted while it wrote a row; the partial row is in {result.partial_line_file}."
         )
     if result.resumed:
-        print(f"Played before, and not again: {result.resumed} of {len(result.records)} episodes.")
+        print(f"Played before, and not played again: {result.resumed} of {len(result.records)} episodes.")
     if result.header.prices is not None:
         print(f"Cost so far: {describe_costs(result.header.prices, result.tokens)}.")
     print(f"Records: {result.folder}")

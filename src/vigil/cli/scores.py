@@ -24,8 +24,10 @@ from vigil.scoring.summary import LIBRARY_REPLIES, RunScores, summarise
 if TYPE_CHECKING:
     from vigil.analysis.measures.closure import ClosureRun
 
-INVALID_HINT = "`vigil view` shows what was replied; section 2.3 of docs/protocol.md says what is an action."
-LENIENT_HINT = "What would parse leniently is played under --reply-policy lenient, a variant of its own."
+INVALID_HINT = "`vigil view` shows the replies; section 2.3 of docs/protocol.md says which replies are actions."
+LENIENT_HINT = (
+    "To accept replies that would parse leniently, play with --reply-policy lenient, which is a separate variant."
+)
 CLOSURE = "C: the report is true of the world at the end. All tables of the suite: `vigil report`."
 CLOSURE_RATES = ("C", "correct_pairs")
 """Rates that are shown with their intervals."""

@@ -46,7 +46,7 @@ HOUSES = {
     ),
     "sweep": Verb(
         "houses:sweep_houses",
-        "Generates houses, checks each, and says how long they took and what is rare in them; exits with 2 on a fault.",
+        "Generates houses, checks each, and prints times and rare categories; exits with 2 on a fault.",
     ),
     "export": Verb(
         "houses:export", "Writes a house with AI2-THOR's assets: for each object the asset nearest in type and size."
@@ -86,7 +86,7 @@ PACK = {
     ),
     "baselines": Verb(
         "pack_measuring:baselines",
-        "Plays a pack with agents without skill or vision, and with the solver; exits with 2 on a broken promise.",
+        "Plays a pack with agents without skill or vision, and with the solver; exits with 2 when a limit is broken.",
     ),
     "levels": Verb(
         "pack_measuring:levels",
@@ -124,7 +124,7 @@ VERBS: dict[str, Verb | Group] = {
     "report": Verb("reports:report", "Writes tables and figures of one or more runs, every rate with its interval."),
     "figure": Verb(
         "reports:figure",
-        "Draws one figure of saved runs, or a diagram of the protocol; kept frames are used, others redrawn.",
+        "Draws one figure of saved runs, or a diagram of the protocol; saved frames are used, others drawn again.",
     ),
     "view": Verb("web:view", "Shows runs, episodes step by step, and houses in the browser."),
     "play": Verb(
@@ -132,7 +132,8 @@ VERBS: dict[str, Verb | Group] = {
     ),
     "review": Verb(
         "web:review",
-        "Reviews the episodes of a pack, or drafts, in the browser; each verdict is a line of the review file at once.",
+        "Reviews the episodes of a pack, or drafts, in the browser; each verdict is immediately a line of the review "
+        "file.",
     ),
     "export": Verb(
         "exports.verb:export",
@@ -144,7 +145,7 @@ VERBS: dict[str, Verb | Group] = {
     ),
     "render": Verb(
         "render:render",
-        "Draws an agent's view, one asset on a stage, or single objects in a typical place.",
+        "Draws an agent's view, one asset in a plain room, or single objects in a typical place.",
     ),
     "compare-backends": Verb(
         "packs:compare_back_ends",
@@ -152,7 +153,7 @@ VERBS: dict[str, Verb | Group] = {
     ),
     "thor-engine": Verb(
         "doctor:thor_engine",
-        "Serves AI2-THOR's own client in place of Unity; the client starts it.",
+        "Serves AI2-THOR's client instead of Unity; the client starts it.",
         takes_more=True,
     ),
     "doctor": Verb(

@@ -29,7 +29,7 @@ configs:
 ---
 # VIGIL: replies and verdicts
 
-Agents played episodes in furnished houses from egocentric RGB frames alone, and closed each with a report of their own.
+Agents played episodes in furnished houses only from egocentric RGB frames, and closed each with a report of their own.
 W says that the world reached the goal; B that it did, and the report matches. FR: a report that does not match. NR: no
 report. IL: too many invalid replies.
 

@@ -109,7 +109,9 @@ class PackFiles:
 
 def _read(folder: Path, name: str, limit: int) -> bytes:
     if not (folder / name).exists():
-        raise PackMismatch(f"Pack {str(folder)!r}: {name} is missing. Is this the folder of a pack, and all of it?")
+        raise PackMismatch(
+            f"Pack {str(folder)!r}: {name} is missing. Is this the folder of a pack, and is it complete?"
+        )
     return read_file(folder / name, f"Pack {str(folder)!r}: {name}", PackMismatch, limit)
 
 
@@ -131,7 +133,8 @@ def _manifest(folder: Path, raw: bytes) -> Manifest:
     for name in manifest.files:
         if not re.fullmatch(FILE_PATTERN, name):
             raise PackMismatch(
-                f"Pack {str(folder)!r}: {MANIFEST} lists {name[:100]!r}, which may lie outside the pack or be no file. "
-                "Files are named by letters, digits, '_', '.', '-', in folders by '/', e.g. houses/kitchen_1.json."
+                f"Pack {str(folder)!r}: {MANIFEST} lists {name[:100]!r}, which may be outside the pack, or not a "
+                "file. Names of files have letters, digits, '_', '.', '-', in folders by '/', e.g. "
+                "houses/kitchen_1.json."
             )
     return manifest

@@ -89,7 +89,7 @@ def check_can_freeze(folder: Path, name: str) -> None:
         raise SettingError(f"Pack name {name!r}: expected up to 100 letters, digits, '_', '.', '-', e.g. held_out_v1.")
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise SettingError(
-            f"{str(folder)!r} is not empty, or no folder. Packs are never overwritten: freeze into a new one."
+            f"{str(folder)!r} is not an empty folder. Packs are never overwritten: freeze into a new folder."
         )
 
 

@@ -215,8 +215,8 @@ def asset_mismatch(what: str, wanted: str | None, given: str | None) -> str | No
         "no asset database" if each is None else f"the asset database of SHA-256 {each[:12]}..."
         for each in (wanted, given)
     )
-    do = "Leave out --assets, and unset VIGIL_ASSETS." if wanted is None else "Give --assets with that very file."
-    return f"{what} was made with {made}, and here is {here}: things would have other sizes. {do}"
+    do = "Leave out --assets, and unset VIGIL_ASSETS." if wanted is None else "Give that file with --assets."
+    return f"{what} was made with {made}, and here is {here}: objects would have other sizes. {do}"
 
 
 def find_pack(path: str | Path) -> Path:
@@ -335,7 +335,7 @@ def protocol_faults(episode: Episode, suite: str | None = None) -> list[str]:
     spec = FAMILIES[episode.family]
     faults: list[str] = []
     if suite is None and episode.goal.kind not in FAMILIES[episode.family].allowed_goal_kinds:
-        faults.append(f"a goal of kind {episode.goal.kind} is asked for in the packs of a suite alone")
+        faults.append(f"a goal of kind {episode.goal.kind} is allowed only in packs of a suite")
     if (episode.max_steps, episode.max_invalid) != (spec.max_steps, spec.max_invalid):
         faults.append(
             f"budgets are {episode.max_steps} steps and {episode.max_invalid} invalid actions, family {episode.family} "

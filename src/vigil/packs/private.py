@@ -18,7 +18,7 @@ MIN_SECRET_SEED = 2**64
 SEED_SHA256 = "seed_sha256"
 """Key of the hash of a secret seed in a manifest's `meta`; only private packs have it."""
 REVEAL = "--reveal-private-pack"
-REVEAL_HELP = "Give a private pack away: write its instructions, ids, replies or frames all the same."
+REVEAL_HELP = "Reveal a private pack: write its instructions, ids, replies or frames nevertheless."
 NEW_SEED = "python3 -c 'import secrets; print(secrets.randbits(128))'"
 NAME_DIGITS = 20
 """Number of hex digits of the keyed hash in the name of a private episode or house (80 bits)."""
@@ -35,9 +35,9 @@ def check_revealed(pack: str, private: bool, what: str, *, reveals: bool, by: st
     """Raise SettingError if `what` would reveal a private pack; `reveals` says that option `by` allowed it."""
     if private and not reveals:
         raise SettingError(
-            f"Pack {pack!r} is private: it was made from a secret seed. {what} would give it away to whoever reads "
-            "that: only hashes and rates leave, as `vigil score`, `vigil report` and `vigil export --format "
-            f"every-eval-ever` have them. If it may be given away, say so by {by}."
+            f"Pack {pack!r} is private: it was made from a secret seed. {what} would reveal it to all readers; "
+            "only hashes and rates may be shared, as in `vigil score`, `vigil report` and `vigil export --format "
+            f"every-eval-ever` write them. If it may be revealed, give {by}."
         )
 
 
@@ -78,8 +78,8 @@ def read_seed(path: Path) -> int:
         ) from None
     if not _SEED.fullmatch(text) or not is_secret(int(text)):
         raise SettingError(
-            f"Seed file {str(path)!r} holds no seed that can be kept secret: one whole number of 2^64 or more is "
-            f"expected, and nothing else. Write one: {NEW_SEED} > {path}"
+            f"Seed file {str(path)!r} does not hold a seed that can be kept secret: expected one whole "
+            f"number of 2^64 or more, and nothing else. Write one: {NEW_SEED} > {path}"
         )
     return int(text)
 

@@ -46,7 +46,7 @@ class Provenance(_Model):
 
 
 class Episode(_Model):
-    """One task in one house; everything but `instruction` is hidden from the agent."""
+    """One task in one house; everything except `instruction` is hidden from the agent."""
 
     id: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,199}$")
     family: Family

@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 StopCause = Literal["finished", "cut", "full", "tool call", "filtered", "failed"]
 MEANINGS: dict[StopCause, str] = {
     "finished": "the model's answer, whatever it is",
-    "cut": "cut by the limit on tokens: `truncated` if it is no action",
+    "cut": "cut by the limit on tokens: `truncated` if it is not an action",
     "full": "cut because the context was full: `truncated`, before the first reply an `error`",
     "tool call": "the model's answer: an invalid reply if it has no text",
     "filtered": "rejection: three in a row are a protocol failure, before the first reply an `error`",

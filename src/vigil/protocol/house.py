@@ -265,7 +265,7 @@ class House:
             return Pose(position=place, rotation=yaw, horizon=agent.get("horizon", 30))
         except (KeyError, TypeError, ValueError):
             raise HouseError(
-                f"House {self.name!r}: metadata.agent is no start pose; it needs position (x, z) and rotation (y)."
+                f"House {self.name!r}: metadata.agent is not a start pose; it needs position (x, z) and rotation (y)."
             ) from None
 
     def may_contain(self, object_id: str) -> bool:
@@ -328,8 +328,8 @@ class House:
         house = cls.from_json(path.stem, read_file(path, what, HouseError, MAX_HOUSE_BYTES), what)
         if sha256 not in (None, house.sha256):
             raise HouseError(
-                f"{what} has SHA-256 {house.sha256[:12]}..., expected {str(sha256)[:12]}.... It was changed since: "
-                "restore it from a copy."
+                f"{what} has SHA-256 {house.sha256[:12]}..., expected {str(sha256)[:12]}.... It has been "
+                "changed: restore it from a copy."
             )
         return house
 
@@ -387,7 +387,7 @@ def _check_references(name: str, document: HouseDocument) -> None:
         if depth > MAX_NESTING:
             raise HouseError(
                 f"House {name!r}: object {node.id!r} lies {depth} deep in other things, more than the limit of "
-                f"{MAX_NESTING}. Is a thing its own child?"
+                f"{MAX_NESTING}. Is an object its own child?"
             )
         if node.id in seen:
             raise HouseError(f"House {name!r}: two objects have the id {node.id!r}; ids must be unique.")

@@ -32,13 +32,13 @@ def read_prompt_file(name: str) -> str:
     """Return the template in a file, without byte order mark and trailing newlines. Raises SettingError."""
     path = Path(name)
     if not path.is_file():
-        raise SettingError(f"Prompt file {name!r} does not exist, or is no file. Give the path of a text file.")
+        raise SettingError(f"Prompt file {name!r} does not exist, or is not a file. Give the path of a text file.")
     try:
         data = read_file(path, f"Prompt file {name!r}", SettingError, 2 * MAX_BYTES)
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
-        raise SettingError(f"Prompt file {name!r}: line {line}: no UTF-8. Save it as UTF-8.") from None
+        raise SettingError(f"Prompt file {name!r}: line {line} is not UTF-8. Save it as UTF-8.") from None
     template = text.replace("\r\n", "\n").rstrip("\n")
     try:
         check_template(template)
@@ -51,20 +51,20 @@ def check_template(template: str) -> None:
     """Raise ValueError unless a template has the instruction once and only known placeholders, each at most once."""
     size = len(template.encode("utf-8", "surrogatepass"))
     if size > MAX_BYTES:
-        raise ValueError(f"{size:,} bytes are too long for a prompt. Keep it within {MAX_BYTES:,}.")
+        raise ValueError(f"{size:,} bytes are too many for a prompt. The limit is {MAX_BYTES:,}.")
     fault = _CONTROL.search(template) or re.search(r"[\ud800-\udfff]", template)
     if fault is not None:
-        raise ValueError(f"{_place(template, fault)}: {fault[0]!r} is no character of a text. Remove it.")
+        raise ValueError(f"{_place(template, fault)}: {fault[0]!r} is not allowed in a text. Remove it.")
     seen: set[str] = set()
     for slot in _SLOT.finditer(template):
         known = (INSTRUCTION_SLOT, *BLOCK_SLOTS)
         if slot[0] not in known:
             raise ValueError(
-                f"{_place(template, slot)}: {slot[0]} is no placeholder.{did_you_mean(slot[0], known)} There are "
-                f"{', '.join(known)}; write other words in brackets in small letters."
+                f"{_place(template, slot)}: {slot[0]} is not a placeholder.{did_you_mean(slot[0], known)} There are "
+                f"{', '.join(known)}; write other words in brackets in lower case."
             )
         if slot[0] in seen:
-            raise ValueError(f"{_place(template, slot)}: {slot[0]} stands there a second time. Keep one of them.")
+            raise ValueError(f"{_place(template, slot)}: {slot[0]} occurs twice. Remove one of them.")
         seen.add(slot[0])
     if INSTRUCTION_SLOT not in seen:
         raise ValueError(f"{INSTRUCTION_SLOT} is missing. Put it where an episode's instruction belongs.")

@@ -36,7 +36,7 @@ from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.reasoning import CLOSING_MARKERS, is_unclosed, split_reasoning
 
 MAX_REPLY_BYTES = 64 * 1024
-"""Maximum size of the answer: everything but the reasoning, including white space."""
+"""Maximum size of the answer: everything except the reasoning, including white space."""
 RECORDED_ANSWER_BYTES = 2 * MAX_REPLY_BYTES
 """Bytes stored of a reply whose answer is too long to be valid, from the closing marker of its reasoning on."""
 RECORDED_REASONING_BYTES = 1024 * 1024

@@ -83,7 +83,7 @@ class ObjectState(_Fact):
     within the tolerance of protocol.md section 4 (lowest point within 0.1 m above the surface,
     centre within the surface, grown by 0.1 m when the object has no known support)."""
     over_inside: tuple[str, ...] = ()
-    """Like `over`, but for interior surfaces only, below their rim or ceiling and within the receptacle's box."""
+    """Like `over`, only for interior surfaces, below their rim or ceiling and within the receptacle's box."""
 
     def state_px(self, state: StateQuery) -> int:
         """Return the number of pixels in the frame that show a state."""

@@ -103,10 +103,10 @@ def describe_costs(prices: Prices | None, tokens: RunTokens) -> str:
     """Describe the tokens and the cost of a run's replies, and which are unknown; without prices, only the tokens."""
     total = tokens.total
     if not total.reported:
-        return "not known: no reply in the records tells its tokens"
+        return "not known: no reply in the records reports its tokens"
     least = "at least " if total.unreported else ""
     unreported = (
-        f"; {total.unreported} of {total.reported + total.unreported} replies tell none" if total.unreported else ""
+        f"; {total.unreported} of {total.reported + total.unreported} replies report none" if total.unreported else ""
     )
     reported = f"{total}{unreported}{_describe_superseded(prices, tokens.superseded)}"
     if prices is None:

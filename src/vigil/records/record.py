@@ -203,14 +203,14 @@ class RunSpec(_Record):
             )
         if self.agent_kind == "exec" and not self.frame_interval_seconds:
             notes.append(
-                "Its program was handed frames as soon as they were ready, as with --frame-interval-seconds 0: the "
-                "time could tell whether an act was carried out."
+                "Its program got frames as soon as they were ready, as with --frame-interval-seconds 0: "
+                "the time could reveal whether an act was carried out."
             )
         return tuple(notes)
 
     @property
     def sha256(self) -> str:
-        """SHA-256 of the settings that must not change in a run's folder: all but address, program and episodes.
+        """SHA-256 of the settings that must not change in a run's folder: all except address, program and episodes.
 
         Defaults are left out, so that a later vigil with more settings computes the same hash.
         """

@@ -113,7 +113,7 @@ class RecordLog:
     def append(self, record: EpisodeRecord) -> None:
         """Append one row. Raises RecordError if its key already has a row without error."""
         if self.is_done(record.key):
-            raise RecordError(f"Episode {record.episode_id!r} (epoch {record.epoch}) already has a row that stands.")
+            raise RecordError(f"Episode {record.episode_id!r} (epoch {record.epoch}) already has a row that counts.")
         self._file.append(dump_line(record))
         self.rows[record.key] = record
         self.tokens.add(record.key, record.tokens)

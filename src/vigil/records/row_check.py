@@ -16,7 +16,7 @@ from vigil.records.shards import shard_episodes
 MAX_LISTED = 3
 """Maximum number of rows that are listed for a reason."""
 UNREADABLE = "cannot be read"
-REPEATED = "repeats one that stands"
+REPEATED = "repeats an earlier row that counts"
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class LeftOutRow:
 
 
 class RowCheck:
-    """Checks whether rows belong to a run and follow the protocol."""
+    """A check of whether rows belong to a run and follow the protocol."""
 
     def __init__(self, header: RunHeader, episodes: Iterable[Episode]) -> None:
         """`episodes` are those of the run's pack; only the run's own are used."""
@@ -77,7 +77,7 @@ class RowCheck:
             yield "was played under other versions than its run", named
         episode = self.episodes.get(record.episode_id)
         if episode is None:
-            yield "is of no episode of this run", f"{record.episode_id!r}"
+            yield "is of an episode that this run does not have", f"{record.episode_id!r}"
             return
         if episode.id not in self.played_ids:
             yield "is of an episode of another shard", f"{record.episode_id!r}"
@@ -109,15 +109,15 @@ def protocol_violations(episode: Episode, record: EpisodeRecord) -> list[str]:
     }
     match record.end:
         case "report":
-            faults["it ended by a report, and its last action is none"] = not reports
+            faults["it ended by a report, but its last action is not a report"] = not reports
             faults["it ended by a report, and its invalid replies were used up"] = over is not None
         case "fail_no_report":
             named = f"it ended as fail_no_report after {steps} of {episode.max_steps} steps"
             faults[named] = steps < episode.max_steps
-            faults["it ended as fail_no_report, and its last action is a report"] = bool(reports)
+            faults["it ended as fail_no_report, but its last action is a report"] = bool(reports)
             faults["it ended as fail_no_report, and its invalid replies were used up"] = over is not None
         case "invalid_action_limit_exceeded":
-            faults[f"it ended by its invalid replies, and has {len(invalid)} of more than {last - 1}"] = over is None
+            faults[f"it ended by its invalid replies, but has {len(invalid)} of more than {last - 1}"] = over is None
         case "error":
             is_over = bool(reports) or over is not None or steps >= episode.max_steps
             faults["it ended as an error after it had ended"] = is_over

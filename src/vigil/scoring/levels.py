@@ -131,7 +131,7 @@ def parse_levels(names: Iterable[str]) -> tuple[Level, ...]:
         return LEVELS
     for word in sorted(wanted - set(LEVELS)):
         raise SettingError(
-            f"Level {word!r} does not exist.{did_you_mean(word, LEVELS)} Choose of: {', '.join(LEVELS)}, or all."
+            f"Level {word!r} does not exist.{did_you_mean(word, LEVELS)} Choose one of: {', '.join(LEVELS)}, or all."
         )
     return tuple(level for level in LEVELS if level in wanted)
 

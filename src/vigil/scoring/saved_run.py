@@ -86,8 +86,8 @@ class RecordTable:
     def notes(self) -> tuple[str, ...]:
         """Notes on the rows that readers need before any results."""
         torn = (
-            f"Line {self.partial_line_number} of its records is not finished (torn) and is passed over: it is being "
-            "written, or was cut off and is played again by the same command.",
+            f"Line {self.partial_line_number} of its records is incomplete and is skipped: it is being written, "
+            "or was cut off, and the same command plays that episode again.",
         )
         return (
             *self.check.notes,
@@ -202,7 +202,9 @@ def open_run(
     table = RecordTable(folder, header, episodes_of(place, header.spec.pack_sha256))
     unknown = [episode_id for episode_id in header.spec.episode_ids if episode_id not in table.episodes]
     if unknown:
-        raise RecordError(f"Run {header.run_id!r} names episode {unknown[0]!r}, absent from its pack. Was it altered?")
+        raise RecordError(
+            f"Run {header.run_id!r} names episode {unknown[0]!r}, absent from its pack. Was the run altered?"
+        )
     return SavedRun(folder, header, place, table)
 
 
@@ -235,7 +237,9 @@ def pack_folder(
     Raises PackMismatch.
     """
     places = [place for place in _candidate_folders(header) if may_read(place)] if pack is None else [find_pack(pack)]
-    faults = [] if places else [PackMismatch(f"Pack {header.spec.pack!r} lies where nothing may be read. Give it.")]
+    faults = (
+        [] if places else [PackMismatch(f"Pack {header.spec.pack!r} is in a folder that may not be read. Give it.")]
+    )
     for place in places:
         try:
             found = manifest_sha256(place)

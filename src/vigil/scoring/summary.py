@@ -21,14 +21,14 @@ MAX_ERROR_SHARE = 0.01
 MAX_REPEATED_SHARE = 0.01
 """Share of repeated episodes above which a report says so at its top: an agent may have seen them before."""
 LIBRARY_REPLIES = (
-    "replies were judged as a library gave them back, not as the server sent them: what it cuts, as reasoning "
-    "anywhere in a text, was not seen"
+    "replies were judged as a library returned them, not as the server sent them: text that it removes, "
+    "such as reasoning, was not seen"
 )
 """Note on a run with replies from a library, which follows their number."""
 
 
 def describe_invalid_replies(replies: int, reasons: Iterable[Mapping[str, int]], loose: int) -> str:
-    """Say how many of some replies were no action, and why; empty when all were actions.
+    """Say how many of some replies were not actions, and why; empty when all were actions.
 
     `reasons` has the numbers of each episode, `loose` is how many would parse leniently.
     """
@@ -38,7 +38,7 @@ def describe_invalid_replies(replies: int, reasons: Iterable[Mapping[str, int]],
     count = found.total()
     why = ", ".join(f"{number} {reason}" for reason, number in found.most_common())
     parse = "all" if loose == count else str(loose) if loose else "none"
-    return f"{count / replies:.0%} of the replies are no action ({why}); {parse} would parse leniently"
+    return f"{count / replies:.0%} of the replies are not actions ({why}); {parse} would parse leniently"
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,12 +97,12 @@ class RunScores:
 
     @property
     def repeats(self) -> str:
-        """Say how many episodes were begun more than once; empty when none was."""
+        """Say how many episodes were started more than once; empty when none was."""
         return repeats(self.attempts)
 
     @property
     def has_many_repeats(self) -> bool:
-        """Whether more than 1 % of the episodes were begun more than once."""
+        """Whether more than 1 % of the episodes were started more than once."""
         return has_many_repeats(self.attempts)
 
 
@@ -112,16 +112,16 @@ def has_many_errors(errors: int, scored: int) -> bool:
 
 
 def repeats(attempts: Sequence[int]) -> str:
-    """Say how many episodes were begun more than once, given their numbers of attempts; empty if none was."""
+    """Say how many episodes were started more than once, given their numbers of attempts; empty if none was."""
     again = sum(count > 1 for count in attempts)
     if not again:
         return ""
     share = " (more than 1 %)" if has_many_repeats(attempts) else ""
-    return f"{again} of {len(attempts)} episodes were begun more than once{share}, one of them {max(attempts)} times"
+    return f"{again} of {len(attempts)} episodes were started more than once{share}, one of them {max(attempts)} times"
 
 
 def has_many_repeats(attempts: Sequence[int]) -> bool:
-    """Whether more than 1 % of the episodes were begun more than once, given their numbers of attempts."""
+    """Whether more than 1 % of the episodes were started more than once, given their numbers of attempts."""
     return sum(count > 1 for count in attempts) > MAX_REPEATED_SHARE * len(attempts)
 
 
@@ -154,7 +154,7 @@ def score_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epo
     for key, record in effective_records(records).items():
         if record.episode_id not in by_id:
             raise RecordError(
-                f"Record of episode {record.episode_id!r}: not one of the {len(by_id)} episodes of this run. Was it "
+                f"Record of episode {record.episode_id!r} is not one of the {len(by_id)} episodes of this run. Was it "
                 "recorded with another pack?"
             )
         verdicts[key] = score_or_error(by_id[record.episode_id], record)
@@ -191,7 +191,7 @@ def assert_identities(outcomes: Sequence[Outcome]) -> None:
 def _check_identities(columns: Columns) -> Columns:
     broken = broken_identities(columns)
     if broken:
-        raise RuntimeError(f"Scoring broke its own identities: {'; '.join(broken)}. This is a fault of vigil.")
+        raise RuntimeError(f"Scoring broke its own identities: {'; '.join(broken)}. This is a bug in vigil.")
     return columns
 
 

@@ -40,7 +40,7 @@ class Frame:
     def note(self) -> str:
         """A sentence about the origin of the picture."""
         if self.is_recorded is None:
-            return f"{ORIGINS[self.origin]}; the record holds no hash to compare it with."
+            return f"{ORIGINS[self.origin]}; the record does not hold a hash to compare it with."
         if self.is_recorded:
             return f"{ORIGINS[self.origin]}; equal to the recorded frame, pixel by pixel."
         if self.origin == "saved":

@@ -28,9 +28,9 @@ from vigil.runner.workers.frames import FrameStore
 from vigil.scoring.saved_run import RecordTable, pack_folder
 from vigil.scoring.summary import RunScores, summarise
 
-RunState = Literal["ended", "going on", "interrupted", "not ended"]
+RunState = Literal["ended", "in progress", "interrupted", "not ended"]
 """State of a run. `interrupted`: not ended, and no process writes to it; `not ended`: unknown whether one does."""
-_STATES: dict[bool | None, RunState] = {True: "going on", False: "interrupted", None: "not ended"}
+_STATES: dict[bool | None, RunState] = {True: "in progress", False: "interrupted", None: "not ended"}
 DEPTH = 3
 """Depth under a given folder to which runs are searched."""
 
@@ -156,7 +156,7 @@ class Library:
         self._roots = [root.resolve() for root in roots]
         for root in self._roots:
             if not root.is_dir():
-                fault = "is no folder" if root.exists() else "does not exist"
+                fault = "is not a folder" if root.exists() else "does not exist"
                 raise RecordError(f"{str(root)!r} {fault}. Give the folder of a run, or of several.")
         self.packs: dict[str, LibraryPack] = {}
         for pack in packs:
@@ -272,7 +272,7 @@ def _note_state(run: LibraryRun, header: RunHeader, table: RecordTable) -> None:
     stamp = ((run.folder / HEADER_FILE).stat().st_mtime_ns, *table.stamp)
     if header.ended is not None:
         run.state = "ended"
-    elif stamp != run.stamp or run.state == "going on":
+    elif stamp != run.stamp or run.state == "in progress":
         run.state = _STATES[is_being_written(table.path)]
     run.stamp = stamp
 

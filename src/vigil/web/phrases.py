@@ -38,9 +38,9 @@ STATUSES = {
 }
 """Statuses of a report in words, for a person who plays."""
 ENDS = {
-    "report": "it reported",
-    "fail_no_report": "it used up its steps without a report",
-    "invalid_action_limit_exceeded": "it exceeded the limit of invalid actions",
+    "report": "the agent reported",
+    "fail_no_report": "the agent used up its steps without a report",
+    "invalid_action_limit_exceeded": "the agent exceeded the limit of invalid actions",
     "error": "the infrastructure failed; never scored",
 }
 
@@ -48,7 +48,7 @@ ENDS = {
 def action_words(action: Action | None, invalid: InvalidAction | None) -> str:
     """Return a reply's action, or its fault, in one line."""
     if invalid is not None:
-        return f"no action: {invalid.kind.replace('_', ' ')}, {invalid.reason.replace('_', ' ')}"
+        return f"not an action: {invalid.kind.replace('_', ' ')}, {invalid.reason.replace('_', ' ')}"
     match action:
         case Navigate(mode=mode, magnitude=magnitude):
             unit = "°" if mode.startswith("turn") else f" steps ({magnitude * STEP_M:.3g} m)"
@@ -107,11 +107,11 @@ def verdict_words(outcome: Outcome) -> list[str]:
         held += f"; it held first after step {outcome.first_goal_step}"
     lines = [held + ".", f"The episode ended because {ENDS[outcome.end]}."]
     if outcome.state_tampered:
-        lines.append("The state that was asked about had been changed: that does not count.")
+        lines.append("The agent had changed the state that it was asked about, so this does not count as W.")
     if outcome.reported is not None:
         wanted = outcome.expected or ("success" if outcome.W else "fail, unsafe or invalid")
         said = outcome.reported if outcome.raw_status is None else f"{outcome.raw_status!r} (taken as invalid)"
-        lines.append(f"A matching report would say {wanted}; it said {said}.")
+        lines.append(f"A matching report would say {wanted}; the agent reported {said}.")
     if outcome.subtype is not None:
         lines.append(f"{outcome.label}: {SUBTYPES[outcome.subtype]}.")
     else:

@@ -146,7 +146,7 @@ def fault(request: Request, status: int, message: str) -> Response:
 def _refusal(request: Request, address: Address) -> Response | None:
     """Return the reason to refuse a request; None if it is allowed."""
     if not address.token and not _LOOPBACK_HEADER.fullmatch(request.headers.get("host", "")):
-        return PlainTextResponse("This server answers to 127.0.0.1 and localhost alone.", 421)
+        return PlainTextResponse("This server answers only to 127.0.0.1 and localhost.", 421)
     origin = request.headers.get("origin")
     is_foreign = origin not in (None, "null") and origin.partition("://")[2] != request.headers.get("host", "")
     if is_foreign or _is_asked_by_another_site(request):
@@ -156,7 +156,7 @@ def _refusal(request: Request, address: Address) -> Response | None:
         is_json = request.headers.get("content-type", "").startswith("application/json")
         is_reasonable = _LENGTH.fullmatch(length) is not None and int(length) <= MAX_BODY_BYTES
         if not is_json or not is_reasonable or origin == "null":
-            return PlainTextResponse("Only JSON of a reasonable length is taken.", 415)
+            return PlainTextResponse("Only JSON of a reasonable length is accepted.", 415)
     return _token_refusal(request, address) if address.token else None
 
 
@@ -177,7 +177,7 @@ def _token_refusal(request: Request, address: Address) -> Response | None:
     bearer = request.headers.get("authorization", "").removeprefix("Bearer ")
     if _is_token(request.cookies.get(COOKIE, ""), address.token) or _is_token(bearer, address.token):
         return None
-    return PlainTextResponse("This server asks for its token: open the address with ?token=...", 401)
+    return PlainTextResponse("This server needs its token: open the address with ?token=...", 401)
 
 
 def _is_token(given: str, token: str) -> bool:

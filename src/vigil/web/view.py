@@ -37,7 +37,7 @@ from vigil.web.tables import (
 FILM_TYPES = {"gif": "image/gif", "mp4": "video/mp4"}
 NEWEST_EPISODES = 8
 """Number of newest episodes that the page of a running run lists."""
-STATES: tuple[RunState, ...] = ("going on", "not ended", "interrupted", "ended")
+STATES: tuple[RunState, ...] = ("in progress", "not ended", "interrupted", "ended")
 """States of runs, from the most to the least likely to have something new to show."""
 EPISODE_COLUMNS = ("episode", "family", "label", "W", "B", "steps")
 

@@ -26,7 +26,7 @@ def test_advice_is_about_reasons_that_there_are() -> None:
 
 def test_half_of_the_clicks_outside_the_frame_is_said_with_calibrate() -> None:
     told = " ".join(FailureCauses(4, 40, {}, {"pixel_outside_frame": 20, "not_json": 1}).sentences)
-    assert "52% of the replies (21 of 40) are no action." in told
+    assert "52% of the replies (21 of 40) are not actions." in told
     assert "20 `pixel_outside_frame`" in told
     assert "vigil calibrate" in told
     assert "more than anything else" not in told
@@ -36,7 +36,7 @@ def test_half_of_the_clicks_outside_the_frame_is_said_with_calibrate() -> None:
 
 def test_no_action_at_all_is_said_with_the_parser_and_the_policy() -> None:
     told = " ".join(FailureCauses(2, 8, {"IL": 2}, {"no_object": 5, "code_fence": 3}).sentences)
-    assert "100% of the replies (8 of 8) are no action. The run measures that more than anything else." in told
+    assert "100% of the replies (8 of 8) are not actions. The run measures that more than anything else." in told
     assert "reasoning parser" in told
     assert "--reply-policy lenient" in told
     assert "2 of 2 episodes: `IL`" in told

@@ -13,11 +13,11 @@ from typing import Any, Literal
 Panel = Literal["full_panel", "excluded", "supplementary"]
 NOTE = (
     "Rows marked † (`published` in CSV and JSON) are figures printed in the paper, measured on its own 1,000 "
-    "episodes in AI2-THOR: another pack and another simulator. They are a reference to read beside one's own, not "
-    "a baseline to be tested against."
+    "episodes in AI2-THOR: another pack and another simulator. They are a reference for reading your own "
+    "rows, not a baseline to test against."
 )
 NR_NOTE = (
-    "NR is `fail_no_report` alone; NoRep is NR + IL. The paper prints NoRep under the name NR in its extended panel."
+    "NR is only `fail_no_report`; NoRep is NR + IL. The paper prints NoRep under the name NR in its extended panel."
 )
 
 

@@ -127,7 +127,7 @@ def _read_scored_run(folder: Path, pack: str | Path | None) -> Run:
     if suite is not None:
         raise SettingError(
             f"Run {run.header.run_id!r} was played on pack {run.header.spec.pack!r} of the suite {suite!r}, whose W "
-            "and B are no part of the eight families' rows. `vigil report` gives it a section of its own."
+            "and B are not in the rows of the eight families. `vigil report` has a separate section for it."
         )
     scores, header = run.table.scores(), run.header
     model = model_of(header.spec, has_reasoning=header.has_reasoning)

@@ -146,15 +146,15 @@ def _thinking_contradictions(runs: Sequence[Run]) -> Iterator[str]:
         said, (reasoned, replies) = declared_thinking(run.header.spec), run.header.replies_with_reasoning
         if said is False and reasoned:
             yield (
-                f"{run.name} is not to think by its name or settings, but {reasoned} of its {replies} replies came "
+                f"{run.name} should not think, by its name or settings, but {reasoned} of its {replies} replies came "
                 "with reasoning: it counts as thinking. Its server does not pass the setting on, or serves "
                 "another model."
             )
         elif said and replies and not reasoned:
             yield (
-                f"{run.name} is to think by its name or settings, but none of its {replies} replies came with "
-                "reasoning. It counts as thinking all the same, since some providers keep reasoning to themselves: see "
-                "whether its server has it turned off."
+                f"{run.name} should think, by its name or settings, but none of its {replies} replies came with "
+                "reasoning. It still counts as thinking, because some providers do not return reasoning: "
+                "check whether its server has it turned off."
             )
 
 
@@ -172,5 +172,5 @@ def _mixed_settings(runs: Sequence[Run]) -> list[str]:
             kinds.setdefault(fact(run), []).append(run.name)
         if len(kinds) > 1:
             shown = "; ".join(f"{kind}: {', '.join(names)}" for kind, names in sorted(kinds.items()))
-            found.append(f"These runs were made with different {what} ({shown}). Do not read their rows as one panel.")
+            found.append(f"These runs were made with different {what} ({shown}). Do not compare their rows.")
     return found

@@ -53,10 +53,10 @@ def protocol_figure(frames: Mapping[Family, np.ndarray], episodes: Mapping[Famil
             )
             heading.set_in_layout(False)
         figure.supxlabel(
-            "The agent sees one egocentric RGB frame a step and its own past replies; no success signal, state, "
+            "The agent sees one egocentric RGB frame per step and its own past replies; no success signal, state, "
             "map or budget. "
-            "Only its own report ends an episode.\nW: the hidden world reached the goal.   "
-            "B: it did, and the report matches the hidden world.",
+            "Only its own report ends an episode.\nW: the hidden world reached the "
+            "goal.   B: W, and the report matches the hidden world.",
             fontsize=8.5,
             color=INK,
             x=0.01,
@@ -162,7 +162,7 @@ def _footnotes(axes: Axes, episode: Episode, outcome: Outcome) -> None:
     axes.text(
         41,
         2.6,
-        f"at most {episode.max_steps} steps and {episode.max_invalid} invalid replies, never told",
+        f"at most {episode.max_steps} steps and {episode.max_invalid} invalid replies, hidden from it",
         fontsize=7.8,
         color=FAINT,
         ha="center",

@@ -184,15 +184,14 @@ FIGURES: dict[str, Callable[[Study], Figure | None]] = {
     "feedback_shift": feedback_shift,
 }
 CAPTIONS = {
-    "outcome_partition": "All scored episodes of each run, split into five exclusive outcomes. The mark is W: where it "
-    "stands beyond B, the world reached the goal in episodes that no matching report closed.",
+    "outcome_partition": "All scored episodes of each run, split into five exclusive outcomes. The mark is W: where "
+    "it is beyond B, the world reached the goal in episodes that no matching report closed.",
     "belief_closure": "(a) Mean steps from attainment to the matching report, over episodes with B=1. "
     "(b) Kinds of action after the goal first held, pooled over W=1 episodes.",
     "plane": "World completion against benchmark success. On the diagonal every achieved state is closed by a matching "
     "report; the distance below it is the gap. Crosses: 95 % Wilson intervals. Grey: published rows, another pack and "
     "simulator.",
-    "closure_curves": "Of the episodes whose goal held at the end, the share closed by a matching report within k "
-    "steps of attainment.",
+    "closure_curves": "Share of the episodes with W=1 that a matching report closed within k steps of attainment.",
     "feedback_shift": "Paired runs with and without action feedback, over the episodes that both have scored.",
 }
 

@@ -54,11 +54,11 @@ def comparisons(study: Study) -> Table:
     ]
     notes = (
         "Second minus first, over the episodes that both have scored. p: McNemar, exact (the epochs of an episode "
-        "change sign together); intervals: paired bootstrap over houses. Called different only where p stays below "
-        "0.05 after Holm's correction for all tests of W and of B in this table; intervals are not corrected.",
+        "change sign together); intervals: paired bootstrap over houses. Two runs are called different only if p "
+        "is below 0.05 after Holm's correction for all tests of W and of B in this table; intervals are not corrected.",
         DISAGREEMENT_NOTE,
     )
-    return Table("comparisons", "Runs against each other on the same episodes", columns, tuple(rows), notes)
+    return Table("comparisons", "Runs compared on the same episodes", columns, tuple(rows), notes)
 
 
 def comparable_pairs(study: Study) -> Table:
@@ -79,10 +79,10 @@ def comparable_pairs(study: Study) -> Table:
         rows += _pairs_close_in_w(anchors, is_published=True)
     notes = (
         f"W within {COMPARABLE_W_PP:.0f} pp; the five widest differences of B, the first run's minus the second's. "
-        "Intervals of own pairs: paired bootstrap over houses; whether they differ is for the paired tests to say. "
-        "Those of W stand in `overview`.",
+        "Intervals of your pairs: paired bootstrap over houses; only the paired tests say whether they "
+        "differ. Intervals of W are in `overview`.",
     )
-    return Table("comparable_pairs", "Alike in W, apart in B", columns, tuple(rows), notes)
+    return Table("comparable_pairs", "Similar in W, different in B", columns, tuple(rows), notes)
 
 
 def power(study: Study) -> Table:
@@ -111,7 +111,10 @@ def power(study: Study) -> Table:
                 family=percent(smallest_difference(smallest, 0.5)),
             )
         )
-    notes = ("At the 5 % level with 80 % power. Smaller differences may be real; so many episodes cannot show them.",)
+    notes = (
+        "At the 5 % level with 80 % power. Smaller differences may be real, but this number of episodes cannot show "
+        "them.",
+    )
     return Table("power", "Smallest difference that can be shown", columns, tuple(rows), notes)
 
 

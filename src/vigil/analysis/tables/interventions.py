@@ -78,7 +78,7 @@ def proprio_minimal(study: Study) -> Table:
         },
     )
     notes = (
-        f"Means per episode over the episodes that both runs have scored; their intervals stand in `feedback_events`. "
+        f"Means per episode over the episodes that both runs have scored; their intervals are in `feedback_events`. "
         f"Differences: +FB minus base. {INTERVAL_NOTE} {P_NOTE}",
         DISAGREEMENT_NOTE,
         "retry: every repeat of an identical interact_pixel (intent, x, y) after the first.",
@@ -98,8 +98,8 @@ def prompt_sensitivity(study: Study) -> Table:
             for model, row in study.published.rows("prompt_sensitivity")
         ]
     notes = (
-        "Neutral prompt: both anti-hallucination lines left out, nothing else changed. The shifts from the default "
-        "prompt stand in `prompt_shifts`, the largest in `stability`. Own rows by B in each group, published ones as "
+        "Neutral prompt: both anti-hallucination lines removed, nothing else changed. The shifts from the default "
+        "prompt are in `prompt_shifts`, the largest in `stability`. Your rows by B in each group, published ones as "
         f"printed. {INTERVALS_ELSEWHERE}",
     )
     return Table(
@@ -120,8 +120,8 @@ def open_repeat_robustness(study: Study) -> Table:
     ]
     rows += published_rows(study, "open_repeat_robustness", lambda row: {**row, "Delta": row["delta"], "runs": 2})
     notes = (
-        "Mean ± half-range over runs (or epochs) under the same settings; intervals stand in `repeat_rates`, how many "
-        f"half-ranges are small in `stability`. {NR_NOTE}",
+        "Mean ± half-range over runs (or epochs) under the same settings; intervals are in `repeat_rates`; "
+        f"`stability` says how many half-ranges are small. {NR_NOTE}",
     )
     return Table("open_repeat_robustness", "Repeated runs", columns, tuple(rows), notes)
 
@@ -145,7 +145,7 @@ def repeat_rates(study: Study) -> Table:
             if known:
                 cells |= {"low": min(known), "high": max(known), "half_range": (max(known) - min(known)) / 2}
             rows.append(run_row(study.entry(one.run), cells))
-    notes = ("Wilson intervals; the plays of one episode count for what they are worth together.",)
+    notes = ("Wilson intervals, with the effective number of plays of an episode.",)
     return Table("repeat_rates", "Repeated runs: rates over all repeats", columns, tuple(rows), notes)
 
 

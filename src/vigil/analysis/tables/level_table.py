@@ -26,7 +26,8 @@ def levels(study: Study) -> Table:
             houses = of_level["house"].nunique()
             rows.append(row_of(entry, level=level, n=measures.n, houses=houses, index=index, **cells))
     notes = (
-        f"{HOUSES_NOTE} A level compares an episode with others of its family; over all families the levels may differ "
-        "in their mix of them. Measured by `vigil pack levels`, which the pack holds or --levels gives.",
+        f"{HOUSES_NOTE} A level compares an episode with others of its family; over all families the levels may "
+        "differ in their mix of families. The levels were measured by `vigil pack levels`; they are in the pack, or "
+        "--levels gave them.",
     )
     return Table("levels", "Results by level of difficulty", (*columns, *intervals(**headings)), tuple(rows), notes)

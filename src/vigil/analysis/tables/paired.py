@@ -36,8 +36,9 @@ INTERVAL_NOTE = "Intervals of differences: paired bootstrap over houses."
 RATE_NOTE = "Those of rates: Wilson."
 P_NOTE = "p: McNemar, exact, not corrected for the number of tests."
 DISAGREEMENT_NOTE = (
-    "An interval and a p may seem to disagree: the test takes episodes as independent and looks only at those that "
-    "changed; the interval resamples houses, for the episodes of one house are alike, and there is none below five."
+    "An interval and a p may seem to disagree: the test treats episodes as independent and looks only at those that "
+    "changed; the interval resamples houses, because episodes of one house are similar, and is not given below five "
+    "houses."
 )
 _SHIFTS = intervals(**{f"d{name}": heading for name, heading in SHIFTED.items()})
 _TESTS = tuple(Column(f"p_{name}", f"p ({name})", "p") for name in TESTED)
@@ -65,9 +66,9 @@ def prompt_shifts(study: Study) -> Table:
         rows += list(_published_prompt_shifts(study.published))
     notes = (
         f"Neutral minus default, over the episodes that both runs have scored. {INTERVAL_NOTE} {P_NOTE} The largest "
-        "shift is the widest of sixteen, of which its interval knows nothing: a pointer, not a finding.",
-        "Published shifts are differences of printed rows. The paper prints no FR under the neutral prompt, so that no "
-        "shift of FR can be derived, and NR in its text alone, of one model.",
+        "shift is the widest of sixteen, which its interval does not account for: it is a hint, not a finding.",
+        "Published shifts are differences of printed rows. The paper does not print FR under the neutral prompt, so a "
+        "shift of FR cannot be derived, and prints NR only in its text, for one model.",
         DISAGREEMENT_NOTE,
         *study.pairing.choices["prompt"],
     )
@@ -97,14 +98,14 @@ def serving_modes(study: Study) -> Table:
     if study.published:
         rows += list(_published_serving_modes(study.published))
     notes = (
-        "Runs of one checkpoint under the same settings but for the serving mode; thinking minus instruct, over the "
+        "Runs of one checkpoint that differ only in the serving mode; thinking minus instruct, over the "
         f"episodes that both have scored. Thinking is a run with reasoning in its answers, or one whose name or "
-        f"settings say so; a mode that nobody stated counts as instruct. {INTERVAL_NOTE} {P_NOTE}",
+        f"settings say so; a mode that is not stated counts as instruct. {INTERVAL_NOTE} {P_NOTE}",
         f"{RATE_NOTE} Published differences are those of printed rows.",
         DISAGREEMENT_NOTE,
         *study.pairing.choices["serving"],
     )
-    return Table("serving_modes", "Serving modes: thinking against instruct", columns, tuple(rows), notes)
+    return Table("serving_modes", "Serving modes: thinking and instruct", columns, tuple(rows), notes)
 
 
 def feedback_events(study: Study) -> Table:
@@ -132,7 +133,8 @@ def feedback_events(study: Study) -> Table:
             cells |= {f"{name} base": before, f"{name} fb": after, f"{name} change": _change(before, after)}
         rows.append(run_row(study.entry(pair.base), cells))
     notes = (
-        "Means per episode; intervals: bootstrap over houses, none where all agree. Change: relative to the base run.",
+        "Means per episode; intervals: bootstrap over houses, not given if all agree. Change: relative to the base "
+        "run.",
     )
     return Table("feedback_events", "Action feedback: events and steps", columns, tuple(rows), notes)
 
@@ -151,8 +153,8 @@ def transition_matrix(study: Study) -> Table:
     ]
     notes = (
         "Each row: the episodes with that label in the base run, by their label in the other. On the diagonal nothing "
-        "changed. Runs of one condition are not added up: each intervened run stands against one base, and each repeat "
-        "against the first, which shows how many labels change when nothing else does.",
+        "changed. Runs of one condition are not added up: each run with an intervention is compared with one base, and "
+        "each repeat with the first, which shows how many labels change when nothing else does.",
         *(note for notes in study.pairing.choices.values() for note in notes),
     )
     return Table("transitions", "Labels before and after", columns, tuple(rows), notes)
@@ -178,10 +180,10 @@ def transition_tests(study: Study) -> Table:
             cells |= {"test": "McNemar, exact", "p_holm": adjusted}
             rows.append(TableRow({"model": f"{one.source} → {one.target}", **cells}, group=name))
     notes = (
-        "All labels: whether each is as frequent after as before; approximate, so that with fewer than some ten "
-        "changes only the exact tests count. →: episodes that went from the first label to the second; ←: those that "
-        "went back; their p is corrected by Holm for the transitions of the same two runs. Net: → less ←, as a share "
-        f"of the shared episodes. {INTERVAL_NOTE}",
+        "All labels: whether each is as frequent after as before; approximate, so with fewer than about ten changes "
+        "only the exact tests count. →: episodes that went from the first label to the second; ←: those that went "
+        "back; their p is corrected by Holm for the transitions of the same two runs. Net: → minus ←, as a share of "
+        f"the shared episodes. {INTERVAL_NOTE}",
         DISAGREEMENT_NOTE,
     )
     return Table("transition_tests", "Transitions between labels, tested", columns, tuple(rows), notes)

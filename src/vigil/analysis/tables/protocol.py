@@ -14,14 +14,14 @@ _FURTHER_LABELS = {
     "NoRep": "NR + IL: every episode without a report.",
 }
 _DEFINITIONS = (
-    "The entries are the paper's; the definitions of the columns are worded by this project. Size: episodes or tasks "
+    "The entries are the paper's; the definitions of the columns are VIGIL's. Size: episodes or tasks "
     "evaluated. Task level: High, the agent names whole sub-tasks; Low, it moves step by step. Multimodal: it is shown "
-    "images. Native control: it acts in its body's own terms (moves, turns, points at pixels) rather than by naming "
+    "images. Native control: it acts by moves, turns and points at pixels instead of naming "
     "objects or calling prepared skills.",
-    "Fine-grained: results are told apart by capacity. Decoupled: what is scored apart from the rest (Task: the parts "
+    "Fine-grained: results are reported by capacity. Decoupled: what is scored separately (Task: the parts "
     "of a task; Task+Report: also the agent's closing report). Active termination: how the agent itself ends an "
-    "episode (Stop: without saying anything about the world; Report: with a status that is checked). No feedback: it "
-    "is not told whether an action succeeded.",
+    "episode (Stop: without saying anything about the world; Report: with a status that is checked). No feedback: the "
+    "agent does not learn whether an action succeeded.",
 )
 _TIERS = {"diagnostic": "Diagnostic", "compositional": "Compositional"}
 

@@ -36,7 +36,7 @@ _PRINTED_PANELS: dict[Panel, str] = {
 }
 MODEL = Column("model", "Model", "text")
 ALL = Column("All", "All W/B", "pair")
-INTERVALS_ELSEWHERE = "The intervals of W and B stand in `family_rates`, a row a family and one for all."
+INTERVALS_ELSEWHERE = "The intervals of W and B are in `family_rates`, one row per family and one for all."
 _FR_TINT_FROM, _NR_TINT_FROM = 85.0, 40.0
 
 
@@ -58,7 +58,7 @@ def global_cross_section(study: Study) -> Table:
         columns,
         tuple(with_best_bold(rows, columns[1:], lowest=frozenset({"Delta"}))),
         (
-            f"W: the world reached the goal. B: it did, closed by a matching report. {INTERVALS_ELSEWHERE}",
+            f"W: the world reached the goal. B: W, closed by a matching report. {INTERVALS_ELSEWHERE}",
             *_base_note(study),
         ),
     )
@@ -91,11 +91,11 @@ def extended_panel(study: Study) -> Table:
             for model, row in study.published.rows("extended_panel")
         ]
     notes = (
-        "The rule for own runs: B = 0, or more than 50 % of the episodes ended at the invalid-action limit. The "
-        "paper's supplementary variants are sizes and serving modes beside its panel, whatever their B and IL.",
+        "The rule for your runs: B = 0, or more than 50 % of the episodes ended at the invalid-action limit. The "
+        "paper's supplementary variants are other sizes and serving modes than its panel, whatever their B and IL.",
         NR_NOTE,
     )
-    return Table("extended_panel", "Extended panel: rows outside of the main tables", columns, tuple(rows), notes)
+    return Table("extended_panel", "Extended panel: rows outside the main tables", columns, tuple(rows), notes)
 
 
 def counterfactual(study: Study) -> Table:
@@ -121,9 +121,8 @@ def counterfactual(study: Study) -> Table:
             for model, row in study.published.rows("counterfactual")
         ]
     notes = (
-        "Always: a success report appended to, or put in place of, each trajectory's end (bold where it beats "
-        "B). Rand.: a "
-        "uniform choice of the two admissible labels, in expectation W/2. Oracle = W.",
+        "Always: a success report is appended to each trajectory or replaces its report "
+        "(bold if above B). Rand.: a uniform choice of the two admissible labels, in expectation W/2. Oracle = W.",
     )
     return Table("counterfactual", "Counterfactual report policies", columns, tuple(rows), notes)
 
@@ -183,8 +182,8 @@ def conditional_report(study: Study) -> Table:
     if study.published:
         rows += [published_row(m, row, tints=_tints(row)) for m, row in study.published.rows("conditional_report")]
     notes = (
-        f"Tinted: P(rep | W=0) of {_FR_TINT_FROM:.0f} % or more (closing without the world) and P(no rep | W=1) of "
-        f"{_NR_TINT_FROM:.0f} % or more (the world without closing).",
+        f"Tinted: P(rep | W=0) of {_FR_TINT_FROM:.0f} % or more (closing without reaching the goal) and P(no rep | "
+        f"W=1) of {_NR_TINT_FROM:.0f} % or more (reaching the goal without closing).",
     )
     return Table("conditional_report", "Conditional report rates", columns, tuple(rows), notes)
 
@@ -264,7 +263,7 @@ def _base_note(study: Study) -> tuple[str, ...]:
     out = [entry.name for entry in study.excluded()]
     notes = [NOTE] if study.published else []
     if aside:
-        notes.append(f"Under another profile or prompt, so not here: {', '.join(aside)}.")
+        notes.append(f"Under another profile or prompt, and so not in this table: {', '.join(aside)}.")
     if out:
         notes.append(f"In the extended panel by its exclusion rule: {', '.join(out)}.")
     return tuple(notes)

@@ -47,7 +47,7 @@ from vigil.scoring.summary import describe_invalid_replies
 
 MODEL = Column("model", "Run", "text")
 WILSON_NOTE = "Intervals: Wilson."
-HOUSES_NOTE = "Intervals: bootstrap over houses; none below five houses, or where all agree."
+HOUSES_NOTE = "Intervals: bootstrap over houses; not given below five houses, or if all agree."
 _STATE_LABELS = tuple(label for pair in STATE_LABELS.values() for label in pair)
 
 
@@ -76,8 +76,8 @@ def overview(study: Study) -> Table:
             )
         )
     notes = (
-        "Rates: Wilson intervals. Δ = W - B and steps: bootstrap over houses (2,000 resamples; none below five "
-        "houses, or where all agree). Means of families: the families' Wilson intervals combined (MOVER).",
+        "Rates: Wilson intervals. Δ = W - B and steps: bootstrap over houses (2,000 resamples; not given "
+        "below five houses, or if all agree). Means of families: the families' Wilson intervals combined (MOVER).",
     )
     return Table("overview", "All rates, all episodes", columns, tuple(rows), notes)
 
@@ -154,7 +154,7 @@ def sv_statuses(study: Study) -> Table:
             )
         )
     notes = (
-        "A model that reports success or fail here has not understood that a state is asked for. `unrecognised` "
+        "A model that reports success or fail here has not understood that the task asks for a state. `unrecognised` "
         "is among `invalid`.",
     )
     return Table("sv_statuses", "State verification: statuses reported", columns, tuple(rows), notes)
@@ -181,11 +181,12 @@ def composition(study: Study) -> Table:
     )
     rows = _row_a_run(study, _composed)
     notes = (
-        "PG x DA and VS x DA: what independent parts would give; the ends of their intervals are multiplied likewise, "
-        "which makes them wide. B/W: achieved states turned into matching reports. "
-        f"Execution floor: families with W below {100 * FLOOR_W:.0f} %, where Δ says nothing, for it is bounded by W.",
+        "PG x DA and VS x DA: the product of the parts, if they were independent; the ends of their intervals are "
+        "multiplied too, which makes them wide. B/W: share of achieved states that a matching report closed. "
+        f"Execution floor: families with W below {100 * FLOOR_W:.0f} %, where Δ says nothing, because it is bounded "
+        "by W.",
     )
-    return Table("composition", "Composed families against their parts", columns, rows, notes)
+    return Table("composition", "Compositional families and their parts", columns, rows, notes)
 
 
 def stop_only(study: Study) -> Table:
@@ -202,8 +203,8 @@ def stop_only(study: Study) -> Table:
         return {**rate_cells(m, ("B", "StopOnly")), "hidden": rate_cell(m.rate("FR_W1")), **mismatched}
 
     notes = (
-        "Stop-only: W=1 and the episode closed by any report. What it hides are true states closed with a wrong "
-        "statement; it also cannot tell a false claim from an honest fail.",
+        "Stop-only: W=1 and the episode closed by any report. It hides achieved states that were closed with a "
+        "wrong report, and it cannot distinguish a false claim from an honest fail.",
     )
     return Table("stop_only", "What a stop-only protocol would score", columns, _row_a_run(study, cells), notes)
 
@@ -251,7 +252,7 @@ def invalid_replies(study: Study) -> Table:
     rows = _row_a_run(
         study, lambda entry: {name: mean_with_interval(entry.run.rows, name) for name in (*fine, *coarse)}
     )
-    title = "Replies that are no actions, events and cost: means per episode"
+    title = "Replies that are not actions, events and cost: means per episode"
     said = ((entry.name, _no_actions(entry.run.rows)) for entry in sorted_by_b(study.entries))
     notes = (HOUSES_NOTE, *(f"{name}: {text}." for name, text in said if text))
     return Table("invalid_replies", title, columns, rows, notes)
@@ -281,7 +282,7 @@ def runs(study: Study) -> Table:
         vigil="vigil",
         versions="Rules, shapes, grammar",
         started="Started (UTC)",
-        repeated="Begun more than once",
+        repeated="Started more than once",
     )
     rows = []
     for entry in study.entries:
@@ -331,9 +332,9 @@ def models(study: Study) -> Table:
         cells = {"kind": model.group, "thinking": thinking[model.thinking], "panel": model.panel.replace("_", " ")}
         rows.append(published_row(model, {**cells, "api": model.api_identifier}))
     notes = (
-        "Own runs: the name that was asked for, with its provider, and the names in the answers. Published: the "
+        "Your runs: the requested name, with its provider, and the names in the answers. Published: the "
         "identifiers that the paper prints, for closed models only. Aside: under another profile or prompt. Thinking: "
-        "whether reasoning came with the answers; where none did, as the name or the settings say.",
+        "whether reasoning came with the answers; if none did, as the name or the settings say.",
     )
     return Table("models", "Models and their API identifiers", columns, tuple(rows), notes)
 
@@ -397,5 +398,5 @@ def family_rates(study: Study) -> Table:
         for family, (m, part) in {"all": (entry.overall, table), **parts}.items():
             cells = {**rate_cells(m, RATES), "mean_steps": mean_with_interval(part, "steps")}
             rows.append(row_of(entry, family=family, n=m.n, **cells))
-    notes = (f"{WILSON_NOTE} Steps: bootstrap over houses, none below five or where all agree.",)
+    notes = (f"{WILSON_NOTE} Steps: bootstrap over houses, not given below five or if all agree.",)
     return Table("family_rates", "All rates per family", columns, tuple(rows), notes)

@@ -23,7 +23,7 @@ def strata(study: Study) -> Table:
                 row = row_of(entry, stratum=part.name, n=part.counts.n, **cells)
                 rows.append(replace(row, group=way))
     notes = (
-        f"{WILSON_NOTE} Over all families the strata differ in their mix of families too. A target's size follows "
+        f"{WILSON_NOTE} Over all families the strata also differ in their mix of families. A target's size follows "
         "the rule of the protocol; distance is from the start to the target's box, in the floor plane.",
     )
     return Table("strata", "Results by stratum", columns, tuple(rows), notes)

@@ -37,7 +37,7 @@ ROWS_PER_PAGE = 60
 LONG_TEXT, LONG_TEXT_CM = 80, 11
 """Texts with more characters are wrapped to this width in LaTeX."""
 CODE = re.compile(r"`([^`]+)`")
-NO_ROWS = "No rows: nothing among these runs belongs here."
+NO_ROWS = "No rows: this table does not apply to any of these runs."
 
 
 def markdown(table: Table) -> str:

@@ -49,7 +49,7 @@ OTHER_RULES = {
 SUITE_RULES = {
     "twins_differ_in_one": "the twins have one instruction, start and goal, and differ in one thing's setup",
     "difference_hidden": "the blocker or occupant is out of view at the start on both sides",
-    "distinguished": "the instruction means nothing but what the goal is about",
+    "distinguished": "the instruction means only what the goal is about",
     "some_out_of_view": "at least half of several targets are out of view at the start",
     "twin_impossible": "the exhaustive search does not find a way to reach the goal",
     "obvious_is_full": "every click on the surface nearest to the hand's height is refused, and another has room",

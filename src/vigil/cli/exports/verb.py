@@ -96,5 +96,5 @@ def _check_place(format_: str, out: Path) -> None:
 
 def _only_pack(packs: list[str]) -> str | None:
     if len(packs) > 1:
-        raise SettingError("--pack may be given several times for a site alone. Give the runs of one pack at a time.")
+        raise SettingError("--pack may be given several times only for a site. Give the runs of one pack at a time.")
     return packs[0] if packs else None

@@ -16,8 +16,8 @@ SHORT_SEED = (
 )
 SECRET_RECIPE = (
     "With --houses the seed of `pack make` is not secret: it is in the recipe, and anyone with the houses can make "
-    "the pack. Give --seed with a number instead of --seed-file; or draft by `pack propose --houses ... "
-    "--seed-file FILE` and freeze by `pack build`, which writes no recipe."
+    "the pack. Give --seed with a number instead of --seed-file; or draft with `pack propose --houses ... "
+    "--seed-file FILE` and freeze with `pack build`, which does not write a recipe."
 )
 
 

@@ -123,7 +123,7 @@ def _metric_config(key: str, metric: Metric, family: str) -> _Json:
 
 def _score_details(key: str, rates: _Json, epochs: int) -> _Json:
     low, high = rates["intervals"][key]
-    method = "wilson" if epochs == 1 else "wilson, by the number of independent trials that the epochs are worth"
+    method = "wilson" if epochs == 1 else "wilson, with the effective number of independent trials of the epochs"
     return {
         "score": rates[key],
         "uncertainty": {

@@ -63,8 +63,8 @@ def identity_of(header: RunHeader, developer: str | None = None) -> Identity:
     spec = header.spec
     if spec.agent_kind != "model":
         raise SettingError(
-            f"Run {header.run_id!r} was played by {NO_MODELS[spec.agent_kind]} ({spec.agent}), and Every Eval Ever has "
-            "results of models. Leave it out; --format parquet and hf take it."
+            f"Run {header.run_id!r} was played by {NO_MODELS[spec.agent_kind]} ({spec.agent}), but Every Eval Ever "
+            "has only results of models. Leave it out; --format parquet and hf take it."
         )
     served_name = parse_model_name(spec.agent)
     maker, _, rest = served_name.name.rpartition("/")

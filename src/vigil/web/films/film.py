@@ -106,7 +106,7 @@ def mp4(shots: Sequence[FilmFrame]) -> bytes:
     except ImportError:
         raise SettingError(
             "MP4 is written with PyAV, which is not installed. Install it: pip install 'vigil-bench[video]' (or "
-            "pip install av). GIF and page need nothing more."
+            "pip install av). A GIF or page does not need it."
         ) from None
     with TemporaryDirectory() as folder:  # FFmpeg reads its own file again to move the index to the front
         path = Path(folder) / "film.mp4"

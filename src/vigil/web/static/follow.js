@@ -4,7 +4,7 @@
 (() => {
   const live = document.getElementById("live");
   if (!live) return;
-  const WAIT_MS = { "going on": 2000, "not ended": 10000, interrupted: 10000 };
+  const WAIT_MS = { "in progress": 2000, "not ended": 10000, interrupted: 10000 };
   const QUIET_S = 600; // nothing new for so long is worth a warning
   const THEIRS = new Set(["open", "checked"]); // attributes that a reader may have changed
   let heard = Date.now();
@@ -87,7 +87,7 @@
         heard = Date.now();
         unheard("");
       } catch {
-        unheard(`· no answer from the server for ${Math.floor((Date.now() - heard) / 1000)} s; what is shown may be old`);
+        unheard(`· no answer from the server for ${Math.floor((Date.now() - heard) / 1000)} s; this page may be outdated`);
       }
       tell();
       document.documentElement.dataset.asked = Number(document.documentElement.dataset.asked ?? 0) + 1;

@@ -50,7 +50,7 @@
       pose = seen.pose;
       at("picture").src = seen.frame;
       at("no-frame").hidden = true;
-      at("said").textContent = seen.blocked ? `Blocked${seen.by ? ` by ${seen.by}` : ""}.` : "Click on the picture to name a thing.";
+      at("said").textContent = seen.blocked ? `Blocked${seen.by ? ` by ${seen.by}` : ""}.` : "Click on the picture to see an object's name.";
       stand();
     } catch (error) {
       if (at("picture").src) {
@@ -83,7 +83,7 @@
     const x = Math.min(639, Math.floor(((event.clientX - box.left) / box.width) * 640));
     const y = Math.min(479, Math.floor(((event.clientY - box.top) / box.height) * 480));
     const { id } = await ask("/name", { pose, x, y });
-    at("said").textContent = id ?? "Nothing but the house itself.";
+    at("said").textContent = id ?? "There is no object, only the house itself.";
     find(id);
   };
   plan.onclick = (event) => {

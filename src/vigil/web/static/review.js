@@ -71,7 +71,7 @@
     try {
       const answer = await fetch(`${data.url}/verdict`, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(said) });
       const found = await answer.json();
-      if (!answer.ok) throw new Error(found.error ?? "The verdict was not taken.");
+      if (!answer.ok) throw new Error(found.error ?? "The server did not accept the verdict.");
       at("judgement").textContent = found.judgement ?? "none yet";
       at("judgement").className = `tag ${found.judgement === "approve" ? "good" : found.judgement === "reject" ? "bad" : ""}`;
       if (found.instruction) at("instruction").textContent = found.instruction;

@@ -135,7 +135,7 @@
     if (step) fact(list, "what the action did", step.hidden.effect || "–");
     if (row) {
       const progress = row.progress === null ? "" : `, progress ${row.progress.toFixed(2)}`;
-      fact(list, "goal after this step", `${row.W ? "it holds" : "it does not hold"}${row.strict ? ", strictly too" : ""}${progress}`);
+      fact(list, "goal after this step", `${row.W ? "it holds" : "it does not hold"}${row.strict ? ", also strictly" : ""}${progress}`);
     }
     if (hidden.first_row !== null) fact(list, "goal first held", hidden.first_row === 0 ? "at the start" : `after step ${hidden.first_row}`);
     if (!world) return;
