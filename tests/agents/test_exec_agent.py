@@ -185,7 +185,8 @@ def test_bad_lines_count_against_the_agent(make: Maker, written: str, reason: st
         ("sys.stdin.readline(); time.sleep(60)", r"does not answer for 1\.5 s"),
         (
             "import no_such_module",
-            r"\(exit code 1\)\. It said last: ModuleNotFoundError: No module named 'no_such_module'$",
+            r"\(exit code 1\)\. Its last line of standard error: "
+            r"ModuleNotFoundError: No module named 'no_such_module'$",
         ),
     ],
 )
@@ -348,7 +349,7 @@ def test_what_stands_in_a_leading_think_block_is_counted_as_reasoning(make: Make
 @pytest.mark.parametrize(
     ("command", "named"),
     [
-        ("", "names no command"),
+        ("", "has no command"),
         ("'unclosed", "cannot be split into words"),
         ("/no/such/program", r"'/no/such/program' cannot be started: No such file.*Give its path"),
         ("/etc/passwd", r"'/etc/passwd' cannot be started: Permission denied.*or the program that runs it"),

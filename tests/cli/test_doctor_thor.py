@@ -49,7 +49,7 @@ def test_the_conformance_checks_are_played_on_demand(monkeypatch):
     assert code == 0
     assert facts["simulator"] == "thor/in-process"
     assert facts["clamps_the_pitch"] == "holds"
-    assert facts["sees_through_glass_but_clicks_it"].startswith("fails, as expected: Panes hide")
+    assert facts["sees_through_glass_but_clicks_it"].startswith("fails, as expected: What is behind a pane")
     monkeypatch.setattr(doctor, "CHECKS", (fails,))
     code, facts = said("--full")
     assert code == 1

@@ -52,7 +52,7 @@ def bow(tmp_path, bedroom) -> Path:
 def test_a_self_intersecting_room_is_named(bow, bedroom):
     code, said = check(bow)
     assert code == 2
-    assert f"{bedroom.document.rooms[0].id}: floor is no simple polygon" in said
+    assert f"{bedroom.document.rooms[0].id}: floor is not a simple polygon" in said
 
 
 def test_schemas_holes_and_assets_are_named_without_failing(tmp_path, bedroom):
@@ -129,7 +129,7 @@ def test_show_draws_only_png(tmp_path, bedroom, name):
 def test_show_names_a_room_that_crosses_itself(tmp_path, bow):
     done = houses("show", bow, "--out", tmp_path / "plan.png")
     assert isinstance(done.exception, HouseError)
-    assert "no simple polygon" in str(done.exception)
+    assert "not a simple polygon" in str(done.exception)
 
 
 def test_a_folder_is_no_house_file(tmp_path):

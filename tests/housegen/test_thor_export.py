@@ -129,13 +129,15 @@ def test_inner_doors_that_nothing_fits_are_named(thor):
     beds = AssetDatabase({name: ("Bed", size) for name, size in thor.of_category("Bed")})
     house = generate(0, spec_for("bedroom-living"))
     inner = next(door.id for door in house.document.doors if door.room0 != door.room1)
-    with pytest.raises(SettingError, match=rf"no Door\w+ that fits {re.escape(repr(inner))}.*whole asset-database"):
+    with pytest.raises(
+        SettingError, match=rf"does not have a Door\w+ that fits {re.escape(repr(inner))}.*whole asset-database"
+    ):
         export_thor(house, beds, {})
 
 
 def test_a_database_without_any_of_the_types_is_refused():
     beds = AssetDatabase({"Bed_1": ("Bed", Vec3(1.5, 0.6, 2.0))})
-    with pytest.raises(SettingError, match=r"none of its things.*whole asset-database"):
+    with pytest.raises(SettingError, match=r"does not have an asset for any of its objects.*whole asset-database"):
         export_thor(generate(0, spec_for("kitchen")), beds, {})
 
 

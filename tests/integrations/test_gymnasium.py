@@ -361,7 +361,7 @@ def test_nothing_hidden_is_told(tmp_path: Path, actions: str, capsys: pytest.Cap
         ({"frames": "no"}, "option frames: Input should be a valid boolean"),
         ({"world_reward": float("nan")}, "option world_reward: Input should be a finite number"),
         ({"lag_penalty": -1.0}, "option lag_penalty: Input should be greater"),
-        ({"profile": "basline"}, "no profile 'basline'. Did you mean 'baseline'"),
+        ({"profile": "basline"}, "profile 'basline' does not exist. Did you mean 'baseline'"),
         ({"backend": "mojuco"}, "'mojuco' is unknown"),
         ({"render_mode": "ansi"}, "render_mode is 'ansi'"),
     ],
@@ -494,7 +494,7 @@ def test_a_stream_is_read_in_its_order_and_leaves_no_process() -> None:
     assert pids
     again = env.reset(options={"episode_id": env.unwrapped._drawn.episode.id})
     assert again[0]["instruction"] == told[-1]
-    with pytest.raises(SettingError, match="read in its order"):
+    with pytest.raises(SettingError, match="read in order"):
         env.reset(options={"episode_id": info["outcome"]["episode_id"]})
     env.close()
     assert not any(map(psutil.pid_exists, pids))
@@ -517,7 +517,7 @@ def test_a_seed_decides_at_which_house_a_stream_begins(monkeypatch: pytest.Monke
     told = []
     for options in ({}, {"seed": 1}, {"seed": 2}, {"seed": 1}):
         begun.clear()
-        with pytest.raises(SettingError, match="houses 100 to 200 hold no wanted episode"):
+        with pytest.raises(SettingError, match="houses 100 to 200 do not have an episode that fits"):
             env.reset(**options)
         assert len(begun) == 2
         assert begun[1] == 100  # after the last house the first comes again

@@ -226,7 +226,7 @@ def test_a_stream_without_end_is_bounded_by_what_reads_it() -> None:
     ("change", "message"),
     [
         (lambda env: setattr(env.taskset, "system_prompt", "Be kind."), "system prompt is part of its protocol"),
-        (lambda env: setattr(env, "setup", lambda agents: asyncio.sleep(0)), "in its own environment only"),
+        (lambda env: setattr(env, "setup", lambda agents: asyncio.sleep(0)), "need VIGIL's environment"),
     ],
 )
 def test_what_would_change_the_protocol_is_refused(pack: Pack, change: Callable[[Any], None], message: str) -> None:
@@ -242,7 +242,7 @@ def test_what_would_change_the_protocol_is_refused(pack: Pack, change: Callable[
         ({"famly": "SV"}, "no option 'famly'. Did you mean 'family'?"),
         ({"family": "SB"}, "Option family: Family 'SB' does not exist. The families: PG, "),
         ({"pack": "startr"}, "startr"),
-        ({"profile": "base"}, "there is no profile 'base'. Did you mean 'baseline'?"),
+        ({"profile": "base"}, "profile 'base' does not exist. Did you mean 'baseline'?"),
         ({"backend": "mujoko"}, "there is no backend 'mujoko'. Did you mean 'mujoco'?"),
         ({"lag_penalty": -1}, "lag_penalty: Input should be greater than or equal to 0"),
         ({"pack": "stream:x"}, "Option pack: Stream 'stream:x': expected stream:SEED"),

@@ -37,7 +37,5 @@ def test_without_the_extra_the_message_says_what_to_give(monkeypatch: pytest.Mon
     for name in [name for name in sys.modules if name.startswith(("verifiers.", "vigil.integrations.verifiers"))]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "verifiers", None)
-    with pytest.raises(
-        ModuleNotFoundError, match=r"an environment of its own, .* pip install 'vigil-bench\[verifiers\]'"
-    ):
+    with pytest.raises(ModuleNotFoundError, match=r"a separate environment, .* pip install 'vigil-bench\[verifiers\]'"):
         importlib.import_module("vigil.integrations.verifiers")

@@ -233,7 +233,7 @@ OTHERS: dict[str, tuple[Callable[[dict[str, Any]], Any], str]] = {
     "package": (lambda fields: fields.update(package_version="9"), "package_version"),
     "simulator": (lambda fields: fields.update(simulator_version="fake/2"), "simulator_version: 'fake/1' in"),
     "count": (lambda fields: fields["spec"]["shard"].update(of=4), "shard.of: 3 in '{0}', 4 in '{2}'"),
-    "whole": (lambda fields: fields["spec"].update(shard=None), "'{2}' holds no shard but a whole run"),
+    "whole": (lambda fields: fields["spec"].update(shard=None), "'{2}' is a whole run, not a shard"),
     "episodes": (lambda fields: fields["spec"]["episode_ids"].pop(), "episode_ids: 7 of them in"),
 }
 
@@ -260,7 +260,7 @@ def test_another_program_or_answering_model_is_joined_when_that_is_asked_for(
         rewrite_header(shard, lambda fields: fields.update(answered={"models": {"one": 4}}))
     rewrite_header(shards[2], ANSWERS[name])
     said = refused(tmp_path / "run", shards)
-    assert re.search(rf"{name}.*Join them all the same with --force", said)
+    assert re.search(rf"{name}.*Join them anyway with --force", said)
     merge_runs(tmp_path / "run", shards, MergeSettings(force=True))
     assert len(read_records(tmp_path / "run" / EPISODES_FILE)) == 14
 
@@ -302,9 +302,9 @@ def test_a_shard_that_is_being_played_is_refused(shards: list[Path], tmp_path: P
 
 
 def test_a_place_that_is_taken_is_refused(shards: list[Path], tmp_path: Path) -> None:
-    assert "is there already" in refused(tmp_path / "shards", shards)
+    assert "exists already" in refused(tmp_path / "shards", shards)
     (tmp_path / "file").write_text("")
-    with pytest.raises(RecordError, match=r"cannot be joined into .*Nothing is left there"):
+    with pytest.raises(RecordError, match=r"cannot be joined into .*The folder was not created"):
         merge_runs(tmp_path / "file" / "run", shards)
 
 
@@ -323,7 +323,7 @@ def test_the_command_joins_and_tells(shards: list[Path], tmp_path: Path, vigil: 
     said = vigil("merge", tmp_path / "run", *shards)
     assert (said.code, f"Records: {tmp_path / 'run'}" in said.out) == (0, True)
     again = vigil("merge", tmp_path / "run", *shards)
-    assert (again.code, "is there already" in again.err) == (2, True)
+    assert (again.code, "exists already" in again.err) == (2, True)
 
 
 @pytest.mark.parametrize("text", ["0/3", "4/3", "x"])

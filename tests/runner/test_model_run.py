@@ -203,7 +203,7 @@ def test_a_server_that_is_gone_for_good_stops_the_run(
 
 def test_a_blind_server_is_found_out_before_anything_is_played(pack: Path, tmp_path: Path) -> None:
     with serving(walk_and_report, can_see=False) as server:
-        with pytest.raises(ModelAPIError, match="pictures do not seem to reach it"):
+        with pytest.raises(ModelAPIError, match="images do not seem to reach it"):
             run_pack(settings(pack, server.url, tmp_path / "run", preflight=True))
         assert server.asked == []
     assert not (tmp_path / "run").exists()
@@ -300,7 +300,7 @@ def test_a_server_that_counts_fewer_tokens_for_a_longer_dialogue_is_told_of_once
         run_pack(wanted, on_progress=lambda progress: said.append(progress.warning))
     warnings = [each for each in said if each is not None]
     assert len(warnings) == is_said
-    assert all("counted 3,974 input tokens, and 2,051 for the request after" in each for each in warnings)
+    assert all("counted 3,974 input tokens, and 2,051 for the next request" in each for each in warnings)
     assert all("Ollama: OLLAMA_CONTEXT_LENGTH" in each for each in warnings)
 
 
@@ -460,7 +460,7 @@ def test_inspect_stops_at_a_blind_model_unless_told_not_to_look(pack: Path) -> N
         failed = inspect_eval(server, pack)
         assert (server.preflights > 0, server.asked, failed.status) == (True, [], "error")
         assert failed.error is not None
-        assert "Model 'openai-api/local/m' was shown a picture of the number" in failed.error.message
+        assert "Model 'openai-api/local/m' was sent an image of the number" in failed.error.message
         assert "-T preflight=false" in failed.error.message
         before = server.preflights
         assert inspect_eval(server, pack, preflight=False).status == "success"
@@ -473,7 +473,7 @@ def test_inspect_names_a_model_that_does_not_answer(pack: Path) -> None:
         gone = server
     error = inspect_eval(gone, pack).error
     assert error is not None
-    assert f"at {gone.url} did not answer the call before the run" in error.message
+    assert f"at {gone.url} did not answer the check before the run" in error.message
     assert "(after 3 attempts)" in error.message
 
 

@@ -229,4 +229,4 @@ def test_the_first_error_is_said_at_once_with_the_programs_last_words(pack: Path
     run_pack(wanted, on_progress=lambda progress: said.append(progress.warning))
     (warning,) = [each for each in said if each is not None]
     assert "ended as an error at the agent: Agent program 'exec:" in warning
-    assert warning.endswith("It said last: ModuleNotFoundError: No module named 'no_such_module'")
+    assert warning.endswith("Its last line of standard error: ModuleNotFoundError: No module named 'no_such_module'")

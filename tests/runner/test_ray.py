@@ -209,8 +209,8 @@ def test_nodes_that_differ_stop_a_run_before_any_episode(
     [
         ("127.0.0.1:9", r"Nothing answers at Ray address '127\.0\.0\.1:9'"),
         ("127.0.0.1:99999", "Nothing answers"),
-        ("127.0.0.1", "is not HOST:PORT"),
-        ("ray://127.0.0.1:10001", r"Ray Client \(ray://\) is not served"),
+        ("127.0.0.1", "is neither HOST:PORT"),
+        ("ray://127.0.0.1:10001", r"Ray Client \(ray://\) is not supported"),
     ],
 )
 def test_a_wrong_address_is_refused(pack: Path, tmp_path: Path, address: str, said: str) -> None:
@@ -236,5 +236,5 @@ def test_a_missing_ray_is_told(pack: Path, tmp_path: Path, monkeypatch: pytest.M
 
 
 def test_an_address_without_the_executor_is_refused() -> None:
-    with pytest.raises(SettingError, match="--ray-address is for --executor ray"):
+    with pytest.raises(SettingError, match="--ray-address needs --executor ray"):
         RunSettings(ray_address="127.0.0.1:1")

@@ -80,7 +80,7 @@ def test_lights_come_from_the_document_else_from_the_rooms_middle(data):
 def test_a_floor_that_crosses_itself_is_named(data):
     room = data["rooms"][0]
     room["floorPolygon"][:2] = room["floorPolygon"][1::-1]
-    with pytest.raises(HouseError, match=f"room {re.escape(repr(room['id']))}: its floor is no simple polygon"):
+    with pytest.raises(HouseError, match=f"room {re.escape(repr(room['id']))}: its floor is not a simple polygon"):
         rooms_of(House("bow", data))
 
 

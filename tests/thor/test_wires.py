@@ -118,7 +118,7 @@ def test_the_command_is_one_that_the_client_can_split(monkeypatch, tmp_path):
     words = shlex.split(thor_engine(backend="fake", quality="fast"))
     assert words == [sys.executable, "-m", "vigil.thor", "--backend=fake", "--render-quality=fast"]
     assert os.environ["DISPLAY"]
-    with pytest.raises(SettingError, match="is no engine's"):
+    with pytest.raises(SettingError, match="does not have backend"):
         thor_engine(backend="unity")
     with pytest.raises(SettingError, match="does not exist"):
         thor_engine(asset_database=tmp_path / "nowhere.json")

@@ -1,4 +1,4 @@
-"""Agents: what answers an observation with a reply. None of them can see hidden state.
+"""Agents, which answer an observation with a reply and cannot see hidden state.
 
-The contract is an import rule (`tests/test_imports.py`): nothing here knows worlds, goals, simulators or episodes.
+An import rule (`tests/test_imports.py`) ensures this: no module here imports worlds, goals, simulators or episodes.
 """

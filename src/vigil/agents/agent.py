@@ -1,4 +1,4 @@
-"""The protocol of an agent that plays synchronously, next to the simulator."""
+"""The protocol of an agent that plays synchronously, in the simulator's process."""
 
 from typing import Protocol, runtime_checkable
 
@@ -8,17 +8,17 @@ from vigil.protocol.observation import Observation
 REPLY_SECONDS = 600
 """Default time limit of one reply of a model or a program, in seconds."""
 FRAME_INTERVAL_SECONDS = 1.0
-"""A program's next frame comes a whole number of these after its reply, unless a run says otherwise."""
+"""Default period of a program's frames, in seconds: the next one comes a whole number of periods after the reply."""
 
 
 class Agent(Protocol):
-    """Plays one episode at a time: `start`, then one reply to each observation."""
+    """An agent that plays one episode at a time: `start`, then one reply to each observation."""
 
     name: str
     """Name for run headers."""
 
     def start(self, instruction: str) -> None:
-        """Forget the episode before and take over the instruction of the next."""
+        """Forget the episode before and begin one with this instruction."""
 
     def act(self, observation: Observation) -> Reply:
         """Return the reply to an observation. Raises InfrastructureError for a failure that is not the agent's."""
@@ -27,15 +27,15 @@ class Agent(Protocol):
 
 @runtime_checkable
 class Resumable(Protocol):
-    """An agent that can go on with an episode when the process in which it played is gone."""
+    """An agent that can continue an episode after the process in which it played was lost."""
 
     def resume(self, instruction: str) -> None:
-        """Take over an episode that is going on, in place of `start`."""
+        """Continue an episode that was begun in another process; called instead of `start`."""
 
 
 @runtime_checkable
 class Closeable(Protocol):
-    """An agent that holds something (a process, a connection) to give back."""
+    """An agent that holds a resource, such as a process or a connection."""
 
     def close(self) -> None:
-        """Give back what the agent holds."""
+        """Release what the agent holds."""

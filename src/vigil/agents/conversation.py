@@ -1,7 +1,6 @@
-"""What a vision-language model is sent: the system prompt, a bounded text history, and the current frame.
+"""Messages that are sent to a vision-language model: the system prompt, a bounded text history and the current frame.
 
-No client lives here: `vigil.runner.models.inspect_model` sends the messages and brings back the reply. Source:
-`protocol.md` section 2.1.
+`vigil.runner.models.inspect_model` sends the messages and returns the reply. Source: `protocol.md` section 2.1.
 """
 
 from dataclasses import dataclass, replace
@@ -15,7 +14,7 @@ from vigil.protocol.prompt import Turn, frame_stub, past_turn, recent_turns, sys
 
 @dataclass(frozen=True, slots=True)
 class Message:
-    """One message of a chat; only the last one carries a picture."""
+    """One message of a chat; only the last one has an image."""
 
     role: Literal["system", "user", "assistant"]
     text: str
@@ -23,7 +22,7 @@ class Message:
 
 
 class Conversation:
-    """The messages of one episode. Text-only history is the only memory; past pictures are dropped."""
+    """The messages of one episode. The history has only text, because past frames are dropped."""
 
     def __init__(self, profile: Profile, instruction: str) -> None:
         self._profile = profile
@@ -31,16 +30,16 @@ class Conversation:
         self._turns: list[Turn] = []
 
     def messages(self, picture: EncodedFrame, feedback: Feedback | None) -> list[Message]:
-        """Return all that the model is sent for the current observation."""
+        """Return all messages for the current observation."""
         messages: list[Message] = []
         for turn in recent_turns(self._turns, self._profile):
             messages += [Message("user", turn.stub), Message("assistant", turn.reply)]
         messages.append(Message("user", frame_stub("current", feedback), picture))
         if self._profile.system_role == "system":
             return [Message("system", self._system), *messages]
-        first = messages[0]  # two messages of one role in a row are refused by the same chat templates
+        first = messages[0]  # chat templates without a system role also refuse two messages of one role in a row
         return [replace(first, text=f"{self._system}\n\n{first.text}"), *messages[1:]]
 
     def add(self, feedback: Feedback | None, reply: str) -> None:
-        """Take a finished turn into the history: its observation's stub and the raw reply to it."""
+        """Add a finished turn to the history: the stub of its observation and the raw reply."""
         self._turns.append(past_turn(feedback, reply, self._profile))

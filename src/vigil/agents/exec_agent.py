@@ -1,25 +1,25 @@
 """`exec:COMMAND`: a custom program as an agent, in any language, that exchanges JSON lines.
 
-The program is started for an episode, in a folder of its own that is new and empty, unless the run keeps it for all
-episodes of a simulator worker. It reads from its standard input one JSON object a line:
+The program is started for each episode in a new, empty folder, unless the run keeps it for all episodes of a simulator
+worker. It reads from its standard input one JSON object per line:
 
     {"type": "start", "protocol": 1, "prompt": "...", "instruction": "..."}
-        An episode begins; a program that is kept forgets the one before. `prompt` is what a model would get,
-        `instruction` the task alone. Nothing is to be answered.
+        An episode begins; a program that is kept forgets the one before. `prompt` is the system prompt of a model,
+        `instruction` only the task. Do not answer.
     {"type": "observation", "frame": {"media_type": "image/png", "width": 640, "height": 480, "data": "<base64>"}}
         The current frame; in the action-feedback profile also "feedback": {"too_far": bool, "path_blocked": bool}
         (not on the first step). Answer with exactly one line on standard output.
 
 An answer is one line: the reply itself, e.g. {"skill_name": "look", "arguments": {"direction": "up", "magnitude": 15}},
-or, for a reply that may hold line breaks or prose, {"text": "<the raw reply>"}. Flush after each line. Standard output
-is for answers only: write logs to standard error. A line that is no valid reply counts against the agent, as a model's
-would. The next frame comes a whole number of beats after the reply, so that the time between does not tell whether an
-act was carried out.
+or, for a reply that may contain line breaks or prose, {"text": "<the raw reply>"}. Flush after each line. Standard
+output is for answers only: write logs to standard error. A line that is not a valid reply counts against the agent, as
+a model's does. The next frame comes a whole number of periods after the reply, so that the time between does not show
+whether an action was carried out.
 
-A program that ends, hangs, or writes a line that nobody asked for, after it began to read a frame of the episode, has
-failed itself: the step is a protocol failure (`agent_ended`), and the program is started again with the next frame. One
-that does so before any frame is a failure of the infrastructure: its episode ends as an `error`, to be played again.
-When its input ends, the program should end. Source: `protocol.md` section 2.3.
+A program may end, hang or write a line without a request. After it began to read a frame of the episode, that is a
+protocol failure of the step (`agent_ended`), and the program is started again with the next frame. Before any frame, it
+is a failure of the infrastructure: the episode ends as an `error` and is played again. When its input ends, the program
+should end. Source: `protocol.md` section 2.3.
 """
 
 import codecs
@@ -45,8 +45,11 @@ from vigil.protocol.reasoning import split_reasoning
 
 EXEC_PREFIX = "exec:"
 MAX_STDERR_CHARS = 300
+"""Maximum length of the line of standard error that a message quotes."""
 MAX_HASHED_BYTES = 64 * 1024 * 1024
+"""Maximum size of a file whose hash identifies the program."""
 PROTOCOL_VERSION = 1
+"""Version of the JSON lines."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,13 +59,13 @@ class ProgramSettings:
     reply_seconds: float = REPLY_SECONDS
     """Time limit of one reply, in seconds."""
     frame_interval_seconds: float = FRAME_INTERVAL_SECONDS
-    """0 hands frames over as soon as they are ready."""
+    """Period of frames, in seconds; with 0 a frame is sent as soon as it is ready."""
     redact: Redact = lambda text: text
-    """Takes the secrets out of what the program writes to standard error, and of messages."""
+    """Function that removes secrets from the program's standard error and from messages."""
 
 
 class ExecAgent:
-    """A running program that answers observations."""
+    """An agent that is a running program."""
 
     def __init__(
         self,
@@ -71,9 +74,9 @@ class ExecAgent:
         settings: ProgramSettings = ProgramSettings(),
         pacer: FramePacer | None = None,
     ) -> None:
-        """`command` is split as a shell would, but no shell is used. Raises SettingError when it is not one.
+        """Split `command` like a shell, without using one. Raises SettingError when it is not a command.
 
-        `pacer` is None for one by the machine's clock.
+        `pacer` None uses the machine's clock.
         """
         self.name = f"{EXEC_PREFIX}{command}"
         self._arguments = _split(command)
@@ -88,7 +91,10 @@ class ExecAgent:
         """Whether the program has begun to read a frame of the episode."""
 
     def start(self, instruction: str) -> None:
-        """Start the program unless it runs, and tell it that an episode begins."""
+        """Start the program unless it runs, and send it the start of the episode.
+
+        Raises ModelAPIError when the program fails, and SettingError when it cannot be started.
+        """
         self._prepare(instruction, has_seen_frame=False)
         if self._program is not None and not self._program.is_running:
             self._end()
@@ -99,13 +105,16 @@ class ExecAgent:
         self._pacer.begin()
 
     def resume(self, instruction: str) -> None:
-        """Take over an episode of which a program was shown a frame before, in a process that is gone."""
+        """Continue an episode after a program that saw a frame of it was lost with its process."""
         self._end()
         self._prepare(instruction, has_seen_frame=True)
         self._pacer.begin()
 
     def act(self, observation: Observation) -> Reply:
-        """Return the program's answer, or how it failed once it was shown a frame. Raises ModelAPIError before."""
+        """Return the program's answer, or a reply that says how the program failed after it saw a frame.
+
+        Raises ModelAPIError when it failed before that.
+        """
         picture = encode_frame(observation.rgb, self._profile.image_format)
         frame = {"media_type": picture.media_type, "width": FRAME_WIDTH, "height": FRAME_HEIGHT, "data": picture.base64}
         message: dict[str, Any] = {"type": "observation", "frame": frame}
@@ -128,7 +137,7 @@ class ExecAgent:
         return reply.model_copy(update={"reasoning_chars": split_reasoning(reply.text)[1]})
 
     def close(self) -> None:
-        """Close the program's input, and kill it with all that it started when it does not end by itself."""
+        """Close the program's input, and kill it, with all that it started, if it does not end by itself."""
         self._end()
         self._working_folder.close()
 
@@ -145,7 +154,7 @@ class ExecAgent:
             program.close()
 
     def _open(self, deadline: float) -> Program:
-        """Return the program, running and told that the episode begins. Raises ProgramFault."""
+        """Return the running program, after sending it the start of the episode. Raises ProgramFault."""
         if self._program is None:
             self._program = self._launch()
         self._program.send(self._start_message, deadline)
@@ -169,9 +178,9 @@ class ExecAgent:
             ) from None
 
     def _answer(self, message: bytes, deadline: float) -> tuple[bytes, ReplyCut | None]:
-        """Return the program's line on a frame, and what it was if it is cut. Raises ProgramFault.
+        """Return the program's answer to a frame, and the facts of a cut if it was too long. Raises ProgramFault.
 
-        Notes whether the program has begun to read a frame.
+        This also updates whether the program has begun to read a frame.
         """
         program = self._program or self._open(deadline)
         program.refuse_stray_output()
@@ -188,14 +197,14 @@ class ExecAgent:
 
     def _failure(self, fault: ProgramFault) -> ModelAPIError:
         self._program = None
-        said = f" It said last: {fault.stderr_line[:MAX_STDERR_CHARS]}" if fault.stderr_line else ""
+        said = f" Its last line of standard error: {fault.stderr_line[:MAX_STDERR_CHARS]}" if fault.stderr_line else ""
         return ModelAPIError(self._redact(f"Agent program {self.name!r} {fault}.{said}"))
 
 
 def file_hashes(agent: str, here: Path) -> dict[str, str]:
-    """Return the SHA-256 of the program of an `exec:` agent and of the code that its command names in `here`.
+    """Return the SHA-256 of the program of an `exec:` agent and of the code in its command, by file name.
 
-    By file name; files that cannot be read, or are larger than MAX_HASHED_BYTES, are left out.
+    `here` is the folder of relative paths. Files that cannot be read, or exceed MAX_HASHED_BYTES, are left out.
     """
     found: dict[str, str] = {}
     for file in sorted(program_files(_split(agent.removeprefix(EXEC_PREFIX)), here)):
@@ -214,12 +223,12 @@ def _split(command: str) -> list[str]:
     except ValueError as error:
         raise SettingError(f"Agent command {command!r} cannot be split into words: {error}.") from None
     if not arguments:
-        raise SettingError(f"Agent {EXEC_PREFIX!r} names no command. Write e.g. `exec:python my_agent.py`.")
+        raise SettingError(f"Agent {EXEC_PREFIX!r} has no command. Write e.g. `exec:python my_agent.py`.")
     return arguments
 
 
 def _without_cut_character(line: bytes) -> str | bytes:
-    """Return a line that was cut without the piece of a character at its end; as it is when it is no UTF-8."""
+    """Return a cut line without the partial character at its end, or unchanged if it is not UTF-8."""
     try:
         return codecs.getincrementaldecoder("utf-8")().decode(line)
     except UnicodeDecodeError:
@@ -227,7 +236,7 @@ def _without_cut_character(line: bytes) -> str | bytes:
 
 
 def _raw_reply(line: bytes) -> str | bytes:
-    """Return the reply in a line: the `text` of a wrapped one, else the line itself."""
+    """Return the reply in a line: the `text` of a wrapped reply, else the line itself."""
     try:
         value = json.loads(line)
     except (ValueError, RecursionError):

@@ -14,20 +14,21 @@ from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.profile import JPEG_QUALITY, ImageFormat
 
 MAX_FRAME_PIXELS = 4 * FRAME_WIDTH * FRAME_HEIGHT
+"""Greatest number of pixels of a file that is decoded."""
 PNG_LEVEL = 1
-"""Faster by half than the usual level, for files a quarter larger; the pixels are the same."""
+"""Compression level of PNG files; it takes half the time of the usual level, for files a quarter larger."""
 
 
 @dataclass(frozen=True)
 class EncodedFrame:
-    """An encoded frame."""
+    """A frame as a file."""
 
     data: bytes
     format: ImageFormat
 
     @property
     def media_type(self) -> str:
-        """Its MIME type."""
+        """MIME type of the file."""
         return f"image/{self.format}"
 
     @cached_property
@@ -57,7 +58,7 @@ def decode_frame(data: bytes) -> np.ndarray:
     try:
         image = Image.open(io.BytesIO(data), formats=("PNG", "JPEG"))
         if image.width * image.height > MAX_FRAME_PIXELS:
-            raise RecordError(f"The picture has {image.width} x {image.height} pixels, which no frame has.")
+            raise RecordError(f"The image has {image.width} x {image.height} pixels, more than any frame.")
         return np.asarray(image.convert("RGB"))
     except (OSError, SyntaxError, ValueError, zlib.error) as error:
-        raise RecordError(f"The file is no picture of a frame: {error}.") from None
+        raise RecordError(f"The file is not an image of a frame: {error}.") from None

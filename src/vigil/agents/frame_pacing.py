@@ -1,4 +1,4 @@
-"""Beat: when a program's next frame is handed over, so that the time until then does not tell what its reply did."""
+"""Pacing of a program's frames, so that the time until the next frame does not show what the reply did."""
 
 import math
 import time
@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 
 class FramePacer:
-    """Lets frames go at whole numbers of a period after the reply, whatever was done in between."""
+    """Pacer that releases each frame a whole number of periods after the reply, whatever was done in between."""
 
     def __init__(
         self,
@@ -14,18 +14,18 @@ class FramePacer:
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], object] = time.sleep,
     ) -> None:
-        """`seconds` is the period; with 0 nothing waits."""
+        """`seconds` is the period; with 0 frames do not wait."""
         self._seconds = seconds
         self._clock = clock
         self._sleep = sleep
         self._began = clock()
 
     def begin(self) -> None:
-        """Count from now: the program has replied, or was told that an episode begins."""
+        """Count periods from now: the program has replied, or an episode has begun."""
         self._began = self._clock()
 
     def wait(self) -> None:
-        """Wait for the end of the period at hand, of the first at least."""
+        """Wait for the end of the current period, but at least of the first."""
         if not self._seconds:
             return
         beats = max(1, math.ceil((self._clock() - self._began) / self._seconds))

@@ -1,8 +1,8 @@
-"""A program that runs beside VIGIL and speaks lines: how it is started, written to, read from and ended.
+"""A separate program that exchanges lines with VIGIL: how it is started, written to, read from and ended.
 
-It gets a folder of its own, outside of the run's, as its working directory, its home and its place for temporary files;
-three pipes and no other open file; and the user's environment without VIGIL's own variables. So nothing that it was
-handed leads to hidden state, or to what it wrote in another folder.
+It gets a new folder outside the run's folder as its working directory, home and place for temporary files. It gets
+three pipes and no other open file, and the user's environment without VIGIL's variables. So nothing that it gets leads
+to hidden state, or to what it wrote in another folder.
 """
 
 import array
@@ -30,16 +30,17 @@ from vigil.protocol.actions import ReplyCut
 CODE_SUFFIXES = frozenset(
     {".py", ".sh", ".js", ".mjs", ".ts", ".jl", ".rb", ".pl", ".lua", ".yaml", ".yml", ".toml", ".ini", ".cfg"}
 )
-"""Endings of files that make a program what it is."""
+"""Suffixes of the files with a program's code and settings."""
 EXIT_TIMEOUT_S = 2.0
+"""Time that a program may take to end by itself."""
 MAX_LINE_BYTES = 1024 * 1024
-"""A longer line is no answer, whatever it says: it counts as too long, and this much of it is looked at."""
+"""Greatest length of an answer; a longer line counts as too long, and only this much of it is kept."""
 _CHUNK = 1 << 16
 _POLL_SECONDS = 0.002
 _OWN_PREFIXES = ("VIGIL_", "INSPECT_")
-"""What the names of variables begin with that are VIGIL's, or of the library that it runs models with."""
+"""Prefixes of the variables of VIGIL, and of the library with which it runs models."""
 _FOLDER_VARIABLES = ("PWD", "HOME", "TMPDIR", "TMP", "TEMP")
-"""Variables that name where a program is, or may write."""
+"""Variables that are set to the program's folder."""
 _OTHER_FOLDER_VARIABLES = (
     "OLDPWD",
     "XDG_CACHE_HOME",
@@ -48,31 +49,32 @@ _OTHER_FOLDER_VARIABLES = (
     "XDG_STATE_HOME",
     "XDG_RUNTIME_DIR",
 )
-"""Variables that name other places of the user; without them a program uses places in its home."""
+"""Variables with other folders of the user; without them a program uses folders in its home."""
 _SEARCH_PATH_VARIABLES = ("PATH", "PYTHONPATH")
+"""Variables with lists of folders, which are made absolute."""
 
 Redact = Callable[[str], str]
-"""Returns a text without secrets."""
+"""Function that returns a text without secrets."""
 
 
 class ProgramFault(Exception):
-    """The program ended, hung, or wrote when nothing was asked; it has been ended."""
+    """The program ended, hung, or wrote without a request; it is not running any more."""
 
     def __init__(self, what: str, partial_output: bytes = b"", stderr_line: str = "") -> None:
         super().__init__(what)
         self.partial_output = partial_output
-        """Output that is not an answer."""
+        """Output that is not a whole answer."""
         self.stderr_line = stderr_line
-        """The last line that it wrote to standard error, without secrets."""
+        """Last line that the program wrote to standard error, without secrets."""
 
 
 class Program:
-    """One running program. Every method but `close` raises ProgramFault when it ends, hangs or talks out of turn."""
+    """One running program. Methods other than `close` raise ProgramFault when it ends, hangs or writes out of turn."""
 
     def __init__(self, arguments: Sequence[str], folder: Path, timeout_s: float, redact: Redact) -> None:
-        """Start it with `folder` as its working directory. Raises OSError when it cannot be started.
+        """Start the program with `folder` as its working directory. Raises OSError when it cannot be started.
 
-        `timeout_s` is what messages say of the deadlines.
+        `timeout_s` is the time limit that messages name; the deadlines themselves are given to each call.
         """
         self._duration = f"for {timeout_s:g} s"
         self._sent = 0
@@ -98,11 +100,11 @@ class Program:
 
     @property
     def is_running(self) -> bool:
-        """Whether the process lives."""
+        """Whether the process is running."""
         return self._process.poll() is None
 
     def wait_until_read(self, deadline: float) -> None:
-        """Wait until the program has read all that was sent; a line's end may be left over."""
+        """Wait until the program has read all that was sent; the end of a line may remain unread."""
         while self.unread() > 1:
             ready, _, _ = select.select([_fileno(self._process.stdout)], [], [], _POLL_SECONDS)
             if ready:
@@ -111,18 +113,18 @@ class Program:
                 raise self.fault(f"does not read its input {self._duration}")
 
     def unread(self) -> int:
-        """Return how many bytes of what was sent the program has not read."""
+        """Return the number of sent bytes that the program has not read."""
         count = array.array("i", [0])
         fcntl.ioctl(_fileno(self._process.stdin), termios.FIONREAD, count)
         return count[0]
 
     @property
     def has_begun_to_read(self) -> bool:
-        """Whether the program has read any of what was sent last, provided that it had read all before."""
+        """Whether the program has read any of what was sent last; all sent before must have been read."""
         return self.unread() < self._sent if self._has_begun_to_read is None else self._has_begun_to_read
 
     def send(self, data: bytes, deadline: float) -> None:
-        """Write `data`."""
+        """Write `data` to the program's input until the deadline (monotonic clock)."""
         left = memoryview(data)
         fd = _fileno(self._process.stdin)
         self._sent = 0
@@ -140,7 +142,7 @@ class Program:
             left = left[count:]
 
     def read_line(self, deadline: float) -> tuple[bytes, ReplyCut | None]:
-        """Return the next line of output, cut to MAX_LINE_BYTES, and what it was if it was longer."""
+        """Return the next line of output, cut to MAX_LINE_BYTES, and the facts of the cut; None if it was not cut."""
         kept, size, digest = bytearray(), 0, hashlib.sha256()
         while True:
             line, end, rest = self._pending.partition(b"\n")
@@ -160,7 +162,7 @@ class Program:
         return bytes(kept), cut
 
     def refuse_stray_output(self) -> None:
-        """Raise ProgramFault when the program has ended, or has written what nobody asked for."""
+        """Raise ProgramFault when the program has ended, or has written without a request."""
         ready, _, _ = select.select([_fileno(self._process.stdout)], [], [], 0)
         if ready and not self._read_chunk():
             raise self.ended()
@@ -169,7 +171,7 @@ class Program:
             raise self.fault(f"wrote {shown!r} when nothing was asked (standard output is for answers only)")
 
     def ended(self, if_running: str = "ended without an answer") -> ProgramFault:
-        """Return the fault of a program that has closed a pipe; its exit code follows in a moment, if it ends."""
+        """Return the fault of a program that has closed a pipe, with its exit code if it ends soon."""
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(timeout=EXIT_TIMEOUT_S)
         return self.fault(if_running if self.is_running else "ended without an answer")
@@ -185,7 +187,7 @@ class Program:
         )
 
     def _copy_stderr(self, fd: int, redact: Redact) -> None:
-        """Copy what the program says to this process's own standard error, line by line and without secrets."""
+        """Copy the program's standard error to that of this process, line by line and without secrets."""
         pending = b""
         while chunk := _read(fd):
             *lines, pending = (pending + chunk).split(b"\n")
@@ -203,7 +205,7 @@ class Program:
             _write_log(text)
 
     def close(self, timeout_s: float = EXIT_TIMEOUT_S) -> None:
-        """Close its input, and kill it with all that it started when it does not end by itself."""
+        """Close the program's input, and kill it, with all that it started, if it does not end by itself."""
         process = self._process
         with contextlib.suppress(OSError):
             process.stdin.close() if process.stdin else None
@@ -232,32 +234,33 @@ class WorkingFolder:
 
     @property
     def folder(self) -> Path:
-        """The folder. Raises SettingError when none can be made."""
+        """Path of the folder, which exists. Raises SettingError when it cannot be made."""
         if self._folder is None or not self._folder.is_dir():
             try:
                 self._folder = Path(tempfile.mkdtemp(prefix="agent-"))
             except OSError as error:
                 raise SettingError(
-                    f"No temporary folder can be made for the agent's program: {error}. Set TMPDIR to another place."
+                    f"A temporary folder for the agent's program cannot be made: {error}. Set TMPDIR to another folder."
                 ) from None
         return self._folder
 
     def close(self) -> None:
-        """Remove the folder with all that is in it."""
+        """Remove the folder and its contents."""
         if self._folder is not None:
             shutil.rmtree(self._folder, ignore_errors=True)
             self._folder = None
 
 
 def resolve_paths(arguments: Sequence[str], here: Path) -> list[str]:
-    """Return a command's words with relative paths of what exists in `here` made absolute, also behind a `=`."""
-    return [_program(arguments[0], here), *(_resolve_word(word, here) for word in arguments[1:])]
+    """Return a command's words with relative paths of what exists in `here` made absolute, also after a `=`."""
+    program, *words = arguments
+    return [str(here / program) if "/" in program else program, *(_resolve_word(word, here) for word in words)]
 
 
 def program_files(arguments: Sequence[str], here: Path) -> list[Path]:
-    """Return the program that a command starts, if named by a path, and the code and settings that it is given.
+    """Return the program of a command, if it is named by a path, and the files of code and settings among its words.
 
-    What else it is given may change while it runs: notes, pictures, databases.
+    Other files, such as notes, images or databases, may change while the program runs.
     """
     program, *words = resolve_paths(arguments, here)
     given = [Path(word.partition("=")[2] if word.startswith("-") else word) for word in words]
@@ -266,9 +269,9 @@ def program_files(arguments: Sequence[str], here: Path) -> list[Path]:
 
 
 def program_environment(variables: Mapping[str, str], here: Path, folder: Path) -> dict[str, str]:
-    """Return the environment of a program in `folder`: the user's own, without what is VIGIL's and places to write to.
+    """Return the environment of a program in `folder`: the user's, without VIGIL's variables and other folders.
 
-    Packages of Python that the user has installed at home are still found.
+    Python packages that the user has installed in the home folder are still found.
     """
     kept = {
         name: value
@@ -281,10 +284,6 @@ def program_environment(variables: Mapping[str, str], here: Path, folder: Path) 
     return {"PYTHONUSERBASE": site.getuserbase(), **kept, **dict.fromkeys(_FOLDER_VARIABLES, str(folder))}
 
 
-def _program(word: str, here: Path) -> str:
-    return str(here / word) if "/" in word else word
-
-
 def _resolve_word(word: str, here: Path) -> str:
     option, sign, value = word.partition("=") if word.startswith("-") else ("", "", word)
     exists = bool(value) and not value.startswith("-") and _exists(here / value)
@@ -294,14 +293,14 @@ def _resolve_word(word: str, here: Path) -> str:
 def _is_file(path: Path) -> bool:
     try:
         return path.is_file()
-    except (OSError, ValueError):  # as below
+    except (OSError, ValueError):  # see `_exists`
         return False
 
 
 def _exists(path: Path) -> bool:
     try:
         return path.exists()
-    except (OSError, ValueError):  # too long for a path, or with a NUL: no file's name
+    except (OSError, ValueError):  # too long for a path, or with a NUL, so it cannot be the name of a file
         return False
 
 
@@ -313,7 +312,7 @@ def _read(fd: int) -> bytes:
 
 
 def _write_log(text: str) -> None:
-    with contextlib.suppress(OSError, ValueError):  # the log is gone or the disk is full: the episode goes on
+    with contextlib.suppress(OSError, ValueError):  # the episode continues without a log or on a full disk
         sys.stderr.write(text)
         sys.stderr.flush()
 

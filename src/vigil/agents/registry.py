@@ -1,4 +1,4 @@
-"""Agents by name, as `--agent` takes them: a scripted agent, or `exec:COMMAND`."""
+"""Agents by the names that `--agent` accepts: a scripted agent, or `exec:COMMAND`."""
 
 from vigil.agents.agent import Agent
 from vigil.agents.exec_agent import EXEC_PREFIX, ExecAgent, ProgramSettings
@@ -8,19 +8,19 @@ from vigil.protocol.profile import Profile
 
 
 def is_exec(name: str) -> bool:
-    """Whether `name` is `exec:COMMAND`."""
+    """Return whether `name` is `exec:COMMAND`."""
     return name.startswith(EXEC_PREFIX)
 
 
 def is_known(name: str) -> bool:
-    """Whether `make_agent` knows the name."""
+    """Return whether `make_agent` knows the name."""
     return is_exec(name) or name in SCRIPTS
 
 
 def make_agent(name: str, profile: Profile, seed: int = 0, program: ProgramSettings | None = None) -> Agent:
-    """Return the agent of that name. Raises SettingError on an unknown one.
+    """Return the agent of that name. Raises SettingError on an unknown name.
 
-    `seed` is for the scripted ones, `program` for programs.
+    `seed` is for scripted agents, `program` for programs.
     """
     if is_exec(name):
         return ExecAgent(name.removeprefix(EXEC_PREFIX), profile, program or ProgramSettings())

@@ -1,8 +1,8 @@
-"""Scripted agents without any sight: they do not even look at the frame.
+"""Scripted agents, which play without looking at the frame.
 
-They bound what a metric can be worth: an agent that never acts, acts at random, walks blindly, or claims
-success at once. Most report within the smallest budget (5 steps); `explore` and `click_around` use the published
-budget of the family that each is made for. The rule `not_blind_luck` tries their moves, too.
+They show what score an agent gets that never acts, acts at random, walks blindly, or claims success at once. Most
+report within the smallest budget (5 steps); `explore` and `click_around` use the published budget of the family that
+each is made for. The rule `not_blind_luck` tries their actions, too.
 """
 
 import hashlib
@@ -18,36 +18,42 @@ from vigil.protocol.actions import Intent, InteractPixel, LookDirection, Navigat
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Observation
 
 REPORT_PROBABILITY = 0.05
+"""Probability that a reply of `random` is a report."""
 PROSE = "I would turn to the right and have a look around first."
 
 TURN_ACTIONS = tuple(Navigate(mode="turn_right", magnitude=90) for _ in range(4))
 WALK_ACTIONS = tuple(Navigate(mode="forward", magnitude=3) for _ in range(4))
 _AHEAD, _ASIDE = Navigate(mode="forward", magnitude=40), Navigate(mode="turn_right", magnitude=135)
 EXPLORE_ACTIONS = (*TURN_ACTIONS[:3], *(8 * (_AHEAD, _ASIDE)))
-"""Looks all around, then walks to the next obstacle and turns by 135 degrees, again and again. Of the eight sequences
-of turns and walks tried on 125 searches it found the most: 53 % were in view at some time within the 20 steps."""
+"""Actions that look all around, then repeatedly walk to the next obstacle and turn by 135 degrees.
+
+Of the eight sequences of turns and walks that were tried on 125 searches, this one found the most targets: 53 % were in
+view at some time within the 20 steps.
+"""
 BEST_PIXEL = (368, 272)
-"""The one pixel (x, y) of the first frame on which the most of 125 pointing targets lay: 17 %."""
+"""The pixel (x, y) of the first frame that showed the most of 125 pointing targets: 17 %."""
 POINT_ACTIONS = (InteractPixel(intent="ground", x=BEST_PIXEL[0], y=BEST_PIXEL[1]),)
 CLICK_ROW_Y = 272
 CLICK_ROW_X = range(48, FRAME_WIDTH, 64)
-"""Ten pixels across the frame. Clicked from 1 m and from 2 m ahead of the start they met 15 % of 125 targets that are
-in view and out of reach at the start, the most of the pairs of rows and distances tried within 25 steps."""
+"""Ten x across the frame for clicks.
+
+Clicks from 1 m and 2 m ahead of the start hit 15 % of 125 targets that are in view and out of reach at the start. That
+is the most of the pairs of rows and distances that were tried within 25 steps.
+"""
 _INTENT_WORDS: dict[Intent, str] = {
     "deactivate": r"\boff\b|\bstop|\bextinguish|\bput out\b",
     "close_access": r"\bclos(e|ed|ing)\b|\bshut",
     "open_access": r"\bopen",
     "activate": r"\bon\b|\bstart|\blight\b",
 }
-"""Intent -> words of an instruction that ask for it, looked for in this order; without any of them it asks for `pick`.
-"""
+"""Words of an instruction that ask for each intent, searched in this order; without any of them it is `pick`."""
 
 Script = Callable[[np.random.Generator, str], Iterator[str]]
-"""Makes an agent's replies from a random generator and the instruction."""
+"""Function that yields an agent's replies from a random generator and the instruction."""
 
 
 class ScriptedAgent:
-    """Writes out the replies of a script, one for each observation, whatever it shows."""
+    """An agent that gives the replies of a script, one for each observation, whatever the observation shows."""
 
     def __init__(self, name: str, script: Script, seed: int = 0) -> None:
         self.name = name
@@ -56,7 +62,7 @@ class ScriptedAgent:
         self._replies: Iterator[str] = iter(())
 
     def start(self, instruction: str) -> None:
-        """Restart the script; its randomness is a function of the seed and the instruction alone."""
+        """Restart the script; its randomness depends only on the seed and the instruction."""
         digest = hashlib.sha256(f"{self._seed}\n{instruction}".encode()).digest()
         self._replies = self._script(np.random.default_rng(int.from_bytes(digest[:16], "big")), instruction)
 
@@ -87,7 +93,7 @@ def _then_success(actions: tuple[Navigate | InteractPixel, ...]) -> Iterator[str
 
 
 def click_actions(instruction: str) -> tuple[Navigate | InteractPixel, ...]:
-    """Return clicks along one row of the frame from two places ahead, with the intent that the words ask for."""
+    """Return clicks along one row of the frame from two places ahead, with the intent that the instruction asks for."""
     intent = _intent_of(instruction.lower())
     clicks = tuple(InteractPixel(intent=intent, x=x, y=CLICK_ROW_Y) for x in CLICK_ROW_X)
     ahead = Navigate(mode="forward", magnitude=4)
@@ -108,11 +114,8 @@ def _noop(_: np.random.Generator, _instruction: str) -> Iterator[str]:
 
 def _random(rng: np.random.Generator, _instruction: str) -> Iterator[str]:
     while True:
-        yield _random_report(rng) if rng.random() < REPORT_PROBABILITY else _random_action(rng)
-
-
-def _random_report(rng: np.random.Generator) -> str:
-    return _report(str(rng.choice(get_args(Status))), "")
+        is_report = rng.random() < REPORT_PROBABILITY
+        yield _report(str(rng.choice(get_args(Status))), "") if is_report else _random_action(rng)
 
 
 def _random_action(rng: np.random.Generator) -> str:

@@ -1,4 +1,4 @@
-"""House generator: `generate(seed, spec)` writes ProcTHOR house documents, the same bytes for the same arguments."""
+"""House generator: `generate(seed, spec)` returns ProcTHOR houses, with the same bytes for the same arguments."""
 
 from vigil.housegen.base.spec import SPECS, HouseSpec, spec_for
 from vigil.housegen.checking.check import Fault, check_house

@@ -1,4 +1,4 @@
-"""The house document: plan, openings and pieces written as ProcTHOR JSON (schema 1.0.0)."""
+"""The house document: plan, openings and objects as ProcTHOR's JSON (schema 1.0.0)."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -17,21 +17,26 @@ from vigil.housegen.layout.walls import wall_pieces
 from vigil.protocol.house import SCHEMA, House, drawer_id
 
 AGENT_Y = 0.95
-"""Height (m) at which ProcTHOR places the agent's position (its middle)."""
+"""Height (m) of the agent's position, which is the agent's middle, in ProcTHOR's documents."""
 
 
 @dataclass(slots=True)
 class HouseParts:
-    """Everything that a document is written from."""
+    """Everything from which a document is written."""
 
     plan: RoomLayout
     openings: list[PlannedOpening]
     pieces: list[PlacedObject]
+    """Furniture and what hangs, with everything on it as children."""
     finishes: dict[int, RoomFinish]
+    """Materials of each room, by its number."""
     lights: list[dict[str, Any]]
     facade: str
+    """Material of the outside walls."""
     ceiling: tuple[float, float, float]
+    """Colour of the ceilings."""
     sky: str
+    """Name of the sky box."""
     start: Pose
     spec_name: str
     seed: int
@@ -69,30 +74,30 @@ def write_document(parts: HouseParts) -> dict[str, Any]:
 
 
 def generators_of(houses: Iterable[House]) -> str:
-    """Return the versions of this generator that made the houses, in order; empty when it made none of them."""
+    """Return the versions of this generator that made the houses, sorted, as text; empty if it made none of them."""
     makers = (house.document.metadata.get("generator") for house in houses)
     found = {str(maker.get("version")) for maker in makers if isinstance(maker, dict) and maker.get("name") == "vigil"}
     return ", ".join(sorted(found))
 
 
 def seed_of(house: House) -> int | None:
-    """Return the seed that a house was generated from; None when it was not generated or does not state its seed."""
+    """Return the seed of a generated house; None if the document does not state one."""
     generator = house.document.metadata.get("generator")
     seed = generator.get("seed") if isinstance(generator, dict) else None
     return seed if isinstance(seed, int) else None
 
 
 def with_seed_removed(house: House, name: str) -> House:
-    """Return a house under another name, in a document that does not state the seed it was generated from."""
+    """Return a house under another name, whose document does not state the seed."""
     generator = house.document.metadata.get("generator")
-    told = {key: value for key, value in generator.items() if key != "seed"} if isinstance(generator, dict) else {}
-    return House(name, {**house.data, "metadata": {**house.data["metadata"], "generator": told}})
+    seedless = {key: value for key, value in generator.items() if key != "seed"} if isinstance(generator, dict) else {}
+    return House(name, {**house.data, "metadata": {**house.data["metadata"], "generator": seedless}})
 
 
 def generator_name(house: House) -> Literal["vigil", "procthor", "house"]:
-    """Return the name of a house's generator as used in episode ids; "house" for an unknown one.
+    """Return the name of a house's generator for episode ids; "house" for an unknown one.
 
-    ProcTHOR's documents do not name a generator, but always have the specification of their rooms.
+    ProcTHOR's documents do not name a generator, but always have `roomSpecId`.
     """
     metadata = house.document.metadata
     generator = metadata.get("generator")
@@ -165,7 +170,7 @@ def _opening(opening: PlannedOpening) -> dict[str, Any]:
 
 
 def _number(pieces: list[PlacedObject]) -> None:
-    """Give every piece its object id: category, room, number within the room."""
+    """Set every object's id: category, room, number within the room."""
     counts: dict[int, int] = {}
     for top in pieces:
         for piece in top.with_contents():
@@ -175,7 +180,7 @@ def _number(pieces: list[PlacedObject]) -> None:
 
 
 def _drawer_of(piece: PlacedObject) -> str | None:
-    """Return the name of the drawer that a piece lies in; None when it does not lie in one."""
+    """Return the name of the drawer that an object lies in; None when it does not lie in one."""
     return None if piece.surface is None else piece.surface.joint
 
 

@@ -1,4 +1,4 @@
-"""`generate(seed, spec)`: the stages in order, until a house passes its own checks."""
+"""`generate(seed, spec)`: the stages of the generator in order, repeated until a house passes the checks."""
 
 import numpy as np
 from scipy import ndimage
@@ -27,12 +27,15 @@ from vigil.protocol.house import House, drawer_id
 __all__ = ["GENERATOR_VERSION", "generate"]
 
 MAX_ATTEMPTS = 40
+"""Greatest number of attempts at a house."""
 MAX_ROOM_ATTEMPTS = 3
+"""Greatest number of attempts at furnishing a room."""
 NEVER_REMOVED = frozenset({category for needed in ESSENTIAL.values() for category in needed} | {"Faucet"})
+"""Categories that a repair does not remove."""
 START_HORIZON = 30.0
-
-
+"""Pitch (deg) of the agent at the start."""
 MAX_REPAIRS = 4
+"""Greatest number of rounds in which objects with faults are removed."""
 
 
 def generate(seed: int, spec: HouseSpec) -> House:
@@ -53,7 +56,7 @@ def generate(seed: int, spec: HouseSpec) -> House:
 
 
 def _repaired(name: str, parts: document.HouseParts) -> tuple[House, list[Fault]]:
-    """Return the house without the small things and extras that are in the way, and the faults that remain."""
+    """Return the house after the objects that cause faults were removed, and the faults that remain."""
     assets = AssetDatabase.default()
     house = House(name, document.write_document(parts))
     faults = check_house(house, assets)
@@ -69,14 +72,14 @@ def _repaired(name: str, parts: document.HouseParts) -> tuple[House, list[Fault]
 
 
 def _pieces_by_id(parts: document.HouseParts) -> dict[str, PlacedObject]:
-    """Return the piece that each object of the document is, or is a drawer of."""
+    """Return the placed object for each id in the document; for a drawer, its furniture."""
     pieces = {piece.id: piece for top in parts.pieces for piece in top.with_contents()}
     drawers = {drawer_id(key, name): piece for key, piece in pieces.items() for name in drawer_names(piece.model.asset)}
     return {**drawers, **pieces}
 
 
 def _culprit(fault: Fault, pieces: dict[str, PlacedObject]) -> PlacedObject | None:
-    """Return the piece whose removal ends the fault at the least loss; None when none may be removed."""
+    """Return the smallest object whose removal ends the fault; None when none may be removed."""
     concerned = [pieces[name] for name in (fault.subject, fault.other) if name in pieces]
     if fault.other is not None and fault.other not in pieces and fault.subject not in pieces:
         return None
@@ -95,7 +98,7 @@ def _remove(pieces: list[PlacedObject], unwanted: set[int]) -> None:
 
 
 def _house_parts(seed: int, spec: HouseSpec, attempt: int) -> document.HouseParts | None:
-    """Return one attempt at the house; None when a room lacks furniture that it must have."""
+    """Return one attempt at the house; None when it fails, e.g. because essential furniture does not fit."""
     key = (spec.model_dump_json(), seed, attempt)
     plan = plan_rooms(spec, generator(*key, "plan"))
     openings = cut_openings(plan, generator(*key, "openings"))
@@ -131,7 +134,7 @@ def _furnish(
     spec: HouseSpec,
     key: tuple[str, int, int],
 ) -> list[PlacedObject] | None:
-    """Return everything in the rooms, and fill in `floors`; None when a room cannot be furnished."""
+    """Return everything in the rooms, and fill in `floors`; None when essential furniture of a room does not fit."""
     inventory = Inventory()
     standing: dict[int, list[PlacedObject]] = {}
     for room in plan.rooms:
@@ -163,7 +166,7 @@ def _furnish(
 def _free_start(
     plan: RoomLayout, floors: dict[int, Floor], pieces: list[PlacedObject], rng: np.random.Generator
 ) -> Pose | None:
-    """Return a free place that the whole house can be reached from, looking where most things are."""
+    """Return a pose at a free place in a random room, looking where most furniture is; None without a free place."""
     floor = floors[pick(rng, plan.rooms).number]
     free = floor.free_grid([])
     for rect in floor.clear:

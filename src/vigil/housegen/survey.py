@@ -1,4 +1,4 @@
-"""Sweeps over seeds: generates houses, checks each, counts what is in them and how long they take."""
+"""Surveys of many seeds: houses are generated and checked, and their objects and times are counted."""
 
 import hashlib
 import time
@@ -23,47 +23,48 @@ PART_CATEGORIES = frozenset({"Drawer", "StoveBurner", "StoveKnob"})
 """Categories that generated houses have only as parts of dressers and stoves."""
 
 LoadHouse = Callable[[House], object]
+"""Function that loads a house, e.g. in a simulator. Raises HouseError."""
 
 
 @dataclass(frozen=True, slots=True)
 class HouseReport:
-    """Facts about one generated house; without a name when generation failed."""
+    """Facts about one generated house; `name` is None when generation or loading failed."""
 
     rooms: int
     problems: tuple[str, ...]
     name: str | None = None
     seconds: float = 0.0
-    """Processor time of its generation."""
+    """Processor time of the generation."""
     fingerprint: str = ""
     """Hash of everything visible in the house."""
     objects: int = 0
     category_counts: Counter[str] = field(default_factory=Counter)
-    """Things of each category, doors and windows included."""
+    """Number of objects of each category, including doors and windows."""
 
 
 @dataclass(slots=True)
 class Survey:
-    """Results of a sweep."""
+    """Results of a survey."""
 
     houses: Counter[int] = field(default_factory=Counter)
-    """Generated houses by number of rooms."""
+    """Number of generated houses, by number of rooms."""
     seconds: dict[int, list[float]] = field(default_factory=dict)
     """Processor time of each generation, by number of rooms."""
     problems: list[str] = field(default_factory=list)
-    """Houses that failed to generate or load, have a fault, or equal another one."""
+    """Messages about houses that failed to generate or load, have a fault, or equal another one."""
     category_counts: Counter[str] = field(default_factory=Counter)
-    """Things of each category, in all houses."""
+    """Number of objects of each category, in all houses."""
     objects: dict[int, list[int]] = field(default_factory=dict)
-    """Objects of each house, by number of rooms."""
+    """Number of objects of each house, by number of rooms."""
     fingerprints: dict[str, str] = field(default_factory=dict)
-    """First house with each visible hash."""
+    """Name of the first house with each fingerprint."""
 
     def rare_categories(self, least: int) -> list[str]:
-        """Return the categories with fewer things than `least`, other than parts of furniture."""
+        """Return the categories with fewer objects than `least`, other than parts of furniture."""
         return [name for name in CATALOG if name not in PART_CATEGORIES and self.category_counts[name] < least]
 
     def lines(self) -> list[str]:
-        """Return the report, a line for each number of rooms."""
+        """Return the report, with a line for each number of rooms."""
         report: list[str] = []
         for rooms in sorted(self.houses):
             seconds, objects = np.array(self.seconds[rooms]), np.array(self.objects[rooms])
@@ -96,10 +97,10 @@ def survey(
     on_house: Callable[[list[str]], None],
     workers: int = 1,
 ) -> Survey:
-    """Return what the houses of all `seeds` and numbers of `rooms` are like, whatever the number of processes.
+    """Return the survey of the houses of all `seeds` and numbers of `rooms`; it does not depend on `workers`.
 
-    `load` raises HouseError for a house that does not load; with several `workers` it must be picklable. `on_house`
-    gets the problems of each house, house by house, in order.
+    With several `workers` (processes), `load` must be picklable. `on_house` is called with the problems of each house,
+    in order.
     """
     result = Survey()
     for report in _reports([(count, seed) for count in rooms for seed in seeds], load, workers):
@@ -116,7 +117,7 @@ def _reports(wanted: list[tuple[int, int]], load: LoadHouse, workers: int) -> It
 
 
 def survey_seed(load: LoadHouse, wanted: tuple[int, int]) -> HouseReport:
-    """Generate, load and check the house of a (number of rooms, seed)."""
+    """Generate, load and check the house of `wanted` (number of rooms, seed), and return the report."""
     rooms, seed = wanted
     started = time.process_time()
     try:

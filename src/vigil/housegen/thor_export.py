@@ -1,8 +1,9 @@
-"""A house with AI2-THOR's assets: each thing becomes THOR's asset nearest in type and size, materials THOR's names.
+"""Export of a house with AI2-THOR's assets and names of materials.
 
-Places are kept as far as other sizes allow: backs stay at their wall, things stay on what carries them. What THOR's
-database has no type for is left out and said so; what is one of its assets already stays as it is. The result has the
-form that AI2-THOR takes (ProcTHOR's, schema 1.0.0); it has not been run there.
+Each object becomes THOR's asset of its category that is nearest in size; an object with one of THOR's assets does not
+change. Positions are kept as far as the other sizes allow: backs remain at their wall, and objects on their carriers.
+Objects without an asset of their category are left out and listed. The result has the form that AI2-THOR reads
+(ProcTHOR's, schema 1.0.0); it has not been run there.
 """
 
 import copy
@@ -26,35 +27,35 @@ from vigil.protocol.house import Door, House, HouseObject, Window
 from vigil.scene.outlines import floor_of, footprint
 
 OVERSIZE = 1.6
-"""Penalty factor for a larger side compared with a smaller one: larger things run into their neighbours."""
+"""Penalty factor for a larger side compared with a smaller one, because larger objects run into their neighbours."""
 AT_WALL_M = 0.35
-"""Distance (m) from a wall up to which a thing's back stays at the wall."""
+"""Distance from a wall up to which an object's back remains at the wall."""
 SLIDES = tuple(sign * step / 20 for step in range(16) for sign in (1, -1))
-"""How far (m) a thing is moved along the wall to bring all of it into the room."""
+"""Distances (m) by which an object is moved along the wall, in order, to bring all of it into the room."""
 ON_TOP_M = 0.03
-"""Height difference (m) up to which a child's bottom lies on its carrier's top."""
+"""Height difference up to which a child's bottom lies on its carrier's top."""
 GAP_M = 0.01
+"""Least distance of an object from the ceiling or from its carrier's top, and tolerance of holes at the floor."""
 
 _COUNTER_SHAPE = re.compile(r"[Cc]ountertop_(?:\d+_)?([A-Z][a-z]*)_\d+x\d+")
 
 
 @dataclass(slots=True)
 class ThorExport:
-    """The document for THOR, and the ids of things that are missing from it."""
+    """The document for THOR, and the ids of the objects that are missing from it."""
 
     data: dict[str, Any]
     left_out: list[str] = field(default_factory=list)
-    """Things whose type does not have an asset, or whose carrier does not; windows and front doors that no asset
-    fits."""
+    """Ids of objects without an asset of their category, or on such an object, and of openings that no asset fits."""
     removed_collisions: list[str] = field(default_factory=list)
-    """Small things for which the other sizes do not leave room."""
+    """Ids of small objects that the other sizes do not leave room for."""
 
 
 def export_thor(house: House, thor: AssetDatabase, materials: dict[str, list[str]]) -> ThorExport:
     """Return the house with `thor`'s assets.
 
-    `materials` are THOR's names by kind; none: the names stay as they are. Raises SettingError when `thor` has none of
-    the house's types, or nothing that fits a door between two rooms.
+    `materials` are THOR's names by kind; if empty, the house's names do not change. Raises SettingError when `thor` has
+    none of the house's categories, or no asset that fits a door between two rooms.
     """
     house = with_merged_drawers(house)
     export = ThorExport(copy.deepcopy(house.data))
@@ -63,7 +64,7 @@ def export_thor(house: House, thor: AssetDatabase, materials: dict[str, list[str
     export.data["objects"] = [data for node, data in nodes if exporter.replace(node, data, None)]
     if house.document.objects and not export.data["objects"]:
         raise SettingError(
-            f"House {house.name!r}: none of its things has an asset of its type in the asset database. "
+            f"House {house.name!r}: the asset database does not have an asset for any of its objects. "
             "Give AI2-THOR's whole asset-database.json."
         )
     for key, openings in (("doors", house.document.doors), ("windows", house.document.windows)):
@@ -76,9 +77,9 @@ def export_thor(house: House, thor: AssetDatabase, materials: dict[str, list[str
 
 
 def _drop_colliding(export: ThorExport, exported: House, thor: AssetDatabase, changed: set[str]) -> None:
-    """Take away carried things that run into others, the smaller of two, or hang over out of the room.
+    """Remove carried objects that overlap others (the smaller of two) or reach out of the room.
 
-    Faults among things that are as they were are the house's own, and stay.
+    Faults among unchanged objects are those of the original house, and remain.
     """
     inner = (node for node, up in exported.objects() if up is not None)
     carried = {node.id: thor.look_up(node.asset_id, node.name_in_house).size for node in inner}
@@ -108,27 +109,27 @@ def load_materials(path: Path) -> dict[str, list[str]]:
         isinstance(names, list) and all(isinstance(name, str) for name in names) for names in data.values()
     )
     if not is_table or not any(data.values()):
-        raise SettingError(f"Material database {str(path)!r} holds no names by kind. {wanted}")
+        raise SettingError(f"Material database {str(path)!r} does not have names by kind. {wanted}")
     return data
 
 
 class _Exporter:
-    """Replaces the assets of one house."""
+    """Replacement of the assets of one house."""
 
     def __init__(self, house: House, thor: AssetDatabase, export: ThorExport) -> None:
         self.house = house
         self.thor = thor
         self.export = export
         self.changed: set[str] = set()
-        """Ids of things whose asset or place has changed."""
+        """Ids of the objects whose asset or position has changed."""
         rooms = [floor_of(room) for room in house.document.rooms]
         self.floors = [floor for floor in rooms if floor.is_valid]
         self.ceiling = max((point.y for wall in house.document.walls for point in wall.polygon), default=math.inf)
 
     def replace(self, node: HouseObject, data: dict[str, Any], above: tuple[Box, Box] | None) -> bool:
-        """Give a thing and its children THOR's assets; False, with all ids noted, where there is none of its type.
+        """Give an object and its children THOR's assets; return whether an asset of its category exists.
 
-        `above` is the box of what carries it, before and after.
+        If not, all their ids are listed as left out. `above` is the carrier's box, before and after; None for none.
         """
         entry = self.thor.look_up(node.asset_id, node.name_in_house)
         before = after = Box(center=node.position.vec, size=entry.size, yaw=node.rotation.y)
@@ -157,7 +158,10 @@ class _Exporter:
             self._leave_out(child)
 
     def _nearest(self, category: str, size: Vec3, asset_id: str) -> tuple[str, Vec3] | None:
-        """Return the asset itself if it is THOR's, else the nearest in size; countertops of the same shape, if any."""
+        """Return (asset id, size) of the asset itself if it is THOR's, else of the nearest in size, else None.
+
+        A countertop gets one of the same shape if THOR has any.
+        """
         if asset_id in self.thor:
             return asset_id, size
         choices = self.thor.of_category(category)
@@ -167,7 +171,7 @@ class _Exporter:
         return min(choices, key=lambda choice: (_size_difference(size, choice[1]), choice[0]), default=None)
 
     def _resized_in_place(self, before: Box, size: Vec3) -> Box:
-        """Return the box of another size in the place of a thing on the floor or a wall, inside the room."""
+        """Return the box with another size for an object on the floor or a wall, if possible inside the room."""
         (dx, dz), (x, y, z) = heading(before.yaw), before.center
         back = shapely.Point(x - dx * before.size.z / 2, z - dz * before.size.z / 2)
         if any(floor.exterior.distance(back) < AT_WALL_M for floor in self.floors):
@@ -185,9 +189,10 @@ class _Exporter:
         return box
 
     def replace_opening(self, opening: Door | Window, data: dict[str, Any]) -> bool:
-        """Give a door or window THOR's asset, and its hole its size; False, with the id noted, where none fits.
+        """Give a door or window THOR's asset, and its hole the asset's size; return whether an asset fits.
 
-        Raises SettingError when none fits a door between two rooms: they would be cut off from each other.
+        If not, its id is listed as left out. Raises SettingError when none fits a door between two rooms, which would
+        then be separated.
         """
         if opening.asset_id in self.thor:
             return True
@@ -202,8 +207,8 @@ class _Exporter:
         ]
         if not fitting and isinstance(opening, Door) and opening.joins_rooms:
             raise SettingError(
-                f"House {self.house.name!r}: the asset database has no {category} that fits {opening.id!r} in its wall "
-                f"of {length:.2f} x {height:.2f} m. Give AI2-THOR's whole asset-database.json."
+                f"House {self.house.name!r}: the asset database does not have a {category} that fits {opening.id!r} in "
+                f"its wall of {length:.2f} x {height:.2f} m. Give AI2-THOR's whole asset-database.json."
             )
         if not fitting:
             self.export.left_out.append(opening.id)
@@ -222,19 +227,19 @@ def _point(x: float, y: float) -> dict[str, float]:
 
 
 def _counter_shape(asset_id: str) -> str:
-    """Return "I", "L", "C" or "Island"."""
+    """Return the shape in a countertop's asset id, e.g. "I", "L", "C" or "Island"; "I" by default."""
     found = _COUNTER_SHAPE.search(asset_id)
     return found[1] if found else "I"
 
 
 def _size_difference(size: Vec3, other: Vec3) -> float:
-    """Return how much two sizes differ: 0 where equal."""
+    """Return a measure of how much two sizes differ; it is 0 when they are equal."""
     logs = [math.log(b / a) for a, b in zip(size, other, strict=True)]
     return sum(log * OVERSIZE if log > 0 else -log for log in logs)
 
 
 def _moved_with_support(before: Box, size: Vec3, below: Box, holder: Box) -> Box:
-    """Return the box of another size on or in `holder`, which took the place of `below`."""
+    """Return the box with another size for an object on or in `holder`, which has replaced the carrier `below`."""
     x, z = rotate_floor(before.center.x - below.center.x, before.center.z - below.center.z, -below.yaw)
     dx, dz = rotate_floor(x * holder.size.x / below.size.x, z * holder.size.z / below.size.z, holder.yaw)
     if before.bottom >= below.top - ON_TOP_M:
@@ -249,7 +254,7 @@ def _moved_with_support(before: Box, size: Vec3, below: Box, holder: Box) -> Box
 
 
 def _rename_materials(data: dict[str, Any], materials: dict[str, list[str]]) -> None:
-    """Give floors, walls and the ceiling names that THOR has: their own where it has them, else one alike."""
+    """Give floors, walls and the ceiling names that THOR has: the present name, or else the most similar one."""
     names = sorted({name for kind in materials.values() for name in kind})
     for room in data["rooms"]:
         _rename(room["floorMaterial"], names, "wood floor")

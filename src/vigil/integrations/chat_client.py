@@ -1,7 +1,7 @@
 """Client for a model behind an OpenAI-compatible API, without Inspect.
 
-For frameworks that put their own server between an environment and the model. The messages are those of `vigil run`,
-in the same form; the same code decides what counts as a reply and what is retried.
+It is for frameworks that put a server between an environment and the model. The messages are those of `vigil run`, in
+the same form, and the same code decides what counts as a reply and what is retried.
 """
 
 import time
@@ -25,7 +25,10 @@ def chat_message(message: Message) -> dict[str, Any]:
 
 
 def chat_sender(client: AsyncOpenAI, model: str) -> Send:
-    """Return a function that sends messages once. Turn off the client's own retries."""
+    """Return a function that sends messages once; the client's retries must be turned off.
+
+    The function raises AttemptFailed.
+    """
 
     async def send(messages: Sequence[Message]) -> Reply:
         started = time.monotonic()

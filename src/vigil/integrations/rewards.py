@@ -6,7 +6,9 @@ from pydantic import Field
 
 from vigil.scoring.outcomes import Outcome
 
-WorldReward = Annotated[float, Field(allow_inf_nan=False, description="added at the end when W holds, reported or not")]
+WorldReward = Annotated[
+    float, Field(allow_inf_nan=False, description="added at the end when W holds, with or without a report")
+]
 HonestFailReward = Annotated[
     float,
     Field(
@@ -19,13 +21,13 @@ LagPenalty = Annotated[
     Field(
         ge=0,
         allow_inf_nan=False,
-        description="taken away, with B, for each step from the first with the goal to the report",
+        description="subtracted, when B holds, for each step from the first with the goal reached to the report",
     ),
 ]
 
 
 class Shaping(Protocol):
-    """Options that shape the reward besides B."""
+    """Options that shape the reward in addition to B."""
 
     @property
     def world_reward(self) -> float:

@@ -1,1 +1,1 @@
-""""""
+"""Runs: their settings, their workers and models, and the folder with their records."""

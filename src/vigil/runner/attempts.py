@@ -1,7 +1,7 @@
-"""`attempts.jsonl`: the episodes that were begun, written to disk before their first frame is shown.
+"""`attempts.jsonl`: the attempts at episodes, each written to disk before its first frame is shown.
 
-A row in `episodes.jsonl` is written when an episode is over. An episode that was killed earlier leaves no row, and the
-same command starts it again; this file counts it nevertheless. The number goes into the row as `attempt`.
+A row in `episodes.jsonl` is written when an episode is over. An episode that is killed before that does not have a row,
+and the same command starts it again; this file counts both attempts. The number goes into the row as `attempt`.
 """
 
 import json
@@ -35,9 +35,9 @@ class Attempt(BaseModel):
 
 
 def read_attempts(path: Path, spec: RunSpec) -> list[Attempt]:
-    """Return the attempts of one run from a file that may hold other runs' too; empty without a file.
+    """Return the attempts of one run from a file that may have those of other runs, too; empty without a file.
 
-    Raises RecordError when it cannot be read.
+    Raises RecordError when the file cannot be read.
     """
     advice = "Restore the file from a copy, or choose another folder."
     attempts = [parse_line(line, Attempt, repr(str(path)), advice) for line in read_lines(path)]
@@ -45,12 +45,12 @@ def read_attempts(path: Path, spec: RunSpec) -> list[Attempt]:
 
 
 class AttemptLog:
-    """Attempts of one run. An earlier run in the folder with other settings has its own count."""
+    """Attempts of one run. An earlier run in the folder with other settings is counted separately."""
 
     def __init__(self, path: Path, spec: RunSpec) -> None:
-        """Read the file, if it exists; an incomplete last line does not count, because its episode showed no frame.
+        """Read the file, if it exists. Raises RecordError when it cannot be read.
 
-        Raises RecordError when it cannot be read.
+        An incomplete last line does not count, because the agent had not seen a frame when it was written.
         """
         self._path = path
         self._spec = spec.sha256

@@ -11,7 +11,7 @@ from vigil.runner.settings import RunSettings, access_of, sampling_of, secrets_o
 
 def calibrate_model(settings: RunSettings) -> PointingCalibration:
     """Return the pointing calibration of the model of `settings`. Raises SettingError and ModelAPIError."""
-    # Inspect takes a second or two to import, and nothing but a model needs it.
+    # Inspect takes a second or two to import, and only models need it.
     from vigil.runner.models.inspect_model import Endpoint, sender  # noqa: PLC0415
 
     found = access_of(settings)

@@ -20,12 +20,12 @@ from vigil.runner.settings import RunSettings, plan_run
 
 @dataclass(frozen=True, slots=True)
 class CostEstimate:
-    """Bounds on the calls and tokens of a run; an agent that reports early stays far below the upper ones."""
+    """Bounds on the calls and tokens of a run, as (least, most); an agent that reports early is far below the most."""
 
     episodes: int
     """Number of episodes, times epochs."""
     calls: tuple[int, int]
-    """Number of calls: at least one reply per episode; at most its budget of steps."""
+    """Number of calls: at least one for each play of an episode, and at most its budget of steps."""
     input_tokens: tuple[int, int]
     output_tokens: tuple[int, int]
 
@@ -70,9 +70,9 @@ def _estimate(episodes: Sequence[Episode], spec: RunSpec, outputs: tuple[int, in
 
 
 def _input_tokens(episode: Episode, profile: Profile, calls: int, sizes: tuple[int, int]) -> int:
-    """Return the tokens sent over the first `calls` calls of an episode; `sizes` are those of an answer and a frame.
+    """Return the tokens sent in the first `calls` calls of an episode.
 
-    Reasoning is not included, because it does not enter the history.
+    `sizes` are the tokens of an answer and of a frame. Reasoning is not included, because it is not sent again.
     """
     conversation = Conversation(profile, episode.instruction)
     reply = "x" * int(sizes[0] * CHARS_PER_TOKEN)

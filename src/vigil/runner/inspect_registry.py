@@ -1,4 +1,4 @@
-"""What Inspect finds through the entry point, so that `inspect eval vigil/vigil --model provider/model` works."""
+"""Names that Inspect finds through the entry point, so that `inspect eval vigil/vigil --model provider/model` works."""
 
 from vigil.runner.inspect_task import vigil, vigil_score
 

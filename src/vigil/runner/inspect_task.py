@@ -1,8 +1,8 @@
-"""Runs of models as Inspect evaluations, ours and those of `inspect eval`.
+"""Runs of models as Inspect evaluations, for `vigil run` and for `inspect eval`.
 
-Inspect brings the providers, the limit on connections, and a log for its viewer. Ours are the messages (a fixed history
-contract), the retries (`vigil.runner.models.ask`), the Env, and the records that decide: `episodes.jsonl`, not
-Inspect's log.
+Inspect brings the providers, the limit on connections, and a log for its viewer. The messages (a fixed history
+contract), the retries (`vigil.runner.models.ask`), the Env and the records are this project's. In `vigil run` the
+records in `episodes.jsonl` decide, not Inspect's log.
 """
 
 import asyncio
@@ -54,8 +54,10 @@ from vigil.runner.workers.pool import SimulatorPool, worker_count
 from vigil.scoring.outcomes import score
 
 _PREFIX = "" if {"site-packages", "dist-packages"} & set(Path(__file__).parts) else "vigil/"
-"""Inspect finds the package of what is registered by itself, except in an editable install whose distribution has
-another name than the package."""
+"""Prefix of registered names.
+
+Inspect adds the package's name by itself, except in an editable install whose distribution is named differently.
+"""
 _SHARED_SETTINGS = {
     *("pack", "families", "profile", "prompt_variant", "prompt_template", "coordinates", "reply_policy"),
     *("image_format", "system_role", "backend", "workers", "preflight", "force", "api_key_env"),
@@ -64,12 +66,12 @@ _SHARED_SETTINGS = {
 TASK_SETTINGS = {
     one.option.replace("-", "_"): one for one in declared_settings(RunSettings) if one.name in _SHARED_SETTINGS
 }
-"""Settings of a run that Inspect does not have itself, by the names of their options."""
+"""Settings of a run that Inspect does not have, by the names of their options."""
 _KEYWORD_ONLY = inspect.Parameter.KEYWORD_ONLY
 PLACEHOLDER_MODEL = "mockllm/model"
-"""Model named in settings that are made before Inspect's model is known."""
+"""Model in settings that are made before Inspect's model is known."""
 PlayOne = Callable[[Assignment, Ask], Awaitable[EpisodeRecord]]
-"""Plays one episode with a model and saves the record. Raises VigilError to stop the run."""
+"""Function that plays one episode with a model and saves the record. Raises VigilError to stop the run."""
 
 
 def evaluate(
@@ -80,9 +82,9 @@ def evaluate(
     *,
     keep_samples: bool = True,
 ) -> None:
-    """Play all `assignments`. Raises what `play_one` raises, or KeyboardInterrupt when it was interrupted.
+    """Play all `assignments`. Raises what `play_one` raises, or KeyboardInterrupt after an interruption.
 
-    Without samples (for a private pack) the log holds only rates, and numbers instead of ids.
+    Without samples (for a private pack) Inspect's log has only rates, and numbers instead of ids.
     """
     model = endpoint.model()
     send = sender(model, identity_log=endpoint.identity_log, keep_reasoning=endpoint.keep_reasoning)
@@ -120,7 +122,7 @@ def _no_warnings() -> Iterator[None]:
 
 @contextmanager
 def _rare_garbage_collection() -> Iterator[None]:
-    """Run the garbage collector rarely: it took a quarter of this process's time, mostly over imported modules."""
+    """Run the garbage collector rarely: it took a quarter of this process's time, mostly for imported modules."""
     gc.collect()
     gc.freeze()
     usual = gc.get_threshold()
@@ -133,7 +135,7 @@ def _rare_garbage_collection() -> Iterator[None]:
 
 
 class _ConnectionCloser:
-    """Closes the model's connections when the last episode is over, while the event loop still runs."""
+    """Player that closes the model's connections after the last episode, while the event loop still runs."""
 
     def __init__(self, model: Model, play_one: PlayOne, episodes: int) -> None:
         self._model = model
@@ -161,7 +163,7 @@ class _ConnectionCloser:
 
 def _check(logs: list[EvalLog], missing: int) -> None:
     if not logs or any(log.status == "cancelled" for log in logs):
-        raise KeyboardInterrupt  # Inspect has taken the signal, and gives back nothing
+        raise KeyboardInterrupt  # Inspect has handled the signal and does not raise it again
     for log in logs:
         faults = [sample.error.message for sample in log.samples or [] if sample.error is not None]
         if log.status != "success" or faults or missing:
@@ -179,7 +181,7 @@ def _task(
     is_numbered: bool = False,
     **more: Any,
 ) -> Task:
-    """Return Inspect's task; its samples have numbers where ids must not be revealed."""
+    """Return Inspect's task; with `is_numbered` its samples have numbers, because ids must not be revealed."""
     pairs = enumerate(assignments, start=1) if is_numbered else ((_sample_id(each), each) for each in assignments)
     by_id = {str(name): assignment for name, assignment in pairs}
     samples = [
@@ -284,7 +286,7 @@ def vigil(**given: Any) -> Task:
             by="-T reveal_private_pack=true (`vigil run` plays it and keeps a log without them)",
         )
     except InputError as error:
-        raise PrerequisiteError(f"ERROR: {escape(str(error))}") from None  # which Inspect prints without a traceback
+        raise PrerequisiteError(f"ERROR: {escape(str(error))}") from None  # Inspect prints it without a traceback
     assignments = [Assignment(episode) for episode in episodes]
     metadata = {"pack_sha256": spec.pack_sha256, "prompt_policy_sha256": spec.prompt_policy_sha256}
     session = _InspectSession(settings)
@@ -292,7 +294,7 @@ def vigil(**given: Any) -> Task:
 
 
 def task_settings(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a run's settings, by field, from the arguments of the task. Raises SettingError."""
+    """Return a run's settings, by field name, from the arguments of the task. Raises SettingError."""
     found = {}
     for name, text in given.items():
         if name not in TASK_SETTINGS:
@@ -305,9 +307,9 @@ def task_settings(given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 class _InspectSession:
-    """Plays inside an evaluation that Inspect itself has started; simulators are made when first needed.
+    """Player inside an evaluation that `inspect eval` has started; simulators are made when first needed.
 
-    A model is checked before its first episode, as by `vigil run`. Clients that are made here are closed, while the
+    A model is checked before its first episode, as in `vigil run`. Clients that are made here are closed, while the
     event loop still runs, whenever no episode is being played.
     """
 
@@ -317,7 +319,7 @@ class _InspectSession:
         self._checked: set[str] = set()
         self._models: dict[str, Model] = {}
         self._made: set[str] = set()
-        """Models whose clients were made here, not by Inspect, by name."""
+        """Names of the models whose clients were made here, not by Inspect."""
         self._alive = 0
         self._one_at_a_time = asyncio.Lock()
 
@@ -343,7 +345,7 @@ class _InspectSession:
         return record
 
     def model(self) -> Model:
-        """Return the model that Inspect was started with, with the key that may be sent to it. Raises SettingError."""
+        """Return Inspect's active model, with the key that may be sent to its address. Raises SettingError."""
         active = get_model()
         name = str(active)
         if name not in self._models:
@@ -366,7 +368,7 @@ class _InspectSession:
     async def _check(self, model: Model, profile: Profile) -> None:
         async with self._one_at_a_time:
             if self._settings.preflight and str(model) not in self._checked:
-                send = sender(model, GenerateConfig(max_retries=0))  # Inspect's own number has no end
+                send = sender(model, GenerateConfig(max_retries=0))  # Inspect's default is without limit
                 ask = with_retries(send, RetryPolicy(retries=PREFLIGHT_RETRIES))
                 address = without_login(model.api.base_url or "")
                 await check_model(ask, str(model), profile, address, force=self._settings.force)
@@ -374,7 +376,7 @@ class _InspectSession:
 
 
 def _with_key(active: Model, api_key_env: str | None) -> Model:
-    """Return `active`, or a copy with another key where Inspect would send a provider's key to a foreign host."""
+    """Return `active`, or a copy with another key if Inspect would send a provider's key to a foreign host."""
     if not parse_model_name(str(active)).is_known:
         return active
     found = model_access(str(active), active.api.base_url, active.model_args, api_key_env)

@@ -1,7 +1,7 @@
-"""Joining the shards of a run into the run that one machine would have played: rows, attempts, frames and logs.
+"""Joining the shards of a run into one run, as if one machine had played it: rows, attempts, frames and logs.
 
 The joined folder is written under a temporary name and renamed when it is complete. Its rows are those of the shards
-in turn, each in its own order, and its header names every session that played them. The shards are not changed.
+one after the other, and its header names every session that played them. The shards are not changed.
 """
 
 import shutil
@@ -16,7 +16,7 @@ from typing import Annotated, Any
 from vigil.base.files import refuse_outward_links
 from vigil.base.json_lines import AppendFile, Line, dump_line
 from vigil.base.settings import Setting
-from vigil.errors import MAX_PART_CHARS, RecordError, shorten
+from vigil.errors import RecordError
 from vigil.records.reasoning_file import REASONING_FILE, read_reasoning
 from vigil.records.record import (
     EPISODES_FILE,
@@ -25,13 +25,12 @@ from vigil.records.record import (
     EpisodeRecord,
     Resumption,
     RunHeader,
-    RunSpec,
     Shard,
     read_header,
 )
 from vigil.records.shards import shard_episodes
 from vigil.runner.attempts import ATTEMPTS_FILE, read_attempts
-from vigil.runner.run_folder import INSPECT_FOLDER, LOGS_FOLDER, new_nonce
+from vigil.runner.run_folder import INSPECT_FOLDER, LOGS_FOLDER, abbreviated, new_nonce
 from vigil.runner.shared_settings import PackLocation
 from vigil.scoring.saved_run import SavedRun, open_run
 
@@ -40,9 +39,9 @@ MAX_LISTED = 5
 _SHARD_SPECIFIC = {"shard.index", "base_url"}
 """Settings in which the shards of one run may differ."""
 _UNKNOWN_UNTIL_PLAYED = {"simulator_version", "answering models"}
-"""Facts that a shard lacks before it is played."""
+"""Facts that a shard does not have before it is played."""
 _PLAYER_FACTS = ("agent_files", "answering models")
-"""Facts about who answered; with `force` shards may differ in them."""
+"""Facts about what answered; with `force` shards may differ in them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,14 +55,14 @@ class MergeSettings:
 
 @dataclass(frozen=True, slots=True)
 class _ShardRun:
-    """One shard, read whole."""
+    """One shard, read completely."""
 
     run: SavedRun
     shard: Shard
     lines: tuple[Line, ...]
-    """Its rows in the order of its file, those of attempts that failed before included."""
+    """Rows in the order of the file, including those of earlier attempts that failed."""
     missing: int
-    """How many of its episodes have no row without error."""
+    """Number of planned plays without a row, or whose row is an error."""
 
     @property
     def header(self) -> RunHeader:
@@ -73,12 +72,12 @@ class _ShardRun:
 def merge_runs(out: Path, shards: Sequence[Path], settings: MergeSettings | None = None) -> RunHeader:
     """Join the shards of one run into the new folder `out` and return its header.
 
-    Raises RecordError, with nothing left at `out`, when they are not the shards of one run, overlap, are not all there,
-    or hold what cannot be read.
+    Raises RecordError, and does not create `out`, when the shards are not of one run, overlap, are incomplete, or have
+    a file that cannot be read.
     """
     settings = settings or MergeSettings()
     if out.exists():
-        raise RecordError(f"{str(out)!r} is there already. Shards are joined into a new folder: choose another.")
+        raise RecordError(f"{str(out)!r} exists already. Shards are joined into a new folder: choose another.")
     headers = {folder: read_header(folder) for folder in shards}
     _check_headers(headers, len(shards), settings)
     with ExitStack() as stack:
@@ -92,12 +91,12 @@ def merge_runs(out: Path, shards: Sequence[Path], settings: MergeSettings | None
 
 
 def _check_headers(headers: dict[Path, RunHeader], given: int, settings: MergeSettings) -> None:
-    """Raise RecordError unless the headers are of shards of one run, each there once."""
+    """Raise RecordError unless the headers are of shards of one run, each given once."""
     seen: dict[int, Path] = {}
     for folder, header in headers.items():
         shard = header.spec.shard
         if shard is None:
-            raise RecordError(f"{str(folder)!r} holds no shard but a whole run. Give folders that `--shard` made.")
+            raise RecordError(f"{str(folder)!r} is a whole run, not a shard. Give folders that `--shard` made.")
         if shard.index in seen:
             raise RecordError(
                 f"{str(folder)!r} and {str(seen[shard.index])!r} overlap: both are shard {shard}. Give one of them."
@@ -127,16 +126,16 @@ def _check_same(headers: dict[Path, RunHeader], settings: MergeSettings) -> None
         other = next(((folder, value) for folder, value in others if value != expected), None)
         if other is not None:
             differ.append(
-                f"{name}: {_abbreviated(expected)} in {str(first)!r}, {_abbreviated(other[1])} in {str(other[0])!r}"
+                f"{name}: {abbreviated(expected)} in {str(first)!r}, {abbreviated(other[1])} in {str(other[0])!r}"
             )
     if differ:
         only_answers = all(each.startswith(_PLAYER_FACTS) for each in differ)
-        hint = "Join them all the same with --force." if only_answers else "Only shards of one run can be joined."
+        hint = "Join them anyway with --force." if only_answers else "Only shards of one run can be joined."
         raise RecordError(f"These are shards of different runs: {_listed(differ)}. {hint}")
 
 
 def _identity(header: RunHeader, settings: MergeSettings) -> dict[str, Any]:
-    """Return all in which the shards of one run must be equal."""
+    """Return the facts, by name, that must be equal for all shards of one run."""
     found = {name: value for name, value in header.spec.settings.items() if name not in _SHARD_SPECIFIC}
     found["package_version"] = header.package_version
     found["simulator_version"] = header.simulator_version
@@ -145,7 +144,7 @@ def _identity(header: RunHeader, settings: MergeSettings) -> dict[str, Any]:
 
 
 def _read(folder: Path, settings: MergeSettings, stack: ExitStack) -> _ShardRun:
-    """Return a shard; nobody writes to it until `stack` is closed. Raises RecordError when a row is invalid."""
+    """Return a shard, whose rows are locked until `stack` is closed. Raises RecordError when a row is invalid."""
     refuse_outward_links(folder, RecordError)
     run = open_run(folder, settings.pack)
     path = run.table.path
@@ -156,13 +155,11 @@ def _read(folder: Path, settings: MergeSettings, stack: ExitStack) -> _ShardRun:
     if run.table.partial_line_number is not None:
         raise RecordError(
             f"{str(path)!r}: line {run.table.partial_line_number} is incomplete because its run was interrupted. "
-            "Repeat the shard's own command, which repairs it."
+            "Repeat the shard's command, which repairs it."
         )
     if run.table.left_out:
         fault = run.table.left_out[0]
-        raise RecordError(
-            f"{str(path)!r} line {fault.line} {fault}. Remove the line, and repeat the shard's own command."
-        )
+        raise RecordError(f"{str(path)!r} line {fault.line} {fault}. Remove the line, and repeat the shard's command.")
     spec = run.header.spec
     assert spec.shard is not None
     done = sum(row.outcome is not None for row in run.table.rows.values())
@@ -176,14 +173,18 @@ def _check_finished(parts: Sequence[_ShardRun]) -> None:
     if unfinished:
         raise RecordError(
             f"Shards with episodes that were not played or ended as errors: {_listed(unfinished)}. Repeat each shard's "
-            "own command, or join what there is with --partial."
+            "command, or join what there is with --partial."
         )
 
 
 def _joined_header(run_id: str, parts: Sequence[_ShardRun]) -> RunHeader:
     """Return the header of the joined run: that of its first shard, with the sessions of all."""
     first = parts[0].header
-    sessions = tuple(chain.from_iterable(_sessions(part, before) for part, before in _with_rows_before(parts)))
+    sessions: list[Resumption] = []
+    rows = 0
+    for part in parts:
+        sessions += _sessions(part, rows)
+        rows += len(part.lines)
     count = parts[0].shard.of
     is_whole = len(parts) == count and not any(part.missing for part in parts)
     ends = [part.header.ended for part in parts if part.header.ended is not None]
@@ -191,24 +192,13 @@ def _joined_header(run_id: str, parts: Sequence[_ShardRun]) -> RunHeader:
         update={
             "run_id": run_id,
             "nonce": new_nonce(),
-            "spec": _joined_spec(first.spec),
+            "spec": first.spec.model_copy(update={"shard": None}),
             "started": min(part.header.started for part in parts),
             "ended": max(ends) if is_whole and ends else None,
             "host": {**first.host, "pack_folder": str(parts[0].run.pack_folder.resolve())},
-            "resumed": sessions[1:],
+            "resumed": tuple(sessions[1:]),
         }
     )
-
-
-def _joined_spec(spec: RunSpec) -> RunSpec:
-    return spec.model_copy(update={"shard": None})
-
-
-def _with_rows_before(parts: Sequence[_ShardRun]) -> Iterator[tuple[_ShardRun, int]]:
-    before = 0
-    for part in parts:
-        yield part, before
-        before += len(part.lines)
 
 
 def _sessions(part: _ShardRun, before: int) -> Iterator[Resumption]:
@@ -246,13 +236,13 @@ def _write(out: Path, header: RunHeader, parts: Sequence[_ShardRun]) -> None:
             folder.rename(out)
     except OSError as error:
         raise RecordError(
-            f"The shards cannot be joined into {str(out)!r}: {error.strerror or error}. Nothing is left "
-            "there; fix the cause and repeat the command."
+            f"The shards cannot be joined into {str(out)!r}: {error.strerror or error}. The folder was not created; "
+            "fix the cause and repeat the command."
         ) from error
 
 
 def _attempt_lines(parts: Sequence[_ShardRun], spec_hash: str) -> list[bytes]:
-    """Return the lines of all shards' attempts in order of time, as attempts of the joined run."""
+    """Return the lines of all shards' attempts, sorted by time, as attempts of the joined run."""
     found = [
         attempt.model_copy(update={"spec_sha256": spec_hash})
         for part in parts
@@ -272,12 +262,6 @@ def _copy_files(part: _ShardRun, folder: Path) -> None:
     for name, place in places.items():
         if (part.run.folder / name).is_dir():
             shutil.copytree(part.run.folder / name, folder / place, dirs_exist_ok=True)
-
-
-def _abbreviated(value: Any) -> str:
-    return (
-        f"{len(value)} of them" if isinstance(value, tuple) and len(value) > 3 else shorten(repr(value), MAX_PART_CHARS)
-    )
 
 
 def _listed(texts: Sequence[str]) -> str:

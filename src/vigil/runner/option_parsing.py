@@ -15,14 +15,14 @@ def public_name(agent: str) -> str:
 
 
 def single_value(option: str) -> Callable[[Sequence[str]], str]:
-    """Return a reader for an option that may be given only once."""
+    """Return a reader for an option that may be given only once; it raises SettingError on more values."""
 
     def read(texts: Sequence[str]) -> str:
         if len(texts) == 1:
             return texts[0]
         given = ", ".join(map(public_name, texts))
         raise SettingError(
-            f"{option} is given {len(texts)} times ({given}); a run has one. Run each into a separate --log-dir, "
+            f"{option} is given {len(texts)} times ({given}), but a run has one. Run each with a separate --log-dir, "
             "then compare them: vigil score RUN RUN."
         )
 
@@ -30,7 +30,7 @@ def single_value(option: str) -> Callable[[Sequence[str]], str]:
 
 
 def read_model_args(pairs: Sequence[str]) -> dict[str, Any]:
-    """Return K=V pairs as a mapping; a value that is not JSON is a string."""
+    """Return K=V pairs as a mapping; a value that is not JSON is a string. Raises SettingError."""
     found: dict[str, Any] = {}
     for pair in pairs:
         name, sign, value = pair.partition("=")

@@ -1,4 +1,4 @@
-"""Queue of the assignments that remain; no worker plays both twins of a pair in a row."""
+"""Queue of the assignments that remain, in which a worker does not play both twins of a pair in a row."""
 
 from collections import deque
 from collections.abc import Iterable, Mapping
@@ -7,7 +7,7 @@ from vigil.runner.workers.messages import Assignment
 
 
 class PlayQueue:
-    """Queue of assignments in order, except that it skips what a worker must not play next."""
+    """Queue of assignments in order, except that it skips what a worker should not play next."""
 
     def __init__(self, assignments: Iterable[Assignment], pairs: Mapping[str, str]) -> None:
         """`pairs` maps each episode that has a twin to its pair."""
@@ -21,13 +21,11 @@ class PlayQueue:
         """
         if not self._waiting:
             return None
-        at = next((at for at, each in enumerate(self._waiting) if not self._is_same_pair(each, last)), 0)
+        pair = None if last is None else self._pair_of(last)
+        at = next((at for at, each in enumerate(self._waiting) if self._pair_of(each) != pair), 0)
         found = self._waiting[at]
         del self._waiting[at]
         return found
-
-    def _is_same_pair(self, one: Assignment, last: Assignment | None) -> bool:
-        return last is not None and self._pair_of(one) == self._pair_of(last)
 
     def _pair_of(self, assignment: Assignment) -> str:
         return self._pairs.get(assignment.episode.id, assignment.episode.id)

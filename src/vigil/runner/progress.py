@@ -24,8 +24,9 @@ class RunProgress:
     """Number of plays with a row that is not an error."""
     errors: int
     W: float | None
-    """Rates over the finished episodes; None before the first."""
+    """Rate of W over the finished plays; None before the first."""
     B: float | None
+    """Rate of B over the finished plays; None before the first."""
     steps: int
     """Number of replies in this session."""
     elapsed_s: float
@@ -37,22 +38,31 @@ class RunProgress:
     latest: Outcome | None
     """Outcome of the episode that has just ended; None for an error, and before the first."""
     retry_reason: str | None = None
-    """Failure that is being retried since the last episode ended; None without one."""
+    """Latest failure that is being retried since an episode last ended; None without one."""
     warning: str | None = None
-    """Warning for the user, each given once: the first error, mostly invalid replies, a server that seems to cut the
-    dialogue, a model that seems to use other coordinates."""
+    """Warning for the user, or None.
+
+    Each is given once: the first error, mostly invalid replies, a server that seems to cut the dialogue, and a model
+    that seems to use other coordinates.
+    """
 
 
 OnProgress = Callable[[RunProgress], None]
+"""Function that is called with each new state of a run."""
 EPISODES_BEFORE_WARNING = 10
+"""Least number of episodes before a warning about invalid replies."""
 WARNING_SHARE = 0.5
+"""Share of invalid replies above which there is a warning."""
 MAX_LISTED_REASONS = 3
+"""Maximum number of reasons that this warning names."""
 CLICKS_BEFORE_WARNING = 5
+"""Least number of clicks outside the frame before a warning about coordinates."""
 WARNING_OUT_OF_FRAME_SHARE = 0.2
+"""Share of clicks outside the frame above which there is a warning."""
 
 
 class ProgressCounter:
-    """Counts finished episodes and reports progress."""
+    """Counter of finished episodes that reports progress."""
 
     def __init__(
         self,
@@ -73,9 +83,9 @@ class ProgressCounter:
         self._retry_reason: str | None = None
         self._seen_episodes = self._seen_replies = 0
         self._reasons: Counter[str] = Counter()
-        """Reasons of the invalid replies; counts cover all sessions, because a warning is about the run."""
+        """Number of invalid replies by reason; like the other counts it covers all sessions of the run."""
         self._clicks = self._clicks_out_of_frame = 0
-        """Number of clicks outside of the frame or in fractions, and of all clicks."""
+        """Numbers of all clicks, and of those outside the frame or in fractions."""
         self._has_warned_of_invalid_replies = self._has_warned_of_cut = self._has_warned_of_coordinates = False
         self._started = time.monotonic()
         for record in records:
@@ -111,7 +121,7 @@ class ProgressCounter:
         )
 
     def note_retry(self, retry_reason: str) -> None:
-        """Report that something has failed and is retried."""
+        """Report the reason why something is retried."""
         self._retry_reason = retry_reason
         self._report(None)
 
@@ -121,7 +131,7 @@ class ProgressCounter:
         return f"Episode {record.episode_id!r} ended as an error at the {record.error.boundary}: {record.error.message}"
 
     def _invalid_replies_warning(self) -> str | None:
-        """Return the warning about invalid replies, once, when they are more than half after the first episodes."""
+        """Return the warning about invalid replies, once, when more than half are invalid after the first episodes."""
         invalid = self._reasons.total()
         is_due = self._seen_episodes >= EPISODES_BEFORE_WARNING and invalid > WARNING_SHARE * self._seen_replies
         if self._has_warned_of_invalid_replies or not is_due:
@@ -131,8 +141,8 @@ class ProgressCounter:
         share = f"{100 * invalid / self._seen_replies:.0f} %"
         return (
             f"{invalid} of {self._seen_replies} replies ({share}) are invalid after {self._seen_episodes} episodes; "
-            f"most frequent: {reasons}. This run measures that more than anything else: `vigil prompt` shows what is "
-            "asked for, docs/models.md what may help."
+            f"most frequent: {reasons}. The run measures mostly that: `vigil prompt` shows the replies that are asked "
+            "for, and docs/models.md says what may help."
         )
 
     def _cut_dialogue_warning(self, record: EpisodeRecord) -> str | None:
@@ -143,8 +153,8 @@ class ProgressCounter:
         self._has_warned_of_cut = True
         return (
             f"In episode {record.episode_id!r} the server counted {found[0]:,} input tokens, and {found[1]:,} for the "
-            "request after that, although a dialogue only grows. It seems to cut what does not fit into its context "
-            f"(or leaves out what it had cached). Start it with a larger one: {CONTEXT_OPTIONS}."
+            "next request, although a dialogue only grows. It seems to cut what does not fit into its context "
+            f"(or does not count what it has cached). Start it with a larger context: {CONTEXT_OPTIONS}."
         )
 
     def _coordinates_warning(self) -> str | None:
@@ -155,8 +165,8 @@ class ProgressCounter:
             return None
         self._has_warned_of_coordinates = True
         return (
-            f"{self._clicks_out_of_frame} of {self._clicks} clicks are in fractions or outside of the frame: the model "
-            f"seems to point in other coordinates than it was asked for. {FIND_COORDINATES}"
+            f"{self._clicks_out_of_frame} of {self._clicks} clicks are in fractions or outside the frame: the model "
+            f"seems to use other coordinates than it was asked for. {FIND_COORDINATES}"
         )
 
     def _count_replies(self, record: EpisodeRecord) -> None:

@@ -33,10 +33,11 @@ CONNECT_TIMEOUT_S = 10.0
 NODE_TIMEOUT_S = 120.0
 """Time limit for a node to report its facts, in seconds."""
 HTTP2_PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
-"""First bytes of a Ray client. Ray answers them in binary, other servers in text."""
+"""First bytes from a Ray client; Ray answers them in binary, other servers in text."""
 MAX_LISTED = 5
 """Maximum number of unfit nodes that a message names."""
 MISSING = "missing"
+"""Fact about a file that a node does not have."""
 _HASH_DIGITS = 12
 
 
@@ -47,14 +48,16 @@ class RayCluster:
     plan: WorkerPlan
     """Plan for the workers on its nodes."""
     cpus: int
+    """Number of workers for which it has CPUs."""
     start: StartProcess
+    """Function that starts a worker's process."""
 
 
 @contextmanager
 def connect_cluster(address: str | None, plan: WorkerPlan) -> Iterator[RayCluster]:
-    """Connect to a cluster: the one at `address`, else at RAY_ADDRESS, else this machine's, else a new one.
+    """Connect to the cluster at `address`, else at RAY_ADDRESS, else this machine's, else a new one.
 
-    Raises SettingError when there is none, or when one of its nodes cannot play the run.
+    Raises SettingError when no cluster answers, or when one of its nodes cannot play the run.
     """
     was_connected = ray.is_initialized()
     if not was_connected:
@@ -88,7 +91,7 @@ def node_facts(plan: WorkerPlan, folder: Path) -> dict[str, str]:
 
 
 def node_objection(plan: WorkerPlan, folder: Path, wanted: Mapping[str, str]) -> str:
-    """Return a sentence on how this node differs from `wanted`; an empty string when it does not."""
+    """Return a sentence that says how this node differs from the facts in `wanted`; empty when it does not."""
     found = node_facts(plan, folder)
     wrong = [
         f"{name} is {found.get(name, MISSING)} there, {value} here"
@@ -98,11 +101,11 @@ def node_objection(plan: WorkerPlan, folder: Path, wanted: Mapping[str, str]) ->
     if not wrong:
         return ""
     name = f"{ray.util.get_node_ip_address()} ({ray.get_runtime_context().get_node_id()[:8]})"
-    return f"Node {name} of the Ray cluster cannot play this run: {'; '.join(wrong)}. Make them the same."
+    return f"Node {name} of the Ray cluster cannot play this run: {'; '.join(wrong)}. Make both the same."
 
 
 def _connect(address: str | None) -> None:
-    """Raise SettingError when there is no cluster at the address."""
+    """Connect Ray to an address, or without one to any cluster. Raises SettingError when no cluster answers."""
     where = "A local Ray" if address is None else f"Ray at {address!r}"
     if address not in (None, "auto", "local"):
         _check_answers(address)
@@ -115,12 +118,12 @@ def _connect(address: str | None) -> None:
 
 
 def _check_answers(address: str) -> None:
-    """Raise SettingError when nothing, or another kind of server, answers. Ray itself would try for two minutes."""
+    """Raise SettingError when nothing, or something other than Ray, answers; Ray itself would try for two minutes."""
     host, _, port = address.rpartition(":")
     if not host or not port.isdecimal() or "/" in host:
         raise SettingError(
-            f"Ray address {address!r} is not HOST:PORT, e.g. 10.0.0.1:6379, as `ray start` prints it, or auto. Ray "
-            "Client (ray://) is not served: give the command on a node of the cluster."
+            f"Ray address {address!r} is neither HOST:PORT, e.g. 10.0.0.1:6379, as `ray start` prints it, nor auto. "
+            "Ray Client (ray://) is not supported: give the command on a node of the cluster."
         )
     try:
         with socket.create_connection((host, int(port)), timeout=CONNECT_TIMEOUT_S) as line:
@@ -129,7 +132,7 @@ def _check_answers(address: str) -> None:
     except (OSError, OverflowError) as error:
         raise SettingError(f"Nothing answers at Ray address {address!r} ({error}). Is `ray start` running?") from None
     if answer >= b" ":
-        raise SettingError(f"What answers at Ray address {address!r} is not Ray. `ray start` prints the right port.")
+        raise SettingError(f"The server at Ray address {address!r} is not Ray. `ray start` prints the right port.")
 
 
 def _nodes() -> list[dict[str, Any]]:
@@ -141,7 +144,7 @@ def _nodes() -> list[dict[str, Any]]:
 
 
 def _check_nodes(nodes: list[dict[str, Any]], check: partial[str]) -> None:
-    """Raise SettingError when a node cannot play the run; ask all at once and leave out a node that is lost."""
+    """Raise SettingError when a node cannot play the run; all are asked at once, and a lost node is left out."""
     asked = ray.remote(num_cpus=0, max_retries=0)(node_objection)
     coming = []
     for node in nodes:
@@ -159,7 +162,7 @@ def _check_nodes(nodes: list[dict[str, Any]], check: partial[str]) -> None:
             wrong.append(f"Node {name} of the Ray cluster cannot run vigil {package_version()}: {why}")
     wrong = list(filter(None, wrong))
     if wrong:
-        more = [f"And {len(wrong) - MAX_LISTED} nodes more."] if len(wrong) > MAX_LISTED else []
+        more = [f"There are {len(wrong) - MAX_LISTED} more such nodes."] if len(wrong) > MAX_LISTED else []
         raise SettingError("\n".join((*wrong[:MAX_LISTED], *more)))
 
 
@@ -174,12 +177,12 @@ def _with_absolute_paths(plan: WorkerPlan) -> WorkerPlan:
 
 
 def _portable_path(pack: Path) -> Path:
-    """Return the location of a pack; for a packaged one, its name."""
+    """Return the absolute path of a pack, or the name of a packaged one."""
     return Path(pack.name) if pack.parent == PACKAGED else pack.absolute()
 
 
 def _code_sha256() -> str:
-    """Return the hash of the package's own code."""
+    """Return the hash of the package's code."""
     root = Path(vigil.__file__).parent
     digest = hashlib.sha256()
     for file in sorted(root.rglob("*.py")):

@@ -1,7 +1,8 @@
 """Running a pack: settings in, a folder of records out.
 
-Scripted, privileged and `exec:` agents play inside the simulator workers, one episode a worker; models play from the
-main process, many episodes at once (`vigil.runner.inspect_task`). What has been played is decided by the run's folder.
+Scripted, privileged and `exec:` agents play inside the simulator workers, one episode at a time in each. Models play
+from the main process, many episodes at once (`vigil.runner.inspect_task`). The run's folder decides what remains to be
+played.
 """
 
 import asyncio
@@ -47,7 +48,7 @@ from vigil.runner.workers.process import Worker
 ATTEMPTS = 3
 """Maximum number of attempts at an episode before its `error` row is written."""
 MAX_ERRORS_IN_A_ROW = 25
-"""Number of consecutive errors after which the run stops: the server is gone, or no simulator works."""
+"""Number of consecutive errors after which the run stops, because a server or all simulators seem to have failed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +72,7 @@ class RunResult:
 
     @property
     def errors(self) -> int:
-        """Episodes that ended as `error`; the same command plays them again."""
+        """Number of plays that ended as `error`; the same command plays them again."""
         return sum(record.end == "error" for record in self.records)
 
     @property
@@ -108,16 +109,17 @@ class _RunSession:
         if self.progress.errors_in_a_row >= MAX_ERRORS_IN_A_ROW and record.error is not None:
             raise InfrastructureError(
                 f"{MAX_ERRORS_IN_A_ROW} episodes in a row ended as an error, the last one at the "
-                f"{record.error.boundary}: {record.error.message} What agents and simulators wrote to standard error "
-                f"is in {str(self.folder.logs)!r}. What was played is saved; fix the cause and repeat the command."
+                f"{record.error.boundary}: {record.error.message} The standard error of agents and simulators is in "
+                f"{str(self.folder.logs)!r}. All episodes played so far are saved; fix the cause and repeat the "
+                "command."
             )
 
 
 def run_pack(settings: RunSettings, *, on_progress: OnProgress = lambda _: None) -> RunResult:
-    """Run the selected episodes of a pack and return the result.
+    """Run the selected episodes of a pack and return the result; `on_progress` is called with each new state.
 
-    Raises InputError (bad settings, another run in the folder), ModelAPIError when pictures do not reach the model,
-    SimulatorError when no simulator starts, KeyboardInterrupt; what was played until then is saved.
+    Raises InputError (invalid settings, or another run in the folder), ModelAPIError when images do not reach the
+    model, SimulatorError when a simulator cannot start, and KeyboardInterrupt. All episodes played so far are saved.
     """
     secrets = secrets_of(settings)
     with redacted_errors(secrets):
@@ -218,7 +220,7 @@ async def _play_in_worker(
 
 def _play_with_model(run: _RunSession, pool: SimulatorPool, assignments: list[Assignment]) -> None:
     """Play with a model in this process."""
-    # Inspect takes a second or two to import, and nothing but a model's run needs it.
+    # Inspect takes a second or two to import, and only runs of models need it.
     from vigil.runner.inspect_task import evaluate  # noqa: PLC0415
     from vigil.runner.models.inspect_model import Endpoint, preflight  # noqa: PLC0415
 
@@ -288,8 +290,8 @@ async def _play_with_retries(
 ) -> EpisodeRecord:
     """Play an episode until it ends without error, at most ATTEMPTS times, waiting longer each time.
 
-    A model's failure is not retried here, because each of its requests was. Neither is an episode whose program saw a
-    frame and whose worker was lost repeatedly: the program would play it with knowledge of it.
+    A failure of a model is not retried here, because each request was retried before. Neither is an episode whose
+    program saw a frame before its worker was finally lost, because the program would know the episode.
     """
     key, attempts = (assignment.episode.id, assignment.epoch), run.folder.attempts
     wait_s = RetryPolicy(first_wait_s=run.settings.first_wait_s).wait_s

@@ -1,4 +1,4 @@
-"""A run's folder: `run.json` says what the run is, the append-only `episodes.jsonl` decides what has been played.
+"""A run's folder: `run.json` says what the run is, and the append-only `episodes.jsonl` decides what has been played.
 
 The same command continues a run, and a command that names more episodes extends it. A command with other settings is
 refused with a message that names the difference.
@@ -39,13 +39,15 @@ from vigil.runner.attempts import ATTEMPTS_FILE, AttemptLog
 from vigil.runner.workers.messages import SimulatorFacts
 
 LOGS_FOLDER = "logs"
+"""Name of the folder with the standard error of workers."""
 INSPECT_FOLDER = "inspect"
+"""Name of the folder with Inspect's logs."""
 DISTRIBUTION = "vigil-bench"
 CPU_FACTS, FEATURE_DIGITS = Path("/proc/cpuinfo"), 8
 GIT_TIMEOUT_S = 60.0
 """Time limit of a Git command, in seconds."""
 _IGNORED_DIFFERENCES = frozenset({"base_url"})
-"""Fields that do not identify a run: a model that is served from another address is the same model."""
+"""Fields that do not identify a run, because a model that is served from another address is the same model."""
 
 
 class RunFolder:
@@ -73,16 +75,16 @@ class RunFolder:
     ) -> "RunFolder":
         """Return the folder of the run `spec`, new or to be continued; `input_paths` go into its header.
 
-        `force` continues a run even if its program has changed. `episodes` are those of the pack: rows that do not
+        `force` continues a run even if its program has changed. `episodes` are those of the pack; rows that do not
         belong to this run do not count. A folder without recorded rows may be reused. Raises RecordError when the
-        folder holds another run.
+        folder has another run.
         """
         rows = path / EPISODES_FILE
         refuse_outward_links(path, RecordError)
         if not (path / HEADER_FILE).exists() and rows.exists() and rows.stat().st_size:
             raise RecordError(
-                f"Folder {str(path)!r} has {EPISODES_FILE} without {HEADER_FILE}: nobody knows which run it belongs "
-                "to. Restore the header, or choose another folder."
+                f"Folder {str(path)!r} has {EPISODES_FILE} without {HEADER_FILE}, so the run that it belongs to is "
+                "unknown. Restore the header, or choose another folder."
             )
         log = RecordLog(path / EPISODES_FILE)
         try:
@@ -103,7 +105,7 @@ class RunFolder:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes on the rows of the file: which of them do not count, and why."""
+        """Notes on rows that do not count, on several answering models, and on checks that failed before the run."""
         names = self.header.answering_models
         several = f"The provider answered under several names: {', '.join(names)}." if len(names) > 1 else ""
         sessions = (self.header.answered, *(session.answered for session in self.header.resumed))
@@ -123,7 +125,7 @@ class RunFolder:
 
     @property
     def inspect_logs(self) -> Path:
-        """Folder of Inspect's own log of a model's run."""
+        """Folder of Inspect's log of a model's run."""
         return self.path / INSPECT_FOLDER
 
     def records(self) -> list[EpisodeRecord]:
@@ -131,7 +133,7 @@ class RunFolder:
         return [self._log.rows[key] for key in sorted(self._log.rows)]
 
     def is_done(self, episode_id: str, epoch: int) -> bool:
-        """Whether the effective row of this play exists and is not an error."""
+        """Return whether this play has an effective row that is not an error."""
         return self._log.is_done((episode_id, epoch))
 
     @property
@@ -151,15 +153,15 @@ class RunFolder:
         self._log.append(store_reasoning(self.path, self.header.stamp(record)))
 
     def note_facts(self, facts: SimulatorFacts) -> None:
-        """Complete the header with the backend's facts; the session begins.
+        """Begin the session: add the backend's facts to the header.
 
         Raises RecordError when the run began with another version of the simulator.
         """
         recorded = self.header.simulator_version
         if recorded and recorded != facts.simulator:
             raise RecordError(
-                f"Run {str(self.path)!r} was begun with simulator {recorded!r}, this is {facts.simulator!r}. Continue "
-                "it with the same version, or start another run in another folder."
+                f"Run {str(self.path)!r} was begun with simulator {recorded!r}, but this is {facts.simulator!r}. "
+                "Continue it with the same version, or start a new run in another folder."
             )
         self._update(simulator_version=facts.simulator, ended=None, **self._session(facts.renderer))
 
@@ -183,7 +185,7 @@ class RunFolder:
         return {"resumed": (*self.header.resumed, session)}
 
     def note_provider(self, answered: ProviderFacts) -> None:
-        """Complete this session in the header with the facts about the provider that answered."""
+        """Add the facts about the provider that answered to this session in the header."""
         if not self._is_resumed:
             self._update(answered=answered)
             return
@@ -191,12 +193,12 @@ class RunFolder:
         self._update(resumed=(*earlier, session.model_copy(update={"answered": answered})))
 
     def note_prices(self, prices: Prices) -> None:
-        """Complete the header with the prices for the cost of the run."""
+        """Add the prices for the cost of the run to the header."""
         if self.header.prices != prices:
             self._update(prices=prices)
 
     def note_end(self) -> None:
-        """Complete the header with the time at which the run ended, unless it has one."""
+        """Add the time at which the run ended to the header, unless it has one."""
         if self.header.ended is None:
             self._update(ended=datetime.now(UTC))
 
@@ -210,13 +212,13 @@ class RunFolder:
             self._log.close()
 
     def _remove(self) -> None:
-        """Remove the folder while it is locked. It is renamed first, so that no process opens it half removed."""
+        """Remove the folder while it is locked. It is renamed first, so that no process opens a partly removed one."""
         gone = self.path.with_name(f"{self.path.name}.empty-{os.getpid()}")
         self.path.rename(gone)
         shutil.rmtree(gone)
 
     def _other_files(self) -> Iterator[Path]:
-        """Yield the files other than header and rows: frames, logs and the rest."""
+        """Yield the files other than the header and the rows, e.g. frames and logs."""
         for file in self.path.rglob("*"):
             if file.is_file() and file.name not in (HEADER_FILE, EPISODES_FILE):
                 yield file
@@ -272,7 +274,7 @@ def host_facts() -> dict[str, str]:
 
 
 def _processor() -> str:
-    """Return the processor's name and a hash of its features, because libraries compute differently by these."""
+    """Return the processor's name and a hash of its features, on which the results of libraries depend."""
     try:
         text = CPU_FACTS.read_text()
     except OSError:
@@ -317,8 +319,8 @@ def _resume(path: Path, spec: RunSpec, force: bool) -> RunHeader:
     others = header.spec.versions.differences()
     if others:
         raise RecordError(
-            f"Run {str(path)!r} was begun under other versions: {', '.join(others)}. Rows of both would not be of one "
-            "kind. Continue it with the version of vigil that began it, or give another --log-dir for a new run."
+            f"Run {str(path)!r} was begun under other versions: {', '.join(others)}. Rows of both could not be "
+            "compared. Continue it with the version of vigil that began it, or give another --log-dir for a new run."
         )
     header = _with_more_episodes(header, spec)
     differences = list(_differences("", header.spec.model_dump(mode="json"), spec.model_dump(mode="json")))
@@ -330,7 +332,7 @@ def _resume(path: Path, spec: RunSpec, force: bool) -> RunHeader:
             return header
         raise RecordError(
             f"The program of run {str(path)!r} has changed since it was begun: {'; '.join(changed)}. Its episodes "
-            "would be played by two agents: go on all the same with --force, or give another --log-dir for a new run."
+            "would be played by two agents: continue anyway with --force, or give another --log-dir for a new run."
         )
     if differences:
         raise RecordError(
@@ -341,9 +343,9 @@ def _resume(path: Path, spec: RunSpec, force: bool) -> RunHeader:
 
 
 def _with_more_episodes(header: RunHeader, spec: RunSpec) -> RunHeader:
-    """Return the header with the episodes of `spec`, if these include all of the header's.
+    """Return the header with the episodes of `spec`, if these include all of the header's and more.
 
-    A shard does not grow: its part of more episodes would be a different one.
+    A shard does not grow, because more episodes would be divided into different shards.
     """
     if header.spec.shard is None and set(header.spec.episode_ids) < set(spec.episode_ids):
         return header.model_copy(update={"spec": header.spec.model_copy(update={"episode_ids": spec.episode_ids})})
@@ -351,15 +353,17 @@ def _with_more_episodes(header: RunHeader, spec: RunSpec) -> RunHeader:
 
 
 def _differences(place: str, there: Any, here: Any) -> Iterator[str]:
+    """Yield a text for each value at or below `place` that differs, except those of `_IGNORED_DIFFERENCES`."""
     if isinstance(there, dict) and isinstance(here, dict):
         for name in sorted(there.keys() | here.keys()):
             if name not in _IGNORED_DIFFERENCES:
                 yield from _differences(f"{place}.{name}".lstrip("."), there.get(name), here.get(name))
     elif there != here:
-        yield f"{place}: {_abbreviated(there)} there, {_abbreviated(here)} here"
+        yield f"{place}: {abbreviated(there)} there, {abbreviated(here)} here"
 
 
-def _abbreviated(value: Any) -> str:
-    return (
-        f"{len(value)} of them" if isinstance(value, list) and len(value) > 3 else shorten(repr(value), MAX_PART_CHARS)
-    )
+def abbreviated(value: Any) -> str:
+    """Return the text of a value for a message, or only the number of items of a longer list or tuple."""
+    if isinstance(value, list | tuple) and len(value) > 3:
+        return f"{len(value)} of them"
+    return shorten(repr(value), MAX_PART_CHARS)

@@ -1,4 +1,4 @@
-"""Settings of a run, and what follows from them: the pack, the episodes, the profile, the run's identity."""
+"""Settings of a run, and what follows from them: the pack, the episodes, the profile and the run's identity."""
 
 import hashlib
 from collections.abc import Mapping
@@ -56,6 +56,7 @@ from vigil.runner.workers.process import WORKER_TIMEOUT_S
 from vigil.sim import BACKENDS
 
 RUNS_FOLDER = Path("runs")
+"""Folder of runs for which none is set."""
 
 
 ReasoningEffort = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
@@ -93,8 +94,7 @@ class RunSettings:
     ] = None
     base_url: BaseUrl = None
     api_key_env: ApiKeyEnv = None
-    """Environment variable that holds the key; None for the provider's own variable, whose key is sent only to the
-    provider's hosts."""
+    """Environment variable with the key; None for the provider's variable, whose key is sent only to its hosts."""
     log_dir: LogDir = None
     """Folder of the run; None for one under `runs/` that depends only on the settings."""
     limit: Annotated[
@@ -192,7 +192,7 @@ class RunSettings:
         """Check the values against their declarations."""
         check_settings(self)
         if self.ray_address is not None and self.executor != "ray":
-            raise SettingError("--ray-address is for --executor ray: give both, or neither.")
+            raise SettingError("--ray-address needs --executor ray: give both, or neither.")
         if self.prompt_template is None:
             return
         if self.prompt_variant != "default":
@@ -256,7 +256,7 @@ def run_spec(pack: Pack, profile: Profile, **facts: Any) -> RunSpec:
 
 
 def input_paths(pack: Pack, asset_database: Path | None) -> dict[str, str]:
-    """Return the paths of a run's inputs, for `vigil verify` on the same machine."""
+    """Return the paths of a run's inputs for its header, so that `vigil verify` finds them on the same machine."""
     places = {"pack_folder": str(pack.folder.resolve())}
     if asset_database is not None:
         places["asset_database"] = str(asset_database.resolve())
@@ -264,7 +264,7 @@ def input_paths(pack: Pack, asset_database: Path | None) -> dict[str, str]:
 
 
 def sampling_of(settings: RunSettings) -> dict[str, Any]:
-    """Return the fields that each request carries besides its messages: those that were set, and the thinking switch.
+    """Return the fields of each request other than its messages: those that were set, and the thinking switch.
 
     Raises SettingError when settings contradict each other.
     """
@@ -280,7 +280,7 @@ def sampling_of(settings: RunSettings) -> dict[str, Any]:
 
 
 def profile_of(settings: RunSettings) -> Profile:
-    """Return the evaluation profile that the settings ask for."""
+    """Return the evaluation profile of the settings. Raises SettingError on an unknown one."""
     asked = settings.profile
     if asked not in PROFILE_NAMES:
         hint = did_you_mean(asked, PROFILE_NAMES)
@@ -346,7 +346,7 @@ def access_of(settings: RunSettings) -> ModelAccess:
 
 
 def secrets_of(settings: RunSettings) -> Secrets:
-    """Return the values that no file, message or table of the run may hold. Raises SettingError."""
+    """Return the secrets, which must not be in a file, message or table of the run. Raises SettingError."""
     found = access_of(settings) if settings.model is not None else None
     return Secrets.of(
         command=settings.agent or "",

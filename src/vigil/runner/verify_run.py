@@ -1,4 +1,4 @@
-"""Verifying a whole run: every recorded episode is simulated again from its recorded replies, in simulator workers.
+"""Verifying a whole run: workers simulate every recorded episode again from its recorded replies.
 
 Without the run's simulator only the records are checked: each reply must parse to its recorded action.
 """
@@ -27,12 +27,12 @@ from vigil.scoring.saved_run import read_run
 from vigil.sim.thor.start import require_engine
 
 SAME_HOST = ("machine", "python", "numpy", "processor")
-"""Host facts that must be equal for bit-identical numbers, because libraries compute by processor features."""
+"""Host facts that must be equal for bit-identical numbers; the results of libraries depend on processor features."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VerifySettings:
-    """Settings for verifying a run. A field that is None is taken from the run's header."""
+    """Settings for verifying a run."""
 
     frames: Annotated[bool, Setting("Compare saved frames too; they are equal only on the same renderer.")] = False
     records_only: Annotated[
@@ -43,15 +43,16 @@ class VerifySettings:
     pack: PackLocation = None
     asset_database: AssetFile = None
     backend: str | None = None
+    """Simulator; None for that of the run."""
     exact: bool | None = None
-    """Whether numbers must be bit-identical; None: only on the type of machine that made the run."""
+    """Whether numbers must be bit-identical; None means only on the type of machine that made the run."""
     timeout_s: float = WORKER_TIMEOUT_S
 
     def __post_init__(self) -> None:
         """Check the values against their declarations and against each other."""
         check_settings(self)
         if self.records_only and self.frames:
-            raise SettingError("Frames need a simulator, and records-only does not use one: give only one of the two.")
+            raise SettingError("Frames need a simulator, but records-only does not use one: give only one of the two.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +61,11 @@ class Verification:
 
     header: RunHeader
     checked: int
+    """Number of verified records."""
     errors: int
-    """Number of rows that ended as an error; they hold nothing to verify."""
+    """Number of rows that ended as an error; they have nothing to verify."""
     is_exact: bool
+    """Whether numbers had to be bit-identical."""
     is_records_only: bool
     """Whether only the records were checked, without a simulator and thus without hidden states."""
     differences: tuple[FactDifference, ...]
@@ -84,7 +87,7 @@ def verify_run(
 ) -> Verification:
     """Return how the records of a run compare with a new simulation of their replies.
 
-    `on_progress` is called with (done, total). Raises RecordError, PackMismatch or SimulatorError.
+    `on_progress` is called with (done, total). Raises RecordError, PackMismatch, SettingError or SimulatorError.
     """
     settings = settings or VerifySettings()
     saved = read_run(path, settings.pack)
@@ -192,7 +195,7 @@ def _asset_database(header: RunHeader, settings: VerifySettings) -> Path | None:
     if path is None or not path.is_file() or AssetDatabase.from_file(path).sha256 != expected:
         raise RecordError(
             f"Run {header.run_id!r} was played with an asset database of SHA-256 {expected[:12]}..., and "
-            f"{str(path)!r} is not that file. Give it."
+            f"{str(path)!r} is not that file. Give the file with --assets."
         )
     return path
 

@@ -1,1 +1,1 @@
-"""Scene: the one geometry of a house, from its document to things, solids, outlines and supports; no engine is here."""
+"""Geometry of a house, computed from its document: things, solids, outlines and supports, without an engine."""

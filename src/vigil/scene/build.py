@@ -1,7 +1,8 @@
-"""House -> Scene: every object with its asset, children resting on what carries them, doors and windows in their holes.
+"""House -> Scene: every object gets its asset, children rest on what carries them, openings fill their holes.
 
-A house gives bounding-box centres. Children of ProcTHOR's houses hover a few centimetres over what they stand on, and
-things inside others (a fridge's shelf, a seat) lie at heights that the asset is asked to have a surface at.
+A house gives the centres of bounding boxes. Children in ProcTHOR's houses hover a few centimetres over what they stand
+on. The heights of children inside a parent's box (on a fridge's shelf, on a seat) are passed to the maker of the
+parent's asset, which puts surfaces there.
 """
 
 import math
@@ -28,23 +29,31 @@ from vigil.scene.things import Scene, Thing, WallPanel
 from vigil.scene.walls import panels_of, place_of_opening, rooms_of
 
 ON_BY_DEFAULT = frozenset({"LightSwitch"})
-"""What is on when a house does not say: rooms are lit."""
+"""Categories that are switched on where a house does not say, so that rooms are lit."""
 HOVER_M = 0.07
-"""Heights of children nearer than this are one level: in ProcTHOR's houses children hover up to 6 cm."""
+"""Heights of children that differ by less than this are one level; children in ProcTHOR's houses hover up to 6 cm."""
 ADAPT_M, FALL_M = 0.25, 2.0
-"""How far a child is lifted, or falls, to a surface: its parent's asset need not have one just where the house says."""
+"""How far a child may be lifted, and how far it may fall, to a surface.
+
+The parent's asset need not have a surface at exactly the height that the house gives.
+"""
 GUESSED_SIZE_SLACK_M = 0.5
-"""How far a thing of a guessed size that stands on the floor is let down, or lifted, to it."""
+"""How far a thing of guessed size that belongs on the floor is lowered or lifted to it."""
 SURFACE_EDGE_M = 0.1
+"""How far outside a surface's rectangle a child's middle may be for the child to rest on that surface."""
 OVERHANG_M = 0.01
-"""How far a thing behind a door or in a drawer may stand out over the edge of what it lies on."""
+"""How far a thing behind a door or in a drawer may reach over the edge of the surface that it lies on."""
 LEVEL_STEP_M = 0.005
+"""Step to which the heights of levels are rounded, and the least distance of a level from the asset's top."""
 OPENNESS_STEP = 0.02
-"""Steps of openness in which a leaf that a house has through a wall is turned back."""
+"""Step of openness by which a leaf that reaches through a wall is closed until it does not."""
 
 
 def build_scene(house: House, assets: AssetDatabase) -> Scene:
-    """Return the scene of a house. Raises HouseError."""
+    """Return the scene of a house; `Scene.notes` says what was guessed or not followed.
+
+    Raises HouseError on a duplicate id, a drawer that its furniture does not have, or an invalid floor or wall.
+    """
     scene = Scene(rooms=rooms_of(house), panels=panels_of(house), notes=unsupported_keys(house))
     panels = {panel.id: panel for panel in [*scene.panels, *panels_of(house, empty=True)]}
     openings = [_opening_thing(house, each, panels) for each in [*house.document.doors, *house.document.windows]]
@@ -64,7 +73,10 @@ def build_scene(house: House, assets: AssetDatabase) -> Scene:
 
 
 def _close_until_clear(thing: Thing, partitions: Partitions) -> list[str]:
-    """Turns a leaf that reaches through a wall back to where it does not and is open still, else shuts it; says so."""
+    """Close a leaf that reaches through a wall as far as needed, and return a note on it.
+
+    The leaf gets the largest openness that is clear of walls; without one above `OPEN_ABOVE` it is shut.
+    """
     wanted = thing.openness
     if wanted == 0.0 or partitions.reaches_through(thing, wanted) is None:
         return []
@@ -75,7 +87,10 @@ def _close_until_clear(thing: Thing, partitions: Partitions) -> list[str]:
 
 
 def _add(scene: Scene, node: HouseObject, carriers: list[Thing], assets: AssetDatabase, partitions: Partitions) -> None:
-    """Adds a thing with all that is on and in it; of the `carriers`, the first is its parent in the document."""
+    """Add an object, and all that is on and in it, to the scene.
+
+    `carriers` are the things that may carry it; the first is its parent in the document.
+    """
     if node.id in scene.things:
         raise HouseError(
             f"Object {node.id!r} has the id of a drawer that {scene.things[node.id].parent!r} has. "
@@ -91,7 +106,7 @@ def _add(scene: Scene, node: HouseObject, carriers: list[Thing], assets: AssetDa
         rest_on_surface(thing, *carriers)
     if thing.surface is None and (not carriers or _lies_under(thing, carriers[0])):
         thing.parent = None
-        # What a house says of a thing's middle is meant for a size that may not be known here.
+        # The house gives the object's middle for the object's true size, which is not known where it is guessed.
         slack = GUESSED_SIZE_SLACK_M if not entry.is_measured and FLOOR in CATALOG[entry.category].rests_on else 0.0
         _rest_on_floor(thing, FALL_M if carriers else max(HOVER_M, slack), slack)
     scene.notes += _close_until_clear(thing, partitions)
@@ -154,7 +169,10 @@ def _number(asset_id: str) -> int:
 
 
 def _levels(node: HouseObject, entry: AssetEntry, assets: AssetDatabase) -> tuple[float, ...]:
-    """Return the heights above the asset's bottom at which children rest inside its box, hovering pairs merged."""
+    """Return the heights (m above the asset's bottom) at which children rest inside the asset's box.
+
+    Heights that differ by at most `HOVER_M` are one level.
+    """
     base = node.position.y - entry.size.y / 2
     drawers = list(named_drawers(node).values())
     resting = [child for child in node.children if all(child is not drawer for drawer in drawers)]
@@ -171,12 +189,16 @@ def _levels(node: HouseObject, entry: AssetEntry, assets: AssetDatabase) -> tupl
 
 
 def _bottom(node: HouseObject, size: Vec3) -> float:
+    """Return the height (m) of the lowest point of an object's turned bounding box."""
     turn = rotation_matrix(Vec3(node.rotation.x, node.rotation.y, node.rotation.z))
     return node.position.y - float(np.abs(turn[1]) @ np.array(size)) / 2
 
 
 def rest_on_surface(thing: Thing, *carriers: Thing) -> None:
-    """Rests `thing` on the carriers' surface whose height is nearest to its bottom, when one is near enough."""
+    """Move `thing` onto the carriers' surface whose height is nearest to its bottom.
+
+    Sets its parent, surface and joint. Nothing changes when no surface below or above it is near enough.
+    """
     bottom = bounding_box(thing).bottom
     low = Vec3(thing.position.x, bottom, thing.position.z)
     best: tuple[float, float, Surface, Motion, Thing] | None = None
@@ -194,7 +216,7 @@ def rest_on_surface(thing: Thing, *carriers: Thing) -> None:
 
 
 def _push_inside(thing: Thing, surface: Surface, frame: Motion) -> None:
-    """Moves a thing that would stick out of a closed drawer or door to where it does not, or does least."""
+    """Move a thing that would stick out of a closed drawer or door to where it does not, or does least."""
     box, local = bounding_box(thing), offset_from(frame, thing.position)
     turn = math.radians(box.yaw) - math.atan2(frame.turn[0, 2], frame.turn[2, 2])
     cos, sin = abs(math.cos(turn)), abs(math.sin(turn))
@@ -209,12 +231,13 @@ def _push_inside(thing: Thing, surface: Surface, frame: Motion) -> None:
 
 
 def _lies_under(thing: Thing, parent: Thing) -> bool:
-    """Whether a child lies below all that could carry it, as some of ProcTHOR's lie under their table."""
+    """Return whether a child lies below all surfaces of its parent, as under a table in some of ProcTHOR's houses."""
     heights = [float(frame.shift[1]) for _, frame in level_surfaces(parent)]
     return bool(heights) and bounding_box(thing).bottom < min(heights) - ADAPT_M
 
 
 def _rest_on_floor(thing: Thing, above_m: float, below_m: float) -> None:
+    """Move a thing onto the floor if its bottom is less than `above_m` over it, or less than `below_m` under it."""
     gap = bounding_box(thing).bottom
     if -below_m < gap < above_m:
         thing.position = Vec3(thing.position.x, thing.position.y - gap, thing.position.z)

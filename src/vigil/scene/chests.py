@@ -1,8 +1,8 @@
-"""Furniture whose drawers open one by one: the drawers as things in their places.
+"""Furniture whose drawers open one by one: each drawer becomes a thing.
 
 A house names a drawer by a child whose asset is a drawer of its parent's asset (`vigil.assets.drawers`). Drawers that
-it does not name are there too, each as open as the document says of the furniture. Where a drawer is follows from the
-furniture, never from the document.
+the house does not name exist too, with the openness of the furniture. A drawer's position follows from the furniture,
+never from the document.
 """
 
 import numpy as np
@@ -18,7 +18,10 @@ from vigil.scene.things import Thing
 
 
 def named_drawers(node: HouseObject) -> dict[str, HouseObject]:
-    """Return those children of a thing of a house that are its drawers, by the drawer's name. Raises HouseError."""
+    """Return the children of an object that are its drawers, by drawer name.
+
+    Raises HouseError when two children are the same drawer.
+    """
     found: dict[str, HouseObject] = {}
     for child in node.children:
         chest_asset_id, name = split_drawer_id(child.asset_id) or ("", "")
@@ -31,7 +34,9 @@ def named_drawers(node: HouseObject) -> dict[str, HouseObject]:
 
 
 def drawers_in(node: HouseObject, chest: Thing, full_asset: Asset) -> dict[str, Thing]:
-    """Return the drawers of a piece of furniture, by name; `full_asset` is its asset with all drawers.
+    """Return the drawers of a piece of furniture, by name.
+
+    `full_asset` is the asset of the furniture with all drawers in it, while `chest.asset` is the body alone.
 
     Raises HouseError when the house names a drawer that the asset does not have.
     """
@@ -39,7 +44,9 @@ def drawers_in(node: HouseObject, chest: Thing, full_asset: Asset) -> dict[str, 
     for name, child in named.items():
         if name not in names:
             has = f"has {', '.join(names)}" if names else "has no drawers"
-            raise HouseError(f"{child.id!r} is {name!r} of {node.id!r}, which {has}. Name one of its own, or none.")
+            raise HouseError(
+                f"{child.id!r} is {name!r} of {node.id!r}, which {has}. Name a drawer that the furniture has, or none."
+            )
     return {name: _drawer(named.get(name), chest, full_asset, name, node.openness or 0.0) for name in names}
 
 

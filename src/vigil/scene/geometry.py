@@ -1,6 +1,6 @@
-"""Solid geometry of things: how a place, a rotation and an openness move an asset's prisms, boxes and surfaces.
+"""Solid geometry of things: how position, rotation and openness move an asset's prisms, boxes and surfaces.
 
-The one place where an asset's frame meets the house's (`vigil.base.geometry`). No engine and no state is here.
+This module alone maps an asset's frame to the house's (`vigil.base.geometry`). It has no engine and no state.
 """
 
 import math
@@ -17,7 +17,7 @@ from vigil.base.geometry import Box, Vec3, rotate_floor, wrap_deg
 from vigil.scene.things import Thing
 
 UPRIGHT_WITHIN = 1e-6
-"""How far the vertical component of a rotated vertical axis may be from 1 for a prism to stay a prism."""
+"""How far the vertical component of a rotated vertical axis may be from 1 for a prism to count as upright."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,14 +25,17 @@ class Prism:
     """An upright convex prism in the house's frame."""
 
     polygon: np.ndarray
-    """(n, 2) corners x, z."""
+    """Corners (n, 2) as x, z in metres; two for a prism without thickness."""
     bottom: float
+    """Height (m) of the lower face."""
     top: float
+    """Height (m) of the upper face."""
     joint: str | None = None
+    """Name of the joint that carries the solid; None for the body."""
 
     @cached_property
     def bounds(self) -> tuple[float, float, float, float]:
-        """Least x and z, greatest x and z."""
+        """Bounds on the floor in metres: least x, least z, greatest x, greatest z."""
         low, high = self.polygon.min(axis=0), self.polygon.max(axis=0)
         return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
@@ -42,12 +45,12 @@ class Motion:
     """A rigid motion: `point @ turn.T + shift`."""
 
     turn: np.ndarray
-    """(3, 3)."""
+    """Rotation matrix (3, 3)."""
     shift: np.ndarray
-    """(3,)."""
+    """Translation (3,) in metres."""
 
     def __call__(self, points: np.ndarray) -> np.ndarray:
-        """Return (n, 3) points moved."""
+        """Return points (n, 3) after the motion."""
         return points @ self.turn.T + self.shift
 
     def after(self, first: "Motion") -> "Motion":
@@ -55,22 +58,23 @@ class Motion:
         return Motion(self.turn @ first.turn, self.turn @ first.shift + self.shift)
 
     def inverse(self) -> "Motion":
-        """Return the motion back."""
+        """Return the motion that undoes this one."""
         return Motion(self.turn.T, -(self.turn.T @ self.shift))
 
 
 STILL = Motion(np.eye(3), np.zeros(3))
+"""The motion that moves nothing."""
 
 
 @lru_cache(maxsize=4096)
 def axis_turn(axis: Vec3, angle_deg: float) -> np.ndarray:
-    """Return the (3, 3) rotation about a unit axis, as `assets.asset.Joint` defines it; not to be written to."""
+    """Return the rotation (3, 3) about a unit axis, as `Joint` defines it; cached, so never write to it."""
     return turn_about(axis, angle_deg)
 
 
 @lru_cache(maxsize=4096)
 def rotation_matrix(rotation: Vec3) -> np.ndarray:
-    """Return the (3, 3) matrix of Euler angles applied z, then x, then y."""
+    """Return the matrix (3, 3) of Euler angles (deg) applied z, then x, then y; cached, so never write to it."""
     turn_x, turn_y, turn_z = (axis_turn(axis, angle) for axis, angle in zip(_AXES, rotation, strict=True))
     return turn_y @ turn_x @ turn_z
 
@@ -94,7 +98,7 @@ def place_of(thing: Thing) -> Motion:
 
 
 def joint_motion(joint: Joint, openness: float) -> Motion:
-    """Return how a joint moves what it carries, in the asset frame."""
+    """Return the motion, in the asset frame, of what a joint carries, from closed to the given openness."""
     if joint.kind == "slide":
         return Motion(np.eye(3), np.array(joint.axis) * joint.travel * openness)
     turn = axis_turn(joint.axis, joint.travel * openness)
@@ -103,14 +107,17 @@ def joint_motion(joint: Joint, openness: float) -> Motion:
 
 
 def joint_of(asset: Asset, name: str | None) -> Joint | None:
-    """Return the joint of that name; None for the body."""
+    """Return the joint of that name; None for None (the body) and for an unknown name."""
     if name is None:
         return None
     return next((joint for joint in asset.joints if joint.name == name), None)
 
 
 def part_motion(thing: Thing, joint_name: str | None, openness: float | None = None) -> Motion:
-    """Return the motion from the asset frame (closed) to the house of what a joint carries."""
+    """Return the motion from the closed asset's frame to the house for what a joint carries.
+
+    `joint_name` None is the body; `openness` None is the thing's present openness.
+    """
     place, joint = place_of(thing), joint_of(thing.asset, joint_name)
     if joint is None:
         return place
@@ -118,12 +125,15 @@ def part_motion(thing: Thing, joint_name: str | None, openness: float | None = N
 
 
 def prisms_of(thing: Thing, openness: float | None = None, along: Motion = STILL) -> list[Prism]:
-    """Return the thing's solids where they are now, or would be at another openness, moved `along` with a carrier."""
+    """Return the thing's solids in the house's frame.
+
+    `openness` None is the present openness. The solids are then moved by `along`, the motion of a carrier.
+    """
     return _prisms(thing, thing.asset.solids, openness, along)
 
 
 def moving_prisms_of(thing: Thing, openness: float | None = None, along: Motion = STILL) -> list[Prism]:
-    """Return those of the thing's solids that its joints carry, as `prisms_of` does."""
+    """Return the solids that the thing's joints carry, as `prisms_of` does for all solids."""
     return _prisms(thing, [solid for solid in thing.asset.solids if solid.joint], openness, along)
 
 
@@ -134,13 +144,14 @@ def _prisms(thing: Thing, solids: Sequence[Solid], openness: float | None, along
 
 @lru_cache(maxsize=16384)
 def solid_corners(solid: Solid) -> np.ndarray:
-    """Return the (2 n, 3) corners of a solid in the asset frame, the lower n first."""
+    """Return the corners (2 n, 3) of a solid in the asset frame, the lower n first."""
     flat = np.array(solid.polygon)
     ring = [np.column_stack([flat[:, 0], np.full(len(flat), y), flat[:, 1]]) for y in (solid.bottom, solid.top)]
     return np.concatenate(ring)
 
 
 def _moved(solid: Solid, motion: Motion) -> Prism:
+    """Return a solid after a motion: exact while it is upright, else the upright prism around its corners."""
     points = motion(solid_corners(solid))
     bottom, top = float(points[:, 1].min()), float(points[:, 1].max())
     if _keeps_upright(motion.turn):
@@ -149,7 +160,7 @@ def _moved(solid: Solid, motion: Motion) -> Prism:
 
 
 def is_upright(thing: Thing) -> bool:
-    """Whether the thing stands upright, so that its prisms are exact."""
+    """Return whether the thing is upright, so that its prisms are exact."""
     return _keeps_upright(rotation_matrix(thing.rotation))
 
 
@@ -158,14 +169,14 @@ def _keeps_upright(turn: np.ndarray) -> bool:
 
 
 def convex_hull(points: np.ndarray) -> np.ndarray:
-    """Return the corners (n, 2) of the convex hull of (m, 2) points."""
+    """Return the corners (n, 2) of the convex hull of points (m, 2); two for points on a line."""
     hull = shapely.MultiPoint(points).convex_hull
     corners = shapely.get_coordinates(hull)
     return corners[:-1] if isinstance(hull, shapely.Polygon) else corners
 
 
 def body_box(thing: Thing) -> Box:
-    """Return the upright box of the thing's body without moving leaves."""
+    """Return the upright box of the thing's body, without moving leaves; of the whole asset if it has no body."""
     if thing.asset.body is None:
         return bounding_box(thing)
     low, high = thing.asset.body
@@ -173,19 +184,19 @@ def body_box(thing: Thing) -> Box:
 
 
 def bounding_box(thing: Thing) -> Box:
-    """Return the upright box of the whole asset, closed."""
+    """Return the upright box of the whole asset when it is closed."""
     half = np.array(thing.asset.size) / 2
     return upright_box(thing, -half, half)
 
 
 def box_distances(box: Box, places: np.ndarray) -> np.ndarray:
-    """Return what `Box.floor_distance` does, for many places (n, 2) at once."""
+    """Return the distances (n,) in metres of places (n, 2) from a box on the floor, as `Box.floor_distance` does."""
     x, z = rotate_floor(places[:, 0] - box.center.x, places[:, 1] - box.center.z, -box.yaw)
     return np.hypot(np.maximum(np.abs(x) - box.size.x / 2, 0.0), np.maximum(np.abs(z) - box.size.z / 2, 0.0))
 
 
 def upright_box(thing: Thing, low: np.ndarray, high: np.ndarray) -> Box:
-    """Return the upright box, turned by the thing's yaw, around a box given in its asset frame."""
+    """Return the upright box, turned by the thing's yaw, around the box from `low` to `high` in its asset frame."""
     turn_x, turn_z = axis_turn(_AXES[0], thing.rotation.x), axis_turn(_AXES[2], thing.rotation.z)
     tilt = turn_x @ turn_z
     size = np.abs(tilt) @ (high - low)
@@ -194,9 +205,9 @@ def upright_box(thing: Thing, low: np.ndarray, high: np.ndarray) -> Box:
 
 
 def penetration(a: Prism, b: Prism) -> float:
-    """Return how far (m) one must be moved for two convex prisms to part; 0 or less when they do not overlap.
+    """Return the depth (m) to which two convex prisms overlap; 0 or less when they do not.
 
-    By separating axes, so thin leaves count as deep as their edge reaches in.
+    The depth is the least over all separating axes, so a thin leaf is as deep as its edge reaches in.
     """
     depth = min(a.top - b.bottom, b.top - a.bottom)
     if depth <= 0.0:
@@ -208,7 +219,7 @@ def penetration(a: Prism, b: Prism) -> float:
 
 
 def penetrations(prisms: list[Prism], others: list[Prism]) -> np.ndarray:
-    """Return (len(prisms), len(others)) penetrations (m); -1 where the bounds on the floor tell that there is none."""
+    """Return penetrations (m) of shape (len(prisms), len(others)); -1 where the bounds on the floor do not overlap."""
     bounds = np.array([other.bounds for other in others]).reshape(-1, 4)
     depths = np.full((len(prisms), len(others)), -1.0)
     for row, prism in enumerate(prisms):
@@ -229,7 +240,7 @@ def _edge_normals(polygon: np.ndarray) -> np.ndarray:
 
 @lru_cache(maxsize=8192)
 def part_boxes(asset: Asset) -> tuple[tuple[str | None, np.ndarray, np.ndarray], ...]:
-    """Return (joint, lowest corner, highest corner) of all meshes that each joint, or the body, carries."""
+    """Return (joint, lowest corner, highest corner) of the meshes that each joint carries; joint None is the body."""
     corners: dict[str | None, list[np.ndarray]] = {}
     for part in asset.parts:
         if len(part.mesh.vertices):
@@ -243,6 +254,6 @@ def part_boxes(asset: Asset) -> tuple[tuple[str | None, np.ndarray, np.ndarray],
 
 
 def box_corners(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the (8, 3) corners of a box; corner i takes x, y, z from `high` by the bits 4, 2, 1 of i."""
+    """Return the corners (8, 3) of a box; corner i takes x, y, z from `high` where the bits 4, 2, 1 of i are set."""
     picks = np.array([[(i >> 2) & 1, (i >> 1) & 1, i & 1] for i in range(8)], dtype=bool)
     return np.where(picks, high, low)

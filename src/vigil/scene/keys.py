@@ -1,8 +1,8 @@
-"""What is done with the keys of a house document: which are read, which are not and do no harm, and which are told.
+"""Keys of a house document that are not read: those that are safely ignored, and those that are reported.
 
-A key is read when the document's models (`vigil.protocol.house`) have it. The others of AI2-THOR's schema, and of the
-houses that Holodeck writes, stand here; docs/houses.md has the table of all. A key that is in neither is told, as is
-one that would change where one can walk, what is there or what can be done, with a value that asks for it.
+The models in `vigil.protocol.house` have the keys that are read. This module lists the other keys of AI2-THOR's schema
+and of the houses that Holodeck writes; docs/houses.md has the table of all. An unknown key is reported. So is a key
+that would change where one can walk, what is there or what can be done, unless its value asks for nothing.
 """
 
 from collections.abc import Iterator
@@ -35,7 +35,7 @@ SECTIONS: dict[str, type[BaseModel]] = {
     "lights": Light,
     "materials": MaterialRef,
 }
-"""Where keys stand, with the model of what stands there."""
+"""Model of each part of a house document whose keys are checked."""
 IGNORED: dict[str, frozenset[str]] = {
     place: frozenset(keys.split())
     for place, keys in {
@@ -56,7 +56,7 @@ IGNORED: dict[str, frozenset[str]] = {
         "materials": "shader unlit tilingDivisorX tilingDivisorY metallic smoothness",
     }.items()
 }
-"""Keys that are not read: they say how AI2-THOR draws or computes, or repeat what other keys say."""
+"""Keys of each part that are ignored: they say how AI2-THOR draws or computes, or repeat what other keys say."""
 UNSUPPORTED: dict[str, dict[str, tuple[object, str]]] = {
     "house": {"roof": (None, "houses have no roof")},
     "rooms": {
@@ -77,11 +77,11 @@ UNSUPPORTED: dict[str, dict[str, tuple[object, str]]] = {
     "objects": {"boundingBox": ({}, "sizes are those of the assets")},
     "lights": {"enabled": (True, "the room is lit all the same")},
 }
-"""Keys that are not read, each with the value that asks for nothing, and what is so instead."""
+"""Keys of each part that are reported, each with the value that asks for nothing and with what holds instead."""
 
 
 def unsupported_keys(house: House) -> list[str]:
-    """Return what is not done of what a house's keys ask for, or what is not understood, a line for each key."""
+    """Return a line for each key of a house that is not followed or not known."""
     found: dict[tuple[str, str, str], list[str]] = {}
     for place, node in _nodes(house.document):
         for key, value in (node.model_extra or {}).items():
@@ -99,7 +99,7 @@ def _named(names: list[str]) -> str:
 
 
 def _nodes(document: HouseDocument) -> Iterator[tuple[str, BaseModel]]:
-    """Yield every part of a document with where it stands."""
+    """Yield (key of `SECTIONS`, node) for every part of a document."""
     parameters = document.procedural_parameters
     yield "house", document
     yield "proceduralParameters", parameters

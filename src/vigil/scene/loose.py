@@ -1,6 +1,7 @@
-"""Small things that a house names beside the furniture that carries them, and not as its children, as Holodeck does.
+"""Loose objects: small objects that are not children of the furniture that carries them, as in Holodeck's houses.
 
-They get the parent over which they are, so that shelves are where they lie, and what is on or in what is known.
+Each becomes a child of the furniture that it is over. So the furniture's asset gets a shelf at its height, and what is
+on or in what is known.
 """
 
 import numpy as np
@@ -11,13 +12,13 @@ from vigil.base.geometry import rotate_floor
 from vigil.protocol.house import HouseObject
 
 ON_FLOOR_M = 0.07
-"""What is no higher stands on the floor."""
+"""Greatest height of the bottom of an object that stands on the floor."""
 OVER_M = 0.25
-"""How far above its carrier's top a thing may hover."""
+"""Greatest height of an object's bottom above the top of its carrier."""
 
 
 def with_implied_parents(nodes: list[HouseObject], assets: AssetDatabase) -> tuple[list[HouseObject], list[str]]:
-    """Return the objects of a house, loose ones among the children of what carries them, with a note on each."""
+    """Return the objects of a house with loose ones moved to the children of their carriers, and a note on each."""
     entries = {node.id: assets.look_up(node.asset_id, node.name_in_house) for node in nodes}
     furniture = [node for node in nodes if _carries(entries[node.id])]
     carried: dict[str, list[HouseObject]] = {}
@@ -45,7 +46,7 @@ def _is_loose(node: HouseObject, entry: AssetEntry) -> bool:
 
 
 def _carrier_of(node: HouseObject, furniture: list[HouseObject], entries: dict[str, AssetEntry]) -> HouseObject | None:
-    """Return the furniture in or on whose box a thing is, that with the nearest top of several."""
+    """Return the furniture in or on whose box an object is; the one with the nearest top of several, None if none."""
     bottom = node.position.y - entries[node.id].size.y / 2
     gaps: list[float] = []
     for each in furniture:

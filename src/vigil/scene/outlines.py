@@ -1,4 +1,4 @@
-"""Outlines: floors, walls and things as shapes on the floor plane, and which of them a standing body meets."""
+"""Outlines of floors, walls and things on the floor plane (x, z in metres), and which of them a body can meet."""
 
 import numpy as np
 import shapely
@@ -10,8 +10,11 @@ from vigil.scene.geometry import Prism, prisms_of
 from vigil.scene.things import RoomShape, Thing, WallPanel
 
 BODY_RADIUS_M = 0.2
+"""Radius of the agent's body, an upright cylinder."""
 BODY_LOW_M = 0.05
+"""Height at which the body begins; lower solids do not block it."""
 BODY_HIGH_M = 1.8
+"""Height at which the body ends."""
 GRID_M = 0.25
 """Step of the grid on which agents walk."""
 FLOOR_GROWTH_M = 0.005
@@ -29,18 +32,18 @@ def room_floor(room: RoomShape) -> shapely.Polygon:
 
 
 def floor_of_rooms(rooms: list[RoomShape]) -> BaseGeometry:
-    """Return the floor of all rooms together."""
+    """Return the floor of all rooms together, grown by `FLOOR_GROWTH_M`."""
     floors = shapely.unary_union([room_floor(room).buffer(0) for room in rooms])
     return floors.buffer(FLOOR_GROWTH_M, join_style="mitre")
 
 
 def footprint(box: Box) -> shapely.Polygon:
-    """Return the floor shape of an upright box."""
+    """Return the rectangle of an upright box on the floor plane."""
     return shapely.Polygon(floor_corners(box))
 
 
 def floor_corners(box: Box) -> np.ndarray:
-    """Return the corners (4, 2) of an upright box on the floor plane, those of its front last."""
+    """Return the corners (4, 2) of an upright box on the floor plane; the last two are those of its front."""
     return np.array([(corner.x, corner.z) for corner in box.corners()[:4]])
 
 
@@ -50,7 +53,7 @@ def polygon_of(prism: Prism) -> shapely.Polygon | shapely.LineString:
 
 
 def meets_body(prism: Prism) -> bool:
-    """Whether a solid reaches into the heights that a standing body takes."""
+    """Return whether a solid reaches into the heights that the body takes."""
     return prism.bottom < BODY_HIGH_M and prism.top > BODY_LOW_M
 
 
@@ -60,12 +63,12 @@ def thing_shapes(thing: Thing) -> list[BaseGeometry]:
 
 
 def wall_shapes(panel: WallPanel) -> list[BaseGeometry]:
-    """Return the floor shapes of what is left of a panel where a body can meet it."""
+    """Return the floor shapes of the panel around its holes, where a body can meet it."""
     return [polygon_of(prism) for prism in wall_prisms(panel) if meets_body(prism)]
 
 
 def wall_prisms(panel: WallPanel) -> list[Prism]:
-    """Return what is left of a panel around its holes, as prisms without thickness."""
+    """Return the panel around its holes as prisms without thickness."""
     start, end = np.array(panel.start), np.array(panel.end)
     length = float(np.hypot(*(end - start)))
     if length < 1e-9:

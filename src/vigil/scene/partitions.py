@@ -1,7 +1,7 @@
-"""What parts the rooms, and whether a shape reaches through it.
+"""Partitions between rooms, and whether a shape reaches through them.
 
-Partitions are the walls without thickness: windows fill their holes, and shut doors theirs; an open doorway is free. A
-shape that reaches less than `THROUGH_M` through one stays on its side.
+Partitions are the walls, without thickness. Windows and shut doors fill their holes; an open doorway is free. A shape
+that reaches at most `THROUGH_M` through a partition counts as on one side of it.
 """
 
 from functools import lru_cache
@@ -25,13 +25,13 @@ from vigil.scene.outlines import polygon_of, wall_prisms
 from vigil.scene.things import Scene, Thing
 
 THROUGH_M = 0.0005
-"""How deep a moving part may reach into a partition: half of what the walls are checked to."""
+"""How deep a moving part may reach into a partition; half of the depth to which walls are checked."""
 OPENNESS_SAMPLES = np.linspace(0.0, 1.0, 65)
-"""Openness at which moving parts are looked at to find whether, and how far, they can open."""
+"""Values of openness that are sampled to find whether, and how far, moving parts can open."""
 BETWEEN_M = 0.005
-"""A part 4 m long is nowhere further out than this between two steps of half as many."""
+"""Greatest distance by which a part 4 m long reaches further out between two of every second sample than at them."""
 MAX_CACHED_ANSWERS = 4096
-"""How many answers about what sticks through are remembered in a scene."""
+"""Number of answers of `Partitions.reaches_through` that are cached in a scene."""
 
 
 class Partitions:
@@ -43,14 +43,14 @@ class Partitions:
         self._answers: dict[tuple, str | None] = {}
 
     def now(self) -> list[tuple[str, Prism]]:
-        """Return (id, plane) of every wall, window and shut door."""
+        """Return (id, plane) of every wall, window and door that is shut now."""
         things = (thing for thing in self._scene.things.values() if thing.is_structure)
         return self._walls + [(thing.id, _plane_of(thing)) for thing in things if _fills_its_hole(thing)]
 
     def blocker(self, thing: Thing, path: list[float]) -> str | None:
         """Return the id of what the thing's moving parts would reach through on a path of openness; None if nothing.
 
-        Where they reach through something at the path's first openness, they may do so as deep as that.
+        Parts that reach through something at the path's first openness may reach through it as deep everywhere.
         """
         within = _reach_bounds(thing)
         near = [(owner, plane) for owner, plane in self.now() if owner != thing.id and _bounds_overlap(within, plane)]
@@ -66,9 +66,9 @@ class Partitions:
         return None
 
     def reaches_through(self, thing: Thing, openness: float) -> str | None:
-        """Return the id of what the thing's parts reach through at an openness, deeper than shut; None if nothing.
+        """Return the id of what the thing's parts reach through at an openness deeper than when shut; None if nothing.
 
-        Every reset asks the same of the same things, so the answers are kept.
+        Every reset asks the same about the same things, so the answers are cached.
         """
         shut = tuple(each.id for each in self._scene.things.values() if each.is_structure and _fills_its_hole(each))
         key = thing.id, thing.asset, thing.position, thing.rotation, openness, shut
@@ -79,7 +79,10 @@ class Partitions:
         return self._answers[key]
 
     def crosses(self, footprints: np.ndarray, bottoms: np.ndarray, height: float) -> np.ndarray:
-        """Return which of n floor shapes, over `bottoms` (n,) and so high, touch a partition."""
+        """Return which (n,) of n solids touch a partition.
+
+        The solids stand on `footprints` (n,), from `bottoms` (n,) in metres up, and are `height` metres high.
+        """
         is_hit = np.zeros(len(bottoms), dtype=bool)
         left, low, right, high = shapely.total_bounds(footprints)
         for _, plane in self.now():
@@ -101,7 +104,10 @@ def _plane_of(thing: Thing) -> Prism:
 
 @lru_cache(maxsize=4096)
 def leaf_points(asset: Asset) -> tuple[tuple[str, np.ndarray], ...]:
-    """Return (joint, points (n, 3) with the corners of the convex hull of all it carries, closed) of an asset."""
+    """Return (joint, points) of each joint that carries meshes.
+
+    The points (n, 3), in the closed asset's frame, contain all corners of the convex hull of what the joint carries.
+    """
     found: list[tuple[str, np.ndarray]] = []
     for joint in asset.joints:
         meshes = [part.mesh.vertices for part in asset.parts if part.joint == joint.name and len(part.mesh.vertices)]
@@ -111,7 +117,7 @@ def leaf_points(asset: Asset) -> tuple[tuple[str, np.ndarray], ...]:
 
 
 def _hull_points(points: np.ndarray) -> np.ndarray:
-    """Return the corners of the convex hull of points at each height: no other is a corner of that of all points."""
+    """Return the corners of the convex hull at each height: no other point is a corner of the hull of all points."""
     heights, level = np.unique(points[:, 1], return_inverse=True)
     flat = [convex_hull(points[level == number][:, [0, 2]]) for number in range(len(heights))]
     return np.concatenate(
@@ -120,6 +126,7 @@ def _hull_points(points: np.ndarray) -> np.ndarray:
 
 
 def _leaves(thing: Thing, openness: float) -> list[Prism]:
+    """Return, for each joint, the upright prism around all that it carries at an openness."""
     prisms: list[Prism] = []
     for joint, corners in leaf_points(thing.asset):
         points = part_motion(thing, joint, openness)(corners)
@@ -130,7 +137,7 @@ def _leaves(thing: Thing, openness: float) -> list[Prism]:
 
 @lru_cache(maxsize=4096)
 def _swept(asset: Asset) -> np.ndarray:
-    """Return the corners (8, 3), in the asset frame, of a box about all places of an asset's moving parts."""
+    """Return the corners (8, 3), in the asset frame, of a box around an asset's moving parts at every openness."""
     joints = {joint.name: joint for joint in asset.joints}
     boxes = [(joints[name], box_corners(low, high)) for name, low, high in part_boxes(asset) if name in joints]
     places = [
@@ -143,7 +150,7 @@ def _swept(asset: Asset) -> np.ndarray:
 
 
 def _reach_bounds(thing: Thing) -> tuple[float, float, float, float]:
-    """Return least x and z, greatest x and z of where the thing's moving parts can ever be."""
+    """Return the bounds (least x, least z, greatest x, greatest z) of the thing's moving parts at every openness."""
     corners = place_of(thing)(_swept(thing.asset))
     x, _, z = corners.min(axis=0).tolist()
     right, _, back = corners.max(axis=0).tolist()

@@ -1,4 +1,4 @@
-"""Floor plan: what is drawn of a house seen from above, in metres on the floor plane. It draws nothing itself."""
+"""Floor plan: the shapes of a house seen from above, in metres on the floor plane; other modules draw them."""
 
 import re
 from collections.abc import Iterable
@@ -16,44 +16,48 @@ from vigil.scene.outlines import floor_corners, floor_of, footprint, polygon_of
 from vigil.scene.things import Thing
 
 HUNG_M = 1.0
-"""What begins higher hangs on a wall: drawn by its outline alone, so that what is below it shows."""
+"""Bottom height above which a thing hangs on a wall; only its outline is drawn, so that what is below it shows."""
 SHOWN_BELOW_M = 1.8
-"""What begins higher is not drawn."""
+"""Bottom height from which on a thing is not drawn."""
 LABELLED_DEPTH_M = 0.1
-"""Flatter things carry no label."""
+"""Least depth of a thing with a label."""
 LEAST_FILLED = 0.75
-"""Share of its box that a thing fills; what fills less, such as a countertop around a corner, is drawn as it is."""
+"""Least share of its box that a thing drawn as a box fills.
+
+A thing that fills less, such as a countertop around a corner, is drawn by its true outline.
+"""
 SMOOTHED_M = 0.01
-"""Corners of an outline that stand out less are left out."""
+"""Tolerance to which outlines are simplified."""
 NAME_STEP_M = 0.1
-"""Between the places that are tried for a room's name."""
+"""Step of the grid of points that are tried for a room's name."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlanRoom:
-    """A floor with its name."""
+    """A room's floor with its name."""
 
     id: str
     room_type: str
     name: str
     corners: np.ndarray
+    """Corners (n, 2) of the floor."""
     area_m2: float
     name_at: tuple[float, float]
-    """Where most floor is free about it."""
+    """Point (x, z) for the name, with the most free floor around it."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlanThing:
-    """What stands or hangs in a room."""
+    """A thing that stands or hangs in a room."""
 
     id: str
     kind: Literal["rug", "thing", "hung"]
     corners: np.ndarray
-    """Of its outline; when there are four, those of its front last."""
+    """Corners (n, 2) of its outline; of four, the last two are those of its front."""
     middle: tuple[float, float]
     area_m2: float
     label: str
-    """Empty for what carries none."""
+    """Name that is drawn on it; empty where none is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,36 +67,38 @@ class PlanOpening:
     id: str
     is_window: bool
     corners: np.ndarray
+    """Corners (4, 2) of its box."""
     leaves: tuple[np.ndarray, ...]
-    """Outlines of what swings or slides."""
+    """Outlines (n, 2) of the parts that swing or slide, as open as they are now."""
 
 
 @dataclass(frozen=True, slots=True)
 class FloorPlan:
-    """What is drawn, in the order of drawing."""
+    """The shapes of a floor plan; the fields are in the order of drawing."""
 
     rooms: tuple[PlanRoom, ...]
     things: tuple[PlanThing, ...]
-    """Rugs first, then from the lowest up."""
+    """Rugs, then the other things from the lowest up."""
     walls: tuple[np.ndarray, ...]
+    """The two ends (2, 2) of each wall that is not empty."""
     openings: tuple[PlanOpening, ...]
     small: tuple[tuple[str, float, float], ...]
-    """Things in or on others: id, x, z."""
+    """Things in or on others, without drawers: id, x, z."""
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Lowest and highest corner of the floors, (x, z) each."""
+        """Least and greatest (x, z) of all floors."""
         corners = np.concatenate([room.corners for room in self.rooms])
         return corners.min(axis=0), corners.max(axis=0)
 
     @property
     def labelled(self) -> list[PlanThing]:
-        """What carries a label, the largest first."""
+        """The things with a label, the largest first."""
         return sorted((thing for thing in self.things if thing.label), key=lambda thing: (-thing.area_m2, thing.id))
 
 
 def floor_plan(house: House, things: Iterable[Thing]) -> FloorPlan:
-    """Return the plan of a house in which `things` are."""
+    """Return the plan of a house with `things` in it."""
     things = list(things)
     in_rooms = [thing for thing in things if thing.parent is None and not thing.is_structure]
     bottoms = {thing.id: bounding_box(thing).bottom for thing in in_rooms}
@@ -122,7 +128,7 @@ def _thing(thing: Thing) -> PlanThing:
 
 
 def _outline(thing: Thing, box: Box) -> np.ndarray:
-    """Return the corners of what a thing stands on; of its box, unless a good part of that is free floor."""
+    """Return the corners (n, 2) of a thing's box on the floor, or of its solids if they leave much of the box free."""
     solids = shapely.union_all([polygon_of(prism) for prism in prisms_of(thing, openness=0.0)])
     if isinstance(solids, shapely.Polygon) and solids.area < LEAST_FILLED * footprint(box).area:
         return shapely.get_coordinates(solids.exterior.simplify(SMOOTHED_M))[:-1]
@@ -149,7 +155,10 @@ def _rooms(house: House, furniture: shapely.Geometry) -> list[PlanRoom]:
 
 
 def _roomiest_point(floor: shapely.Polygon, furniture: shapely.Geometry) -> tuple[float, float]:
-    """Return the point of a floor that is farthest from its edge and all furniture, of points on a grid."""
+    """Return the grid point (x, z) inside a floor that is farthest from the floor's edge and all furniture.
+
+    For a floor without a grid point inside, return any point inside.
+    """
     x0, z0, x1, z1 = floor.bounds
     xs, zs = (part.ravel() for part in np.meshgrid(np.arange(x0, x1, NAME_STEP_M), np.arange(z0, z1, NAME_STEP_M)))
     inside = shapely.contains_xy(floor, xs, zs)

@@ -1,7 +1,7 @@
-"""What can be seen from a place, by the rooms: that to which a straight line leads through doorways and windows.
+"""Which rooms may be seen from a place: those that a straight line reaches through doorways and windows.
 
-Directions are compared, not lines, leaves stop none, and rooms without a wall between them are one space, so something
-is named too much now and then, and nothing too little. Places are (x, z) of the plan, or (x, z, height).
+The answer may name too many rooms, but never too few: directions are compared instead of lines, door leaves do not
+block, and rooms without a wall between them are one space. Places are (x, z) of the plan, or (x, z, height), in metres.
 """
 
 import itertools
@@ -18,21 +18,21 @@ from vigil.scene.sectors import ALL, Sector
 from vigil.scene.things import Hole, RoomShape, Scene, WallPanel
 
 OUTSIDE = -1
-"""Stands for all that is in no room."""
+"""Number that stands for all that is outside the rooms."""
 BESIDE_M = 0.3
-"""A hole leads into the rooms that are this near to its middle."""
+"""Greatest distance from a hole's middle to a room that the hole leads into."""
 IN_DOORWAY_M = 0.4
-"""So near to a hole everything may be seen through it."""
+"""Distance from a hole below which everything may be seen through it."""
 IN_ROOM_M = 0.02
-"""What is no farther than this from a room is in it."""
+"""Greatest distance from a room to a place that counts as in it."""
 WALL_M = 0.1
-"""A wall is no farther than this from the edge of its room."""
+"""Greatest distance of a wall from the edge of its room."""
 SLIT_M = 0.02
-"""Where walls leave no more than this of an edge, or of a room's height, they leave nothing."""
+"""Greatest gap that walls may leave along an edge, or in a room's height, and still close it."""
 STRETCH_M = 0.5
-"""The longest part of an edge without a wall of which one place is asked for the rooms beside."""
+"""Greatest length of one part of an edge without a wall; the rooms next to it are found at the part's middle."""
 MAX_CACHED_EYES = 256
-"""From how many places what is seen is kept."""
+"""Number of places for which the visible rooms are cached."""
 
 Place = tuple[float, float, float]
 """(x, z, height) in metres."""
@@ -41,20 +41,20 @@ _End = tuple[float, float]
 
 @dataclass(frozen=True, slots=True)
 class _Portal:
-    """A hole in a wall."""
+    """A hole in a wall between two ends in the plan and two heights (m)."""
 
     start: _End
     end: _End
     bottom: float
     top: float
     sides: frozenset[int]
-    """The spaces that it joins."""
+    """Numbers of the spaces that the hole joins."""
 
     def corners(self) -> list[Place]:
         return [(x, z, height) for x, z in (self.start, self.end) for height in (self.bottom, self.top)]
 
     def distance(self, place: Place) -> float:
-        """Return how far a place is from the hole in the plan, in metres."""
+        """Return the distance (m) of a place from the hole in the plan."""
         (x, z), (end_x, end_z) = self.start, self.end
         along_x, along_z = end_x - x, end_z - z
         square = along_x**2 + along_z**2
@@ -65,11 +65,11 @@ class _Portal:
 
 @dataclass(frozen=True, slots=True)
 class Extent:
-    """What a box takes of a house."""
+    """A box in a house, with the rooms that it is in."""
 
     corners: list[Place]
     rooms: frozenset[int]
-    """Those that it may reach into; none when it is outside."""
+    """Numbers of the rooms that it may reach into; empty when its middle is outside all rooms."""
 
 
 class Portals:
@@ -81,7 +81,7 @@ class Portals:
         self._is_box = np.isclose(shapely.area(self._rooms), np.prod(np.diff(self._bounds, axis=1)[:, 0], axis=1))
         self._top_m = min((room.height for room in scene.rooms), default=0.0)
         self._spaces = self._space_numbers([edge for room in scene.rooms for edge in _open_edges(room, scene.panels)])
-        """The space of each room, and of what is outside at last."""
+        """Number of the space of each room; the last is that of the outside."""
         # Both sides of a wall name its holes.
         found = dict.fromkeys(
             (*_ends(panel, hole), hole.bottom, hole.top) for panel in scene.panels for hole in panel.holes
@@ -92,15 +92,15 @@ class Portals:
         self._seen: LRUCache[Place, list[tuple[int, Sector]] | None] = LRUCache(MAX_CACHED_EYES)
 
     def connected_rooms(self) -> list[list[int]]:
-        """Return the numbers of the rooms, those together that no wall parts."""
+        """Return the numbers of the rooms, grouped by space: no wall separates the rooms of a group."""
         return [np.flatnonzero(self._spaces[:-1] == space).tolist() for space in np.unique(self._spaces[:-1])]
 
     def distances(self, places: np.ndarray) -> np.ndarray:
-        """Return how far places (n, 2) are from each room (n, rooms), in metres."""
+        """Return the distances (n, rooms) in metres of places (n, 2) from each room; 0 inside it."""
         return np.stack([self.distances_from(room, places) for room in range(len(self._rooms))], axis=1)
 
     def distances_from(self, room: int, places: np.ndarray) -> np.ndarray:
-        """Return how far places (n, 2) are from a room (n,), in metres."""
+        """Return the distances (n,) in metres of places (n, 2) from a room; 0 inside it."""
         if not self._is_box[room]:
             return np.asarray(shapely.distance(self._rooms[room], shapely.points(places)))
         low, high = self._bounds[room]
@@ -110,10 +110,10 @@ class Portals:
     def visible_rooms(
         self, eye: Place, entries: Iterable[Place] = (), through: Sector = ALL
     ) -> list[tuple[int, Sector]] | None:
-        """Return in which directions which rooms are seen from an eye, a room as often as there are ways to it.
+        """Return (room, directions) for each room that may be seen from an eye, once for each way to the room.
 
-        None stands for everything: the eye is in no room, or may look over walls. One that looks into a mirror is
-        behind it; its lines enter the house at `entries`, in the directions of the mirror.
+        Return None when everything may be seen: the eye is outside all rooms, or above the lowest ceiling. An eye that
+        looks into a mirror is behind it: its lines enter the house at `entries`, in the directions `through`.
         """
         spaces: set[int] = set()
         for place in list(entries) or [eye]:
@@ -135,7 +135,7 @@ class Portals:
         ]
 
     def extent(self, low: Place, high: Place) -> Extent:
-        """Return what a box along the house's axes takes of a house, for `may_see`."""
+        """Return the extent, for `may_see`, of a box along the house's axes."""
         away = self.distances(np.array([[(low[0] + high[0]) / 2, (low[1] + high[1]) / 2]]))[0]
         is_inside = away.min(initial=np.inf) <= IN_ROOM_M
         reach = math.dist(low, high) / 2 + IN_ROOM_M
@@ -143,7 +143,7 @@ class Portals:
         return Extent(corners, frozenset(np.flatnonzero(away <= reach).tolist() if is_inside else ()))
 
     def may_see(self, eye: Place, extent: Extent) -> bool:
-        """Whether anything of an extent may be seen from an eye."""
+        """Return whether any part of an extent may be seen from an eye."""
         if not extent.rooms or not extent.rooms.isdisjoint(self._rooms_at(eye)):
             return True
         if eye not in self._seen:
@@ -159,9 +159,9 @@ class Portals:
         return np.flatnonzero(self.distances(np.array([place[:2]]))[0] <= IN_ROOM_M).tolist()
 
     def _space_numbers(self, edges: list[tuple[_End, _End]]) -> np.ndarray:
-        """Return the number of the space that each room belongs to, and what is outside at last (rooms + 1,).
+        """Return the number of each room's space (rooms + 1,); the last is that of the outside.
 
-        Rooms beside an edge (its two ends) without a wall are one space.
+        `edges` are lines without a wall, by their two ends; the rooms on both sides of one are one space.
         """
         numbers = np.arange(len(self._rooms) + 1)
         for edge in edges:
@@ -170,7 +170,7 @@ class Portals:
         return numbers
 
     def _rooms_beside(self, start: _End, end: _End) -> set[int]:
-        """Return the rooms beside a line, with `OUTSIDE` when there is none on one side of its middle."""
+        """Return the rooms next to a line's middle, with `OUTSIDE` when one side of the middle has no room."""
         (x, z), (end_x, end_z) = start, end
         middle = np.array([(x + end_x) / 2, (z + end_z) / 2])
         across = np.array([z - end_z, end_x - x]) / max(math.hypot(end_x - x, end_z - z), 1e-9) * BESIDE_M / 2
@@ -180,7 +180,7 @@ class Portals:
 
 
 def _ends(panel: WallPanel, hole: Hole) -> tuple[_End, _End]:
-    """Return the ends of a hole in the plan, the lower first whichever side of the wall it is told from."""
+    """Return the ends of a hole in the plan, sorted, so that both panels of a wall give the same ends."""
     start, end = np.array(panel.start), np.array(panel.end)
     along = (end - start) / max(float(np.linalg.norm(end - start)), 1e-9)
     low, high = sorted(tuple(np.round(start + at * along, 6).tolist()) for at in (hole.left, hole.right))
@@ -188,7 +188,7 @@ def _ends(panel: WallPanel, hole: Hole) -> tuple[_End, _End]:
 
 
 def _open_edges(room: RoomShape, panels: list[WallPanel]) -> Iterator[tuple[_End, _End]]:
-    """Yield short parts, from end to end, of a room's edges along which no wall stands from floor to ceiling."""
+    """Yield the ends of short parts of a room's edges along which no wall reaches from floor to ceiling."""
     whole = [panel for panel in panels if panel.bottom < SLIT_M and panel.bottom + panel.height > room.height - SLIT_M]
     ends = np.array([(panel.start, panel.end) for panel in whole]).reshape(-1, 2, 2)
     for start, end in zip(room.polygon, np.roll(room.polygon, -1, axis=0), strict=True):
@@ -209,7 +209,7 @@ def _open_edges(room: RoomShape, panels: list[WallPanel]) -> Iterator[tuple[_End
 def _visible_spaces(
     space: int, sector: Sector, holes: list[tuple[_Portal, Sector]], passed: frozenset[int]
 ) -> Iterator[tuple[int, Sector]]:
-    """Yield the spaces that are reached from one in some directions, and in which of them."""
+    """Yield each space that lines in a sector reach from one space, with the part of the sector that reaches it."""
     yield space, sector
     for hole, directions in holes:
         common = sector.intersection(directions) if space in hole.sides else None

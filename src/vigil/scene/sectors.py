@@ -1,4 +1,4 @@
-"""Directions from an eye: an arc of the plan, and how steeply they rise. Places are (x, z, height)."""
+"""Directions from an eye, as an arc of the plan and a range of slopes. Places are (x, z, height) in metres."""
 
 import math
 from collections.abc import Iterable
@@ -7,22 +7,25 @@ from dataclasses import dataclass
 import numpy as np
 
 FULL = 2.0 * math.pi
+"""Width of the whole circle (radians)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spans:
-    """The directions in which some things lie from an eye; each of the arrays is (n,)."""
+    """The directions in which n things lie from an eye; every array is (n,)."""
 
     start: np.ndarray
-    """From this angle in the plan on (radians), over `width`."""
+    """Angle in the plan (radians) at which each arc begins."""
     width: np.ndarray
+    """Width of each arc (radians)."""
     low: np.ndarray
-    """Between these slopes: metres up a metre in the plan."""
+    """Least slope of each: metres up for each metre in the plan."""
     high: np.ndarray
+    """Greatest slope of each."""
 
     @staticmethod
     def of(eye: np.ndarray, corners: np.ndarray) -> "Spans":
-        """Return the directions from an eye (3,) to all that lies between the corners (k, n, 3) of each thing."""
+        """Return the directions from an eye (3,) to the hull of the k corners of each of n things (k, n, 3)."""
         x, y, z = np.moveaxis(corners - eye, -1, 0)
         angle = np.arctan2(y.mean(axis=0), x.mean(axis=0))
         turns = (np.arctan2(y, x) - angle + np.pi) % FULL - np.pi
@@ -40,16 +43,20 @@ class Spans:
 
 @dataclass(frozen=True, slots=True)
 class Sector:
-    """Directions from an eye: an arc of the plan from an angle on (radians), between two slopes."""
+    """Directions from an eye: an arc of the plan, between two slopes."""
 
     start: float
+    """Angle in the plan (radians) at which the arc begins."""
     width: float
+    """Width of the arc (radians)."""
     low: float = -math.inf
+    """Least slope: metres up for each metre in the plan."""
     high: float = math.inf
+    """Greatest slope."""
 
     @staticmethod
     def of(eye: Iterable[float], corners: Iterable[Iterable[float]]) -> "Sector":
-        """Return the directions from an eye to all that lies between some corners: `Spans.of` for one thing."""
+        """Return the directions from an eye to the hull of some corners, as `Spans.of` does for many things."""
         eye_x, eye_y, eye_z = eye
         ways = [(x - eye_x, y - eye_y, z - eye_z) for x, y, z in corners]
         middle = sum(x for x, _, _ in ways), sum(y for _, y, _ in ways)
@@ -69,7 +76,7 @@ class Sector:
         )
 
     def intersection(self, other: "Sector") -> "Sector | None":
-        """Return directions that hold all that both have; None when there are none."""
+        """Return a sector that contains all directions that both have in common; None when they have none."""
         low, high = max(self.low, other.low), min(self.high, other.high)
         if low > high:
             return None
@@ -81,13 +88,14 @@ class Sector:
         return Sector(self.start + start, end - start, low, high) if start <= end else None
 
     def overlaps(self, spans: Spans) -> np.ndarray:
-        """Return in which of the directions to things (n,) something of this lies."""
+        """Return which (n,) of n things' directions have any direction in common with this sector."""
         first = (spans.start - self.start + np.pi) % FULL - np.pi
         is_across = (np.maximum(first, 0.0) <= np.minimum(first + spans.width, self.width)) | (spans.width >= FULL)
         return (is_across | (self.width >= FULL)) & (spans.low <= self.high) & (spans.high >= self.low)
 
 
 ALL = Sector(0.0, FULL)
+"""All directions."""
 
 
 def _slope(rise: float, away: float) -> float:

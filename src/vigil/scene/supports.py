@@ -1,4 +1,4 @@
-"""What rests on what: surfaces in the house's frame, contents, and chains of support."""
+"""What rests on what: surfaces in the house's frame, contents and chains of support."""
 
 from collections.abc import Iterable, Iterator
 
@@ -15,72 +15,74 @@ LEVEL_WITHIN = 0.99
 OVER_M = 0.1
 """Tolerance of `object_at_receptacle` (protocol.md section 4): height above a surface, and growth of its rectangle."""
 BESIDE_M = 0.1
-"""How far beside a surface a click on it may lie: its surface ends a little before its edge."""
+"""How far outside a surface's rectangle a click on it may lie; the rectangle ends a little before the visible edge."""
 TOUCH_M = 0.003
-"""Solids that overlap by less touch only."""
+"""Overlap up to which two solids only touch."""
 LEVEL_SLACK_M = 1e-3
-"""How far a thing may be sunk into the surface that it lies on, or stand below the rim that it lies on."""
+"""How far a thing may be sunk into the surface that it lies on, or be below the rim that it lies on."""
 
 
 def surface_named(thing: Thing, name: str | None) -> Surface | None:
-    """Return the thing's surface of that name, if it has one."""
+    """Return the thing's surface of that name, or None."""
     return next((surface for surface in thing.asset.surfaces if surface.name == name), None)
 
 
 def surface_frame(thing: Thing, surface: Surface, openness: float | None = None) -> Motion:
-    """Return the motion from the surface's own frame (origin at its middle) to the house."""
+    """Return the motion from the surface's frame, whose origin is the surface's middle, to the house."""
     motion = part_motion(thing, surface.joint, openness)
     return Motion(motion.turn, motion(np.array(surface.center)[None])[0])
 
 
 def is_level(frame: Motion) -> bool:
-    """Whether a surface with that frame lies flat, facing up."""
+    """Return whether a surface with that frame is level and faces up."""
     return float(frame.turn[1, 1]) >= LEVEL_WITHIN
 
 
 def offset_from(frame: Motion, point: Vec3) -> Vec3:
-    """Return a point in a surface's own frame: y is its height above the surface."""
+    """Return a point of the house in a surface's frame; y is its height above the surface."""
     x, y, z = frame.inverse()(np.array(point)[None])[0]
     return Vec3(float(x), float(y), float(z))
 
 
 def is_over(surface: Surface, local: Vec3) -> bool:
-    """Whether a point in a surface's own frame lies in the free space over it, or a little beside that."""
+    """Return whether a point in a surface's frame lies in the free space over it, or up to `BESIDE_M` outside."""
     is_beside = abs(local.x) > surface.size_x / 2 + BESIDE_M or abs(local.z) > surface.size_z / 2 + BESIDE_M
     return not is_beside and -TOUCH_M <= local.y <= surface.clearance + TOUCH_M
 
 
 def is_shut(thing: Thing) -> bool:
-    """Whether what is inside the thing cannot be reached."""
+    """Return whether the thing has moving parts and is closed, so that what is inside cannot be reached."""
     return bool(thing.asset.joints) and thing.openness < CLOSED_BELOW
 
 
 def is_inside_closed(scene: Scene, thing: Thing) -> bool:
-    """Whether the thing lies inside something shut, however deep."""
+    """Return whether the thing lies inside something shut, at any depth."""
     return any(surface and surface.needs_opening and is_shut(parent) for parent, surface in _supports_of(scene, thing))
 
 
 def containers_of(scene: Scene, thing: Thing) -> list[Thing]:
-    """Return what the thing lies inside of, nearest first.
+    """Return the things that contain the thing, nearest first.
 
-    It, or something below it in its chain of supports, rests on a surface inside each of them, or of a drawer of them.
+    The thing, or something below it in its chain of supports, rests on a surface inside each of them, or inside a
+    drawer of it. A drawer comes before its furniture.
     """
     hollows = (parent for parent, _ in interior_surfaces_around(scene, thing))
     return [each for parent in hollows for each in (parent, furniture_of(scene, parent)) if each is not None]
 
 
 def interior_surfaces_around(scene: Scene, thing: Thing) -> list[tuple[Thing, Surface]]:
-    """Return the interior surfaces that the thing, or something below it, rests on, each with whose it is."""
+    """Return (owner, surface) for each interior surface that the thing, or something below it, rests on."""
     rests = _supports_of(scene, thing)
     return [(parent, surface) for parent, surface in rests if surface is not None and surface.is_inside]
 
 
 def supports_not_lain_on(scene: Scene, thing: Thing, others: Iterable[Thing]) -> tuple[str, ...]:
-    """Return the ids of what bears the thing though it does not lie on it, nearest first.
+    """Return the ids of the things that bear the thing although it does not lie on them, nearest first.
 
-    That is what has to be opened to reach it, open or shut, with all that bears that; and what bears a hollow of
-    something fixed that it lies in: in a bowl is on the table, too, in a sink is not on its counter.
-    Of a thing without a known support: those among others over nothing of which it lies but what has to be opened.
+    These are everything that has to be opened to reach the thing, whether open or shut now, and all that bears it.
+    So is everything that bears a fixed hollow with the thing in it: what is in a sink does not lie on the counter,
+    while what is in a bowl lies on the table, too. For a thing whose support is not known, return the sorted ids of
+    the `others` that it lies over only by surfaces that need opening.
     """
     if thing.parent is None:
         over = {other.id: _surfaces_below(thing, other) for other in _receptacles(thing, others)}
@@ -95,7 +97,7 @@ def supports_not_lain_on(scene: Scene, thing: Thing, others: Iterable[Thing]) ->
 
 
 def ends_lying_on(parent: Thing, surface: Surface, receptacle: Thing) -> bool:
-    """Whether what lies on a surface of a thing that a receptacle bears, or is, does not lie on that receptacle."""
+    """Return whether things on a surface of `parent` do not count as lying on `receptacle`, which is or bears it."""
     return surface.needs_opening or (parent is not receptacle and _is_fixed_hollow(parent, surface))
 
 
@@ -104,7 +106,7 @@ def _is_fixed_hollow(parent: Thing, surface: Surface | None) -> bool:
 
 
 def furniture_of(scene: Scene, thing: Thing) -> Thing | None:
-    """Return the furniture that a drawer is part of; None for what is no part."""
+    """Return the furniture that a drawer is part of; None for a thing that is not a drawer."""
     return scene.things.get(thing.parent or "") if thing.is_drawer else None
 
 
@@ -114,7 +116,7 @@ def drawers_of(scene: Scene, thing: Thing) -> list[Thing]:
 
 
 def _supports_of(scene: Scene, thing: Thing) -> Iterator[tuple[Thing, Surface | None]]:
-    """Yield what the thing rests on, what that rests on, and so on, each with the surface where that is known."""
+    """Yield what the thing rests on, what that rests on, and so on, each with the surface, or None if unknown."""
     for parent in ancestors(scene, thing):
         yield parent, surface_named(parent, thing.surface)
         thing = parent
@@ -135,7 +137,7 @@ def children(scene: Scene, parent_id: str) -> list[Thing]:
 
 
 def contents(scene: Scene, thing_id: str) -> list[Thing]:
-    """Return all that rests on or in a thing, however deep, nearest first."""
+    """Return all that rests on or in a thing, at any depth, nearest first."""
     found = children(scene, thing_id)
     for child in found:
         found.extend(children(scene, child.id))
@@ -143,32 +145,36 @@ def contents(scene: Scene, thing_id: str) -> list[Thing]:
 
 
 def moved_by_joint(scene: Scene, thing: Thing, joint: str) -> list[Thing]:
-    """Return what moves along with one of the thing's joints, however deep."""
+    """Return all things that one of the thing's joints carries, at any depth."""
     direct = [child for child in children(scene, thing.id) if child.parent_joint == joint]
     return direct + [deeper for child in direct for deeper in contents(scene, child.id)]
 
 
 def receptacles_below(thing: Thing, others: Iterable[Thing], *, inside: bool) -> tuple[str, ...]:
-    """Return the sorted ids of the receptacles among others over a surface of which the thing lies."""
+    """Return the sorted ids of the receptacles among `others` that the thing lies over; see `rests_over`."""
     return tuple(sorted(other.id for other in _receptacles(thing, others) if rests_over(thing, other, inside=inside)))
 
 
 def _receptacles(thing: Thing, others: Iterable[Thing]) -> Iterator[Thing]:
-    """Yield those among others on or in which the thing may lie; none while it is held or gone."""
+    """Yield the receptacles among `others` that the thing may lie on or in; none while it is held or not present."""
     for other in others if thing.is_present and not thing.is_held else ():
         if other.is_receptacle and other.is_present and not other.is_held and other is not thing:
             yield other
 
 
 def rests_over(thing: Thing, receptacle: Thing, *, inside: bool = False) -> bool:
-    """Whether the thing lies over a surface of the receptacle (with `inside`: an interior one) by the goal's rule."""
+    """Return whether the thing lies over a surface of the receptacle by the goal's rule.
+
+    With `inside` only interior surfaces count.
+    """
     return any(surface.is_inside or not inside for surface in _surfaces_below(thing, receptacle))
 
 
 def _surfaces_below(thing: Thing, receptacle: Thing) -> list[Surface]:
     """Return the surfaces of a receptacle over which the thing lies by the goal's rule.
 
-    The rectangle is grown only for a thing whose support is not known: what rests on a neighbour lies on the neighbour.
+    The surface's rectangle is grown only for a thing whose support is not known: a thing that rests on something next
+    to the receptacle lies on that.
     """
     box = bounding_box(thing)
     low = Vec3(thing.position.x, box.bottom, thing.position.z)
@@ -181,13 +187,16 @@ def _surfaces_below(thing: Thing, receptacle: Thing) -> list[Surface]:
 
 
 def _is_over(surface: Surface, point: Vec3, growth: float) -> bool:
-    """Whether a point in the surface's frame lies over the grown surface, at most `OVER_M` up."""
+    """Return whether a point in the surface's frame lies over the grown surface, at most `OVER_M` up."""
     is_beside = abs(point.x) > surface.size_x / 2 + growth or abs(point.z) > surface.size_z / 2 + growth
     return not is_beside and -1e-6 <= point.y + LEVEL_SLACK_M <= OVER_M + LEVEL_SLACK_M
 
 
 def _is_in_hollow(receptacle: Thing, surface: Surface, frame: Motion, point: Vec3) -> bool:
-    """Whether a point over an interior surface is below its ceiling or rim and within the receptacle's own box."""
+    """Return whether a point over an interior surface is below its ceiling or rim and within the receptacle's box.
+
+    For any other surface return True.
+    """
     if not surface.is_inside:
         return True
     x, height, z = offset_from(frame, point)
@@ -197,12 +206,12 @@ def _is_in_hollow(receptacle: Thing, surface: Surface, frame: Motion, point: Vec
 
 
 def headroom(asset: Asset, surface: Surface) -> float:
-    """Return the height (m) of the hollow over an interior surface: up to what is above it, or to the asset's rim."""
+    """Return the height (m) of the hollow over an interior surface, up to the next solid or the asset's rim."""
     return min(surface.clearance, asset.size.y / 2 - surface.center.y)
 
 
 def level_surfaces(thing: Thing) -> Iterator[tuple[Surface, Motion]]:
-    """Yield the thing's surfaces that lie flat now, with their frames."""
+    """Yield the thing's surfaces that are level now, with their frames."""
     for surface in thing.asset.surfaces:
         frame = surface_frame(thing, surface)
         if is_level(frame):
@@ -210,6 +219,6 @@ def level_surfaces(thing: Thing) -> Iterator[tuple[Surface, Motion]]:
 
 
 def joint_is_hinge(thing: Thing, joint: str | None) -> bool:
-    """Whether a joint turns what it carries."""
+    """Return whether the joint of that name is a hinge; False for an unknown name."""
     found = joint_of(thing.asset, joint)
     return found is not None and found.kind == "hinge"

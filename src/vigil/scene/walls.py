@@ -1,8 +1,8 @@
-"""The shell of a house: wall panels with their holes, rooms, and where doors and windows sit.
+"""The shell of a house: wall panels with their holes, rooms, and the positions of doors and windows.
 
-ProcTHOR's odd ways with walls are handled here and nowhere else: bottom points first for rooms but top points first for
-the outside; two coincident panels of opposite direction between rooms; holes given along the first panel only; walls
-that are `empty`, where nothing stands.
+Only this module handles how ProcTHOR writes walls. A room's wall lists its bottom points first, and an outside wall its
+top points. Between rooms are two coincident panels of opposite direction, and a hole is given along the first of them
+only. A wall that is `empty` is not built.
 """
 
 import math
@@ -18,27 +18,31 @@ from vigil.scene.outlines import floor_of
 from vigil.scene.things import Hole, RoomShape, WallPanel
 
 DEFAULT_HEIGHT_M = 2.6
+"""Height of a room in a house without walls."""
 LIGHT_DROP_M = 0.2
+"""Distance below the ceiling of the light of a room for which the document has none."""
 DOOR_DEPTH_M = 0.14
 WINDOW_DEPTH_M = 0.09
 PROBE_M = 0.01
+"""Distance from a wall at which the room in front of it is looked up."""
 LEAST_FLOOR_M2 = 0.01
 LEAST_WALL_M = 1e-4
 FARTHEST_SHELL_M = 200.0
-"""No room, wall or opening is beyond this; floors and walls are drawn in cells of half a metre."""
+"""Greatest coordinate of a room, wall or opening: floors and walls are drawn in cells of half a metre."""
 
 
 def rooms_of(house: House) -> list[RoomShape]:
-    """Return the rooms with heights from their walls and lights from the document, else from their middle.
+    """Return the rooms of a house.
 
-    Raises HouseError when a floor crosses itself, has no area, or the house is absurdly large.
+    A room's height is that of its highest wall. Its light is the document's, or else one near the middle of the
+    ceiling. Raises HouseError when a floor crosses itself or has almost no area, or when the house is absurdly large.
     """
     document = house.document
     _check_extent(house)
     for room in document.rooms:
         if not (floor := floor_of(room)).is_valid:
             raise HouseError(
-                f"House {house.name!r}: room {room.id!r}: its floor is no simple polygon "
+                f"House {house.name!r}: room {room.id!r}: its floor is not a simple polygon "
                 f"({shapely.is_valid_reason(floor)}). Put its corners in their order round the room."
             )
         if floor.area < LEAST_FLOOR_M2:
@@ -51,7 +55,7 @@ def rooms_of(house: House) -> list[RoomShape]:
 
 
 def _check_extent(house: House) -> None:
-    """Raises HouseError when a room, wall or hole is so far away that the house could not be held in memory."""
+    """Raise HouseError when a room, wall or hole is so far away that the house would not fit into memory."""
     document = house.document
     shapes = [(f"room {room.id!r}", room.floor_polygon) for room in document.rooms]
     shapes += [(f"wall {wall.id!r}", wall.polygon) for wall in document.walls]
@@ -66,9 +70,10 @@ def _check_extent(house: House) -> None:
 
 
 def panels_of(house: House, *, empty: bool = False) -> list[WallPanel]:
-    """Return the panels of the walls that stand, or of those that are empty, with the holes of all doors and windows.
+    """Return the panels of the walls, with the holes of all doors and windows.
 
-    Raises HouseError on a wall without length or height.
+    With `empty` return those of the walls that are marked as empty instead. Raises HouseError on a wall without length
+    or height.
     """
     document = house.document
     wanted = [wall for wall in document.walls if wall.empty == empty]
@@ -89,7 +94,10 @@ def panels_of(house: House, *, empty: bool = False) -> list[WallPanel]:
 
 
 def place_of_opening(house: House, opening: Opening, panels: dict[str, WallPanel]) -> tuple[Vec3, float, Vec3]:
-    """Return an opening's centre, its yaw (front towards its first room) and the size that fits its hole."""
+    """Return an opening's centre, its yaw (deg, front towards its first room) and the size (m) that fits its hole.
+
+    `panels` are all panels by id, those of empty walls included.
+    """
     panel = panels[opening.wall0]
     xs, ys = _hole_extent(opening)
     start, direction = np.array(panel.start), _direction(panel.start, panel.end)
@@ -125,6 +133,7 @@ def _room(room: RoomNode, document: HouseDocument, lights: list[Light]) -> RoomS
 
 
 def _light_of(room: RoomNode, floor: shapely.Polygon, lights: list[Light]) -> Light | None:
+    """Return the light that is named after the room and in it, else one that is in it, else one named after it."""
     suffix = room.id.rpartition("|")[2]
     named = [light for light in lights if light.id.rpartition("_")[2] == suffix]
     inside = [light for light in lights if floor.contains(shapely.Point(light.position.x, light.position.z))]
@@ -143,7 +152,7 @@ def _hole_extent(opening: Opening) -> tuple[tuple[float, float], tuple[float, fl
 
 
 def _hole_in(wall: Wall, opening: Opening, first: Wall) -> Hole:
-    """Return the opening's hole along `wall`, through the house's frame when that is not its first wall."""
+    """Return the opening's hole along `wall`; the document gives it along the opening's `first` wall."""
     xs, ys = _hole_extent(opening)
     if wall.id != first.id:
         start, end = first.ends
@@ -175,7 +184,7 @@ def _panel(wall: Wall, holes: tuple[Hole, ...], rooms: dict[str, shapely.Polygon
 def _normal(
     start: tuple[float, float], end: tuple[float, float], room: shapely.Polygon | None, rooms: list[shapely.Polygon]
 ) -> tuple[float, float]:
-    """Return the unit normal towards the panel's own room; for the outside, away from every room."""
+    """Return the unit normal (x, z) towards the panel's room; for an outside panel, away from every room."""
     normal, probe = _faced(start, end)
     inward = room.contains(probe) if room is not None else not any(other.contains(probe) for other in rooms)
     sign = 1.0 if inward else -1.0
@@ -183,13 +192,13 @@ def _normal(
 
 
 def _room_faced(start: tuple[float, float], end: tuple[float, float], rooms: dict[str, shapely.Polygon]) -> str:
-    """Return the room that a wall which names none is seen from, by the way that its corners go round."""
+    """Return the id of the room that a wall is seen from by the order of its ends, or `EXTERIOR`."""
     _, probe = _faced(start, end)
     return next((room for room, floor in rooms.items() if floor.contains(probe)), EXTERIOR)
 
 
 def _faced(start: tuple[float, float], end: tuple[float, float]) -> tuple[np.ndarray, shapely.Point]:
-    """Return the unit normal of a wall's seen side by the order of its ends, and a point just before it."""
+    """Return the unit normal (2,) of the side that a wall is seen from by the order of its ends, and a point there."""
     direction, middle = _direction(start, end), (np.array(start) + np.array(end)) / 2
     normal = np.array([direction[1], -direction[0]])
     return normal, shapely.Point(*(middle + PROBE_M * normal))

@@ -1,6 +1,6 @@
 """Simulators: the protocols, the engine-neutral embedded simulator and its engines.
 
-An engine is imported when a simulator of it is made, so that nothing else needs its libraries.
+An engine is imported only when a simulator with it is made, so that no other code needs its libraries.
 """
 
 from collections.abc import Callable
@@ -15,7 +15,7 @@ from vigil.sim.privileged import PrivilegedSimulator
 def _fake(assets: AssetDatabase, quality: Quality) -> PrivilegedSimulator:
     from vigil.sim.engines.fake import FakeEngine  # noqa: PLC0415 - loads SciPy
 
-    del quality  # its pictures are always coarse
+    del quality  # its frames are always coarse
     return EmbeddedSimulator(FakeEngine(), assets)
 
 
@@ -26,7 +26,7 @@ def _mujoco(assets: AssetDatabase, quality: Quality) -> PrivilegedSimulator:
 
 
 def _thor(assets: AssetDatabase, quality: Quality) -> PrivilegedSimulator:
-    from vigil.sim.thor.start import thor_simulator  # noqa: PLC0415 - what only a program with AI2-THOR needs
+    from vigil.sim.thor.start import thor_simulator  # noqa: PLC0415 - needs AI2-THOR's client
 
     return thor_simulator(assets, quality)
 
@@ -36,13 +36,13 @@ BACKENDS: dict[str, Callable[[AssetDatabase, Quality], PrivilegedSimulator]] = {
     "fake": _fake,
     "thor": _thor,
 }
-"""Backend name -> maker. The concrete classes are named here, in `vigil.sim` and in its tests, and nowhere else."""
+"""Function that makes a simulator, for each name of a backend; code outside `vigil.sim` never names the classes."""
 EDITABLE_BACKENDS = ("mujoco", "fake")
-"""Those that keep `vigil.sim.scene_editor.Stage`, so that the AI2-THOR-compatible engine can be one over them."""
+"""Backends that implement `vigil.sim.scene_editor.SceneEditor`; the AI2-THOR-compatible engine can run on them."""
 
 
 def make_simulator(name: str, *, assets: AssetDatabase, quality: Quality = "default") -> PrivilegedSimulator:
-    """Return a simulator of the named backend. Raises SettingError on an unknown name."""
+    """Return a simulator with the named backend. Raises SettingError on an unknown name."""
     if name not in BACKENDS:
         raise SettingError(f"Simulator backend {name!r} is unknown. Choose one of {', '.join(sorted(BACKENDS))}.")
     return BACKENDS[name](assets, quality)

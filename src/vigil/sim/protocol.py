@@ -1,6 +1,6 @@
-"""The protocol that every simulator backend keeps. It is all that `vigil.env` knows of a simulator.
+"""The protocol that every simulator backend implements; `vigil.env` uses nothing else of a simulator.
 
-What solvers and authoring may ask besides is in `vigil.sim.privileged`.
+`vigil.sim.privileged` adds what solvers and authoring may ask.
 """
 
 # pyright: reportReturnType=false
@@ -16,38 +16,38 @@ from vigil.protocol.house import House
 from vigil.protocol.world import Effect, Setup, WorldState
 
 WORKER_NUMBER = "VIGIL_WORKER_NUMBER"
-"""Environment variable: which of a run's workers this process is, from 0. Backends share out devices by it."""
+"""Environment variable with the number (from 0) of a run's worker; backends choose the worker's device by it."""
 
 
 class Simulator(Protocol):
-    """A house that one can walk through, act in and look at."""
+    """A house with an agent that walks, acts and looks."""
 
     name: str
     """Backend name with version, for run headers."""
 
     def load(self, house: House) -> None:
-        """Builds the scene of `house`, replacing any earlier one. Raises HouseError."""
+        """Build the scene of `house`, replacing any earlier one. Raises HouseError."""
 
     def prepare(self, house: House) -> None:
-        """Makes a later `load` of `house` quicker, where a backend can. May be called in another thread meanwhile."""
+        """Make a later `load` of `house` faster, if the backend can. May be called in another thread at any time."""
 
     def reset(self, start: Pose, setup: Setup) -> None:
-        """Restores the house as loaded, applies `setup`, stands the agent at `start`. Raises EpisodeError."""
+        """Restore the house as loaded, apply `setup` and put the agent at `start`. Raises EpisodeError."""
 
     def step(self, action: PhysicalAction) -> Effect:
-        """Carries out one action, or refuses it; never raises for what an agent did."""
+        """Carry out or refuse one action; never raises because of an agent's action."""
 
     def frame(self) -> np.ndarray:
         """Return the current egocentric frame, (480, 640, 3) uint8."""
 
     def object_at(self, x: int, y: int) -> str | None:
-        """Return the id of the object under a pixel; None for structure and sky."""
+        """Return the id of the object that a click on the pixel (x right, y down) hits; None for structure and sky."""
 
     def world(self, object_ids: Iterable[str]) -> WorldState:
-        """Return the agent's and the named objects' hidden state. Raises EpisodeError on an unknown id."""
+        """Return the hidden state of the agent and the named objects. Raises EpisodeError on an unknown id."""
 
     def renderer(self) -> str:
         """Return the GL renderer string; "none" when no frame can be drawn."""
 
     def close(self) -> None:
-        """Frees what the scene holds; the simulator can load again."""
+        """Release the scene; the simulator can load again."""

@@ -1,6 +1,6 @@
-"""What a program that directs a scene may do besides `vigil.sim.privileged`: pictures from anywhere, changes any time.
+"""The protocol of a simulator that can be edited at any time and draw from any camera.
 
-The AI2-THOR-compatible engine (`vigil.thor`) works on it. Nothing that is scored does: an episode is played by
+The AI2-THOR-compatible engine (`vigil.thor`) uses it. Nothing that is scored does: an episode is played through
 `vigil.sim.protocol.Simulator` alone.
 """
 
@@ -17,35 +17,41 @@ from vigil.protocol.world import Effect, Setup
 from vigil.sim.privileged import PrivilegedSimulator
 
 Layer = Literal["rgb", "depth", "things"]
+"""Name of a part of a camera's image."""
 
 NOTHING = -1
-"""In the layer `things`: sky, or structure of no kind that the engine knows."""
+"""Number in the layer `things` for sky, and for structure of a kind that the engine does not know."""
 STRUCTURES = ("wall", "floor", "ceiling")
-"""In the layer `things`, kind k of these is the number -2 - k."""
+"""Kinds of structure; kind k is the number -2 - k in the layer `things`."""
 
 
 @dataclass(frozen=True, slots=True)
 class CameraView:
-    """A camera: where it is, its yaw and pitch (deg; positive looks down), vertical field of view, size in pixels."""
+    """A camera's position, direction, field of view and size of image."""
 
     eye: Vec3
     yaw: float
+    """Degrees, as an agent's rotation."""
     pitch: float
+    """Degrees; positive looks down."""
     fovy_deg: float
+    """Vertical field of view."""
     width: int
+    """Pixels."""
     height: int
+    """Pixels."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CameraImage:
-    """What a camera sees, the first row on top; a layer that was not asked for is None."""
+    """The layers of a camera's image, with the top row first; a layer that was not requested is None."""
 
     rgb: np.ndarray | None = None
-    """(height, width, 3) uint8."""
+    """Colours (height, width, 3) uint8."""
     depth: np.ndarray | None = None
-    """(height, width) float32: metres along the camera's axis; inf where nothing is."""
+    """Depth (height, width) float32 in metres along the camera's axis; inf where nothing is."""
     things: np.ndarray | None = None
-    """(height, width) int32: index of the thing in the scene's order, or a negative number (`STRUCTURES`)."""
+    """Index of the thing in the scene's order (height, width) int32; `NOTHING` or structure is negative."""
 
 
 @runtime_checkable
@@ -53,28 +59,31 @@ class SceneEditor(PrivilegedSimulator, Protocol):
     """A simulator whose world can be changed at any time, not only by a reset."""
 
     def stand(self, pose: Pose) -> None:
-        """Stands the agent at a pose, with what it holds; nothing checks that the body fits."""
+        """Put the agent, with what it holds, at a pose; nothing checks that the body fits."""
 
     def apply_changes(self, setup: Setup) -> None:
-        """Changes the world as it is now. Raises EpisodeError, and has then changed nothing."""
+        """Apply a setup to the world as it is now. Raises EpisodeError, and has then changed nothing."""
 
     def restore_object(self, object_id: str) -> None:
-        """Puts a thing that was taken out of the scene back to where it was. Raises EpisodeError."""
+        """Put an object that was taken out of the scene back where it was. Raises EpisodeError on an unknown id."""
 
     def apply_intent(self, intent: Intent, object_id: str, point: Vec3) -> Effect:
-        """Does what a click on a point of an object would do, however far it is. Raises EpisodeError."""
+        """Do what a click on a point of an object would do, at any distance. Raises EpisodeError on an unknown id."""
 
     def open_to(self, object_id: str, openness: float) -> Effect:
-        """Opens or closes an object to an openness in 0..1, or refuses it. Raises EpisodeError."""
+        """Open or close an object to an openness in 0..1, or refuse it. Raises EpisodeError on an unknown id."""
 
     def reachable(self, start: Vec3, step_m: float) -> np.ndarray:
-        """Return the places (n, 2) of x, z on a grid through `start` to which the body gets along grid edges."""
+        """Return the places (n, 2) of x, z, on a grid through `start`, that the body reaches along grid edges."""
 
     def blocker(self, start: Vec3, end: Vec3) -> str | None:
-        """Return the id of what stops the body on a straight way, "exterior" outside of the rooms; None when free."""
+        """Return the id of what stops the body on a straight way; "exterior" outside the rooms, None when free."""
 
     def meets(self, eye: Vec3, directions: np.ndarray, *, through_glass: bool = False) -> tuple[np.ndarray, np.ndarray]:
-        """Return for unit directions (n, 3) the thing that each meets first (index or -1) and the distance (m)."""
+        """Return the thing (n,) that each of unit directions (n, 3) meets first, and its distance (n,) in metres.
+
+        A thing is its index in the scene's order, or -1 for structure and for nothing.
+        """
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], *, with_hand: bool) -> CameraImage:
-        """Return what a camera sees; `with_hand` draws what is held as the agent sees it."""
+        """Return the requested layers of what a camera sees; `with_hand` draws the held object as the agent sees it."""

@@ -1,4 +1,4 @@
-"""An engine that speaks AI2-THOR's protocols, over a house of this project's: the client's own programs run on it.
+"""An engine that speaks AI2-THOR's protocols, over this project's simulators, so that AI2-THOR programs run on it.
 
-It is no Unity and draws nothing of AI2-THOR's. What it answers like THOR, and what not, stands in docs/ai2thor.md.
+It is not Unity and has none of AI2-THOR's assets. docs/ai2thor.md says which actions it answers like THOR.
 """

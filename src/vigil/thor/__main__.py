@@ -1,4 +1,4 @@
-"""`python -m vigil.thor`: the engine, as AI2-THOR's client starts it."""
+"""`python -m vigil.thor`: the engine; AI2-THOR's client starts it."""
 
 import sys
 

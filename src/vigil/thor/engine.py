@@ -1,4 +1,4 @@
-"""The engine: takes one action of AI2-THOR's at a time, and answers with metadata and pictures."""
+"""The engine: it takes one of AI2-THOR's actions at a time and answers with metadata and images."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -14,17 +14,17 @@ from vigil.thor.base.world import World
 
 
 class ThorEngine:
-    """Keeps the world, and answers."""
+    """A `Responder` that carries out actions in a world."""
 
     def __init__(self, world: World) -> None:
         self._world = world
 
     def first_response(self) -> EngineResponse:
-        """Return what is sent before any action."""
+        """Return the answer that is sent before any action."""
         return self._full_response(_result(action="Initialize", failure=None, returned=None), 0)
 
     def respond(self, sent: Mapping[str, Any]) -> EngineResponse:
-        """Carries out one action. What fails is said in the answer; nothing is raised for it."""
+        """Carry out one action and return the answer, which also says whether and why the action failed."""
         name, number = str(sent.get("action")), sent.get("sequenceId", 0)
         action = ACTIONS.get(name)
         failure, returned = None, None
@@ -50,7 +50,7 @@ class ThorEngine:
         return action.handler(self._world, **action.arguments(sent))
 
     def _with_masks(self, result: dict[str, Any], number: int, wanted: Wanted) -> EngineResponse:
-        """Return an answer with the instance masks that this action alone asks for."""
+        """Return an answer with instance masks, which only this action asks for."""
         world, settings = self._world, self._world.settings
         world.settings = settings.model_copy(update={"render_instance_segmentation": True})
         try:
@@ -75,7 +75,7 @@ class ThorEngine:
 
 
 def _wanted(sent: Mapping[str, Any]) -> Wanted:
-    """Return which pictures an action asks for: `renderImage=False` wants none, or no colours with masks asked for."""
+    """Return which images an action asks for: with `renderImage=False` none, or only others than "rgb" with masks."""
     if sent.get("renderImage") is not False:
         return "all"
     return "without colours" if sent.get("renderInstanceSegmentation") else "none"

@@ -1,4 +1,4 @@
-"""The command that AI2-THOR's client starts the engine with."""
+"""The command with which AI2-THOR's client starts the engine."""
 
 from pathlib import Path
 
@@ -12,13 +12,16 @@ from vigil.sim.thor.start import engine_options, own_command
 def thor_engine(
     *, backend: str = "mujoco", quality: Quality = "default", asset_database: str | Path | None = None
 ) -> str:
-    """Return the command of an engine that AI2-THOR's client takes in the place of Unity.
+    """Return the command of an engine that AI2-THOR's client can start instead of Unity.
 
-    `Controller(local_executable_path=vigil.thor_engine(), scene=house)`. It sets DISPLAY when it is unset: the client
-    asks for it on Linux, the engine does not use it. Raises SettingError on an unknown backend or a broken database:
-    the client would wait for ever for an engine that ends at once.
+    Use it as `Controller(local_executable_path=vigil.thor_engine(), scene=house)`. This function sets DISPLAY if it is
+    unset: the client requires it on Linux, although the engine does not use it. Raises SettingError on an unknown
+    backend or an invalid database, because the client would wait without limit for an engine that ends at once.
     """
     if backend not in EDITABLE_BACKENDS:
-        raise SettingError(f"Backend {backend!r} is no engine's. Choose one of {', '.join(sorted(EDITABLE_BACKENDS))}.")
+        raise SettingError(
+            f"The AI2-THOR engine does not have backend {backend!r}. "
+            f"Choose one of {', '.join(sorted(EDITABLE_BACKENDS))}."
+        )
     AssetDatabase.from_file(None if asset_database is None else Path(asset_database))
     return own_command(engine_options(backend, quality, asset_database))

@@ -1,4 +1,4 @@
-"""Starting the engine: the command line that AI2-THOR's client gives it, and the wire that it asks for."""
+"""The start of the engine: it reads the client's command line and serves the wire that the client asks for."""
 
 import argparse
 import os
@@ -19,7 +19,7 @@ WIRES = {"FIFO": fifo.serve, "WSGI": wsgi.serve}
 
 
 def main(words: Sequence[str]) -> int:
-    """Serves one client, to its end. Returns the exit status: 2 on a setting that makes no sense."""
+    """Serve one client until it ends; return the exit status, 2 after an error."""
     try:
         given, _ = _parser().parse_known_args(words)
         kind = os.environ.get("AI2THOR_SERVER_TYPE")
@@ -38,7 +38,7 @@ def main(words: Sequence[str]) -> int:
 def _world(given: argparse.Namespace, *, has_patches: bool) -> World:
     editor = make_simulator(given.backend, assets=AssetDatabase.from_file(given.assets), quality=given.quality)
     if not isinstance(editor, SceneEditor):
-        raise SettingError(f"Backend {given.backend!r} cannot serve AI2-THOR's client: its scene cannot be directed.")
+        raise SettingError(f"Backend {given.backend!r} cannot serve AI2-THOR's client: its scene cannot be edited.")
     settings = Settings(screen_width=given.width, screen_height=given.height, render_image=not given.without_pictures)
     return World(editor, settings, serves_patches=has_patches)
 

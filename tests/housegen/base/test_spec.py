@@ -28,8 +28,7 @@ def test_misspelt_specs_are_guessed(name, meant):
 
 @pytest.mark.parametrize("kind", ["Attic", "bedroom", 3])
 def test_unknown_kinds_of_rooms_are_refused_with_what_would_fit(kind):
-    fitting = "Kitchen, LivingRoom, Bedroom, Bathroom would fit"
-    with pytest.raises(SettingError, match=f"no kind of room {kind!r}; {fitting}"):
+    with pytest.raises(SettingError, match=rf"kind of room {kind!r} does not exist\..*Bedroom, Bathroom"):
         HouseSpec.model_validate({"name": "odd", "choices": [["Kitchen", kind]]})
 
 

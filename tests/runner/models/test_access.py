@@ -99,7 +99,7 @@ def test_a_service_without_hosts_of_its_own_gets_no_key_unasked(monkeypatch: pyt
 
 @pytest.mark.parametrize("model", [f"{name}/m" for name, one in PROVIDERS.items() if one.signs_in])
 def test_an_account_of_the_machine_is_not_taken_elsewhere(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
-    with pytest.raises(SettingError, match=r"signs in with an account.*--api-key-env"):
+    with pytest.raises(SettingError, match=r"signs in with this machine's account.*--api-key-env"):
         model_access(model, "https://me:loginword@host.org/v1", {})
     monkeypatch.setenv("MY_KEY", "chosen")
     assert model_access(model, URL, {}, "MY_KEY").api_key == "chosen"
@@ -190,7 +190,7 @@ def test_an_address_is_kept_without_what_logs_in(url: str, kept: str) -> None:
         ("dubao/seed", "Did you mean 'doubao'?"),
         ("OpenAI/gpt-4o", "Did you mean 'openai'?"),
         ("nobody-knows/m", "'nobody-knows', which is not known. Write provider/model"),
-        ("gpt-4o", "names no provider. Write provider/model"),
+        ("gpt-4o", "does not name a provider. Write provider/model"),
     ],
 )
 def test_a_name_without_a_known_provider_and_address_is_refused(model: str, said: str) -> None:

@@ -76,7 +76,7 @@ def test_certificates_that_are_not_there_are_named_before_the_run(
         pass
     monkeypatch.setenv("SSL_CERT_FILE", str(tmp_path / "empty.pem"))
     (tmp_path / "empty.pem").write_text("no certificate")
-    with pytest.raises(SettingError, match="holds no certificates"):
+    with pytest.raises(SettingError, match="does not have certificates"):
         check_network("http://localhost:8000/v1")
     monkeypatch.delenv("SSL_CERT_FILE")
     monkeypatch.setenv("SSLKEYLOGFILE", str(tmp_path / "none" / "keys"))

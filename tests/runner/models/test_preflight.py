@@ -36,7 +36,7 @@ def test_a_model_that_reads_the_number_passes() -> None:
 
 @pytest.mark.parametrize("text", ["", "I cannot see pictures.", "1234567", "12"])
 def test_a_blind_model_does_not(text: str) -> None:
-    with pytest.raises(ModelAPIError, match="pictures do not seem to reach it"):
+    with pytest.raises(ModelAPIError, match="images do not seem to reach it"):
         check(text)
 
 
@@ -48,8 +48,8 @@ def test_a_model_that_does_not_answer_is_named_with_its_address_and_what_to_do(a
     with pytest.raises(ModelAPIError) as raised:
         asyncio.run(check_sight(ask, "some/model", "png", address))
     said = str(raised.value)
-    assert said.startswith(f"Model 'some/model'{where} did not answer the call before the run: Connection error.")
-    assert "Check that it is served there under that name, and the key" in said
+    assert said.startswith(f"Model 'some/model'{where} did not answer the check before the run: Connection error.")
+    assert "Check that it is served there under that name, and check the key" in said
 
 
 def test_a_rejected_request_does_not_pass() -> None:

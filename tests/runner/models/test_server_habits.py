@@ -253,13 +253,13 @@ def test_what_minimax_calls_sensitive_is_a_rejection() -> None:
 # --- what servers refuse ---
 
 REFUSALS: dict[str, tuple[int, str, str]] = {
-    "vLLM, text": (400, "facebook/opt-125m is not a multimodal model None", "takes no pictures"),
-    "vLLM, no image": (400, "At most 0 image(s) may be provided in one prompt.", "takes no pictures"),
-    "Ollama, text": (400, "this model does not support image input (ref: b8bd)", "takes no pictures"),
+    "vLLM, text": (400, "facebook/opt-125m is not a multimodal model None", "not accept images"),
+    "vLLM, no image": (400, "At most 0 image(s) may be provided in one prompt.", "not accept images"),
+    "Ollama, text": (400, "this model does not support image input (ref: b8bd)", "not accept images"),
     "llama.cpp, text": (500, "image input is not supported - hint: you may need to provide the mmproj", "--mmproj"),
-    "OpenRouter, text": (404, "No endpoints found that support image input", "takes no pictures"),
-    "OpenAI, text": (400, "Invalid content type. image_url is only supported by certain models.", "takes no pictures"),
-    "DeepSeek, text": (400, "messages[0]: unknown variant `image_url`, expected `text`", "takes no pictures"),
+    "OpenRouter, text": (404, "No endpoints found that support image input", "not accept images"),
+    "OpenAI, text": (400, "Invalid content type. image_url is only supported by certain models.", "not accept images"),
+    "DeepSeek, text": (400, "messages[0]: unknown variant `image_url`, expected `text`", "not accept images"),
     "DashScope, stream": (400, "This model only support stream mode, please enable the stream parameter", "stream"),
     "DashScope, thinking": (400, "enable_thinking must be set to false for non-streaming calls", '{"stream": true}'),
     "Gemma on vLLM": (400, "System role not supported", "--system-role user"),

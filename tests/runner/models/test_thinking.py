@@ -51,7 +51,7 @@ def test_what_was_set_beside_it_stays() -> None:
         ("on", {"reasoning_effort": "none"}, "openai/m", "--thinking on contradicts --reasoning-effort none"),
         ("off", {"reasoning_effort": "low"}, "qwen/m", "--thinking off contradicts --reasoning-effort low"),
         ("off", {"extra_body": {"enable_thinking": True}}, "qwen/m", "but --extra-body says True"),
-        ("off", {}, "lmstudio/m", "no way is known to tell LM Studio so"),
+        ("off", {}, "lmstudio/m", "how to set this for LM Studio is unknown"),
     ],
 )
 def test_what_contradicts_is_refused(thinking: Any, sampling: dict[str, Any], model: str, said: str) -> None:

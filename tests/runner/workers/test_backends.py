@@ -47,7 +47,9 @@ def test_a_privileged_agent_plays_on_a_backend_of_another_make():
 
 def test_a_privileged_agent_is_refused_a_backend_without_privileged_sight():
     episode = Pack.load("starter").episodes[0]
-    with pytest.raises(SettingError, match=r"'solver' needs hidden sight, which 'stand-in 1' does not give"):
+    with pytest.raises(
+        SettingError, match=r"'solver' needs the hidden state, which simulator 'stand-in 1' does not give"
+    ):
         handler(lambda assets, quality: ScriptedSimulator({})).answer(PlayEpisode(Assignment(episode)))
 
 

@@ -1,1 +1,1 @@
-"""What the parts of the house generator share: random draws, solids, specs, and models of furniture."""
+"""Shared parts of the house generator: random draws, specs, and models of furniture."""

@@ -1,4 +1,4 @@
-"""The stock: assets that a house can be furnished with, and things placed in a house (`PlacedObject`)."""
+"""Assets with which a house can be furnished (`AssetModel`), and objects placed in a house (`PlacedObject`)."""
 
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -12,14 +12,14 @@ from vigil.base.geometry import Vec3, rotate_floor
 from vigil.scene.geometry import joint_motion, solid_corners
 
 OPENNESS_SAMPLES = tuple(step / 20 for step in range(1, 21))
-"""Degrees of openness at which moving parts are examined."""
+"""Values of openness at which moving parts are examined."""
 VARIANTS = 24
 """Number of the project's asset ids, per category, from which the generator draws."""
 
 Rect = tuple[float, float, float, float]
-"""x0, z0, x1, z1 on the floor (m)."""
+"""Upright rectangle x0, z0, x1, z1 on the floor (m)."""
 Block = tuple[Rect, float, float]
-"""A rectangle with the heights of its bottom and top: room that a thing takes up or passes through."""
+"""Rectangle with the heights (m) of its bottom and top: space that an object takes up or passes through."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,20 +57,23 @@ def most_similar(model: AssetModel, choices: list[AssetModel]) -> AssetModel:
 
 @dataclass(slots=True, eq=False)
 class PlacedObject:
-    """A thing of the house in its place; its children rest on or in it."""
+    """An object of the house in its place; its children rest on or in it."""
 
     model: AssetModel
     position: Vec3
     """Centre of the bounding box."""
     yaw: float
+    """Degrees."""
     room: int
+    """Number of its room."""
     children: list["PlacedObject"] = field(default_factory=list)
     surface: Surface | None = None
-    """Surface of the parent on which the thing rests."""
+    """Surface of the parent on which the object rests; None for furniture and for what hangs."""
     openness: float | None = None
     is_on: bool | None = None
     is_dirty: bool | None = None
     is_on_wall: bool = False
+    """Whether it hangs on a wall or under the ceiling."""
     id: str = ""
     """Object id in the document; assigned when the house is written."""
 
@@ -81,12 +84,12 @@ class PlacedObject:
 
     @property
     def bottom(self) -> float:
-        """Height of the lowest face."""
+        """Height (m) of the lowest face."""
         return self.position.y - self.model.size.y / 2
 
     @property
     def top(self) -> float:
-        """Height of the highest face."""
+        """Height (m) of the highest face."""
         return self.position.y + self.model.size.y / 2
 
     def to_floor_point(self, x: float, z: float) -> tuple[float, float]:
@@ -95,7 +98,7 @@ class PlacedObject:
         return self.position.x + dx, self.position.z + dz
 
     def footprint(self) -> Rect:
-        """Return the upright rectangle about the thing's box."""
+        """Return the upright rectangle around the object's box."""
         return turned_rect(
             (-self.model.size.x / 2, -self.model.size.z / 2, self.model.size.x / 2, self.model.size.z / 2),
             self.position.x,
@@ -104,11 +107,11 @@ class PlacedObject:
         )
 
     def block(self) -> Block:
-        """Return the upright block about the thing's box."""
+        """Return the upright block around the object's box."""
         return self.footprint(), self.bottom, self.top
 
     def swing(self) -> Block | None:
-        """Return the block that the thing's doors, drawers and lids pass through; None when nothing opens."""
+        """Return the block that the object's doors, drawers and lids pass through; None when nothing opens."""
         block = swing_of(self.model)
         if block is None:
             return None
@@ -117,12 +120,12 @@ class PlacedObject:
         return turned_rect(rect, x, z, self.yaw), y + bottom, y + top
 
     def with_contents(self) -> list["PlacedObject"]:
-        """Return the thing and everything on and in it."""
+        """Return the object and everything on and in it."""
         return [self, *(piece for child in self.children for piece in child.with_contents())]
 
 
 def turned_rect(rect: Rect, x: float, z: float, yaw: float) -> Rect:
-    """Return the upright rectangle about `rect` turned by `yaw` about the origin and moved to (x, z)."""
+    """Return the upright rectangle around `rect` turned by `yaw` (deg) about the origin and moved to (x, z)."""
     corners = [rotate_floor(rect[i], rect[j], yaw) for i in (0, 2) for j in (1, 3)]
     xs, zs = [corner[0] for corner in corners], [corner[1] for corner in corners]
     return x + min(xs), z + min(zs), x + max(xs), z + max(zs)
@@ -155,6 +158,6 @@ def swept_rect(model: AssetModel) -> Rect | None:
 
 @lru_cache(maxsize=4096)
 def leaf_reach(model: AssetModel) -> float:
-    """Return how far (m) the asset's doors and drawers come out in front when they open."""
+    """Return the distance (m) that the asset's doors and drawers reach out in front when they open."""
     rect = swept_rect(model)
     return 0.0 if rect is None else max(0.0, rect[3] - model.size.z / 2)

@@ -11,8 +11,10 @@ from vigil.protocol.house import canonical_json
 GENERATOR_VERSION = "5"
 """Version of the generator; it changes whenever the same seed and spec would give another house."""
 STREAM_VERSION = "4"
-"""First version that draws the same numbers for the same seed and spec. Houses of this and later versions differ only
-in how the drawn things are made."""
+"""First version that draws the same numbers for the same seed and spec.
+
+Houses of this and later versions differ only in how the drawn objects are made.
+"""
 
 Item = TypeVar("Item")
 

@@ -1,4 +1,4 @@
-"""House specs: which rooms, areas and ceiling a house is to have. Named specs are a literal table."""
+"""House specs: the rooms, area and ceiling of a house to generate, and the table of named specs."""
 
 from collections import Counter
 from typing import Any, Literal
@@ -10,6 +10,7 @@ from vigil.errors import SettingError, did_you_mean
 RoomKind = Literal["Kitchen", "LivingRoom", "Bedroom", "Bathroom"]
 
 MAX_ROOMS = 10
+"""Greatest number of rooms in a house."""
 
 AREA_M2: dict[str, tuple[float, float, float]] = {
     "Kitchen": (11.0, 18.0, 30.0),
@@ -20,22 +21,23 @@ AREA_M2: dict[str, tuple[float, float, float]] = {
 """Smallest, median and largest area (m2) of a room, by its kind."""
 
 SINGLE_ROOM_SCALE: dict[str, float] = {"Kitchen": 1.75, "LivingRoom": 1.3, "Bedroom": 1.5, "Bathroom": 1.25}
-"""Factor by which a room that is the whole house is larger (as in ProcTHOR)."""
+"""Factor by which a room is larger if it is the whole house (as in ProcTHOR)."""
 
 
 class HouseSpec(BaseModel):
-    """A wanted house. The seed draws one of `choices` (kinds of rooms)."""
+    """A house to generate. The seed draws one of `choices`."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     name: str
     choices: tuple[tuple[RoomKind, ...], ...] = Field(min_length=1)
+    """Alternative lists of the kinds of rooms."""
     area_m2: float | None = Field(default=None, gt=0.0)
     """Total floor area; with None, each room's area is drawn by its kind."""
     ceiling_m: tuple[float, float] = (2.5, 3.0)
-    """Lowest and highest ceiling."""
+    """Least and greatest height of the ceiling."""
     clutter: float = Field(default=1.0, ge=0.0, le=2.0)
-    """Factor on the number of small things that lie about."""
+    """Factor on the number of small objects."""
 
     @field_validator("choices", mode="before")
     @classmethod
@@ -44,8 +46,8 @@ class HouseSpec(BaseModel):
         for kind in named:
             if kind not in AREA_M2:
                 raise SettingError(
-                    f"House spec {info.data.get('name')!r}: there is no kind of room {kind!r}; "
-                    f"{', '.join(AREA_M2)} would fit.{did_you_mean(str(kind), AREA_M2)}"
+                    f"House spec {info.data.get('name')!r}: kind of room {kind!r} does not exist."
+                    f"{did_you_mean(str(kind), AREA_M2)} Choose from {', '.join(AREA_M2)}."
                 )
         return choices
 

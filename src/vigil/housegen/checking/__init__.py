@@ -1,1 +1,1 @@
-"""Checking: rules that every house must keep, statistics, and labelled plans."""
+"""Checking: rules that every house must satisfy, statistics, and labelled plans."""

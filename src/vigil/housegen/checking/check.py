@@ -1,11 +1,10 @@
-"""Checks a house, generated or real, by named rules; it reports faults as values and never raises on them."""
+"""Checks of a house, generated or real, by named rules; faults are returned, never raised."""
 
 import math
 from collections import Counter
 from dataclasses import dataclass
 
 import shapely
-from shapely import Polygon
 
 from vigil.assets.catalog import CATALOG, CEILING, WALL
 from vigil.assets.database import AssetDatabase
@@ -22,16 +21,21 @@ from vigil.scene.partitions import OPENNESS_SAMPLES, Partitions
 from vigil.scene.things import Scene, Thing
 
 HOVER_M = 0.02
+"""Greatest height of an object above its support, or distance of a drawer from its place."""
 WALL_M = 0.1
-"""Distance (m) to a wall up to which a thing's box counts as hanging on it."""
+"""Distance to a wall up to which a thing's box counts as hanging on it."""
 OUTSIDE_M = 0.02
+"""How far an object may reach out of its room."""
 REACH_M = 1.5
+"""Greatest distance of an agent from furniture that it opens."""
 ALLOWED_ROOMS = {"Bed": ("Bedroom",), "Toilet": ("Bathroom",), "Bathtub": ("Bathroom",), "Stove": ("Kitchen",)}
 """Furniture that only belongs in certain rooms."""
 UNLOADABLE_RULES = frozenset({"room-shape", "extent", "wall-shape"})
-"""Rules whose violation leaves the house without a shape that can be examined further or loaded."""
+"""Rules after whose violation the house can be neither examined further nor loaded."""
 FARTHEST_M = 200.0
+"""Greatest coordinate of anything in a house."""
 REQUIRED_FURNITURE = {"Kitchen": "Fridge", "Bedroom": "Bed", "Bathroom": "Toilet"}
+"""Category that a room of each kind must have."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,10 +43,12 @@ class Fault:
     """A violation of one rule by a house."""
 
     rule: str
+    """Name of the rule."""
     subject: str
+    """Id of the part of the house that has the fault, or the house's name."""
     message: str
     other: str | None = None
-    """Id of the other thing concerned."""
+    """Id of the other object concerned, if any."""
 
     def __str__(self) -> str:
         return f"{self.rule}: {self.subject}: {self.message}"
@@ -77,7 +83,7 @@ def _schema(house: House) -> list[Fault]:
 
 
 def _keys(house: House) -> list[Fault]:
-    return [Fault("key", house.name, told) for told in unsupported_keys(house)]
+    return [Fault("key", house.name, note) for note in unsupported_keys(house)]
 
 
 def _references(house: House) -> list[Fault]:
@@ -101,7 +107,9 @@ def _rooms(house: House) -> list[Fault]:
     floors = {room.id: floor_of(room) for room in house.document.rooms}
     for room_id, floor in floors.items():
         if not floor.is_valid:
-            faults.append(Fault("room-shape", room_id, f"floor is no simple polygon: {shapely.is_valid_reason(floor)}"))
+            faults.append(
+                Fault("room-shape", room_id, f"floor is not a simple polygon: {shapely.is_valid_reason(floor)}")
+            )
         elif floor.area < 1.0:
             faults.append(Fault("room-shape", room_id, f"floor of {floor.area:.2f} m2; a room has at least 1 m2"))
     if faults:
@@ -133,7 +141,7 @@ def _extent(house: House) -> list[Fault]:
         if len(low) < 2 or not high:
             faults.append(Fault("wall-shape", wall.id, "has no length or no height"))
         elif low != high:
-            faults.append(Fault("wall-outline", wall.id, "is no upright rectangle; it is taken to be one"))
+            faults.append(Fault("wall-outline", wall.id, "is not an upright rectangle; it is treated as one"))
     for node in (*document.doors, *(node for node, _ in house.objects())):
         if node.openness is not None and not 0.0 <= node.openness <= 1.0:
             faults.append(Fault("state", node.id, f"openness {node.openness} is not within 0 and 1"))
@@ -192,7 +200,7 @@ def _hovering(house: House, scene: Scene, assets: AssetDatabase) -> list[Fault]:
 
 
 def _height_above_support(thing: Thing, node: HouseObject) -> float | None:
-    """Return how high (m) above its support the document places a thing; None when nothing is under it."""
+    """Return the height (m) above its support at which the document places a thing; None when nothing is under it."""
     let_down = node.position.y - thing.position.y
     if thing.parent is None:
         return bounding_box(thing).bottom + let_down
@@ -200,7 +208,7 @@ def _height_above_support(thing: Thing, node: HouseObject) -> float | None:
 
 
 def _is_mounted(thing: Thing, scene: Scene, lines: list[shapely.LinearRing], ceiling: float) -> bool:
-    """Return whether it is a wall thing at a wall (or hangs from one that is), or a lamp at the ceiling."""
+    """Return whether a thing hangs on a wall or at the ceiling, or rests on something that hangs on a wall."""
     places, box = CATALOG[thing.category].rests_on, bounding_box(thing)
     if CEILING in places and abs(box.top - ceiling) < WALL_M:
         return True
@@ -235,7 +243,8 @@ def _misplaced(house: House, scene: Scene) -> list[Fault]:
     faults: list[Fault] = []
     present: dict[str, set[str]] = {room_id: set() for room_id in kinds}
     for thing in scene.things.values():
-        room = next((key for key, floor in floors.items() if _contains(floor, thing)), None)
+        x, _, z = thing.position
+        room = next((key for key, floor in floors.items() if shapely.contains_xy(floor, x, z)), None)
         if room is None:
             continue
         present[room].add(thing.category)
@@ -245,10 +254,6 @@ def _misplaced(house: House, scene: Scene) -> list[Fault]:
         if kind in REQUIRED_FURNITURE and REQUIRED_FURNITURE[kind] not in present[room_id]:
             faults.append(Fault("room-lacks", room_id, f"a {kind} without a {REQUIRED_FURNITURE[kind]}"))
     return faults
-
-
-def _contains(floor: Polygon, thing: Thing) -> bool:
-    return bool(shapely.contains_xy(floor, thing.position.x, thing.position.z))
 
 
 def _overlaps(solid_overlaps: SolidOverlaps) -> list[Fault]:
@@ -262,11 +267,11 @@ def _walkability(house: House, grid: WalkableGrid) -> list[Fault]:
     faults: list[Fault] = []
     for room in house.document.rooms:
         if not grid.reaches(floor_of(room)):
-            faults.append(
-                Fault("unreachable-room", room.id, "no place in it can be walked to from the rest of the house")
-            )
+            faults.append(Fault("unreachable-room", room.id, "it cannot be reached on foot from the rest of the house"))
     if grid.share < LEAST_SHARE:
-        message = f"one can walk over {100 * grid.share:.0f} % of the free floor, expected {100 * LEAST_SHARE:.0f} %"
+        message = (
+            f"{100 * grid.share:.0f} % of the free floor is connected, expected at least {100 * LEAST_SHARE:.0f} %"
+        )
         faults.append(Fault("free-floor", house.name, message))
     return faults
 
@@ -277,7 +282,7 @@ def _start(house: House, grid: WalkableGrid) -> list[Fault]:
     except HouseError as error:
         return [Fault("start", house.name, str(error))]
     if start is None:
-        return [Fault("start", house.name, "metadata.agent proposes no start")]
+        return [Fault("start", house.name, "metadata.agent does not have a start")]
     if grid.is_free_start(start.position.x, start.position.z):
         return []
     return [
@@ -286,8 +291,9 @@ def _start(house: House, grid: WalkableGrid) -> list[Fault]:
 
 
 def _access(scene: Scene, grid: WalkableGrid, solid_overlaps: SolidOverlaps) -> list[Fault]:
-    """Return a fault for each openable thing whose leaf is blocked or cuts through another thing, and for furniture in
-    front of which there is no place to stand."""
+    """Return the faults of openable things: leaves that are blocked, leaves that cut through another thing, and
+    furniture without a place to stand in front of it.
+    """
     faults: list[Fault] = []
     partitions, path, leaf_collisions = Partitions(scene), OPENNESS_SAMPLES.tolist(), LeafCollisions(scene)
     for thing in scene.things.values():
@@ -303,5 +309,7 @@ def _access(scene: Scene, grid: WalkableGrid, solid_overlaps: SolidOverlaps) -> 
         elif (cut := leaf_collisions.first_pierced(thing)) is not None:
             faults.append(Fault("leaf-cuts", thing.id, f"a part of it passes through {cut.id!r} as it opens", cut.id))
         elif not thing.is_pickupable and not grid.can_be_reached(thing, REACH_M):
-            faults.append(Fault("no-access", thing.id, "nobody can stand within reach of it clear of its leaf"))
+            faults.append(
+                Fault("no-access", thing.id, "an agent cannot stand within reach of it and clear of its leaf")
+            )
     return faults

@@ -1,5 +1,4 @@
-"""Collisions of leaves on their way: drawn triangles of the leaf, with handles and trims, against those of other
-things.
+"""Collisions of moving leaves: triangles of the leaf, with handles and trims, against those of other things.
 
 Walls are not checked here: `vigil.scene.partitions` keeps leaves out of them.
 """
@@ -15,7 +14,7 @@ from vigil.scene.supports import ancestors, joint_is_hinge, surface_named
 from vigil.scene.things import Scene, Thing
 
 OPENNESS_SAMPLES = tuple(step / 24 for step in range(25))
-"""Degrees of openness at which leaves are examined."""
+"""Values of openness at which leaves are examined."""
 SKIN_M = 0.002
 """Depth (m) up to which two things only touch."""
 PARALLEL = 1e-12
@@ -23,7 +22,7 @@ PARALLEL = 1e-12
 
 
 class LeafCollisions:
-    """Finds the things that the drawn leaves, lids and drawers of a house's things pass through."""
+    """Collisions of the drawn leaves, lids and drawers of a scene's things with other things."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
@@ -32,8 +31,7 @@ class LeafCollisions:
         self._carriers = {thing.id: ancestors(scene, thing) for thing in self._things}
 
     def first_pierced(self, thing: Thing) -> Thing | None:
-        """Return the first other thing that the thing's moving parts cut through; None when they cut through
-        nothing."""
+        """Return the first other thing that the thing's moving parts cut through; None without one."""
         swept = _swept_box(thing)
         for other in self._nearby_things(thing, swept):
             fixed = _triangles(other, {0.0, other.openness})
@@ -49,8 +47,7 @@ class LeafCollisions:
                 yield other
 
     def _moves_with(self, thing: Thing, other: Thing) -> bool:
-        """Return whether another thing lies inside this one, moves with its drawer, or is the furniture it is a drawer
-        of."""
+        """Return whether `other` lies inside `thing`, moves with its drawer, or is the furniture of this drawer."""
         if thing.is_drawer and other.id == thing.parent:
             return True
         carriers = self._carriers[other.id]
@@ -116,8 +113,7 @@ def _bounding_box(thing: Thing) -> np.ndarray:
 
 
 def _box_of(triangles: np.ndarray) -> np.ndarray:
-    """Return the lowest and highest corner (2, 3) of triangles; without triangles, a box that does not meet any
-    other."""
+    """Return the lowest and highest corner (2, 3) of triangles; without any, a box that does not meet others."""
     corners = triangles.reshape(-1, 3)
     if not len(corners):
         return np.array([[np.inf] * 3, [-np.inf] * 3])
@@ -139,8 +135,7 @@ def _intersect(one: np.ndarray, two: np.ndarray) -> bool:
 
 
 def _has_piercing_edge(edged: np.ndarray, faces: np.ndarray) -> bool:
-    """Return whether an edge of one set of triangles passes through a triangle of the other by more than the skin
-    depth."""
+    """Return whether an edge of `edged` passes through a triangle of `faces` by more than `SKIN_M`."""
     starts = edged.reshape(-1, 3)
     along = np.roll(edged, -1, axis=1).reshape(-1, 3) - starts
     origin, first, second = faces[:, 0], faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0]

@@ -1,4 +1,4 @@
-"""Overlaps of solids in a house: of things in their present state, and of leaves on their way."""
+"""Overlaps of solids in a house: of things in their present state, and of moving leaves."""
 
 from collections.abc import Iterator
 
@@ -12,13 +12,14 @@ from vigil.scene.supports import ancestors, joint_is_hinge, surface_named
 from vigil.scene.things import Scene, Thing
 
 OVERLAP_M = 0.005
+"""Allowed overlap of two solids."""
 OPENNESS_SAMPLES = tuple(step / 16 for step in range(17))
-"""Degrees of openness at which leaves and drawers are examined."""
+"""Values of openness at which leaves and drawers are examined."""
 POLYGON = shapely.GeometryType.POLYGON.value
 
 
 class SolidOverlaps:
-    """Finds overlapping solids of upright things only: the prisms of tilted things are larger than the things."""
+    """Overlaps of the solids of upright things; those of tilted things are left out, because they are too large."""
 
     def __init__(self, scene: Scene) -> None:
         self.prisms: list[Prism] = []
@@ -45,8 +46,7 @@ class SolidOverlaps:
             yield one, two, depth
 
     def first_obstacle(self, thing: Thing) -> Thing | None:
-        """Return the first other thing that the thing's leaves hit between shut and open; None when they hit
-        nothing."""
+        """Return the first other thing that the thing's leaves hit between shut and open; None without one."""
         moving = [prism for openness in OPENNESS_SAMPLES for prism in moving_prisms_of(thing, openness)]
         others = self._nearby_solids(moving, thing)
         if not others:
@@ -58,8 +58,10 @@ class SolidOverlaps:
         return None
 
     def _nearby_solids(self, moving: list[Prism], thing: Thing) -> list[int]:
-        """Return the solids near the leaves that may stop them; of the thing's carriers, only solids that it is not
-        inside."""
+        """Return the indices of the solids near the leaves that may stop them.
+
+        Solids of the thing's carriers that the leaves overlap at rest are left out: the thing is inside them.
+        """
         if not moving:
             return []
         near = self.tree.query(MultiPoint(np.concatenate([prism.polygon for prism in moving])).envelope)
@@ -81,8 +83,7 @@ class SolidOverlaps:
         return one in self._carriers[two.id] or two in self._carriers[one.id]
 
     def _is_exempt_from_leaf(self, thing: Thing, other: Thing) -> bool:
-        """Return whether another thing cannot stop the thing's leaves: it lies inside the thing, or moves with its
-        drawer."""
+        """Return whether another thing cannot stop the thing's leaves: it lies inside it, or moves with its drawer."""
         carriers = self._carriers[other.id]
         if thing not in carriers:
             return _may_overlap(thing, other)
@@ -94,7 +95,7 @@ class SolidOverlaps:
 
 
 def _may_overlap(one: Thing, two: Thing) -> bool:
-    """Return whether two things may overlap: a thing with itself, legs and a rug, a spout over its basin."""
+    """Return whether two things may overlap: one thing, two openings, anything and a rug, or a sink and a faucet."""
     if one is two or (one.is_structure and two.is_structure):
         return True
     pair = {one.category, two.category}
@@ -102,7 +103,7 @@ def _may_overlap(one: Thing, two: Thing) -> bool:
 
 
 def _shrunk(prisms: list[Prism]) -> np.ndarray:
-    """Return the footprints of prisms, shrunk all round by half of the allowed overlap."""
+    """Return the footprints of prisms, shrunk on all sides by half of the allowed overlap."""
     polygons = np.array([polygon_of(prism) for prism in prisms], dtype=object)
     inner = shapely.buffer(polygons, -OVERLAP_M / 2, join_style="mitre")
     for index in np.flatnonzero(shapely.is_empty(inner) | (shapely.get_type_id(inner) != POLYGON)):

@@ -14,7 +14,7 @@ ROOM_LABEL_PX = 18
 EDGE_PX = 2
 """Width (px) of the white edge around a label, which separates it from dots and lines below it."""
 LABEL_SHIFTS = (0, 16, -16, 32, -32)
-"""Offsets (px down) at which a label is tried when another is in its place."""
+"""Offsets (px down) that are tried for a label when another one is in its place."""
 GUTTER_PX = 12
 BOX_CORNERS = 4
 WALL_PX = 5
@@ -43,7 +43,7 @@ ROOM_TEXT_RGB = (120, 120, 135)
 
 
 class PlanDrawing:
-    """A picture of a plan, with north (+z) up, to draw on."""
+    """An image of a plan, with north (+z) up, to draw on."""
 
     def __init__(self, plan: FloorPlan, pixels_per_m: float, ground: tuple[int, int, int] = (255, 255, 255)) -> None:
         low, high = plan.bounds
@@ -57,11 +57,11 @@ class PlanDrawing:
         self._label_boxes: list[tuple[float, float, float, float]] = []
 
     def at(self, x: float, z: float) -> tuple[int, int]:
-        """Return the pixel of a floor point."""
+        """Return the pixel (x right, y down) of a floor point."""
         return round((x - self.low[0]) * self.scale), round((self.high[1] - z) * self.scale)
 
     def draw_contents(self, plan: FloorPlan) -> None:
-        """Draw floors, furniture, walls and small things, without labels."""
+        """Draw floors, furniture, walls, openings and small objects, without labels."""
         for room in plan.rooms:
             self.polygon(room.corners, FLOOR_RGB.get(room.room_type, OTHER_FLOOR_RGB), None)
         for thing in plan.things:
@@ -79,7 +79,7 @@ class PlanDrawing:
         self.draw.polygon([self.at(x, z) for x, z in corners.tolist()], fill=fill, outline=line)
 
     def label(self, x: float, z: float, text: str) -> None:
-        """Write a text with its middle at or near a floor point, unless other texts do not leave room for it."""
+        """Write a text with its middle at or near a floor point, or nothing if other texts leave no room."""
         px, py = self.at(x, z)
         for shift in LABEL_SHIFTS:
             left, top, right, bottom = self.draw.textbbox((px, py + shift), text, font=self.font, anchor="mm")
@@ -103,7 +103,7 @@ class PlanDrawing:
 
 
 def draw_plan(house: House, scene: Scene, pixels_per_m: float = 100) -> Image.Image:
-    """Return the plan of a house: rooms, doors with their direction of swing, furniture, small things, the start."""
+    """Return the plan of a house as an image: rooms, furniture, small objects, doors with their leaves, the start."""
     plan = floor_plan(house, scene.things.values())
     sheet = PlanDrawing(plan, pixels_per_m)
     sheet.draw_contents(plan)
@@ -116,7 +116,7 @@ def draw_plan(house: House, scene: Scene, pixels_per_m: float = 100) -> Image.Im
 
 
 def side_by_side(plan: Image.Image, view: np.ndarray) -> Image.Image:
-    """Return the plan with a picture (height, width, 3) of the same house to its right, as high as the plan."""
+    """Return the plan with an image (height, width, 3) of the same house to its right, as high as the plan."""
     picture = Image.fromarray(view)
     width = round(picture.width * plan.height / picture.height)
     scaled = picture.resize((width, plan.height), Image.Resampling.LANCZOS)

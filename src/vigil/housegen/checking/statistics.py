@@ -1,7 +1,7 @@
-"""Numbers about rooms: areas, things, kinds of things, floor covered, things on supports, states.
+"""Statistics of rooms: areas, objects, categories, covered floor, objects on supports, and states.
 
-Generated and real houses are measured by the same functions. `only` restricts the count to given categories, for
-instance those that both sides can have.
+The same functions measure generated and real houses. `only` restricts the count to given categories, for instance those
+that both sides can have.
 """
 
 from collections import defaultdict
@@ -21,9 +21,9 @@ from vigil.protocol.house import House, HouseObject
 from vigil.scene.outlines import floor_of, footprint
 
 MIN_COVER_HEIGHT_M = 0.03
-"""Height (m) below which a thing (a rug) does not cover floor."""
+"""Height below which an object (a rug) does not cover floor."""
 MIN_HANGING_HEIGHT_M = 0.35
-"""Height (m) of its bottom above which a thing does not cover floor."""
+"""Height of its bottom above which an object does not cover floor."""
 
 
 @dataclass(slots=True)
@@ -33,15 +33,19 @@ class RoomStatistics:
     kind: str
     area_m2: float
     objects: int = 0
+    """Number of objects."""
     types: set[str] = field(default_factory=set)
+    """Categories of the objects."""
     covered: float = 0.0
-    """Share of the floor that furniture of any kind covers."""
+    """Share of the floor that furniture of any category covers."""
     loose: int = 0
-    """Number of things that can be picked up."""
+    """Number of objects that can be picked up."""
     on_support: list[tuple[str, int]] = field(default_factory=list)
-    """Each piece of furniture that holds things, with the number of loose things on and in it."""
+    """Category of each piece of furniture that holds objects, with the number of loose objects on and in it."""
     is_on: list[tuple[str, bool]] = field(default_factory=list)
+    """Category and state of each object that can be switched on."""
     is_dirty: list[tuple[str, bool]] = field(default_factory=list)
+    """Category and state of each object that can be dirty."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,30 +53,33 @@ class DistributionComparison:
     """Distributions of one number in real and in generated houses."""
 
     name: str
+    """Name of the number."""
     real: np.ndarray
+    """Values (n,) in real houses."""
     own: np.ndarray
+    """Values (m,) in generated houses."""
 
     @property
     def ks(self) -> float:
-        """The Kolmogorov-Smirnov distance: the largest gap between the two cumulative shares."""
+        """Kolmogorov-Smirnov distance: the largest gap between the two cumulative shares."""
         values = np.concatenate((self.real, self.own))
         shares = [np.searchsorted(np.sort(side), values, side="right") / len(side) for side in (self.real, self.own)]
         return float(np.abs(shares[0] - shares[1]).max())
 
     @property
     def median_ratio(self) -> float:
-        """Median of generated houses divided by that of real ones; 1 where both are 0."""
+        """Median of generated houses divided by that of real ones; 1 when both are 0."""
         real, own = float(np.median(self.real)), float(np.median(self.own))
         return own / real if real else (1.0 if own == 0 else float("inf"))
 
     @property
     def is_close(self) -> bool:
-        """Return whether the medians differ by at most 25 % and the distance is under 0.25."""
+        """Whether the medians differ by at most 25 % and the distance is under 0.25."""
         return 0.75 <= self.median_ratio <= 1.25 and self.ks < 0.25
 
 
 def measure(house: House, assets: AssetDatabase, only: Collection[str] | None = None) -> list[RoomStatistics]:
-    """Return numbers about a house's rooms; drawers count with their furniture, and `only` limits the categories."""
+    """Return the statistics of a house's rooms; drawers count with their furniture, `only` limits the categories."""
     house = with_merged_drawers(house)
     floors = {room.id: floor_of(room) for room in house.document.rooms}
     rooms = {
@@ -93,7 +100,7 @@ def measure(house: House, assets: AssetDatabase, only: Collection[str] | None = 
 def _count(
     node: HouseObject, assets: AssetDatabase, only: Collection[str] | None, room: RoomStatistics, shapes: list[Polygon]
 ) -> None:
-    """Count a thing that stands on the floor or hangs, and all that is on it."""
+    """Count an object that stands on the floor or hangs, and all that is on it."""
     category = _category(node, assets)
     if category is None:
         return
@@ -132,7 +139,7 @@ def _category(node: HouseObject, assets: AssetDatabase) -> str | None:
 def compare(
     real: Iterable[RoomStatistics], own: Iterable[RoomStatistics], supports: Iterable[str]
 ) -> list[DistributionComparison]:
-    """Return the distributions of real and generated rooms, by kind of room, then of things on each of `supports`."""
+    """Return the distributions of real and generated rooms, by kind of room, then of objects on each of `supports`."""
     real, own = list(real), list(own)
     found: list[DistributionComparison] = []
     for kind in sorted({room.kind for room in real} & {room.kind for room in own}):
@@ -160,4 +167,4 @@ MEASURES = {
     "share of floor covered": lambda room: room.covered,
     "small things": lambda room: room.loose,
 }
-"""Numbers to compare, by their names in tables and figures."""
+"""Function of a room's statistics that gives each number to compare, by the name in tables and figures."""

@@ -27,10 +27,11 @@ from vigil.scene.portals import Portals
 from vigil.scene.things import Scene, Thing, WallPanel
 
 LEAST_SHARE = 0.9
+"""Least share of the free nodes that must be connected."""
 JAMB_M = 0.08
-"""Width (m) that a door's frame takes from its hole on either side."""
+"""Width that a door's frame takes from its hole on either side."""
 BEHIND_M = 0.01
-"""How far (m) the strip through a door reaches, on either side, into the floor where the body's axis can be."""
+"""How far the strip through a door reaches, on either side, into the floor where the body's axis can be."""
 
 
 @dataclass(slots=True, eq=False)
@@ -38,13 +39,17 @@ class WalkableGrid:
     """The grid and its largest connected part."""
 
     xs: np.ndarray
+    """x of the nodes (rows, columns)."""
     zs: np.ndarray
+    """z of the nodes (rows, columns)."""
     space: shapely.Geometry
     """Floor where the body's axis can be, apart from obstacles."""
     obstacles: shapely.Geometry
     """Floor where the body's axis cannot be because of things."""
     free: np.ndarray
+    """Whether the body fits at each node."""
     main: np.ndarray
+    """Whether each node belongs to the largest connected part."""
 
     @property
     def share(self) -> float:
@@ -64,7 +69,7 @@ class WalkableGrid:
         return bool((self.main & near).any())
 
     def can_be_reached(self, thing: Thing, reach_m: float) -> bool:
-        """Return whether someone can stand within reach of a thing, clear of its leaves at any openness."""
+        """Return whether an agent can stand within reach of a thing, clear of its leaves when half or fully open."""
         outline = footprint(bounding_box(thing))
         x0, z0, x1, z1 = outline.bounds
         near = self.main & (self.xs >= x0 - reach_m) & (self.xs <= x1 + reach_m)
@@ -95,8 +100,10 @@ def build_walkable_grid(house: House, scene: Scene) -> WalkableGrid:
 
 
 def _room_spaces(scene: Scene) -> Iterator[shapely.Geometry]:
-    """Yield where the body's axis can be in each room, or in rooms not separated by walls; things and doors are
-    ignored."""
+    """Yield the floor where the body's axis can be in each room, or in rooms that walls do not separate.
+
+    Things and doors are ignored.
+    """
     for rooms in Portals(scene).connected_rooms():
         if len(rooms) == 1:
             yield room_floor(scene.rooms[rooms[0]]).buffer(-BODY_RADIUS_M)
@@ -107,7 +114,7 @@ def _room_spaces(scene: Scene) -> Iterator[shapely.Geometry]:
 
 
 def _blocks_body(panel: WallPanel) -> bool:
-    """Return whether a wall reaches into the heights of the body; its doors are separate passages."""
+    """Return whether a wall reaches into the heights of the body; doors in it are separate passages."""
     return panel.bottom < BODY_HIGH_M and panel.bottom + panel.height > BODY_LOW_M
 
 

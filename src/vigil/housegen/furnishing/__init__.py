@@ -1,1 +1,1 @@
-"""Furnishing: furniture, what hangs on walls, and small objects."""
+"""Furnishing: furniture, objects on walls, and small objects."""

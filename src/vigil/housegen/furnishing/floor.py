@@ -1,4 +1,4 @@
-"""The floor of one room while it is furnished: what is taken, what must stay free, where one can still walk."""
+"""The floor of one room while it is furnished: what is taken, what must be free, and where one can still walk."""
 
 import itertools
 
@@ -16,9 +16,9 @@ LEAST_WALKABLE = 0.93
 """Least share of the free grid that one component must cover (the house rule is 0.9)."""
 EPS = 1e-6
 FRAME_M = 0.09
-"""How far (m) window frames and sills come out of the wall."""
+"""How far window frames and sills reach out of the wall."""
 WALL_GAP = 0.02
-"""Distance of furniture from the wall behind it."""
+"""Distance (m) of furniture from the wall behind it."""
 
 
 class Floor:
@@ -52,7 +52,7 @@ class Floor:
         self.walkable = contains_xy(core, self.grid_x, self.grid_z)
 
     def window_frames(self) -> list[Block]:
-        """Return the rectangles that the windows' frames and sills take."""
+        """Return the blocks that the windows' frames and sills take."""
         return [
             (_strip(opening, self.room.number, FRAME_M), opening.bottom, opening.top)
             for opening in self.openings
@@ -65,22 +65,28 @@ class Floor:
         return self.room.polygon.area
 
     def fits(self, rects: np.ndarray, is_tall: bool = False) -> np.ndarray:
-        """Return which of the rectangles (n, 4) lie in the room on floor that is not kept free."""
+        """Return which (n,) of rectangles (n, 4) lie in the room on floor that is neither taken nor kept free.
+
+        Tall rectangles also have to be clear of windows.
+        """
         blocks = [*self.outside, *self.taken, *self.clear, *self.access, *self.sweeps]
         if is_tall:
             blocks = [*blocks, *self.windows]
         return ~_overlaps(rects, blocks)
 
     def is_open(self, rects: np.ndarray) -> np.ndarray:
-        """Return which of the rectangles (n, 4) lie in the room without touching furniture."""
+        """Return which (n,) of rectangles (n, 4) lie in the room without touching furniture."""
         return ~_overlaps(rects, [*self.outside, *self.taken])
 
     def is_clear(self, rects: np.ndarray) -> np.ndarray:
-        """Return which of the rectangles (n, 4) also stay clear of doors."""
+        """Return which (n,) of rectangles (n, 4) lie in the room, clear of furniture and of doors."""
         return ~_overlaps(rects, [*self.outside, *self.taken, *self.clear])
 
     def can_walk(self, more: list[Rect], access: list[Rect]) -> bool:
-        """Return whether all doors and accesses can still be reached on foot, with `more` furniture added."""
+        """Return whether all doors, and all floor in front of furniture, can still be reached on foot.
+
+        `more` furniture, and `access` floor in front of it, are added for the test.
+        """
         free = self.free_grid(more)
         count = int(free.sum())
         if count == 0:
@@ -94,7 +100,7 @@ class Floor:
         return steps and all(self._comes_into(main, rect) for rect in [*self.access, *access])
 
     def free_grid(self, more: list[Rect]) -> np.ndarray:
-        """Return the grid nodes on which the body can stand."""
+        """Return at which grid nodes (rows, columns) the body fits, with `more` furniture added."""
         free = self.walkable.copy()
         for x0, z0, x1, z1 in [*self.taken, *self.leaves, *more]:
             reach = BODY_RADIUS_M + 0.01

@@ -1,4 +1,4 @@
-"""Furniture on the floor: what each kind of room gets, in which order, and where it goes."""
+"""Furniture on the floor: what each kind of room gets, in which order, and where it is placed."""
 
 from collections.abc import Callable
 
@@ -106,7 +106,7 @@ PROBABILITIES = {
     "bedroom television": 0.3,
     "table in the open": 0.75,
 }
-"""Probability that a room has a piece of furniture for which there is room."""
+"""Probability that a room has furniture that fits into it."""
 MIN_ROOM_M2 = {
     "corner run": 13.0,
     "island": 20.0,
@@ -119,7 +119,7 @@ MIN_ROOM_M2 = {
 }
 """Area (m2) above which a room may have the furniture."""
 LONG_RUNS, SHORT_RUNS = ((10,), (8,)), ((6,), (3, 3), (5,), (4,))
-"""Widths (ft) of a kitchen's counters; the short ones are tried in turn where the long ones do not fit."""
+"""Widths (ft) of a kitchen's counters; the short ones are tried in turn if the long ones do not fit."""
 WALL_PREFERENCES: dict[str, tuple[float, float]] = {
     "corner run": (1.0, 0.0),
     "kitchen run": (0.2, 0.6),
@@ -138,8 +138,7 @@ WALL_PREFERENCES: dict[str, tuple[float, float]] = {
 NOISE = 0.5
 """Random variation of a place's score."""
 FACING, ASIDE_PER_M, TOO_NEAR_PENALTY, AHEAD_PER_M = 3.0, 1.5, 5.0, 0.15
-"""Scores for places opposite a piece: the gain for facing it, and the losses for an offset, for being too near, and for
-distance."""
+"""Scores of places opposite a piece: a gain for facing it, and losses for an offset, for nearness and for distance."""
 NEAR_M = 1.2
 """Distance (m) below which an opposite place is too near."""
 FACING_DEG = 1.0
@@ -147,23 +146,24 @@ FACING_DEG = 1.0
 VIEW_ASIDE_M = 0.4
 """Half the width (m) of the floor kept free between a sofa and its television."""
 SMALL_M = 0.6
-"""Size (m) below which things that do not open do not need floor in front of them."""
+"""Size (m) below which furniture that does not open does not need floor in front of it."""
 SQUARE_M = 0.02
-"""Largest difference (m) between the sides of a thing that may be turned."""
+"""Largest difference (m) between the sides of furniture that may be turned."""
 
 FULLNESS_RANGE = (0.35, 1.25)
-"""Range of a random factor on each probability, so that some rooms have little and others much."""
+"""Range of a random factor on each probability of `EXTRAS`, so that some rooms have little and others much."""
 
 PREFERS_CORNERS = frozenset(
     {"FloorLamp", "HousePlant", "GarbageCan", "RoomDecor", "ShelvingUnit", "Safe", "LaundryHamper", "VacuumCleaner"}
     | {"BaseballBat", "Plunger", "ScrubBrush", "Box", "Dumbbell", "BasketBall", "Boots", "Fridge", "GarbageBag", "Cart"}
 )
+"""Categories that are preferably placed in a corner."""
 TURNABLE = frozenset({"HousePlant", "RoomDecor", "BasketBall", "GarbageBag", "Stool"})
-"""Things without a front: any quarter turn is allowed where their sides are about equal."""
+"""Categories without a front: any quarter turn is allowed if their sides are about equal."""
 
 
 class Furnisher:
-    """Furnishes one room."""
+    """Furniture placer of one room."""
 
     def __init__(self, floor: Floor, inventory: Inventory, rng: np.random.Generator) -> None:
         self.floor = floor
@@ -172,7 +172,7 @@ class Furnisher:
         self.pieces: list[PlacedObject] = []
 
     def furnish(self) -> list[PlacedObject]:
-        """Return the room's furniture, with the things on it as children."""
+        """Place the room's furniture and return it, with what stands on it as children."""
         kind = self.floor.room.kind
         {
             "Kitchen": self._kitchen,
@@ -182,17 +182,14 @@ class Furnisher:
         }[kind]()
         fullness = float(self.rng.uniform(*FULLNESS_RANGE))
         for category, probability in EXTRAS[kind]:
-            is_full = self._covered() > FULL_SHARE[kind]
-            if not is_full and chance(self.rng, probability * fullness):
+            covered = sum((x1 - x0) * (z1 - z0) for x0, z0, x1, z1 in self.floor.taken) / self.floor.area
+            if covered <= FULL_SHARE[kind] and chance(self.rng, probability * fullness):
                 self._put_single(category)
         return self.pieces
 
     def has(self, category: str) -> bool:
-        """Return whether the room already has one."""
+        """Return whether the room already has an object of the category."""
         return any(found.category == category for piece in self.pieces for found in piece.with_contents())
-
-    def _covered(self) -> float:
-        return sum((x1 - x0) * (z1 - z0) for x0, z0, x1, z1 in self.floor.taken) / self.floor.area
 
     def _is_large_enough(self, name: str) -> bool:
         return self.floor.area > MIN_ROOM_M2[name]
@@ -282,7 +279,7 @@ class Furnisher:
                 return
 
     def _lay_rug(self, table: PlacedObject) -> None:
-        """Lay a rug under a table where it stays in the room and clear of doors."""
+        """Lay a rug under a table if it fits in the room and is clear of doors."""
         model = draw_model("Rug", self.rng)
         place = Vec3(table.position.x, model.size.y / 2, table.position.z)
         rug = PlacedObject(model, place, table.yaw, self.floor.room.number)
@@ -326,7 +323,7 @@ class Furnisher:
 
 
 def _along_walls(name: str) -> Callable[[Anchor], float]:
-    """Return the score function for places along walls, from the group's row in LIKES."""
+    """Return the score function for places along walls, from a row of `WALL_PREFERENCES`."""
     corner, centre = WALL_PREFERENCES[name]
     return lambda anchor: corner * anchor.corner + centre * anchor.centre
 

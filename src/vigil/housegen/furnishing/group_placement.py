@@ -1,6 +1,7 @@
-"""Clusters: furniture that stands together, described around the middle of its back edge and placed as one.
+"""Placement of furniture groups: furniture that stands together and is placed as one.
 
-The local frame: x along the wall, z away from it (0 = back edge), yaw 0 = front away from the wall.
+The frame of a group has its origin at the middle of the group's back edge: x is along the wall, z away from it, and yaw
+0 faces away from the wall.
 """
 
 from dataclasses import dataclass, field
@@ -16,30 +17,32 @@ TALL_M = 0.97
 STAND_M = 0.45
 """Depth (m) of the floor that the agent's body needs in front of what it opens, in addition to the leaf's reach."""
 LEAST_ACCESS = 0.8
+"""Least depth (m) of the floor kept free in front of furniture that opens."""
 ACCESS_M, HALF_ACCESS_M = 0.5, 0.3
-"""Depth (m) of the floor kept free before what does not open; half of the least width kept free before anything."""
+"""Depth (m) of the floor kept free in front of other furniture, and half of the least width of any such floor."""
 FLUSH_M = 1e-6
-"""Distance (m) from the end of a wall below which a cluster is in the corner."""
+"""Distance (m) from the end of a wall below which a group is in the corner."""
 ALONG_STEP_M, ACROSS_STEP_M = 0.15, 0.3
-"""Distances (m) between places tried along walls and in the open, and of the latter from the walls."""
+"""Steps (m) between the places that are tried along walls, and between those in the open."""
 ACROSS_SHIFT_M = 0.25
 """Largest random offset (m) of the places in the open."""
 TRIES = 14
-"""Number of best places that are tested for whether one can still walk."""
+"""Number of best places at which it is tested whether one can still walk."""
 
 
 @dataclass(slots=True)
 class GroupMember:
-    """One thing of a cluster: its centre, and the member on which it stands (None: the floor)."""
+    """One piece of furniture of a group, with its centre and yaw in the group's frame."""
 
     model: AssetModel
     x: float
     z: float
     yaw: float = 0.0
     on: int | None = None
+    """Index of the member on which it stands; None on the floor."""
 
     def rects(self) -> list[Rect]:
-        """Return the rectangles that it covers: a countertop's runs, or the one about its box."""
+        """Return the rectangles that it covers: those of a countertop's runs, or the one around its box."""
         if self.model.category != "CounterTop":
             return [self.rect()]
         corners = [np.asarray(solid.polygon) for solid in self.model.asset.solids if solid.joint is None]
@@ -47,20 +50,20 @@ class GroupMember:
         return [turned_rect(box, self.x, self.z, self.yaw) for box in boxes]
 
     def rect(self) -> Rect:
-        """Return the member's rectangle in the cluster's frame."""
+        """Return the rectangle around its box, in the group's frame."""
         half_x, half_z = self.model.size.x / 2, self.model.size.z / 2
         return turned_rect((-half_x, -half_z, half_x, half_z), self.x, self.z, self.yaw)
 
 
 @dataclass(slots=True)
 class FurnitureGroup:
-    """Things that are placed together."""
+    """Furniture that is placed together."""
 
     members: list[GroupMember]
     access: list[Rect] = field(default_factory=list)
-    """Floor in front of the things to stand on, in the cluster's frame."""
+    """Floor in front of the furniture for a person to stand on, in the group's frame."""
     open: list[Rect] = field(default_factory=list)
-    """Floor on which other things may not stand (a chair is pulled back there)."""
+    """Floor on which other furniture may not stand, e.g. where a chair is pulled back, in the group's frame."""
 
     def solid(self) -> list[Rect]:
         """Return the rectangles of the members on the floor; rugs are left out."""
@@ -77,7 +80,7 @@ class FurnitureGroup:
         return found
 
     def extent(self) -> Rect:
-        """Return the rectangle about the whole cluster."""
+        """Return the rectangle around the whole group."""
         rects = np.asarray([member.rect() for member in self.members])
         return (
             float(rects[:, 0].min()),
@@ -88,7 +91,7 @@ class FurnitureGroup:
 
     @property
     def is_tall(self) -> bool:
-        """Return whether the cluster would hide a window."""
+        """Whether the group would hide a window."""
         return any(member.on is None and member.model.size.y > TALL_M for member in self.members) or any(
             member.on is not None and member.model.category == "Television" for member in self.members
         )
@@ -96,20 +99,24 @@ class FurnitureGroup:
 
 @dataclass(frozen=True, slots=True)
 class Anchor:
-    """A place for a cluster: the middle of its back edge, its yaw, and properties of the place."""
+    """A place for a group."""
 
     x: float
+    """Middle of the group's back edge."""
     z: float
     yaw: float
     corner: float = 0.0
-    """1 when flush with an end of the wall."""
+    """1 if the group is flush with an end of the wall, else 0."""
     centre: float = 0.0
-    """1 in the middle of the wall (or room), 0 at its end."""
+    """1 in the middle of the wall (or room), falling to 0 at its end."""
     wall_length: float = 0.0
 
 
 def single_group(model: AssetModel, access_m: float | None = None) -> FurnitureGroup:
-    """Return a cluster of one thing with its back to the wall, with the floor that it needs in front."""
+    """Return a group of one piece with its back to the wall, with the floor that it needs in front.
+
+    `access_m` is the depth of that floor; None takes it from the model.
+    """
     depth = front_access(model) if access_m is None else access_m
     half = max(model.size.x / 2, HALF_ACCESS_M)
     rect = swept_rect(model)
@@ -120,13 +127,13 @@ def single_group(model: AssetModel, access_m: float | None = None) -> FurnitureG
 
 
 def front_access(model: AssetModel) -> float:
-    """Return how much floor (m) to keep free in front; more when a part swings or slides out."""
+    """Return the depth (m) of the floor to keep free in front; it is larger when a part swings or slides out."""
     reach = leaf_reach(model)
     return max(LEAST_ACCESS, reach + STAND_M) if reach > 0 else ACCESS_M
 
 
 def wall_anchors(floor: Floor, group: FurnitureGroup, rng: np.random.Generator) -> list[Anchor]:
-    """Return places along the room's walls, ends and middles included."""
+    """Return places for a group along the room's walls, including their ends and middles."""
     low, _, high, _ = group.extent()
     found: list[Anchor] = []
     for edge in floor.edges:
@@ -146,7 +153,7 @@ def wall_anchors(floor: Floor, group: FurnitureGroup, rng: np.random.Generator) 
 
 
 def free_anchors(floor: Floor, rng: np.random.Generator) -> list[Anchor]:
-    """Return places all over the floor, each with the four yaws."""
+    """Return places all over the floor, each with four yaws."""
     x0, z0, x1, z1 = floor.room.polygon.bounds
     middle = floor.room.polygon.representative_point()
     step = ACROSS_STEP_M
@@ -162,7 +169,7 @@ def free_anchors(floor: Floor, rng: np.random.Generator) -> list[Anchor]:
 
 
 def rects_at(rects: list[Rect], anchors: list[Anchor]) -> np.ndarray:
-    """Return the rectangles at every anchor: (anchors, rects, 4)."""
+    """Return a group's rectangles at every anchor (anchors, rects, 4)."""
     if not rects:
         return np.empty((len(anchors), 0, 4))
     turned = {yaw: np.asarray([turned_rect(rect, 0.0, 0.0, yaw) for rect in rects]) for yaw in {a.yaw for a in anchors}}
@@ -173,8 +180,10 @@ def rects_at(rects: list[Rect], anchors: list[Anchor]) -> np.ndarray:
 def place_group(
     floor: Floor, group: FurnitureGroup, anchors: list[Anchor], scores: np.ndarray
 ) -> list[PlacedObject] | None:
-    """Place the cluster at the best anchor that fits and leaves room to walk; return its things, or None when none
-    does."""
+    """Place the group at the best anchor that fits and leaves room to walk.
+
+    `scores` (anchors,) rank the anchors. Return the group's furniture, or None if no anchor fits.
+    """
     if not anchors:
         return None
     solids, access, sweeps = (rects_at(rects, anchors) for rects in (group.solid(), group.access, group.sweeps()))
@@ -201,7 +210,7 @@ def _rect(row: np.ndarray) -> Rect:
 
 
 def pieces_at(group: FurnitureGroup, anchor: Anchor, room: int) -> list[PlacedObject]:
-    """Return the cluster's things at their places; those that stand on others become children."""
+    """Return the group's furniture at an anchor; pieces that stand on others become children."""
     pieces: list[PlacedObject] = []
     for member in group.members:
         dx, dz = rotate_floor(member.x, member.z, anchor.yaw)

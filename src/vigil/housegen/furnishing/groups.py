@@ -11,12 +11,12 @@ COUNTER_VARIANTS = 12
 COUNTER_DEPTH_M = 0.61
 """Depth (m) of the straight part of a counter; deeper counters are L-shaped."""
 RUN_GAP_M = 0.01
-"""Gap (m) between the things of a kitchen run."""
+"""Gap (m) between the pieces of a kitchen run."""
 BED_TABLE_GAP_M = 0.06
 SEAT_GAP_M = 0.06
-"""Distance between a chair and the table it stands at."""
+"""Distance between a chair and its table."""
 STOOL_GAP_M = 0.05
-"""Distance between a stool and the island it stands at."""
+"""Distance between a stool and its island."""
 STOOL_SPACING_M = 0.2
 """Least gap (m) between two stools; at a long island they share STOOL_SHARE of its length."""
 STOOL_SHARE = 0.6
@@ -25,38 +25,39 @@ CHAIR_PULL_M = 0.2
 SEAT_ROOM_M = 0.3
 """Depth (m) of the floor behind a chair for sitting down."""
 BED_RUG_SHARE = 0.75
-"""Share of beds with a rug at their foot, where it fits."""
+"""Share of beds with a rug at their foot, if it fits."""
 RUG_UNDER_BED_M = 0.25
-"""How far the middle of that rug lies before the bed's foot."""
+"""Distance of that rug's middle from the bed's foot, towards the head."""
 RUG_BEFORE_SOFA_M = 0.05
 BED_SIDE_M = (0.5, 0.9, 0.2)
-"""Floor at a bed's side for getting in: its width, its beginning from the wall, and its end before the foot (m)."""
+"""Floor at a bed's side for getting in (m): its width, its distance from the wall, and its distance from the foot."""
 SOFA_FRONT_M = 0.4
-"""Depth (m) of the floor before a sofa for sitting down."""
+"""Depth (m) of the floor in front of a sofa for sitting down."""
 COFFEE_TABLE_GAP_M = 0.42
 ARMCHAIR_GAP_M = (0.25, 0.3)
-"""Distances (m) of an armchair from a sofa: to its side, and before its front."""
+"""Distances (m) of an armchair from a sofa, to its side and in front of it."""
 DRAWER_EDGE_M = 0.05
 """Least distance (m) from a chair to the end of its desk, which leaves the drawers free."""
 KNEE_HALF_M = 0.1
-"""How far the front of a desk's drawers stays from its middle."""
+"""Least distance of the floor in front of a desk's drawers from the desk's middle."""
 SCREEN_OVERHANG_M = 0.1
-"""How much wider than its stand a television may be."""
+"""Greatest excess of a television's width over that of its stand."""
 SCREEN_BACK_M = 0.02
-"""How far behind the middle of its stand a television stands."""
+"""Distance of a television behind the middle of its stand."""
 TWO_SEATS_M = 1.25
-"""A table longer than this seats two at each long side."""
+"""Length of a table above which each long side has two seats."""
 LONG_SIDES_FIRST = 0.7
-"""Share of free-standing tables whose long sides are taken before their ends."""
+"""Share of free-standing tables whose long sides get chairs before their ends."""
 COUNTER_FRONT_M = 0.8
-"""The least floor before a kitchen run; at an island, ISLAND_FRONT_M more than one stands on."""
+"""Least depth of the floor in front of a kitchen run."""
 ISLAND_FRONT_M = 0.4
+"""Depth of the floor in front of an island, in addition to STAND_M."""
 VANITY_FRONT_M = 0.7
 CURTAIN_SHARE = 0.35
-"""Share of bathtubs with a curtain, where it fits."""
+"""Share of bathtubs with a curtain, if it fits."""
 CURTAIN_GAP_M = 0.01
 TUB_ACCESS_M = (0.3, 0.6)
-"""Floor along a bathtub: how far from its ends it begins, and its depth."""
+"""Floor along a bathtub: its distance from the tub's ends, and its depth."""
 BASIN_EDGE_M = 0.02
 """Distances (m) of a basin from the counter's front and of a faucet from its back."""
 BASIN_MARGIN_M = 0.06
@@ -86,7 +87,7 @@ def bed_group(rng: np.random.Generator, tables: int) -> FurnitureGroup:
 
 
 def desk_group(rng: np.random.Generator) -> FurnitureGroup:
-    """Return a desk against the wall with a chair before it."""
+    """Return a desk against the wall with a chair in front of it."""
     desk, chair = draw_model("Desk", rng), draw_model("Chair", rng)
     z = desk.size.z + SEAT_GAP_M + chair.size.z / 2
     back = desk.size.z + SEAT_GAP_M + chair.size.z
@@ -102,14 +103,14 @@ def desk_group(rng: np.random.Generator) -> FurnitureGroup:
 
 
 def _drawer_side(desk: AssetModel) -> int:
-    """Return on which side (+1: +x) the desk's drawers are."""
+    """Return the side of the desk's drawers: 1 for +x, -1 for -x."""
     joints = {joint.name for joint in desk.asset.joints}
     xs = [x for solid in desk.asset.solids if solid.joint in joints for x, _ in solid.polygon]
     return 1 if not xs or float(np.mean(xs)) >= 0 else -1
 
 
 def sofa_group(rng: np.random.Generator, with_table: bool, with_chair: bool, with_rug: bool) -> FurnitureGroup:
-    """Return a sofa with its back to the wall, maybe a coffee table before it, an armchair at its side and a rug."""
+    """Return a sofa with its back to the wall, with or without a coffee table, an armchair at its side, and a rug."""
     sofa = draw_model("Sofa", rng)
     members = [GroupMember(sofa, 0.0, sofa.size.z / 2)]
     half = sofa.size.x / 2
@@ -147,7 +148,7 @@ def media_group(rng: np.random.Generator) -> FurnitureGroup:
 
 
 def dining_group(rng: np.random.Generator, chairs: int, at_wall: bool) -> FurnitureGroup:
-    """Return a table with chairs of one kind around it; at a wall its back side stays empty."""
+    """Return a table with chairs of one kind around it; at a wall its back side has no chairs."""
     table, chair = draw_model("DiningTable", rng), draw_model("Chair", rng)
     half_x, half_z = table.size.x / 2, table.size.z / 2
     out = SEAT_GAP_M + chair.size.z / 2
@@ -165,8 +166,10 @@ def dining_group(rng: np.random.Generator, chairs: int, at_wall: bool) -> Furnit
 
 
 def kitchen_run(rng: np.random.Generator, with_fridge: bool, feet: tuple[int, ...]) -> FurnitureGroup:
-    """Return a run along a wall: matching counters of a width (ft), the stove between them, perhaps the fridge at an
-    end."""
+    """Return matching counters along a wall with the stove between them, and maybe the fridge at an end.
+
+    `feet` are the widths (ft) of the counters.
+    """
     stove, look = draw_model("Stove", rng), int(rng.integers(COUNTER_VARIANTS))
     counters = [model_of(f"Countertop_{look}_I_{width}x2", "CounterTop") for width in feet]
     row: list[AssetModel] = [counters[0], stove, *counters[1:]]
@@ -179,14 +182,14 @@ def kitchen_run(rng: np.random.Generator, with_fridge: bool, feet: tuple[int, ..
 
 
 def corner_run(rng: np.random.Generator, with_fridge: bool, feet: int) -> FurnitureGroup:
-    """Return an L-shaped counter (leg on the +x side) with the stove beside it, maybe the fridge beside that."""
+    """Return an L-shaped counter (leg on the +x side) with the stove next to it, and maybe the fridge next to that."""
     counter = model_of(f"Countertop_{int(rng.integers(COUNTER_VARIANTS))}_L_{feet}x{feet}", "CounterTop")
     row = [draw_model("Stove", rng), counter]
     return _run(rng, [draw_model("Fridge", rng), *row] if with_fridge else row)
 
 
 def _run(rng: np.random.Generator, row: list[AssetModel]) -> FurnitureGroup:
-    """Return things next to each other along a wall, with a sink in the first counter."""
+    """Return models next to each other along a wall, with a sink in the first counter."""
     left = -(sum(model.size.x for model in row) + RUN_GAP_M * (len(row) - 1)) / 2
     members: list[GroupMember] = []
     access: list[Rect] = []
@@ -240,9 +243,9 @@ def vanity_group(rng: np.random.Generator) -> FurnitureGroup:
 
 
 def _basin(rng: np.random.Generator, numbers: tuple[int, int], x: float, depth: float) -> list[GroupMember]:
-    """Return a sink with a faucet on its rear rim, for a counter's middle and depth.
+    """Return a sink with a faucet on its rear rim, for a counter with its middle at x and the given depth.
 
-    `numbers` are those of the counter and of the sink among the members.
+    `numbers` are the indices of the counter and of the sink among the group's members.
     """
     counter, basin = numbers
     sink, faucet = draw_model("Sink", rng), draw_model("Faucet", rng)

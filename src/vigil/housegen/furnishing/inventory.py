@@ -1,5 +1,7 @@
-"""Inventory: how many of a category a house and each room have; few occur twice, so that an instruction names one
-thing."""
+"""Inventory: the number of objects of each category in a house, with limits for the house and for each room.
+
+Few categories may occur twice, so that an instruction can name one object.
+"""
 
 from collections import Counter
 
@@ -48,21 +50,22 @@ LIMITS = {
     "ShelvingUnit": 2,
     "Window": 99,
 }
-"""Most instances of a category in one house; by default 1, or LOOSE_LIMIT for things that can be picked up."""
+"""Greatest number of a category in one house; by default 1, or LOOSE_LIMIT for objects that can be picked up."""
 LOOSE_LIMIT = 3
+"""Default limit in one house of a category that can be picked up."""
 _DISHES_AND_FOOD = ("Plate", "Bowl", "Cup", "Mug", "Bottle", "Apple", "Tomato", "Potato", "Fork", "Spoon")
 _ODDS_AND_ENDS = ("Book", "Pen", "Pencil", "CD", "Candle", "Vase", "Cloth", "ToiletPaper")
 ROOM_LIMITS = {"Pillow": 3, "Egg": 3} | dict.fromkeys((*_DISHES_AND_FOOD, *_ODDS_AND_ENDS), 2)
-"""Most instances in one room of a category that can be picked up; 1 by default."""
+"""Greatest number in one room of a category that can be picked up; 1 by default."""
 
 
 def limit_of(category: str) -> int:
-    """Return how many of a category one house may have."""
+    """Return the greatest number of a category in one house."""
     return LIMITS.get(category, LOOSE_LIMIT if CATALOG[category].is_pickupable else 1)
 
 
 class Inventory:
-    """Counts of what a house already has."""
+    """Counts of the objects that a house already has."""
 
     def __init__(self) -> None:
         self._counts: Counter[str] = Counter()
@@ -72,15 +75,15 @@ class Inventory:
         return self._counts[category] < limit_of(category)
 
     def count(self, category: str) -> int:
-        """Return the number of things of the category."""
+        """Return the number of objects of the category."""
         return self._counts[category]
 
     def copy(self) -> "Inventory":
-        """Return a copy."""
+        """Return an independent copy."""
         other = Inventory()
         other._counts = self._counts.copy()
         return other
 
     def add(self, category: str) -> None:
-        """Count one more."""
+        """Count one more object of the category."""
         self._counts[category] += 1

@@ -1,4 +1,4 @@
-"""Room taken by the things of one room: their own, and the space that their doors, drawers and lids pass through."""
+"""Space taken by the objects of one room: their boxes, and what their doors, drawers and lids pass through."""
 
 from collections.abc import Iterable
 
@@ -6,13 +6,13 @@ from vigil.housegen.base.models import Block, PlacedObject, Rect, turned_rect
 from vigil.housegen.furnishing.floor import Floor
 
 SWING_GAP = 0.01
-"""Least distance (m) of moving leaves from walls and other things: handles and rims stand out of their solids."""
+"""Least distance (m) of moving leaves from walls and other objects, because handles and rims reach out of solids."""
 TOUCH_M = 0.005
 """Overlap in height (m) up to which two blocks only touch."""
 
 
 class Occupancy:
-    """The blocks taken in a room and the blocks that leaves pass through, which are kept clear of each other."""
+    """The blocks taken in a room and those that leaves pass through, which must be clear of each other."""
 
     def __init__(self, floor: Floor, pieces: Iterable[PlacedObject]) -> None:
         self._outside = floor.outside
@@ -24,7 +24,7 @@ class Occupancy:
             self.add(piece)
 
     def add(self, piece: PlacedObject) -> None:
-        """Record a piece that was placed in the room, with everything on and in it."""
+        """Add an object that was placed in the room, with everything on and in it."""
         for found in piece.with_contents():
             self._pieces.append((found, found.block()))
             swing = found.swing()
@@ -34,7 +34,7 @@ class Occupancy:
                 self._hung.append(found.block())
 
     def has_room_for(self, piece: PlacedObject, parent: PlacedObject | None = None) -> bool:
-        """Return whether a piece that rests on `parent` is out of every leaf's way, and its own leaves are free."""
+        """Return whether a new object that rests on `parent` is clear of all leaves, and its own leaves are free."""
         own, swing = piece.block(), piece.swing()
         stands = not piece.is_on_wall and (parent is None or not parent.is_on_wall)
         if stands and any(_overlap(own, block, 0.0) for block in [*self._frames, *self._hung]):
@@ -63,7 +63,7 @@ def _overlap(one: Block, two: Block, gap: float) -> bool:
 
 
 def _hits_parent(swing: Block, own: Block, parent: PlacedObject | None) -> bool:
-    """Return whether a leaf passes through solids of its support, other than those in which it lies while shut."""
+    """Return whether a leaf passes through solids of its support, other than those in which its object lies."""
     if parent is None:
         return False
     x, y, z = parent.position

@@ -1,4 +1,4 @@
-"""Small things on and in furniture: on the real surfaces of the assets, clear of each other."""
+"""Small objects on and in furniture: on the real surfaces of the assets, clear of each other."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -16,30 +16,34 @@ from vigil.housegen.furnishing.inventory import ROOM_LIMITS, Inventory
 from vigil.housegen.furnishing.occupancy import Occupancy, are_apart
 
 GAP = 0.03
-"""Distance (m) between things on one surface, so that each can be clicked."""
+"""Distance (m) between objects on one surface, so that each can be clicked."""
 EDGE = 0.012
+"""Distance (m) of objects from the edge of their surface."""
 FULL_SHARE = 0.5
-"""Share of covered surface at which nothing more is added: things must find a free place later."""
+"""Share of covered surface at which nothing more is added, because agents must find free places later."""
 BASIN_SHARE = 0.75
-"""Largest covered share of a counter with a basin, which takes much of it."""
+"""Such a share for a counter with a basin, which takes much of it."""
 MIN_SMALL_OBJECTS, ROUNDS = 6, 3
-"""Number of small things below which a room gets more, and number of tries for them."""
+"""Number of small objects below which a room gets more, and number of tries for them."""
 UNTIDINESS_SPREAD, UNTIDINESS_RANGE = 0.3, (0.5, 1.6)
-"""Variation between rooms: spread of the logarithm of a factor on small things; its least and greatest value."""
+"""Variation between rooms: spread of the logarithm of a factor on small objects, and the factor's range."""
 TRIES = 2
-"""Things tried for each that is wanted on a surface, since not every one fits."""
+"""Number of objects that are tried for each wanted on a surface, because not every one fits."""
 REPEAT_SHARE = 0.25
 """Factor on the probability of a category that the room already has."""
 COUNTER_M = 2.4
 """Width (m) of a counter that holds as much as ON_TOP says; longer counters hold more, and shorter ones less."""
 MIN_VISIBLE_SHARE = 0.5
-"""Share of a thing's width that may be hidden by taller things in front of it."""
+"""Least share of an object's width that taller objects in front of it must leave visible."""
 SIGHT_SLOPE = 1.5
-"""Range in front of a taller thing, in multiples of its height, within which it hides others: views of furniture look
-down more steeply than that."""
+"""Range behind a taller object, in multiples of its height, in which it hides others.
+
+Views of furniture look down more steeply than that.
+"""
 HIGHEST_M = 1.75
 """Height (m) above which surfaces are out of sight."""
 SURFACE_TOLERANCE = 0.03
+"""Difference of heights (m) up to which an object lies on a surface."""
 
 ON_TOP: dict[str, float] = {
     "CounterTop": 16.0,
@@ -64,7 +68,7 @@ ON_TOP: dict[str, float] = {
     "ClothesDryer": 1.0,
     "Ottoman": 0.2,
 }
-"""Average number of small things on a category, where they fit."""
+"""Average number of small objects on furniture of a category, if they fit."""
 
 INSIDE: dict[str, tuple[float, tuple[str, ...]]] = {
     "Fridge": (1.4, ("Egg", "Apple", "Tomato", "Lettuce", "Bottle", "WineBottle", "Potato", "Bread", "Bowl", "Cup")),
@@ -82,7 +86,7 @@ INSIDE: dict[str, tuple[float, tuple[str, ...]]] = {
     "Stove": (0.4, ("Pan", "Pot")),
     "CounterTop": (0.8, ("Fork", "Spoon", "Knife", "ButterKnife", "Spatula", "Ladle", "AluminumFoil")),
 }
-"""Contents of a category: the average number of things, and their categories."""
+"""Contents of furniture of a category: the average number of objects, and their categories."""
 
 _DISHES = ("Bowl", "Plate", "Pot", "Pan", "Cup", "Mug", "Bottle", "WineBottle", "PaperTowelRoll", "AluminumFoil")
 _PERSONAL = ("RemoteControl", "KeyChain", "Watch", "CellPhone", "CreditCard", "Book", "Bowl", "Pencil", "Pen")
@@ -103,10 +107,10 @@ ALSO_ON: dict[tuple[str, str], tuple[str, ...]] = {
     ("Bathroom", "WashingMachine"): _TOILETRIES,
     ("Bathroom", "ClothesDryer"): _TOILETRIES,
 }
-"""Things on a support in one kind of room, in addition to what the catalogue says."""
+"""Categories on a support in one kind of room, in addition to those of the catalogue."""
 
 ALSO_WEIGHT = 0.5
-"""Weights of these things, where the catalogue's first place for a thing has 0.67."""
+"""Weight of these categories; a category has 0.67 on its first support in the catalogue."""
 
 USUAL_OBJECTS: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
     "Kitchen": (
@@ -156,19 +160,20 @@ USUAL_OBJECTS: dict[str, tuple[tuple[str, tuple[str, ...], float], ...]] = {
         ("Candle", ("CounterTop", "Shelf"), 0.35),
     ),
 }
-"""Things that a room should have: category, supports (first choice first), probability."""
+"""Objects that a room should have: category, supports (first choice first), probability."""
 
 AT_THE_BACK = frozenset(
     {"Microwave", "CoffeeMachine", "Toaster", "Television", "DeskLamp", "HousePlant", "Vase", "Desktop"}
 )
+"""Categories that are placed at the back of their support."""
 SOFT, TALLEST_ON_SOFT_M = frozenset({"Bed", "Sofa", "ArmChair"}), 0.6
-"""High things that do not stand on soft ones (a bat on a bed)."""
+"""Soft furniture, and the greatest height of what stands on it (not a bat on a bed)."""
 ALIGNED = AT_THE_BACK | {"Laptop", "Pillow", "Box", "AlarmClock", "Safe"}
-"""Things that face the same way as what they stand on."""
+"""Categories that face the same way as their support."""
 
 
 class SmallObjectPlacer:
-    """Puts small things into one room."""
+    """Placer of the small objects in one room."""
 
     def __init__(
         self, floor: Floor, furniture: list[PlacedObject], inventory: Inventory, rng: np.random.Generator
@@ -181,7 +186,7 @@ class SmallObjectPlacer:
         self.room_counts = Counter(found.category for found in self._everything())
 
     def fill(self, clutter: float) -> None:
-        """Put the room's staples in their places, then add things as children of the furniture."""
+        """Add the room's usual objects, then others, as children of the furniture; `clutter` scales their number."""
         untidiness = float(np.clip(np.exp(UNTIDINESS_SPREAD * self.rng.standard_normal()), *UNTIDINESS_RANGE))
         least = MIN_SMALL_OBJECTS * min(1.0, clutter)
         clutter *= untidiness
@@ -216,7 +221,7 @@ class SmallObjectPlacer:
             self._put(category, piece, True)
 
     def _fill_top(self, piece: PlacedObject, clutter: float) -> None:
-        """Put things on a piece until it has the number drawn for it, staples included."""
+        """Put objects on a piece until it has the number drawn for it, including those that it has already."""
         mean = ON_TOP.get(piece.category, 0.0) * clutter
         if piece.category == "CounterTop":
             mean *= piece.model.size.x / COUNTER_M
@@ -274,7 +279,7 @@ class SmallObjectPlacer:
 def _place(
     piece: PlacedObject, surface: Surface, model: AssetModel, rng: np.random.Generator, occupancy: Occupancy
 ) -> PlacedObject | None:
-    """Return the model placed on a free spot of the surface; None when there is none."""
+    """Return the model placed on a free spot of the surface; None when none is found."""
     height = piece.position.y + surface.center.y
     if model.size.y > surface.clearance - 0.01 or height > HIGHEST_M:
         return None
@@ -310,21 +315,23 @@ def _place(
 
 @dataclass(frozen=True, slots=True)
 class _SupportedObject:
-    """A thing on a surface, in its frame."""
+    """An object on a surface, in the surface's frame."""
 
     base: Rect
+    """Rectangle of the object's box."""
     reach: Rect
-    """Base of the thing, with the room that its lid or door needs."""
+    """The same with the space that its lid or door needs."""
     height: float
+    """Height (m) with its lid or screen up."""
 
 
 def _hides_any(things: list[_SupportedObject]) -> bool:
-    """Return whether taller things hide too much of any thing, seen from the front."""
+    """Return whether taller objects hide too much of any object, seen from the front."""
     return any(_hidden_share(thing, things) > 1.0 - MIN_VISIBLE_SHARE for thing in things)
 
 
 def _hidden_share(thing: _SupportedObject, others: list[_SupportedObject]) -> float:
-    """Return the share of a thing's width that taller things in front of it hide."""
+    """Return the share of an object's width that taller objects in front of it hide."""
     left, _, right, front = thing.base
     hidden, reached = 0.0, left
     for other in sorted(others, key=lambda each: each.base[0]):
@@ -345,13 +352,13 @@ def _base_rect(model: AssetModel) -> Rect:
 
 
 def _height(model: AssetModel) -> float:
-    """Return the thing's height with its lid or screen up."""
+    """Return the height (m) of an object with its lid or screen up."""
     swing = swing_of(model)
     return model.size.y / 2 + max(model.size.y / 2, swing[2] if swing else 0.0)
 
 
 def _reach_rect(model: AssetModel) -> Rect:
-    """Return the model's rectangle with the room that its lid or door needs in front and behind."""
+    """Return the model's rectangle with the space that its lid or door needs."""
     half_x, half_z = model.size.x / 2, model.size.z / 2
     x0, z0, x1, z1 = swept_rect(model) or (0.0, 0.0, 0.0, 0.0)
     return min(-half_x, x0), min(-half_z, z0), max(half_x, x1), max(half_z, z1)
@@ -364,7 +371,7 @@ def _goes_to_back(model: AssetModel, piece: PlacedObject) -> bool:
 
 
 def _objects_on(piece: PlacedObject, surface: Surface) -> list[_SupportedObject]:
-    """Return the things on the surface, or next to it at its height."""
+    """Return the objects on the surface, or next to it at its height."""
     height = piece.position.y + surface.center.y
     top = (-surface.size_x / 2, -surface.size_z / 2, surface.size_x / 2, surface.size_z / 2)
     found: list[_SupportedObject] = []

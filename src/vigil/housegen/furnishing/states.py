@@ -23,7 +23,10 @@ OPEN_CHANCE = {
     "Fridge": 0.06,
     "Cabinet": 0.08,
 }
-"""Probability that a thing is open; 0 by default. Drawers stay shut over what is in them, and are 0 too."""
+"""Probability that an object of a category is open; 0 by default.
+
+Furniture with something in or on a moving part is always shut.
+"""
 
 ON_CHANCE = {
     "FloorLamp": 0.4,
@@ -44,14 +47,14 @@ ON_CHANCE = {
     "WashingMachine": 0.3,
     "ClothesDryer": 0.3,
 }
-"""Probability that a thing is on."""
+"""Probability that an object of a category is on; 0 by default."""
 
 DIRTY_CHANCE = {"Bed": 0.55} | dict.fromkeys(("Mirror", "Plate", "Bowl", "Mug", "Cup", "Pan", "Pot", "Cloth"), 0.35)
-"""Probability that a thing is dirty (a bed: unmade)."""
+"""Probability that an object of a category is dirty; a dirty bed is unmade."""
 
 
 def set_states(pieces: list[PlacedObject], rng: np.random.Generator) -> None:
-    """Give every piece, children included, its state at the start."""
+    """Set the state at the start of every object, including children."""
     for top in pieces:
         for piece in top.with_contents():
             _set_state(piece, rng)

@@ -1,4 +1,4 @@
-"""Hanging things: switches next to doors, paintings, mirrors, shelves and cabinets, towels, curtains, ceiling lamps."""
+"""Hanging objects: switches, paintings, mirrors, shelves, cabinets, towels, curtains, blinds and ceiling lamps."""
 
 from typing import NamedTuple
 
@@ -15,71 +15,73 @@ from vigil.housegen.furnishing.occupancy import Occupancy
 from vigil.housegen.layout.walls import WallPiece
 
 NEAR_WALL = 0.3
-"""Furniture whose back is nearer to a wall than this covers the wall up to its height."""
+"""Greatest distance (m) from a wall of the back of furniture that covers the wall up to its height."""
 IN_WALL_M = 0.05
-"""Furniture whose back is farther behind a wall than this stands at another wall."""
+"""Greatest distance behind a wall of the back of such furniture; beyond it, the furniture stands at another wall."""
 SIDE_GAP = 0.06
+"""Distance (m) kept free at the sides of a hanging object."""
 ABOVE_GAP = 0.12
+"""Distance (m) kept free between furniture and an object above it."""
 SILL_M = 0.08
-"""How far a window's frame comes out of the wall."""
+"""How far a window's frame reaches out of the wall."""
 BELOW_BLINDS_M = 0.5
-"""Height below blinds that things on furniture need."""
+"""Height below blinds that must be free of objects."""
 BUMP_M = 0.06
-"""Things that come further out of the wall than this take up floor."""
+"""Distance out of the wall up to which an object does not take up floor."""
 OVERHEAD_M = 1.8
-"""Things that hang higher than this hinder nobody."""
+"""Height of its bottom from which on an object does not take up floor."""
 ON_LINE_M = 1e-6
-"""Two walls are one when they are nearer than this."""
+"""Distance up to which two parallel walls are one."""
 EDGE_M = 0.01
-"""How far beyond a wall's end an opening still counts as in it, and a thing as over what it stands on."""
+"""Tolerance of the tests that an opening is in a wall, and that an object is over furniture."""
 FRAME_M = 0.1
 """Distance kept free around doors and windows."""
 UNDER_CEILING_M = 0.1
 """Distance kept free under the ceiling, above what hangs on a wall."""
 PLACES_TRIED = 5
-"""Offsets along a wall at which a place is tried, in addition to its middle."""
+"""Number of random places that are tried along a wall, in addition to its middle."""
 PAINTINGS = {"Kitchen": (1, 3), "LivingRoom": (2, 5), "Bedroom": (2, 4), "Bathroom": (0, 2)}
+"""Least and greatest number of paintings by kind of room."""
 PAINTINGS_DRAWN = 4
-"""Number of paintings examined for one with another subject."""
+"""Number of paintings that are drawn to find one with a new subject."""
 SHELF_PROBABILITY = {"LivingRoom": 0.35, "Bedroom": 0.35, "Bathroom": 0.5}
 BEDROOM_MIRROR_PROBABILITY, CEILING_LAMP_PROBABILITY, SHOWER_HEAD_PROBABILITY, TOWEL_PROBABILITY = 0.5, 0.85, 0.8, 0.85
 WINDOW_DRESSING_PROBABILITY = {"Bedroom": 0.65, "LivingRoom": 0.55, "Kitchen": 0.25, "Bathroom": 0.25}
 """Probability that a window has curtains or blinds."""
 DRY_ROOM_BLINDS_PROBABILITY = 0.4
-"""Probability of blinds where curtains would fit; kitchens and bathrooms have only blinds."""
+"""Probability of blinds instead of curtains in living rooms and bedrooms; other rooms have only blinds."""
 SWITCH_MIDDLE_M, MIRROR_MIDDLE_M, PAPER_MIDDLE_M, BATHROOM_SHELF_MIDDLE_M = 1.2, 1.5, 0.72, 1.35
-"""Heights of the things' middles above the floor."""
+"""Heights of the objects' middles above the floor."""
 SHELF_MIDDLE_M, PAINTING_MIDDLE_M = (1.25, 1.5), (1.5, 1.65)
-"""Least and greatest height of the things' middles."""
+"""Least and greatest height of the objects' middles above the floor."""
 RAILS = (("TowelHolder", "Towel", 1.35), ("HandTowelHolder", "HandTowel", 1.3))
-"""Rail, what hangs over it, height of the rail's middle."""
+"""Category of a rail, category of what hangs over it, and height (m) of the rail's middle."""
 CABINET_BOTTOM_M, SHOWER_HEAD_TOP_M, LAMP_BOTTOM_M = 1.42, 2.15, 1.95
-"""Heights above the floor: of cabinets above counters, of a shower head over a tub, and the least of a lamp where
-people walk."""
+"""Heights above the floor: bottom of a cabinet, top of a shower head, and least height of a lamp's bottom."""
 SWITCH_ASIDE_M = 0.25
 """Distance from a door's opening to the middle of its switch."""
 MIRROR_ABOVE_M = 0.06
-"""Distance from the gap above a sink to its mirror: splashes reach higher than the tap."""
+"""Distance from the gap above a sink to its mirror."""
 BESIDE_GAP_M = 0.12
-"""Distance (m) between a piece and what hangs next to it."""
+"""Distance (m) between furniture and what hangs next to it."""
 CABINETS_UNDER_CEILING_M, DRESSING_UNDER_CEILING_M = 0.15, 0.05
 """Distances kept free above cabinets, and above curtains and blinds."""
 CABINET_WIDER_M = 0.02
 """Largest excess of a cabinet's width over the counter below."""
 LAMP_ROOM_M = 0.3
-"""Size (m) of the area about a room's centre in which its lamp hangs."""
+"""Radius (m) around a room's centre that must be in the room for the lamp to hang there."""
 TOUCH_M = 0.02
-"""Things whose heights are nearer than this are in each other's way."""
+"""Gap between heights below which two objects are in each other's way."""
 OFF_WALL_M, OFF_RAIL_M = 0.002, 0.003
-"""Air gap behind hanging things, so that surfaces do not touch."""
+"""Gaps behind hanging objects, on walls and on rails, so that surfaces do not touch."""
 SAME_YAW_DEG = 1.0
-"""A wall is behind a piece that is turned by less from it."""
+"""Difference of yaws below which a wall is behind furniture."""
 BACK_REACH_M = 0.9
-"""A wall is behind a piece whose middle is no farther from it."""
+"""Distance of the furniture's middle below which a wall is behind it."""
 WINDOW_ABOVE_M, WINDOW_WIDER_M = 0.12, 0.05
 """Overlap of curtains and blinds beyond their window."""
 FLOOR_LENGTH_M = 0.08
-"""Curtains that would end nearer above the floor reach it: the scene lets down what is as near."""
+"""Height below which curtains would end and therefore reach the floor; loading a house would lower them anyway."""
 
 NARROW_ON_WALL = frozenset({"Faucet"})
 """Categories that stand on furniture and take only their own width of the wall behind."""
@@ -93,11 +95,11 @@ class Span(NamedTuple):
     bottom: float
     top: float
     gap: float = 0.0
-    """Distance (m) off the wall at which the obstacle begins; flatter things fit behind it."""
+    """Distance (m) from the wall at which the obstacle begins; flatter objects fit behind it."""
 
 
 class WallObjectPlacer:
-    """Hangs things on the walls of one room."""
+    """Placer of the hanging objects in one room."""
 
     def __init__(
         self,
@@ -117,7 +119,7 @@ class WallObjectPlacer:
         self._spans: list[list[Span]] = [self._taken_spans(edge) for edge in floor.edges]
 
     def hang(self) -> list[PlacedObject]:
-        """Return what hangs in the room."""
+        """Hang objects in the room and return them."""
         kind = self.floor.room.kind
         self._hang_switch()
         if kind == "Bathroom":
@@ -153,7 +155,7 @@ class WallObjectPlacer:
         return spans
 
     def _covered_spans(self, edge: WallPiece, piece: PlacedObject) -> list[Span]:
-        """Return what a piece and all on it cover of a wall: each its whole width up to its top."""
+        """Return the spans of a wall that a piece and all on it cover, each up to its top."""
         along, depths = _extent(edge, piece)
         if not -IN_WALL_M <= min(depths) <= NEAR_WALL or max(along) < 0 or min(along) > edge.length:
             return []
@@ -165,7 +167,7 @@ class WallObjectPlacer:
         return spans
 
     def _is_free(self, index: int, span: Span, depth: float) -> bool:
-        """Return whether a thing that reaches a given distance (m) into the room meets nothing."""
+        """Return whether a span of a wall is free for an object that reaches `depth` metres into the room."""
         edge = self.floor.edges[index]
         if span.left < SIDE_GAP or span.right > edge.length - SIDE_GAP or span.top > self.height_m - UNDER_CEILING_M:
             return False
@@ -181,7 +183,10 @@ class WallObjectPlacer:
     def _hang(
         self, model: AssetModel, index: int, along: float, middle: float, draped: AssetModel | None = None
     ) -> PlacedObject | None:
-        """Hang a thing with its centre there, `draped` in front of it; return None where it does not fit."""
+        """Hang an object on wall `index` and return it; None if it does not fit.
+
+        `along` and `middle` are its middle along the wall and above the floor (m). `draped` hangs over it.
+        """
         size = model.size
         drop = size.y / 2 if draped is None else max(size.y / 2, draped.size.y - size.y / 2)
         span = Span(along - size.x / 2, along + size.x / 2, middle - drop, middle + size.y / 2)
@@ -203,7 +208,7 @@ class WallObjectPlacer:
         self.occupancy.add(piece)
 
     def _leaves_room(self, bump: tuple[float, float, float, float], depth: float, bottom: float) -> bool:
-        """Whether a thing that comes out of the wall leaves room to walk; takes the floor under it when it does."""
+        """Return whether an object that reaches out of the wall leaves room to walk; if so, take the floor under it."""
         if depth <= BUMP_M or bottom >= OVERHEAD_M:
             return True
         shape = box(*bump)
@@ -236,7 +241,7 @@ class WallObjectPlacer:
         return None
 
     def _painting(self) -> AssetModel:
-        """Return a painting, of something that no other of the room shows where that comes soon."""
+        """Return a painting, if possible with a subject that no other painting in the room has."""
         shown = {_subject(piece.model) for piece in self.hung if piece.category == "Painting"}
         models = (draw_model("Painting", self.rng) for _ in range(PAINTINGS_DRAWN))
         return next((model for model in models if _subject(model) not in shown), draw_model("Painting", self.rng))
@@ -277,7 +282,7 @@ class WallObjectPlacer:
                 self._hang_towel(holder, towel, middle)
 
     def _hang_towel(self, holder: str, towel: str, middle: float) -> None:
-        """Hang a towel rail, with a towel over it."""
+        """Hang a towel rail with a towel over it."""
         rail_model, model = draw_model(holder, self.rng), draw_model(towel, self.rng)
         if not self.inventory.may_have(towel):
             return
@@ -292,7 +297,7 @@ class WallObjectPlacer:
     def _hang_behind(
         self, piece: PlacedObject, model: AssetModel, middle: float, aside: float = 0.0
     ) -> PlacedObject | None:
-        """Hang a thing on the wall behind `piece`, so far (m) from its middle."""
+        """Hang an object on the wall behind `piece`, `aside` metres from its middle; return None if it does not fit."""
         for index, edge in enumerate(self.floor.edges):
             along = edge.along((piece.position.x, piece.position.z))
             if abs(edge.yaw - piece.yaw) < SAME_YAW_DEG and self._is_behind(edge, piece):
@@ -304,7 +309,7 @@ class WallObjectPlacer:
         return 0 < edge.into(place) < BACK_REACH_M and 0 < edge.along(place) < edge.length
 
     def _hang_beside(self, piece: PlacedObject, model: AssetModel, middle: float) -> PlacedObject | None:
-        """Hang a thing on the wall behind `piece`, next to it."""
+        """Hang an object on the wall behind `piece`, next to it; return None if it does not fit."""
         for index, edge in enumerate(self.floor.edges):
             if abs(edge.yaw - piece.yaw) < SAME_YAW_DEG and self._is_behind(edge, piece):
                 along = edge.along((piece.position.x, piece.position.z))
@@ -349,7 +354,7 @@ class WallObjectPlacer:
             self._hang_dressing(wall, (left + right) / 2, bottom + model.size.y / 2, model)
 
     def _hang_dressing(self, wall: WallPiece, along: float, middle: float, model: AssetModel) -> None:
-        """Hang curtains or blinds before a window when nothing stands in their place."""
+        """Hang curtains or blinds in front of a window if nothing is in their place."""
         x, z = wall.at(along, model.size.z / 2 + SILL_M)
         piece = PlacedObject(model, Vec3(x, middle, z), wall.yaw, self.floor.room.number, is_on_wall=True)
         shape = box(*piece.footprint())
@@ -391,13 +396,13 @@ class WallObjectPlacer:
 
 
 def _subject(painting: AssetModel) -> Drawing:
-    """Return what draws the painting's picture: one for each subject."""
+    """Return the function that draws the painting's picture; each subject has one."""
     materials = [part.material.partition("/") for part in painting.asset.parts]
     return next(KINDS[kind][number] for kind, _, number in materials if kind == "picture")
 
 
 def _extent(edge: WallPiece, piece: PlacedObject) -> tuple[list[float], list[float]]:
-    """Return where the corners of a piece's footprint are along a wall, and how far off it."""
+    """Return the distances (m) of the corners of a piece's footprint along a wall, and away from it."""
     x0, z0, x1, z1 = piece.footprint()
     corners = [(x0, z0), (x0, z1), (x1, z0), (x1, z1)]
     return [edge.along(corner) for corner in corners], [edge.into(corner) for corner in corners]

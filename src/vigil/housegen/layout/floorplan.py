@@ -1,8 +1,8 @@
 """Floor plan: rooms of given kinds and areas in a common boundary, rectangular, L- or T-shaped.
 
-A boundary is sliced into rectangles by area, then neighbours trade corner blocks, which makes the
-L and T shapes; a plan counts only if every room is reachable by a sensible tree of doors. All
-geometry is in whole decimetres, so that walls of neighbours coincide exactly.
+A boundary is sliced into rectangles by area. Then neighbours trade corner blocks, which makes the L and T shapes. A
+plan counts only if a sensible tree of doors reaches every room. All geometry is in whole decimetres, so that walls of
+neighbours coincide exactly.
 """
 
 import math
@@ -19,12 +19,15 @@ from vigil.housegen.base.randomness import chance, pick, shuffled
 from vigil.housegen.base.spec import AREA_M2, SINGLE_ROOM_SCALE, HouseSpec
 
 UNIT_M = 0.1
+"""Unit of lengths in this module: a decimetre."""
 NARROWEST = {"Kitchen": 26, "LivingRoom": 30, "Bedroom": 28, "Bathroom": 20}
 """Narrowest side (dm) of a room by its kind."""
 DOOR_WALL = 15
 """Least shared wall (dm) between rooms that a door joins."""
 MAX_ASPECT = 2.1
+"""Greatest ratio of a room's long side to its short side."""
 ATTEMPTS = 400
+"""Greatest number of attempts at a plan."""
 
 LINK_COST = {
     ("Kitchen", "LivingRoom"): 0.0,
@@ -38,39 +41,44 @@ LINK_COST = {
     ("Bathroom", "Kitchen"): 1.8,
     ("Bathroom", "Bathroom"): 6.0,
 }
-"""How unusual a door between two kinds of rooms is."""
+"""Cost of a door between two kinds of rooms; the more unusual it is, the higher."""
 PASSAGE_COST = {"Kitchen": 0.1, "LivingRoom": 0.0, "Bedroom": 0.9, "Bathroom": 4.0}
-"""How unusual it is to walk through a room of the kind to reach another."""
+"""Cost of walking through a room of the kind to reach another; the more unusual it is, the higher."""
 
 Corner = tuple[float, float]
+"""Floor point (x, z) in metres."""
 
 
 @dataclass(frozen=True, slots=True)
 class RoomPlan:
-    """A room: its number in the house, its kind and its corners (x, z; m), clockwise seen from above."""
+    """A room of a plan."""
 
     number: int
+    """Number of the room in the house."""
     kind: str
     corners: tuple[Corner, ...]
+    """Corners, clockwise seen from above."""
 
     @property
     def id(self) -> str:
-        """The document's room id."""
+        """Id of the room in the document."""
         return f"room|{self.number}"
 
     @property
     def polygon(self) -> Polygon:
-        """The floor as a shape."""
+        """Floor as a shape (m)."""
         return Polygon(self.corners)
 
 
 @dataclass(frozen=True, slots=True)
 class RoomLayout:
-    """The rooms, the pairs of room numbers that doors join, and the ceiling height (m)."""
+    """The rooms of a house and the doors between them."""
 
     rooms: tuple[RoomPlan, ...]
     links: tuple[tuple[int, int], ...]
+    """Pairs of numbers of rooms that a door joins."""
     height_m: float
+    """Height of the ceiling."""
 
     def room(self, number: int) -> RoomPlan:
         """Return the room of that number."""
@@ -142,7 +150,7 @@ def _slice(
     into: dict[int, tuple[int, int, int, int]],
     rng: np.random.Generator,
 ) -> None:
-    """Halve `rect` among the rooms in `order`, by area, across its longer side."""
+    """Divide `rect` among the rooms in `order`, by area, into `into`; each cut is across the longer side."""
     if len(order) == 1:
         into[order[0]] = rect
         return
@@ -172,14 +180,14 @@ def _is_wide_enough(kind: str, shape: BaseGeometry) -> bool:
     if short < NARROWEST[kind] or long > MAX_ASPECT * short or shape.area * UNIT_M**2 < AREA_M2[kind][0] * 0.8:
         return False
     if shape.area == (x1 - x0) * (z1 - z0):
-        return True  # a rectangle is as wide everywhere
+        return True  # a rectangle has the same width everywhere
     core = shape.buffer(-NARROWEST[kind] / 2 + 3.1, join_style="mitre")
     opened = core.buffer(NARROWEST[kind] / 2 - 3.1, join_style="mitre")
     return isinstance(core, Polygon) and not core.is_empty and opened.area > 0.99 * shape.area
 
 
 def _trade_block(kinds: tuple[str, ...], shapes: list[Polygon], rng: np.random.Generator) -> None:
-    """Move a block at the end of a shared wall from one room to its neighbour, if both stay roomy."""
+    """Move a corner block from one room to its neighbour, if both are still wide enough."""
     pairs = [pair for pair, length in _shared_lengths(shapes).items() if length > DOOR_WALL]
     if not pairs or chance(rng, 0.4):
         return
@@ -207,18 +215,18 @@ def _corner_block(rect: tuple[int, int, int, int], rng: np.random.Generator) -> 
 
 
 def _cut_corner(kinds: tuple[str, ...], shapes: list[Polygon], index: int, rng: np.random.Generator) -> None:
-    """Take a corner of the boundary away from a room."""
+    """Remove a corner of a room at the boundary, if the room is still wide enough."""
     x0, z0, x1, z1 = (round(value) for value in shapes[index].bounds)
     block = _corner_block((x0, z0, x1, z1), rng)
     left = shapes[index].difference(block)
     others = [shape for other, shape in enumerate(shapes) if other != index]
-    touches = any(_shared_length(block, shape) > 0 for shape in others)
+    touches = any(block.boundary.intersection(shape.boundary).length > 0 for shape in others)
     if not touches and _has_simple_outline(left) and _is_wide_enough(kinds[index], left):
         shapes[index] = _simplified(left)
 
 
 def _has_simple_outline(shape: BaseGeometry) -> bool:
-    """Whether the shape is one polygon of at most eight corners without short steps."""
+    """Return whether the shape is one polygon with at most eight corners and without short steps."""
     if not isinstance(shape, Polygon) or shape.is_empty or shape.interiors:
         return False
     corners = _simplified(shape).exterior.coords[:-1]
@@ -238,12 +246,8 @@ def _simplified(shape: Polygon | BaseGeometry) -> Polygon:
     return Polygon(kept)
 
 
-def _shared_length(a: BaseGeometry, b: BaseGeometry) -> float:
-    return a.boundary.intersection(b.boundary).length
-
-
 def _shared_lengths(shapes: list[Polygon]) -> dict[tuple[int, int], float]:
-    """Return the length of wall that each two shapes share."""
+    """Return the length (dm) of wall that each two shapes share, by their indices."""
     pairs = list(combinations(range(len(shapes)), 2))
     if not pairs:
         return {}
@@ -254,7 +258,7 @@ def _shared_lengths(shapes: list[Polygon]) -> dict[tuple[int, int], float]:
 
 
 def longest_shared(a: BaseGeometry, b: BaseGeometry) -> float:
-    """Return the length of the longest straight wall that two shapes share."""
+    """Return the length of the longest straight wall that two shapes share; 0 when they share none."""
     common = a.boundary.intersection(b.boundary)
     best = 0.0
     for line in getattr(common, "geoms", [common]):
@@ -268,7 +272,10 @@ def longest_shared(a: BaseGeometry, b: BaseGeometry) -> float:
 
 
 def _links(kinds: tuple[str, ...], shapes: list[Polygon], rng: np.random.Generator) -> list[tuple[int, int]] | None:
-    """Return a spanning tree of doors, the usual ones first, and sometimes one more; None when a room is cut off."""
+    """Return the doors as pairs of room indices; None when a room cannot be reached.
+
+    They are a spanning tree of the most usual doors, and sometimes one more.
+    """
     costs: dict[tuple[int, int], float] = {}
     for a, b in combinations(range(len(kinds)), 2):
         if longest_shared(shapes[a], shapes[b]) >= DOOR_WALL:

@@ -8,8 +8,11 @@ from vigil.housegen.base.randomness import pick
 from vigil.housegen.layout.floorplan import RoomLayout
 
 WARMTH = ((1.0, 0.855, 0.722), (1.0, 0.93, 0.84), (1.0, 0.96, 0.92))
+"""Colours of lamps; a house has one of them."""
 DROP_M = 0.2
+"""Distance of a light below the ceiling."""
 LAYERS = 4
+"""Number of THOR's render layers."""
 
 
 def layer_of(room: int) -> str:
@@ -18,7 +21,7 @@ def layer_of(room: int) -> str:
 
 
 def lights_of(plan: RoomLayout, rng: np.random.Generator) -> list[dict[str, Any]]:
-    """Return the document's lights."""
+    """Return the lights of the document."""
     red, green, blue = pick(rng, WARMTH)
     sun = {
         "id": "DirectionalLight",

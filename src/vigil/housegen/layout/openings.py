@@ -1,4 +1,4 @@
-"""Doors, open passages, the front door, and windows: which wall piece, where along it, what fills it."""
+"""Openings: doors, open passages, the front door and windows, with their place in a wall and what fills them."""
 
 from dataclasses import dataclass
 
@@ -31,45 +31,50 @@ WINDOW_HEIGHTS: dict[str, tuple[float, ...]] = {
     "Bedroom": (0.8, 0.95, 1.1),
     "Bathroom": (0.6,),
 }
-"""Heights of windows by room, lintel at the height of doors: above the faucet in kitchens and bathrooms."""
+"""Heights (m) of windows by kind of room; their tops are as high as those of doors."""
 WINDOWS_PER_ROOM = {"Kitchen": (1, 2), "LivingRoom": (1, 3), "Bedroom": (1, 2), "Bathroom": (0, 1)}
+"""Least and greatest number of windows by kind of room."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlannedOpening:
-    """A hole in a wall piece (and in the panel behind it), and its filling."""
+    """A hole in a wall piece (and in the panel behind it), and what fills it."""
 
     id: str
     category: str
     asset_id: str
     wall: WallPiece
     other: WallPiece | None
-    """The same stretch seen from the room behind; None outdoors."""
+    """The same piece seen from the room behind; None when the outside is behind."""
     left: float
+    """Distance (m) of the hole's beginning along `wall`."""
     right: float
+    """Distance (m) of the hole's end along `wall`."""
     bottom: float
+    """Height (m) of the hole's bottom."""
     top: float
+    """Height (m) of the hole's top."""
     openable: bool | None = None
     openness: float | None = None
 
     @property
     def is_door(self) -> bool:
-        """Return whether one can walk through it (open frames included, windows not)."""
+        """Whether it is a door or an open frame, not a window."""
         return self.category != "Window"
 
     @property
     def middle(self) -> float:
-        """Its middle along the wall."""
+        """Distance (m) of its middle along the wall."""
         return (self.left + self.right) / 2
 
     def clear_depth(self) -> float:
-        """Return the depth (m) of the floor before it that must stay free."""
+        """Return the depth (m) of the floor in front of it that must be free."""
         if not self.is_door:
             return 0.0
         return DOOR_CLEAR if self.category == "Doorway" and self.openable else PASSAGE_CLEAR
 
     def leaves(self) -> list[Rect]:
-        """Return the floor that its leaves stand on when it is open, in the room that they swing into."""
+        """Return the floor under its leaves when it is open, in the room that they swing into."""
         if self.category != "Doorway" or not self.openable:
             return []
         size = Vec3(round(self.right - self.left, 4), round(self.top - self.bottom, 4), DOOR_DEPTH_M)
@@ -79,7 +84,7 @@ class PlannedOpening:
         return [leaf.bounds for leaf in moving_prisms_of(thing, 1.0)]
 
     def span_in(self, room: int) -> tuple[WallPiece, float, float] | None:
-        """Return the room's wall piece with the hole's ends along it; None when it is not the room's."""
+        """Return the room's wall piece and the hole's two ends along it; None if the hole is not in this room."""
         if self.wall.room == room:
             return self.wall, self.left, self.right
         if self.other is not None and self.other.room == room:
@@ -88,7 +93,7 @@ class PlannedOpening:
 
 
 class _FreeWall:
-    """The stretches of wall pieces that are still free, and the look of the house's doors and windows."""
+    """The parts of wall pieces that are still free, and the variants of the house's doors and windows."""
 
     def __init__(self, door_variant: int, window_variant: int) -> None:
         self.door_variant = door_variant
@@ -96,7 +101,7 @@ class _FreeWall:
         self._used: dict[frozenset[tuple[float, float]], list[tuple[float, float]]] = {}
 
     def choose(self, piece: WallPiece, width: float, rng: np.random.Generator) -> tuple[float, float] | None:
-        """Return the place (left, right) of an opening of a given width; None when there is no room."""
+        """Return the place (left, right) of an opening of a given width (m); None when no place is found."""
         room = piece.length - 2 * CORNER_GAP - width
         if room < 0:
             return None
@@ -108,7 +113,7 @@ class _FreeWall:
         return None
 
     def use(self, piece: WallPiece, left: float, right: float) -> None:
-        """Mark a stretch of the piece, and of its other side, as used."""
+        """Mark a part of the piece, and of its other side, as used."""
         if piece.start > piece.end:
             left, right = piece.length - right, piece.length - left
         self._used.setdefault(frozenset((piece.start, piece.end)), []).append((left, right))
@@ -121,7 +126,7 @@ class _FreeWall:
 
 
 def cut_openings(plan: RoomLayout, rng: np.random.Generator) -> list[PlannedOpening] | None:
-    """Return the plan's doors and windows; None when a link has no wall long enough."""
+    """Return the plan's doors and windows; None when a door does not fit between two rooms that it should join."""
     pieces = wall_pieces(plan)
     free = _FreeWall(door_variant=int(rng.integers(DOOR_VARIANTS)), window_variant=int(rng.integers(WINDOW_VARIANTS)))
     openings: list[PlannedOpening] = []
@@ -173,7 +178,7 @@ def _inner_door(
 
 
 def _door_openness(rng: np.random.Generator) -> float:
-    """Most inner doors stand open; some are closed."""
+    """Return the openness of an inner door; more than half of them are open."""
     return 0.0 if chance(rng, 0.4) else 1.0
 
 

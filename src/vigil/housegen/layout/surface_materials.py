@@ -1,4 +1,4 @@
-"""Materials of floors, walls, ceilings and facades, by AI2-THOR's names, with tints for painted walls."""
+"""Materials of floors, walls, ceilings and facades by AI2-THOR's names, with tints for painted walls."""
 
 from dataclasses import dataclass
 
@@ -61,16 +61,16 @@ SKIES = ("SkyTropical", "Sky1", "Sky2", "SkyAlbany")
 
 @dataclass(frozen=True, slots=True)
 class RoomFinish:
-    """A room's floor and walls."""
+    """The materials of a room's floor and walls."""
 
     floor: str
     wall: str
     paint: Rgb | None
-    """Tint of the wall; None where the material has its own colour."""
+    """Tint of the walls; None for a material with its own colour."""
 
 
 def finishes(kinds: dict[int, str], rng: np.random.Generator) -> dict[int, RoomFinish]:
-    """Return each room's finish; living rooms, bedrooms and sometimes kitchens of a house share one floor."""
+    """Return each room's finish, by number; most rooms other than bathrooms share one floor."""
     common = pick(rng, _PLANKS)
     found: dict[int, RoomFinish] = {}
     for number, kind in kinds.items():
@@ -84,7 +84,7 @@ def finishes(kinds: dict[int, str], rng: np.random.Generator) -> dict[int, RoomF
 
 
 def material(name: str, tint: Rgb | None = None) -> dict[str, object]:
-    """Return a document's material reference."""
+    """Return the reference to a material in a document."""
     if tint is None:
         return {"name": name}
     return {"name": name, "color": {"r": tint[0], "g": tint[1], "b": tint[2]}}

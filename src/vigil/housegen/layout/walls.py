@@ -12,11 +12,12 @@ from vigil.housegen.layout.floorplan import Corner, RoomLayout, RoomPlan
 
 @dataclass(frozen=True)
 class WallPiece:
-    """A straight stretch of a room's wall with one neighbour behind it; the room lies to its right."""
+    """A straight part of a room's wall with one neighbour behind it; the room is to the right of its direction."""
 
     room: int
+    """Number of the room."""
     behind: int | None
-    """Number of the room behind it; None outdoors."""
+    """Number of the room behind it; None when the outside is behind."""
     start: Corner
     end: Corner
 
@@ -38,7 +39,7 @@ class WallPiece:
 
     @cached_property
     def yaw(self) -> float:
-        """Yaw of a thing that stands with its back to it."""
+        """Yaw (deg) of an object with its back to the wall."""
         x, z = self.inward
         return math.degrees(math.atan2(x, z)) % 360.0
 
@@ -48,23 +49,23 @@ class WallPiece:
         return self.start[0] + along * dx + into * nx, self.start[1] + along * dz + into * nz
 
     def along(self, point: Corner) -> float:
-        """Return how far along the piece a floor point lies."""
+        """Return the distance (m) of a floor point from the start, along the piece."""
         dx, dz = self.direction
         return (point[0] - self.start[0]) * dx + (point[1] - self.start[1]) * dz
 
     def into(self, point: Corner) -> float:
-        """Return how far inside the room a floor point lies."""
+        """Return the distance (m) of a floor point from the wall, into the room."""
         nx, nz = self.inward
         return (point[0] - self.start[0]) * nx + (point[1] - self.start[1]) * nz
 
     @property
     def id(self) -> str:
-        """The document's id of the panel on the room's side."""
+        """Id in the document of the panel on the room's side."""
         return f"wall|{self.room}|{self._place()}"
 
     @property
     def exterior_id(self) -> str:
-        """The document's id of the panel on the outside."""
+        """Id in the document of the panel on the outside."""
         return f"wall|exterior|{self._place()}"
 
     def _place(self) -> str:
@@ -73,7 +74,7 @@ class WallPiece:
 
 
 def room_edges(room: RoomPlan) -> list[WallPiece]:
-    """Return the room's whole straight walls, whatever is behind them."""
+    """Return the room's whole straight walls, without what is behind them."""
     corners = room.corners
     return [
         WallPiece(room.number, None, start, end) for start, end in zip(corners, [*corners[1:], corners[0]], strict=True)
@@ -115,7 +116,7 @@ def _rounded(corner: Corner) -> Corner:
 
 
 def facing_piece(piece: WallPiece, pieces: list[WallPiece]) -> WallPiece:
-    """Return the same stretch seen from the room behind it."""
+    """Return the same piece seen from the room behind it."""
     return next(
         other
         for other in pieces

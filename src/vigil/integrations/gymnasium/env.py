@@ -46,7 +46,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
     def __init__(self, render_mode: str | None = None, **options: Any) -> None:
         """Take the fields of `Options` as `options`. Raises SettingError or PackMismatch if they are invalid."""
         if render_mode not in (None, *self.metadata["render_modes"]):
-            raise SettingError(f"Vigil-v0: render_mode is {render_mode!r}; it may be 'rgb_array' or None.")
+            raise SettingError(f"Vigil-v0: render_mode is {render_mode!r}; it must be 'rgb_array' or None.")
         self.render_mode = render_mode
         self._made = partial(type(self), render_mode, **options)
         self._options = Options.of(options)
@@ -130,7 +130,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return Dict(spaces)
 
     def _to_space(self, observation: Observation) -> dict[str, Any]:
-        """Return an observation in its space; without feedback both of its booleans are 0."""
+        """Return an observation in its space; both booleans are 0 when there is no feedback."""
         seen: dict[str, Any] = {"instruction": self._now.episode.instruction}
         if self._options.frames:
             seen["frame"] = self._frame(observation)

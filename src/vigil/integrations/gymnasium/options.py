@@ -16,37 +16,35 @@ from vigil.protocol.profile import PROFILE_NAMES, Profile
 
 
 class Options(BaseModel):
-    """Which episodes to play, how to observe and answer them, and what to reward."""
+    """Options that select the episodes, and say how they are observed, answered and rewarded."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=True)
 
-    pack: str | Path = Field("starter", description="a pack's name, or its folder; or a stream, as `stream:7`")
-    family: tuple[Family, ...] = Field((), description="a family or several, as `AI` or `AI,SI`; all without it")
+    pack: str | Path = Field("starter", description="name or folder of a pack, or a stream, e.g. `stream:7`")
+    family: tuple[Family, ...] = Field((), description="one family or more, e.g. `AI` or `AI,SI`; all if unset")
     difficulty: tuple[Difficulty, ...] = Field(
-        (), description="of a stream: `easy`, `medium` or `hard`, or several; all without it"
+        (), description="difficulty in a stream: one or more of `easy`, `medium` and `hard`; all if unset"
     )
     houses: tuple[int, int] | None = Field(
-        None, description="of a stream: the first house and the one after the last; from 0 without end without it"
+        None, description="range of a stream's houses: the first, and the one after the last; all from 0 on if unset"
     )
     workers: int = Field(
-        1, ge=0, description="of a stream: processes that make episodes ahead; with 0, `reset` makes them"
+        1, ge=0, description="number of processes that make a stream's episodes ahead; with 0, `reset` makes them"
     )
     actions: Literal["text", "structured"] = Field(
         "text", description="`text`: an action is a reply's text; `structured`: a dict of numbers"
     )
-    frames: bool = Field(
-        True, description="whether an observation holds the frame; without, nothing is drawn but by `render()`"
-    )
+    frames: bool = Field(True, description="whether an observation has the frame; if not, only `render()` draws frames")
     profile: str = Field("baseline", description="`baseline`, or `action_feedback` with its two booleans")
-    coordinates: Coordinates = Field("pixel", description="`pixel` or `normalized_1000`")
+    coordinates: Coordinates = Field("pixel", description="coordinates of clicks: `pixel` or `normalized_1000`")
     reply_policy: ReplyPolicy = Field("strict", description="how a text is read: `strict` or `lenient`")
     backend: str = Field("mujoco", description="the simulator's backend")
-    quality: Quality = Field("default", description="of a frame: `default`, or `fast`, with rougher edges")
-    asset_database: str | Path | None = Field(None, description="AI2-THOR's file, for houses of its assets")
+    quality: Quality = Field("default", description="quality of frames: `default`, or `fast` with rougher edges")
+    asset_database: str | Path | None = Field(None, description="AI2-THOR's asset database, for houses with its assets")
     world_reward: WorldReward = 0.0
     honest_fail_reward: HonestFailReward = 0.0
     lag_penalty: LagPenalty = 0.0
-    evaluator: bool = Field(False, description="whether `info` tells the outcome when an episode ends")
+    evaluator: bool = Field(False, description="whether `info` has the outcome when an episode ends")
 
     @field_validator("family", mode="before")
     @classmethod
@@ -75,7 +73,7 @@ class Options(BaseModel):
         if given not in PROFILE_NAMES:
             hint = did_you_mean(given, PROFILE_NAMES)
             raise SettingError(
-                f"Vigil-v0: there is no profile {given!r}.{hint} Choose one of {', '.join(PROFILE_NAMES)}."
+                f"Vigil-v0: profile {given!r} does not exist.{hint} Choose one of {', '.join(PROFILE_NAMES)}."
             )
         return given
 
@@ -93,10 +91,10 @@ class Options(BaseModel):
 
     @property
     def assets(self) -> AssetDatabase:
-        """The asset database with the sizes of things. Raises SettingError if it is broken."""
+        """Asset database with the sizes of objects. Raises SettingError if it is invalid."""
         return AssetDatabase.from_file(None if self.asset_database is None else Path(self.asset_database))
 
     @property
     def condition(self) -> Profile:
-        """The profile under which episodes are played."""
+        """Profile under which episodes are played."""
         return Profile(name=PROFILE_NAMES[self.profile], coordinates=self.coordinates, reply_policy=self.reply_policy)

@@ -17,7 +17,7 @@ class Prefetcher:
     """A thread that draws episodes from a source, one ahead."""
 
     def __init__(self, source: EpisodeSource, prepare: Callable[[House], None]) -> None:
-        """Call `prepare` in another thread, to make each house quick to load."""
+        """`prepare` is called in another thread, to make each house faster to load."""
         self._source, self._prepare = source, prepare
         self._thread = ThreadPoolExecutor(1, "next-episode")
         self._next: Future[SampledEpisode] | None = None

@@ -19,7 +19,7 @@ from vigil.protocol.house import House
 
 PACK_CACHE_SIZE = 2
 MAX_FIRST_HOUSES = 2**31
-"""Number of houses of an endless stream at one of which a seed starts."""
+"""Number of houses of an endless stream from which a seed selects the first."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,8 +124,8 @@ class StreamEpisodes:
     def by_id(self, episode_id: str) -> SampledEpisode:
         """Raise SettingError: the episodes of a stream cannot be looked up by id."""
         raise SettingError(
-            f"A stream is read in its order: {episode_id!r} is not the episode that was read last. `vigil pack "
-            "stream` keeps episodes in a folder, from which they can be asked for."
+            f"A stream is read in order, and {episode_id!r} is not the episode that was read last. `vigil pack stream` "
+            "writes episodes to a folder, from which they can be selected."
         )
 
     def longest_instruction(self) -> tuple[int, str]:
@@ -146,7 +146,9 @@ class StreamEpisodes:
             self._begin(self._first)
             item = next(self._items, None)
         if item is None:
-            raise SettingError(f"Stream {self._seed}: its houses {self._first} to {self._last} hold no wanted episode.")
+            raise SettingError(
+                f"Stream {self._seed}: the houses {self._first} to {self._last} do not have an episode that fits."
+            )
         return SampledEpisode(item.episode, item.house)
 
     def _begin(self, house: int) -> None:

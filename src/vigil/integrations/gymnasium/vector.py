@@ -1,4 +1,4 @@
-"""Vector of environments in a few processes, each of which steps its share of them in turn.
+"""Vector of environments in a few processes, each of which steps its share of them one after the other.
 
 Return values and resets are those of Gymnasium's `AsyncVectorEnv`. That class starts a process for each environment:
 sixteen processes on two cores delay each other, and none can reuse a house that another has built.
@@ -44,7 +44,10 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         Without `copy` the next observation overwrites the last one's arrays. Raises any error of making an environment.
         """
         if not env_fns or (processes is not None and processes < 1):
-            raise SettingError(f"A vector of {len(env_fns)} environments in {processes} processes: give 1 or more.")
+            raise SettingError(
+                f"SharedProcessVectorEnv with {len(env_fns)} environments and processes={processes}: both must be at "
+                "least 1; None stands for one process per core."
+            )
         mode = AutoresetMode(autoreset_mode)
         self.num_envs, self.copy, self.autoreset_mode = len(env_fns), copy, mode
         self._describe(env_fns[0])
@@ -117,12 +120,12 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
 
     @property
     def np_random(self) -> tuple[np.random.Generator, ...]:  # type: ignore[override]
-        """The generator of each environment."""
+        """Random generator of each environment."""
         return self.get_attr("np_random")
 
     @property
     def np_random_seed(self) -> tuple[int, ...]:  # type: ignore[override]
-        """The seed of each environment."""
+        """Seed of each environment."""
         return self.get_attr("np_random_seed")
 
     def _describe(self, make: MakeEnv) -> None:
@@ -136,7 +139,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         env.close()
 
     def _call_all(self, command: str, arguments: Sequence[tuple[Any, ...]]) -> list[Any]:
-        """Return each process's answer. After all have answered, raises the first error among the answers."""
+        """Call a method in every process and return the answers; after all have answered, raise their first error."""
         if self.closed:
             raise ClosedEnvironmentError(f"{command}() of a vector of environments that has been closed.")
         for shard, each in zip(self._shards, arguments, strict=True):
@@ -152,7 +155,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
             return None
         mask = np.asarray(given)
         if mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
-            raise SettingError(f"reset_mask is {given!r}: give {self.num_envs} booleans, one of which is true.")
+            raise SettingError(f"reset_mask is {given!r}: give {self.num_envs} booleans, at least one of them true.")
         return mask
 
     def _with_infos(self, infos: dict[str, Any], shard: EnvShard, found: dict[int, dict[str, Any]]) -> dict[str, Any]:

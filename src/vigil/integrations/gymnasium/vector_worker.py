@@ -21,7 +21,7 @@ from vigil.errors import SettingError, SimulatorError
 
 MakeEnv = Callable[[], gymnasium.Env[Any, Any]]
 Infos = dict[Any, dict[str, Any]]
-"""The `info` of environments, by their numbers in the share."""
+"""`info` of environments, by their numbers in the share."""
 END_TIMEOUT_S = 60.0
 """Longest time (s) that a process may take to end; it finishes building a house first, which takes seconds."""
 
@@ -33,7 +33,7 @@ class EnvShard:
         self, context: Any, env_fns: list[MakeEnv], first: int, memory: Any, autoreset_mode: AutoresetMode
     ) -> None:
         self.part = slice(first, first + len(env_fns))
-        """The positions of its environments among all."""
+        """Positions of its environments among all."""
         self._asked = 0
         self._pipe, other = context.Pipe()
         wrapped = [CloudpickleWrapper(make) for make in env_fns]
@@ -47,7 +47,7 @@ class EnvShard:
         other.close()
 
     def ask(self, command: str, arguments: tuple[Any, ...]) -> None:
-        """Have the process call a method of `_Environments`. Raises SimulatorError if it has ended."""
+        """Let the process call a method of `_Environments`. Raises SimulatorError if it has ended."""
         self._asked += 1
         try:
             self._pipe.send((self._asked, command, arguments))
@@ -137,7 +137,7 @@ def _serve(
     memory: Any,
     autoreset_mode: AutoresetMode,
 ) -> None:
-    """Carry out requests until asked to stop or until the parent process is gone."""
+    """Carry out requests until asked to stop or until the parent process has ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # only the parent process handles interrupts
     parents.close()
     made: list[_Environments] = []

@@ -23,7 +23,7 @@ TASKSET_ID = "vigil-verifiers"
 
 
 class VigilTaskConfig(vf.TaskConfig):
-    """Reward shaping besides B."""
+    """Options that shape the reward in addition to B."""
 
     world_reward: WorldReward = 0.0
     honest_fail_reward: HonestFailReward = 0.0
@@ -31,30 +31,32 @@ class VigilTaskConfig(vf.TaskConfig):
 
 
 class VigilTasksetConfig(vf.TasksetConfig):
-    """Which episodes to play, and how to observe and answer them."""
+    """Options that select the episodes, and say how they are observed and answered."""
 
     task: VigilTaskConfig = VigilTaskConfig()
-    pack: str = Field("starter", description="a pack's name, or its folder; or a stream, as `stream:7`")
-    family: list[str] = Field([], description="a family or several, as `AI` or `AI,SI`; all without it")
+    pack: str = Field("starter", description="name or folder of a pack, or a stream, e.g. `stream:7`")
+    family: list[str] = Field([], description="one family or more, e.g. `AI` or `AI,SI`; all if unset")
     limit: int | None = Field(
         None, ge=1, description="number of episodes: drawn evenly from a pack's families, or the first of a stream"
     )
-    difficulty: list[str] = Field([], description="of a stream: `easy`, `medium` or `hard`, or several")
-    houses: tuple[int, int] | None = Field(
-        None, description="of a stream: the first house and the one after the last; from 0 without end without it"
+    difficulty: list[str] = Field(
+        [], description="difficulty in a stream: one or more of `easy`, `medium` and `hard`; all if unset"
     )
-    stream_workers: int = Field(1, ge=0, description="of a stream: processes that make episodes ahead")
+    houses: tuple[int, int] | None = Field(
+        None, description="range of a stream's houses: the first, and the one after the last; all from 0 on if unset"
+    )
+    stream_workers: int = Field(1, ge=0, description="number of processes that make a stream's episodes ahead")
     profile: str = Field("baseline", description="`baseline`, or `action_feedback` with its two booleans")
     prompt_variant: PromptVariant = Field("default", description="`default`, or `neutral_report`")
-    coordinates: Coordinates = Field("pixel", description="`pixel` or `normalized_1000`: how the model points")
+    coordinates: Coordinates = Field("pixel", description="coordinates of clicks: `pixel` or `normalized_1000`")
     reply_policy: ReplyPolicy = Field("strict", description="how a reply is read: `strict` or `lenient`")
     image_format: ImageFormat = Field("png", description="how frames are sent: `png` or `jpeg`")
     system_role: SystemRole = Field("system", description="`system`, or `user` for models without that role")
     backend: str = Field("mujoco", description="the simulator's backend")
-    quality: Quality = Field("default", description="of a frame: `default`, or `fast`, with rougher edges")
-    asset_database: Path | None = Field(None, description="AI2-THOR's file, for houses of its assets")
+    quality: Quality = Field("default", description="quality of frames: `default`, or `fast` with rougher edges")
+    asset_database: Path | None = Field(None, description="AI2-THOR's asset database, for houses with its assets")
     reveal_private_pack: bool = Field(False, description=REVEAL_HELP.removesuffix(".").lower())
-    workers: int | None = Field(None, ge=1, description="processes that simulate and draw; one for each CPU without it")
+    workers: int | None = Field(None, ge=1, description="number of simulator processes; one for each CPU if unset")
 
     @field_validator("pack")
     @classmethod
@@ -97,7 +99,7 @@ class VigilTasksetConfig(vf.TasksetConfig):
 
     @property
     def condition(self) -> Profile:
-        """The profile under which episodes are played."""
+        """Profile under which episodes are played."""
         return Profile(
             name=PROFILE_NAMES[self.profile],
             prompt_variant=self.prompt_variant,
@@ -109,7 +111,7 @@ class VigilTasksetConfig(vf.TasksetConfig):
 
 
 class VigilEnvConfig(vf.EnvConfig):
-    """The environment with its one agent, the model."""
+    """Configuration of the environment with its one agent, the model."""
 
     agent: vf.AgentConfig = vf.AgentConfig(runtime=vf.SubprocessConfig())
     """Configuration of the agent. Nothing runs in its sandbox: simulators are processes of the environment."""
@@ -117,5 +119,7 @@ class VigilEnvConfig(vf.EnvConfig):
 
 def _known(what: str, given: str, names: Any) -> str:
     if given not in names:
-        raise ValueError(f"there is no {what} {given!r}.{did_you_mean(given, names)} Choose one of {', '.join(names)}.")
+        raise ValueError(
+            f"{what} {given!r} does not exist.{did_you_mean(given, names)} Choose one of {', '.join(names)}."
+        )
     return given

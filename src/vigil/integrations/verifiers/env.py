@@ -43,7 +43,7 @@ class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
         """Connect the agent's harness to the simulators. Raises SettingError if it is not a VigilHarness."""
         harness = agents.agent.harness
         if not isinstance(harness, VigilHarness):
-            raise SettingError("VIGIL's episodes are played by its own harness only: leave out --env.agent.harness.id.")
+            raise SettingError("VIGIL's episodes need VIGIL's harness: leave out --env.agent.harness.id.")
         harness.play = self._play
 
     async def run(self, task: vf.Task, agents: vf.Agents) -> None:
@@ -66,8 +66,8 @@ class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
         source, condition = self.taskset.source, self.taskset.config.condition
         if data.source != source.name:
             raise PackMismatch(
-                f"Episode {data.id!r} is of {data.source!r}, but this machine plays {source.name!r}. Give it the same "
-                "pack, or of a stream the same version of VIGIL."
+                f"Episode {data.id!r} is of {data.source!r}, but this machine plays {source.name!r}. Use the same pack "
+                "on both, or for a stream the same version of VIGIL."
             )
         if self._pool is None:
             raise SettingError("The simulators are not running: play inside `async with env.serving():`.")

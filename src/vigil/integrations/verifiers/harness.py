@@ -40,11 +40,11 @@ class VigilHarness(vf.Harness[vf.HarnessConfig]):
         Raises HarnessError if the episode could not be finished.
         """
         if self.play is None:
-            raise vf.HarnessError("VIGIL's episodes are played in its own environment only: leave out --env.id.")
+            raise vf.HarnessError("VIGIL's episodes need VIGIL's environment: leave out --env.id.")
         if data.system_prompt is not None:
             raise vf.HarnessError(
-                "VIGIL's system prompt is part of its protocol: leave out --env.taskset.system-prompt, and set no "
-                "limits to the agent's network."
+                "VIGIL's system prompt is part of its protocol: leave out --env.taskset.system-prompt, and do not "
+                "limit the agent's network."
             )
         async with AsyncOpenAI(base_url=endpoint, api_key=secret, max_retries=0, timeout=REPLY_SECONDS) as client:
             ask = with_retries(chat_sender(client, ctx.model), RetryPolicy())

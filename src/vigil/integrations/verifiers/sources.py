@@ -1,7 +1,7 @@
-"""Sources of tasks: a pack or an endless stream. A player finds the episode of a task again by its row.
+"""Sources of tasks: a pack or a stream. A player finds the episode of a task again by its row.
 
-A trainer's process reads the rows; another process, which has only the row, may play them. It loads the same pack; for
-a stream it makes the house again, once for about thirty episodes.
+A trainer's process reads the rows; another process, which has only a row, may play it. That process loads the same
+pack, or for a stream makes the house again, once for about thirty episodes.
 """
 
 import asyncio
@@ -27,6 +27,7 @@ from vigil.protocol.families import parse_families
 from vigil.runner.workers.messages import Assignment
 
 REVEAL_OPTION = "--env.taskset.reveal-private-pack true"
+"""Option that allows a private pack."""
 HOUSE_CACHE_SIZE = 64
 """Number of houses of a stream that are cached for episodes not played yet."""
 
@@ -45,12 +46,12 @@ class TaskSource(Protocol):
 
     @property
     def name(self) -> str:
-        """The name and version of the source. Raises PackMismatch if a pack cannot be loaded."""
+        """Name and version of the source. Raises PackMismatch if a pack cannot be loaded."""
         ...
 
     @property
     def folder(self) -> Path | None:
-        """The pack folder that simulators load; None if assignments contain their houses."""
+        """Folder of the pack that simulators load; None if assignments contain their houses."""
         ...
 
     def rows(self) -> Iterator[TaskRow]:
@@ -93,12 +94,12 @@ class PackTasks:
 
     @property
     def name(self) -> str:
-        """The pack's name and hash."""
+        """Name and hash of the pack."""
         return f"{self._pack.name}@{self._pack.sha256}"
 
     @property
     def folder(self) -> Path:
-        """The pack's folder."""
+        """Folder of the pack."""
         return self._pack.folder
 
     def rows(self) -> Iterator[TaskRow]:
@@ -163,7 +164,7 @@ class StreamTasks:
 
     @property
     def name(self) -> str:
-        """The stream's address and version."""
+        """Address and version of the stream."""
         return address_of(self._seed)
 
     def rows(self) -> Iterator[TaskRow]:

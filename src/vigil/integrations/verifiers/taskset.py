@@ -1,4 +1,4 @@
-"""Episodes as tasks of verifiers: the row that names an episode, and the reward when it has ended."""
+"""Episodes as tasks of verifiers: the row of an episode, and the reward at its end."""
 
 from collections.abc import Iterator
 from dataclasses import asdict
@@ -14,6 +14,7 @@ from vigil.scoring.outcomes import Outcome
 OUTCOME = "outcome"
 """Key of the verdict in the trace of an episode."""
 LABELS = ("FR", "NR", "IL", "Other")
+"""Labels of outcomes that are metrics."""
 
 
 class VigilData(vf.TaskData):
@@ -29,7 +30,7 @@ class VigilTask(vf.Task[VigilData, vf.State, VigilTaskConfig]):
 
     @property
     def key(self) -> str:
-        """The episode's id, which does not depend on its position in a selection."""
+        """Id of the episode, which does not depend on the episode's position in a selection."""
         return self.data.id or super().key
 
     @vf.reward

@@ -1,1 +1,1 @@
-"""Models: how a model's server is reached, and what its answers mean."""
+"""Models: how the server of a model is reached, and how its answers are read."""

@@ -1,11 +1,11 @@
-"""What a model's server has answered: the text of a reply in the wire formats of OpenAI, Anthropic and Google.
+"""Answers of a model's server: the text of a reply in the wire formats of OpenAI, Anthropic and Google.
 
-The text is read from the body of the HTTP answer itself, because libraries cut reasoning out of it and put other text
-in its place. A body that holds no whole reply raises NoAnswer: the infrastructure has failed then, not the agent.
+The text is read from the body of the HTTP answer itself, because libraries remove reasoning from it or replace text. A
+body without a whole reply raises NoAnswer: then the infrastructure has failed, not the agent.
 
-A message may come in several parts (a list of contents, blocks, the pieces of a stream). Their texts are put together
-in the order in which they were sent, with nothing between them: a server splits a text where it likes, and anything
-between the parts would be text that nobody sent.
+A message may come in several parts (a list of contents, blocks, the pieces of a stream). Their texts are joined in the
+order in which they were sent, without a separator: a server may split a text anywhere, and a separator would be text
+that was never sent.
 """
 
 import json
@@ -18,11 +18,11 @@ from vigil.protocol.finish_reasons import stop_cause
 from vigil.runner.models.provider_errors import error_message_in, error_status_in
 
 Wire = Literal["chat", "responses", "anthropic", "google"]
-"""OpenAI's chat completions, OpenAI's responses, Anthropic's messages, Google's generateContent."""
+"""Wire format: OpenAI's chat completions, OpenAI's responses, Anthropic's messages, or Google's generateContent."""
 
 
 class NoAnswer(Exception):
-    """A body holds no reply. `status` is that of an error which came with HTTP 200."""
+    """A body does not have a reply. `status` is that of an error that came with HTTP 200; None if unknown."""
 
     def __init__(self, message: str, status: int | None = None) -> None:
         super().__init__(message)
@@ -31,27 +31,30 @@ class NoAnswer(Exception):
 
 @dataclass(slots=True)
 class ModelAnswer:
-    """A reply as the server sent it, gathered from one body."""
+    """A reply as the server sent it, read from one body."""
 
     parts: list[str] = field(default_factory=list)
+    """Texts of the message, in order."""
     refusals: list[str] = field(default_factory=list)
+    """Texts of a refusal, in order."""
     reasoning: list[str] = field(default_factory=list)
+    """Texts of the reasoning that was sent apart from the message, in order."""
     tool_call: str | None = None
-    """Name of the first tool that the model is said to have called."""
+    """Name of the first tool that the answer calls; None without one."""
     finish_reason: str | None = None
     usage: Usage | None = None
     model: str | None = None
-    """The name under which the model answered."""
+    """Name under which the model answered."""
     has_message: bool = False
     """Whether there was a message at all."""
     is_complete: bool = False
-    """Whether the server said that this was all of it."""
+    """Whether the server said that the answer is complete."""
 
     @property
     def text(self) -> str:
-        """The text of the message; of a refusal only when there is no other.
+        """Text of the message, or of the refusal when the message has none.
 
-        Halves of one character that came in two pieces are joined: as escapes in JSON they are one.
+        Halves of one character (surrogates) that came in two pieces are joined.
         """
         text = "".join(self.parts) or "".join(self.refusals)
         if text.isascii() or not any("\ud800" <= char <= "\udfff" for char in text):
@@ -62,7 +65,7 @@ class ModelAnswer:
 def read_answer(wire: Wire, body: bytes) -> ModelAnswer:
     """Return the reply in a body. Raises NoAnswer.
 
-    Whether it is a stream of events is told by the body: servers get their content types wrong.
+    The body itself shows whether it is a stream of events, because content types of servers are often wrong.
     """
     answer = ModelAnswer()
     read = _READERS[wire]
@@ -72,19 +75,20 @@ def read_answer(wire: Wire, body: bytes) -> ModelAnswer:
         try:
             read(answer, part)
         except (TypeError, KeyError, AttributeError, IndexError) as fault:
-            raise NoAnswer(f"HTTP 200 with an answer of another form ({fault}): {_excerpt(body)}") from None
+            raise NoAnswer(f"HTTP 200 with an answer in an unexpected form ({fault}): {_excerpt(body)}") from None
     if not answer.has_message:
         raise NoAnswer(f"HTTP 200 without a message: {_excerpt(body)}")
     if not answer.is_complete:
-        raise NoAnswer("HTTP 200 with an answer that breaks off.")
+        raise NoAnswer("HTTP 200 with an incomplete answer.")
     return answer
 
 
 def _documents(body: bytes) -> Iterator[dict[str, Any]]:
+    """Yield the JSON objects of a body: the whole answer, or the events of a stream. Raises NoAnswer."""
     try:
         text = body.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise NoAnswer(f"HTTP 200 with an answer that is no UTF-8: {_excerpt(body)}") from None
+        raise NoAnswer(f"HTTP 200 with an answer that is not UTF-8: {_excerpt(body)}") from None
     if text.lstrip().startswith(("data:", "event:", ":", "id:", "retry:")):
         yield from _events(text)
         return
@@ -110,12 +114,12 @@ def _parse_json(text: str) -> Any:
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as fault:
-        raise NoAnswer(f"HTTP 200 with an answer that is no JSON ({fault}): {text[:200]!r}") from None
+        raise NoAnswer(f"HTTP 200 with an answer that is not JSON ({fault}): {text[:200]!r}") from None
 
 
 def _dicts(found: Any) -> list[dict[str, Any]]:
     if not isinstance(found, list) or not all(isinstance(one, dict) for one in found):
-        raise NoAnswer(f"HTTP 200 with an answer of another form: {str(found)[:200]}")
+        raise NoAnswer(f"HTTP 200 with an answer in an unexpected form: {str(found)[:200]}")
     return found
 
 
@@ -124,7 +128,7 @@ def _error(found: Any) -> NoAnswer:
 
 
 def _failed_status(part: dict[str, Any]) -> bool:
-    """Whether a part is a failure in MiniMax's form, which has a message beside it all the same."""
+    """Return whether a part is a failure in MiniMax's form, which also has a message."""
     status = part.get("base_resp")
     return isinstance(status, dict) and status.get("status_code") not in (None, 0)
 
@@ -133,7 +137,7 @@ def _excerpt(body: bytes) -> str:
     return repr(body[:200].decode("utf-8", "backslashreplace"))
 
 
-# --- the four formats: each takes in one document, which is the whole answer or an event of a stream ------------------
+# --- the four formats: each reads one document, which is the whole answer or an event of a stream ---------------------
 
 
 def _chat(answer: ModelAnswer, part: dict[str, Any]) -> None:
@@ -158,7 +162,7 @@ def _chat(answer: ModelAnswer, part: dict[str, Any]) -> None:
 
 
 def _add_content(answer: ModelAnswer, content: Any) -> None:
-    """Take in a content: a text, or a list of parts of which those of text and refusal count."""
+    """Add a content to an answer: a text, or a list of parts (text, refusal, reasoning, tool call)."""
     if content is None or isinstance(content, str):
         _append_text(answer.parts, content)
         return
@@ -178,7 +182,7 @@ def _add_content(answer: ModelAnswer, content: Any) -> None:
 
 
 def _reasoning_field(message: dict[str, Any]) -> str:
-    """Return the reasoning beside a message. Several servers send the same text in two fields."""
+    """Return the reasoning that a message has apart from its text. Several servers send it twice, in two fields."""
     fields = (message.get("reasoning_content"), message.get("reasoning"))
     text = next((one for one in fields if isinstance(one, str) and one), None)
     if text is not None:
@@ -193,7 +197,7 @@ def _reasoning_of(part: dict[str, Any]) -> str:
 
 
 def _tool_name(message: dict[str, Any]) -> str | None:
-    """Return the name of the tool that a message of OpenAI's calls, the older way included."""
+    """Return the name of the tool that a message of OpenAI's calls, also in the older form; None without a call."""
     calls = message.get("tool_calls")
     first = calls[0] if isinstance(calls, list) and calls else None
     called = first.get("function") if isinstance(first, dict) else message.get("function_call")
@@ -203,7 +207,7 @@ def _tool_name(message: dict[str, Any]) -> str | None:
 
 
 def _finish_reason(choice: dict[str, Any]) -> str | None:
-    """Return why an answer ended: in the words of the provider behind a router, where these describe a failure."""
+    """Return the finish reason of an answer: that of the provider behind a router if it is a failure."""
     own = _reason_text(choice.get("finish_reason"))
     beside = choice.get("provider_specific_fields")
     native = choice.get("native_finish_reason") or (isinstance(beside, dict) and beside.get("native_finish_reason"))
@@ -211,7 +215,7 @@ def _finish_reason(choice: dict[str, Any]) -> str | None:
 
 
 def _reason_text(found: Any) -> str | None:
-    """Return a finish reason as a text; SGLang's own are objects with a type."""
+    """Return a finish reason as a text; those of SGLang are objects with a type."""
     if isinstance(found, dict):
         found = found.get("type")
     return None if found in (None, "", False) else str(found)[:200]
@@ -223,7 +227,7 @@ def _responses(answer: ModelAnswer, part: dict[str, Any]) -> None:
         raise _error(part)
     is_event = isinstance(kind, str)
     if is_event and kind not in ("response.completed", "response.incomplete", "response.failed"):
-        return  # the last event holds the whole response
+        return  # the last event has the whole response
     response = part["response"] if is_event else part
     if response.get("error"):
         raise _error(response)
@@ -278,7 +282,7 @@ def _anthropic(answer: ModelAnswer, part: dict[str, Any]) -> None:
 
 
 def _anthropic_usage(usage: Any, before: Usage | None) -> Usage | None:
-    """Return Anthropic's usage, of which a stream tells the input first and the output last."""
+    """Return Anthropic's usage; a stream sends the input tokens first, in `before`, and the output tokens last."""
     if not isinstance(usage, dict):
         return before
     names = ("input_tokens", "cache_creation_input_tokens", "cache_read_input_tokens")
@@ -314,7 +318,7 @@ def _google(answer: ModelAnswer, part: dict[str, Any]) -> None:
 
 
 def _name(found: Any) -> str | None:
-    """Return a model's name as an answer has it, at most 200 characters of it."""
+    """Return a name from an answer, at most 200 characters of it; None for an empty one or another value."""
     return found[:200] if isinstance(found, str) and found else None
 
 

@@ -1,8 +1,8 @@
-"""Asking a model for one reply: what is tried again, how long to wait, and what counts as the agent's own doing.
+"""Asking a model for one reply: which failures are retried, how long to wait, and which count as the agent's.
 
-Source: `protocol.md` section 2.3. Transport failures, rate limits, outages and time-outs are tried again and then raise
+Source: `protocol.md` section 2.3. Transport failures, rate limits, outages and time-outs are retried and then raise
 ModelAPIError, which ends an episode as `error`. So does a rejection because of content or length that repeats three
-times, when the agent has said nothing yet; later on it is the agent's own doing, a protocol failure
+times before the agent's first reply. After that reply, such a rejection is a protocol failure of the agent
 (`vigil.runner.workers.live`).
 """
 
@@ -28,18 +28,22 @@ from vigil.runner.models.context import CONTEXT_OVERFLOW
 from vigil.runner.models.provider_errors import hint_for
 
 Ask = Callable[[Sequence[Message]], Awaitable[Reply]]
-"""Sends messages to a model and returns its reply. Raises ModelAPIError; of a rejection, RequestRejected."""
+"""Function that sends messages to a model, with retries, and returns its reply.
+
+Raises ModelAPIError; after rejections, RequestRejected.
+"""
 Send = Callable[[Sequence[Message]], Awaitable[Reply]]
-"""The same, one attempt. Raises ModelTrouble."""
+"""Function that sends messages to a model once and returns its reply. Raises AttemptFailed."""
 
 MAX_REJECTIONS = 3
+"""Number of rejections after which a request is not sent again."""
 TRANSIENT_STATUS = frozenset({408, 409, 425, 429})
-"""HTTP errors below 500 that may be gone the next time."""
+"""Status of HTTP errors below 500 that may not occur again."""
 _REJECTION_STATUS = frozenset({400, 403, 413, 422})
 _DEFAULT_ERROR_STATUS = 400
-"""The status of an error that came with HTTP 200 and tells none."""
+"""Status that is assumed for an error that came with HTTP 200 and without a status."""
 _OVERFLOW_STATUS = _REJECTION_STATUS | {500}
-"""llama.cpp and Ollama have sent 500 for a request that is longer than the context."""
+"""Status of a request that is longer than the context; llama.cpp and Ollama have sent 500."""
 _LENGTH_OR_CONTENT = re.compile(
     r"maximum.{0,20}(prompt|input|sequence).{0,10}length|request (entity )?too large|request_too_large|"
     r"\b(prompt|input|messages?|request)\b.{0,40}(too (long|large|many tokens)|longer than|exceed)|"
@@ -53,7 +57,7 @@ _NOT_ABOUT_THE_REQUEST = re.compile(
     r"setting|per (day|hour|minute)|cloudflare|<html",
     re.IGNORECASE,
 )
-"""What a provider says of its customer, its settings or a proxy."""
+"""Words of errors about the customer, the settings or a proxy, not about the request's content or length."""
 
 
 class AttemptFailed(Exception):
@@ -66,7 +70,7 @@ class AttemptFailed(Exception):
         self.can_retry = can_retry
         self.is_rejection = is_rejection
         self.wait_s = wait_s
-        """Seconds that the provider asked to wait."""
+        """Seconds that the provider asked to wait; None if it did not."""
 
 
 class RequestRejected(ModelAPIError):
@@ -74,9 +78,9 @@ class RequestRejected(ModelAPIError):
 
 
 def is_rejection(status: int | None, message: str) -> bool:
-    """Whether a provider's error answer rejects the request because of its content or length.
+    """Return whether a provider's error answer rejects the request because of its content or length.
 
-    In doubt it does not: what is taken for the infrastructure's failure is played again, and scored then.
+    In doubt return False: a failure of the infrastructure is played again, and scored then.
     """
     if status in _OVERFLOW_STATUS and CONTEXT_OVERFLOW.search(message):
         return True
@@ -86,7 +90,7 @@ def is_rejection(status: int | None, message: str) -> bool:
 
 
 def parse_answer(wire: Wire, body: bytes) -> ModelAnswer:
-    """Return what a body of HTTP 200 says, whatever a library made of it. Raises AttemptFailed without a reply."""
+    """Return the answer in a body of HTTP 200. Raises AttemptFailed without a reply."""
     try:
         answer = read_answer(wire, body)
     except NoAnswer as fault:
@@ -98,9 +102,9 @@ def parse_answer(wire: Wire, body: bytes) -> ModelAnswer:
 
 
 def check_ending(finish_reason: str | None, text: str, tool_call: str | None) -> None:
-    """Raise AttemptFailed when an answer ended by no doing of the model's.
+    """Raise AttemptFailed when something other than the model ended an answer.
 
-    So it did when its finish reason says so, and when that is none that is known and nothing usable was said.
+    That is so if the finish reason says so, or if it is unknown and the answer has neither text nor a tool call.
     """
     ending = stop_cause(finish_reason)
     if ending == "filtered":
@@ -113,7 +117,7 @@ def check_ending(finish_reason: str | None, text: str, tool_call: str | None) ->
 
 
 def reply_from_answer(answer: ModelAnswer, seconds: float, *, keep_reasoning: bool = False) -> Reply:
-    """Return a server's own answer as a reply, with the reasoning beside it if that is to be kept."""
+    """Return a server's answer as a reply, with the reasoning that was sent apart from it if `keep_reasoning`."""
     text, reasoning = answer.text, "".join(answer.reasoning)
     return Reply(
         text=text,
@@ -129,16 +133,16 @@ def reply_from_answer(answer: ModelAnswer, seconds: float, *, keep_reasoning: bo
 
 @dataclass(frozen=True, slots=True)
 class RetryPolicy:
-    """How often to try again and how long to wait: doubling, with jitter, unless the provider says otherwise."""
+    """Number of retries and waits between them: doubling, with jitter, and longer if the provider asks for it."""
 
     retries: int = 8
     first_wait_s: float = 1.0
     longest_wait_s: float = 60.0
     on_retry: Callable[[str], None] = lambda _: None
-    """Takes in what goes wrong and is tried again, in a line."""
+    """Function that is called with a line about each failure before it is retried."""
 
     def wait_s(self, state: RetryCallState) -> float:
-        """Return how long to wait after a failed attempt: half of it fixed, half of it drawn."""
+        """Return the seconds to wait after a failed attempt: half of them fixed, half of them random."""
         half = {"multiplier": self.first_wait_s / 2, "max": self.longest_wait_s / 2}
         own = (wait_exponential(**half) + wait_random_exponential(**half))(state)
         asked_s = getattr(_failure(state), "wait_s", None)
@@ -154,7 +158,7 @@ def _failure(state: RetryCallState) -> BaseException | None:
 
 
 def with_retries(send: Send, retry_policy: RetryPolicy) -> Ask:
-    """Return `send` with retries."""
+    """Return a function that calls `send` with retries."""
 
     async def ask(messages: Sequence[Message]) -> Reply:
         failures = rejections = 0

@@ -1,4 +1,4 @@
-"""Completion of one text by a model, for work that is no episode (proposals), through the same client and retries."""
+"""Completion of one text by a model, for other work than episodes (proposals), with the same client and retries."""
 
 import asyncio
 from collections.abc import Callable, Iterator
@@ -14,14 +14,12 @@ from vigil.runner.models.redaction import Secrets, redacted_errors
 def open_completion(
     model: str, base_url: str | None, retry_policy: RetryPolicy | None = None, *, api_key_env: str | None = None
 ) -> Iterator[Callable[[str], str]]:
-    """Yield the function that answers a text; the answer to one that the provider rejects is empty.
+    """Yield a function that returns the model's answer to a text; it is empty when the provider rejects the text.
 
-    The function raises ModelAPIError when the provider fails for good.
-
-    `api_key_env` names the variable with the key for an address that is none of the provider's own. Raises SettingError
-    when the model cannot be used.
+    The function raises ModelAPIError when the provider fails after all retries. `api_key_env` names the variable with
+    the key for an address that is not the provider's. Raises SettingError when the model cannot be used.
     """
-    # Inspect takes a second or two to import, and nothing but a model needs it.
+    # Inspect takes a second or two to import, and only models need it.
     from vigil.runner.models.inspect_model import Endpoint, sender  # noqa: PLC0415
 
     found = model_access(model, base_url, {}, api_key_env)

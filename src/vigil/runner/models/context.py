@@ -1,4 +1,4 @@
-"""How many tokens a request takes, estimated: text by characters, pictures by the formulas of the large providers."""
+"""Estimates of a request's tokens: text by characters, images by the formulas of the large providers."""
 
 import re
 from collections.abc import Sequence
@@ -10,11 +10,11 @@ from vigil.records.record import EpisodeRecord
 
 CHARS_PER_TOKEN = 4.0
 PICTURE_TOKENS = (300, 1300)
-"""Of a frame of 640 x 480, at least and at most."""
+"""Least and most tokens of a frame of 640 x 480 pixels."""
 REPLY_TOKENS = (40, 400)
-"""One JSON object with a thought."""
+"""Least and most tokens of a reply, which is one JSON object with a thought."""
 REASONING_TOKENS = (100, 8_000)
-"""What a model that thinks writes before an answer, where no --max-tokens bounds it: an estimate, no limit."""
+"""Least and most tokens that a thinking model writes before an answer; an estimate for runs without --max-tokens."""
 CONTEXT_OPTIONS = "vLLM: --max-model-len, SGLang: --context-length, llama.cpp: -c, Ollama: OLLAMA_CONTEXT_LENGTH"
 CONTEXT_OVERFLOW = re.compile(
     r"context.?(length|window|size)|max_model_len|maximum model length|exceed_context|context limit|"
@@ -22,7 +22,7 @@ CONTEXT_OVERFLOW = re.compile(
     r"range of input length|max(imum)? (message|prompt|input) (tokens|length)|when context the overflows",
     re.IGNORECASE,
 )
-"""What servers say of a request that is longer than the context, and of nothing else."""
+"""Words that servers use only for a request that is longer than the context."""
 CONTEXT_ERROR = re.compile(
     rf"{CONTEXT_OVERFLOW.pattern}|tokens?\b.{{0,40}}(exceed|maximum|limit)|exceed.{{0,60}}(tokens?|length)\b|"
     r"longer than|too (long|many tokens)",
@@ -31,13 +31,13 @@ CONTEXT_ERROR = re.compile(
 
 
 def max_tokens_of(messages: Sequence[Message]) -> int:
-    """Return the tokens that a request takes at most."""
+    """Return the most tokens that a request takes, estimated."""
     text = sum(len(message.text) for message in messages) / CHARS_PER_TOKEN
     return round(text) + PICTURE_TOKENS[1] * sum(message.picture is not None for message in messages)
 
 
 def needed_context(messages: Sequence[Message]) -> int:
-    """Return a context size in which an episode fits that begins with these messages: a power of two."""
+    """Return a context size (tokens, a power of two) that is enough for an episode that begins with these messages."""
     tokens = max_tokens_of(messages) + (HISTORY_TURNS + 1) * (REPLY_TOKENS[1] + 20)
     return 1 << (tokens - 1).bit_length()
 
@@ -52,9 +52,9 @@ def size_hint(messages: Sequence[Message]) -> str:
 
 
 def find_shrunk_request(record: EpisodeRecord) -> tuple[int, int] | None:
-    """Return the input tokens of two requests in a row of which the later took fewer; None without such two.
+    """Return the input tokens of two consecutive requests of which the later took fewer; None if there are none.
 
-    While the history is not full a dialogue only grows: then a server has cut it without a word.
+    A dialogue only grows until the history is full, so such a server has cut it without an error.
     """
     usages = [step.reply.usage for step in record.steps[: HISTORY_TURNS + 1]]
     inputs = [usage.input_tokens for usage in usages if usage is not None]

@@ -1,4 +1,4 @@
-"""What really answered: names, addresses and endings that a provider's answers tell, not the settings."""
+"""Which model answered: names, addresses and finish reasons from a provider's answers, not from the settings."""
 
 from collections import Counter
 from collections.abc import Callable, Collection
@@ -11,22 +11,25 @@ from vigil.protocol.reasoning import Thinking
 from vigil.records.record import ProviderFacts
 
 CLIENTS = ("inspect_ai", "openai", "anthropic", "google-genai", "mistralai", "azure-ai-inference", "httpx2")
+"""Distributions of clients whose versions are recorded."""
 
 
 @dataclass(slots=True)
 class ModelIdentityLog:
-    """Takes in the answers of one session, those of the check before the run among them."""
+    """Log of the answers of one session, including those to the check before the run."""
 
     earlier_names: Collection[str] = ()
-    """Names under which the model answered in earlier sessions; another one is refused. Empty: any name will do."""
+    """Names under which the model answered in earlier sessions; any other is refused. Empty accepts every name."""
     asked: Thinking = "default"
+    """Thinking as it was requested."""
     effort: str | None = None
+    """Reasoning effort as it was requested."""
     set_by: str = ""
     """Description of how thinking was set."""
     on_new_identity: Callable[[], None] = lambda: None
-    """Called when a name or an address is new."""
+    """Function that is called when a name or an address is new."""
     redact: Callable[[str], str] = lambda text: text
-    """Takes secrets out of a text: a server may send back what it was sent."""
+    """Function that removes secrets from a text; a server may send back what it was sent."""
     check: dict[str, str] = field(default_factory=dict)
     """Results of the check before the run, by its parts."""
     models: Counter[str] = field(default_factory=Counter)
@@ -36,13 +39,13 @@ class ModelIdentityLog:
     with_reasoning: int = 0
 
     def note(self, reply: Reply, model: str | None, address: str) -> None:
-        """Take in an answer. Raises RecordError when another model answers than in earlier sessions."""
+        """Add an answer to the log. Raises RecordError when another model answers than in earlier sessions."""
         model, address = self.redact(model or ""), self.redact(address)
         if model and self.earlier_names and model not in self.earlier_names:
             names = " or ".join(map(repr, sorted(self.earlier_names)))
             raise RecordError(
-                f"The provider answers as {model!r} now; the rows of this run were answered as {names}. A name that "
-                "stands for another model than before makes another run: give a new --log-dir, or go on with --force."
+                f"The provider answers as {model!r} now, but the rows of this run were answered as {names}. Another "
+                "model makes another run: give a new --log-dir, or continue anyway with --force."
             )
         is_new = (model != "" and model not in self.models) or (address != "" and address not in self.addresses)
         self.replies += 1
@@ -56,7 +59,7 @@ class ModelIdentityLog:
             self.on_new_identity()
 
     def provider_facts(self) -> ProviderFacts:
-        """Return what was taken in, as a run's header keeps it."""
+        """Return the logged facts in the form of a run's header."""
         state = {"on": "on", "off": "off"}.get(self.asked, "unknown")
         if self.effort is not None:
             state = "off" if self.effort == "none" else "on"

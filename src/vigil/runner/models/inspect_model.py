@@ -54,14 +54,15 @@ from vigil.runner.models.redaction import without_login, without_secrets
 from vigil.runner.models.response_capture import Exchange, capture_exchanges
 
 PREFLIGHT_RETRIES = 2
+"""Maximum number of retries of a request of the check before a run."""
 _TRANSPORT_ERRORS = (OSError, EOFError, json.JSONDecodeError)
 _HTTP_LIBRARIES = frozenset({"httpx", "httpx2", "aiohttp"})
-"""What these raise is about transport."""
+"""Libraries whose exceptions are failures of transport."""
 
 
 @dataclass(frozen=True, slots=True)
 class Endpoint:
-    """A model with how it is called."""
+    """A model and how it is called."""
 
     access: ModelAccess
     sampling: dict[str, Any] = field(default_factory=dict)
@@ -70,11 +71,12 @@ class Endpoint:
     reply_seconds: int = REPLY_SECONDS
     retry_policy: RetryPolicy = field(default_factory=RetryPolicy)
     identity_log: ModelIdentityLog = field(default_factory=ModelIdentityLog)
-    """Takes in what answers."""
+    """Log of the models that answer."""
     keep_reasoning: bool = False
+    """Whether replies include the reasoning that was sent apart from them."""
 
     def model(self) -> Model:
-        """Return a client of its own. Raises SettingError when the provider cannot be used."""
+        """Return a new client. Raises SettingError when the provider cannot be used."""
         try:
             config = GenerateConfig(
                 **self.sampling,
@@ -97,9 +99,9 @@ class Endpoint:
             raise SettingError(f"Model {self.access.display_name!r} cannot be used: {_plain(error)}{hint}") from error
 
     def loggable(self, model: Model) -> Model:
-        """Return what Inspect may log of `model`: the same, with its address and settings as the run header has them.
+        """Return a copy of `model` for Inspect's log, whose address and settings are without secrets.
 
-        It is for the log alone; requests go through `model`.
+        It is only for the log; requests go through `model`.
         """
         api = copy(model.api)
         api.base_url = without_login(api.base_url) if api.base_url else None
@@ -108,14 +110,14 @@ class Endpoint:
 
 
 def _plain(error: Exception) -> str:
-    """Return in one line what an error says; Inspect marks up those that it means for a terminal."""
+    """Return an error's message in one line, without the markup of Inspect's errors for a terminal."""
     text = Text.from_markup(str(error)).plain if isinstance(error, PrerequisiteError) else str(error)
     lines = [" ".join(line.split()) for line in text.strip().removeprefix("ERROR:").splitlines() if line.strip()]
     return " ".join(line if line[-1] in ".:" else f"{line}." for line in lines)
 
 
 class _EventSink:
-    """Takes Inspect's model events and drops them: they would hold every frame in memory."""
+    """Sink that drops Inspect's model events, because they would keep every frame in memory."""
 
     def on_pending(self, event: ModelEvent) -> None:
         """Do nothing."""
@@ -131,10 +133,10 @@ def sender(
     *,
     keep_reasoning: bool = False,
 ) -> Send:
-    """Return the function that sends messages to `model` once; `config` overrides the model's own.
+    """Return the function that sends messages to `model` once; `config` overrides the model's.
 
-    `identity_log` takes in what answers. The reply is the server's own text where that can be had, else the library's;
-    `reply_source` tells which.
+    Each answer is added to `identity_log`. The reply is the server's text if it was captured, else the library's;
+    `reply_source` says which. The function raises AttemptFailed.
     """
     config = config or GenerateConfig()
     identity_log = identity_log or ModelIdentityLog()
@@ -165,7 +167,7 @@ def sender(
 
 
 def _is_answered(exchanges: Sequence[Exchange]) -> bool:
-    """Whether the server answered without an error: then what it said counts, whatever a library makes of it."""
+    """Return whether the server answered without an error; then its answer counts, even if a library failed on it."""
     return bool(exchanges) and exchanges[-1].status in range(200, 300)
 
 
@@ -204,7 +206,7 @@ def _attempt_failure(model: Model, error: Exception, exchanges: Sequence[Exchang
 
 
 def _with_causes(error: BaseException) -> str:
-    """Return what an error says and the errors beneath it: that of a connection says nothing by itself."""
+    """Return the messages of an error and its causes, because that of a connection alone says little."""
     said: list[str] = []
     cause: BaseException | None = error
     while cause is not None and len(said) < 5:
@@ -214,9 +216,9 @@ def _with_causes(error: BaseException) -> str:
 
 
 def _library_reply(output: ModelOutput, *, keep_reasoning: bool) -> Reply:
-    """Return the reply as Inspect has it, or raise ModelTrouble."""
+    """Return the reply from Inspect's output. Raises AttemptFailed."""
     if output.empty:
-        raise AttemptFailed("The provider's answer holds no reply.", can_retry=True)
+        raise AttemptFailed("The provider's answer does not have a reply.", can_retry=True)
     is_refused_request = output.stop_reason == "model_length" and output.usage is None
     if is_refused_request:
         raise AttemptFailed(output.completion, is_rejection=True)
@@ -244,7 +246,7 @@ def _usage(usage: ModelUsage | None) -> Usage | None:
 
 
 async def preflight(endpoint: Endpoint, name: str, profile: Profile, *, force: bool = False) -> None:
-    """Make the check before a run (`vigil.runner.models.preflight`), and note what came of it.
+    """Carry out the check before a run (`vigil.runner.models.preflight`), and log its results.
 
     Raises ModelAPIError.
     """

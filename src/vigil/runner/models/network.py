@@ -1,8 +1,9 @@
-"""What the environment says of the way to a server: proxies and certificates, checked before a client reads them.
+"""Proxies and certificates from the environment, checked before a client reads them, and redirects, which are disabled.
 
-Libraries take them from variables by themselves, and fail without naming one. Redirects are not followed: a client
-would carry the key, and the request, to a host that the user did not name. HTTP libraries drop the header
-`Authorization` on the way to another host, but no provider's header of its own (`x-api-key`), and nothing of a body.
+Libraries read proxies and certificates from variables by themselves, and their errors do not name the variable.
+Redirects are not followed, because a client would send the key and the request to a host that the user did not name.
+On a redirect to another host, HTTP libraries drop the header `Authorization`, but neither a provider's special header
+(`x-api-key`) nor the body.
 """
 
 import os
@@ -25,7 +26,7 @@ _ADVICE = "Unset it, or correct it, and give the same command again."
 
 
 def check_network(address: str) -> None:
-    """Raise SettingError, with the variable and its value, when no client can be made for an address as things are."""
+    """Raise SettingError, with the variable and its value, when the environment makes a client for an address fail."""
     _check_certificates()
     if is_loopback(address):
         return
@@ -36,7 +37,7 @@ def check_network(address: str) -> None:
 
 @contextmanager
 def without_proxies(address: str) -> Iterator[None]:
-    """Take the proxies out of the environment for as long as a server on this machine is asked."""
+    """Remove the proxies from the environment inside the context if the address is on this machine."""
     names = [case for name in _PROXIES.values() for case in (name, name.lower())] if is_loopback(address) else []
     kept = {name: os.environ.pop(name) for name in names if name in os.environ}
     try:
@@ -46,7 +47,7 @@ def without_proxies(address: str) -> Iterator[None]:
 
 
 def proxy_note(address: str) -> str:
-    """Return in words through which proxy requests to an address go; empty when they go past any."""
+    """Return a text that names the proxy of requests to an address; empty when they do not use one."""
     parts = urlsplit(address)
     proxies = getproxies()
     kind = parts.scheme if parts.scheme in proxies else "all"
@@ -56,7 +57,7 @@ def proxy_note(address: str) -> str:
 
 
 def is_loopback(address: str) -> bool:
-    """Whether an address is this machine's own."""
+    """Return whether an address is on this machine."""
     host = urlsplit(address).hostname or ""
     try:
         return ip_address(host).is_loopback
@@ -68,12 +69,12 @@ def _check_proxy(variable: str, url: str) -> None:
     shown, scheme = without_login(url), urlsplit(url).scheme if "://" in url else "http"
     if scheme not in _SCHEMES:
         raise SettingError(
-            f"{variable} is {shown!r}, a proxy of a kind that is not known. Write http://, https://, socks5:// or "
-            f"socks5h:// in front of its host. {_ADVICE}"
+            f"{variable} is {shown!r}, a proxy of an unknown kind. Write http://, https://, socks5:// or socks5h:// "
+            f"in front of its host. {_ADVICE}"
         )
     if scheme.startswith("socks") and find_spec("socksio") is None:
         raise SettingError(
-            f"{variable} is {shown!r}, and its SOCKS needs a package that is not installed: pip install socksio. "
+            f"{variable} is {shown!r}, but SOCKS needs a package that is not installed: pip install socksio. "
             f"Or unset {variable}."
         )
 
@@ -87,17 +88,17 @@ def _check_certificates() -> None:
         try:
             ssl.create_default_context(cafile=file)
         except (OSError, ssl.SSLError) as error:
-            what = "does not exist" if not Path(file).exists() else f"holds no certificates ({error})"
+            what = "does not exist" if not Path(file).exists() else f"does not have certificates ({error})"
             raise SettingError(f"SSL_CERT_FILE is {file!r}, which {what}. {_ADVICE}") from None
 
 
 def _variable(name: str) -> str:
-    """Return the variable as it is written in the environment: libraries read it in lower case too, and first."""
+    """Return the variable's name as it is set: libraries also read it in lower case, and prefer that."""
     return name.lower() if os.environ.get(name.lower()) else name
 
 
 def disable_redirects(api: Any) -> None:
-    """Make a provider's client take a redirect as an answer, now and whenever it is made again."""
+    """Make a provider's client return a redirect as an answer, now and whenever the client is made again."""
     original_initialize = api.initialize
 
     def initialize() -> None:
@@ -114,7 +115,7 @@ def _set_no_redirects(api: Any) -> None:
 
 
 def _clients(api: Any) -> Iterator[Any]:
-    """Yield the HTTP clients of a provider, as far as it keeps them."""
+    """Yield the HTTP clients that a provider holds."""
     own = getattr(api, "client", None)
     for holder in (getattr(api, "http_client", None), getattr(own, "_client", None), own):
         if isinstance(getattr(holder, "follow_redirects", None), bool):

@@ -1,6 +1,6 @@
-"""How a model points: pictures with a marked spot, and which convention its answers fit.
+"""Pointing calibration: frames with a marked spot, and the convention of coordinates that a model's answers fit.
 
-The question is the prompt of a run in pixels; a model that answers in a 0-1000 grid all the same was trained to.
+The question is the prompt of a run in pixels; a model that answers in a grid of 0 to 1000 was trained to do so.
 """
 
 import re
@@ -22,13 +22,13 @@ from vigil.runner.models.ask import Ask
 
 INSTRUCTION = "Point at the centre of the magenta disc."
 RADIUS_PX = 12
+"""Radius of the disc."""
 MAX_MEDIAN_ERROR_PX = 32.0
-"""A convention with a larger median error than this does not fit: a wrong one is off by 200 px and more at these
-spots."""
+"""Greatest median error of a convention that fits; that of a wrong one is 200 px and more at these spots."""
 
 
 class FramePoint(NamedTuple):
-    """A place in a frame, or what was answered, in whatever units."""
+    """A point in a frame (pixels), or a point from an answer in any units."""
 
     x: float
     y: float
@@ -38,49 +38,50 @@ SPOTS = (
     *(FramePoint(560, 60), FramePoint(600, 420), FramePoint(320, 400), FramePoint(120, 440)),
     *(FramePoint(500, 240), FramePoint(620, 200), FramePoint(260, 330), FramePoint(400, 450)),
 )
-"""Away from the top left, where the conventions are near to each other."""
+"""Spots that are marked, away from the top left corner, where the conventions give similar points."""
 CONVENTIONS: Mapping[str, FramePoint] = {
     "pixel": FramePoint(1.0, 1.0),
     "normalized_1000": FramePoint(FRAME_WIDTH / 1000, FRAME_HEIGHT / 1000),
     "fractions of 0 to 1": FramePoint(FRAME_WIDTH, FRAME_HEIGHT),
 }
-"""What an answer is multiplied by to give pixels."""
+"""Factors for x and y that convert an answer to pixels, by convention."""
 _NUMBER = r"""["']?{}["']?\s*[:=]\s*(-?\d+(?:\.\d+)?)"""
 _X, _Y = (re.compile(_NUMBER.format(axis)) for axis in "xy")
 
 
 @dataclass(frozen=True, slots=True)
 class PointingCalibration:
-    """What a model answered to each picture; None where no point was found in it."""
+    """A model's answers to the frames with a spot."""
 
     answers: tuple[FramePoint | None, ...]
+    """Point in the answer to each of `SPOTS`; None where the answer did not have one."""
 
     @property
     def answered(self) -> int:
-        """How many answers had a point."""
+        """Number of answers with a point."""
         return sum(answer is not None for answer in self.answers)
 
     def errors(self, convention: str) -> list[float]:
-        """Return the distances in pixels of the points that were answered, read by a convention."""
+        """Return the errors (pixels) of the answers that had a point, read by a convention."""
         scale = CONVENTIONS[convention]
         pairs = [(spot, answer) for spot, answer in zip(SPOTS, self.answers, strict=True) if answer is not None]
         return [float(np.hypot(answer.x * scale.x - spot.x, answer.y * scale.y - spot.y)) for spot, answer in pairs]
 
     @property
     def medians(self) -> dict[str, float]:
-        """The median error by convention; empty when no answer had a point."""
+        """Median error (pixels) by convention; empty when no answer had a point."""
         return {name: median(self.errors(name)) for name in CONVENTIONS} if self.answered else {}
 
     @property
     def best(self) -> str | None:
-        """The convention that fits best; None when none does."""
+        """Convention that fits best; None when none fits."""
         medians = self.medians
         name = min(medians, key=medians.__getitem__, default=None)
         return name if name is not None and medians[name] <= MAX_MEDIAN_ERROR_PX else None
 
     @property
     def coordinates(self) -> Coordinates | None:
-        """The mode to run the model with; None when no mode fits."""
+        """Coordinate system for runs of the model; None when none fits."""
         return next((mode for mode in ("pixel", "normalized_1000") if mode == self.best), None)
 
 
@@ -94,7 +95,7 @@ def draw_spot(spot: FramePoint) -> np.ndarray:
 
 
 def question(spot: FramePoint, system_role: SystemRole = "system") -> Sequence[Message]:
-    """Return what a model is sent for a spot."""
+    """Return the messages that are sent to a model for a spot."""
     return Conversation(Profile(system_role=system_role), INSTRUCTION).messages(
         encode_frame(draw_spot(spot), "png"), None
     )
@@ -108,5 +109,5 @@ def point_in(text: str) -> FramePoint | None:
 
 
 async def calibrate(ask: Ask, system_role: SystemRole = "system") -> PointingCalibration:
-    """Return how a model points. Raises ModelAPIError."""
+    """Ask a model for all spots and return its answers. Raises ModelAPIError."""
     return PointingCalibration(tuple([point_in((await ask(question(spot, system_role))).text) for spot in SPOTS]))

@@ -1,7 +1,7 @@
-"""The check before a run: pictures reach the model, and its answer to an example observation is an action.
+"""The check before a run: images reach the model, and its answer to an example observation is an action.
 
-Some servers drop images without a word, some send reasoning in forms that are no part of the protocol, or cut the
-answer: a run against such a server would measure the server. The example is drawn here and belongs to no pack.
+Some servers drop images without an error, some send reasoning in forms that are not part of the protocol, and some cut
+the answer: a run against such a server would measure the server. The example is drawn here and is not in a pack.
 """
 
 import hashlib
@@ -31,10 +31,10 @@ _SIGHT_HINT = (
     "Check that the model takes images and that the server passes them on, or skip this check with --no-preflight "
     "(`inspect eval`: -T preflight=false)."
 )
-_CHECK_NAME_AND_KEY = "Check that it is served there under that name, and the key in the environment."
+_CHECK_NAME_AND_KEY = "Check that it is served there under that name, and check the key in the environment."
 _FORCE_HINT = (
-    "Fix it, or go on all the same with --force (`inspect eval`: -T force=true): every such reply is then an "
-    "invalid action."
+    "Fix it, or continue anyway with --force (`inspect eval`: -T force=true): every such reply is then an invalid "
+    "action."
 )
 _UNKNOWN_REASONING = re.compile(
     r"<\|?(?:channel|seed:think|thinking|thought|reasoning|analysis)\b|\[THINK\]", re.IGNORECASE
@@ -47,7 +47,7 @@ _THINKING_HINT = "or turn thinking off with --thinking off (chat template argume
 
 
 def number_for(name: str) -> str:
-    """Return the four digits that `name` (of a model) is asked to read."""
+    """Return the four digits that the model of that name is asked to read."""
     return str(1000 + int.from_bytes(hashlib.sha256(name.encode()).digest()[:4], "big") % 9000)
 
 
@@ -73,39 +73,39 @@ def draw_example() -> np.ndarray:
 async def check_model(
     ask: Ask, model: str, profile: Profile, address: str = "", *, force: bool = False
 ) -> dict[str, str]:
-    """Return what came of the check, by its parts. Raises ModelAPIError when the model cannot be run so.
+    """Carry out the check and return its results, by part. Raises ModelAPIError when the model fails it.
 
-    `address` is where it is served, if that is known. With `force` a failed example is only noted.
+    `address` is where the model is served, if that is known. With `force` a failed example is only noted.
     """
     await check_sight(ask, model, profile.image_format, address)
     return {"sight": PASSED, "contract": await check_contract(ask, model, profile, force=force)}
 
 
 async def check_sight(ask: Ask, model: str, image_format: ImageFormat, address: str = "") -> None:
-    """Raise ModelAPIError unless the model, served at `address` if that is known, reads the number in a picture."""
+    """Raise ModelAPIError unless the model reads the number in an image; the message names `address` if it is known."""
     number = number_for(model)
     try:
         reply = await ask([Message("user", QUESTION, encode_frame(draw_number(number), image_format))])
     except RequestRejected as error:
-        raise ModelAPIError(f"Model {model!r} was shown a picture of a number. {error}. {_SIGHT_HINT}") from error
+        raise ModelAPIError(f"Model {model!r} was sent an image of a number. {error}. {_SIGHT_HINT}") from error
     except ModelAPIError as error:
         where = f" at {address}" if address else ""
         advice = "" if hint_for(str(error)) else f" {_CHECK_NAME_AND_KEY} {KEY_HINT}."
         raise ModelAPIError(
-            f"Model {model!r}{where} did not answer the call before the run: {str(error).rstrip('.')}.{advice} "
-            "Then give the same command again."
+            f"Model {model!r}{where} did not answer the check before the run: {str(error).rstrip('.')}.{advice} "
+            "Then repeat the command."
         ) from error
     if number not in re.findall(r"\d+", reply.text.replace(",", "").replace(" ", "")):
         raise ModelAPIError(
-            f"Model {model!r} was shown a picture of the number {number} and answered {reply.text[:200]!r}: pictures "
-            f"do not seem to reach it, or it cannot read. {_SIGHT_HINT}"
+            f"Model {model!r} was sent an image of the number {number} and answered {reply.text[:200]!r}: images do "
+            f"not seem to reach it, or it cannot read. {_SIGHT_HINT}"
         )
 
 
 async def check_contract(ask: Ask, model: str, profile: Profile, *, force: bool = False) -> str:
-    """Return `passed`, or how the answer to an example observation failed twice.
+    """Return `PASSED` if the first or second answer to an example observation is an action.
 
-    Raises ModelAPIError in the latter case, unless `force`.
+    Else raise ModelAPIError, or with `force` return how the second answer failed.
     """
     reply, invalid = await _try_example(ask, model, profile)
     if invalid is not None:
@@ -116,14 +116,14 @@ async def check_contract(ask: Ask, model: str, profile: Profile, *, force: bool 
     if force:
         return f"failed: {what}"
     raise ModelAPIError(
-        f"Model {model!r} was asked for an action in an example observation, and its answer is none ({what}; finish "
-        f"reason {reply.finish_reason}, {reply.reasoning_chars} characters of reasoning): "
+        f"Model {model!r} was asked for an action in an example observation, but its answer is not an action ({what}; "
+        f"finish reason {reply.finish_reason}, {reply.reasoning_chars} characters of reasoning): "
         f"{_excerpt(reply.text)}. {advice(invalid, reply)} {_FORCE_HINT}"
     )
 
 
 async def _try_example(ask: Ask, model: str, profile: Profile) -> tuple[Reply, InvalidAction | None]:
-    """Return the reply to the example, and why it is no action. Raises ModelAPIError."""
+    """Return the reply to the example, and why it is not an action (None if it is one). Raises ModelAPIError."""
     picture = encode_frame(draw_example(), profile.image_format)
     messages = Conversation(profile, EXAMPLE_INSTRUCTION).messages(picture, None)
     try:
@@ -136,10 +136,12 @@ async def _try_example(ask: Ask, model: str, profile: Profile) -> tuple[Reply, I
 
 
 def advice(invalid: InvalidAction, reply: Reply) -> str:
-    """Return what may help against an invalid reply."""
+    """Return a sentence that says what may help against an invalid reply."""
     if invalid.reason == "truncated":
+        usage = reply.usage
+        after = f" after {usage.output_tokens:,} tokens, {usage.input_tokens:,} of input before it" if usage else ""
         return (
-            f"The token limit cut it{_after(reply)}: give a larger --max-tokens, a larger context to the server "
+            f"The token limit cut it{after}: give a larger --max-tokens, a larger context to the server "
             f"({CONTEXT_OPTIONS}), {_THINKING_HINT}."
         )
     if invalid.reason == "unclosed_reasoning" or (invalid.reason == "empty" and reply.reasoning_chars):
@@ -151,27 +153,22 @@ def advice(invalid: InvalidAction, reply: Reply) -> str:
         )
     if reply.tool_call is not None and invalid.reason == "empty":
         return (
-            "The server sent a tool call in the place of text, although no tools are offered: start it without its "
-            "tool parser (vLLM: without --enable-auto-tool-choice and --tool-call-parser)."
+            "The server sent a tool call instead of text, although no tools are offered: start it without its tool "
+            "parser (vLLM: without --enable-auto-tool-choice and --tool-call-parser)."
         )
     if looks_like_other_coordinates(invalid):
-        return f"It points in other coordinates than it was asked for. {FIND_COORDINATES}"
+        return f"It uses other coordinates than it was asked for. {FIND_COORDINATES}"
     if invalid.kind == "malformed_action":
-        return "It is one JSON object, but no action of the schema. `vigil prompt` shows what the model was told."
+        return "It is one JSON object, but not an action of the schema. `vigil prompt` shows the model's prompt."
     if invalid.would_parse_leniently:
         return (
-            "It would be one without the text or code fence around it: --reply-policy lenient takes it so, as a "
-            "variant of its own."
+            "Without the text or code fence around it, it would be an action: --reply-policy lenient accepts it, as a "
+            "separate variant of the run."
         )
     return (
-        "Check that the server's chat template passes on the system prompt (`vigil prompt` shows what was sent), and "
-        "that the model follows instructions."
+        "Check that the server's chat template passes on the system prompt (`vigil prompt` shows it), and that the "
+        "model follows instructions."
     )
-
-
-def _after(reply: Reply) -> str:
-    usage = reply.usage
-    return "" if usage is None else f" after {usage.output_tokens:,} tokens, {usage.input_tokens:,} of input before it"
 
 
 def _excerpt(text: str) -> str:

@@ -1,7 +1,7 @@
-"""What an error answer says, wherever its JSON holds it, and what to do about it where its words tell.
+"""The messages in error answers, wherever their JSON has them, and hints on what to do about some of them.
 
-Providers agree on nothing here: the sentence is a string under `error`, in `error.message`, in a list around either, in
-`detail`, in `message` beside `error: true`, in a status of the provider's own, or in JSON within a string.
+Providers differ: the message is a string under `error`, in `error.message`, in a list around either, in `detail`, in
+`message` next to `error: true`, in a provider's special status, or in JSON within a string.
 """
 
 import json
@@ -12,24 +12,24 @@ from typing import Any
 
 MAX_CHARS = 1000
 _NESTING_FIELDS = ("error", "errors", "base_resp", "response", "metadata", "status", "body", "cause", "innererror")
-"""Fields whose objects may hold a sentence; of their strings, `error` alone is one."""
+"""Fields whose objects may contain a message; a string counts as a message only in `error`."""
 _MESSAGE_FIELDS = ("message", "msg", "error_message", "errormessage", "error_msg", "status_msg", "error_description")
-"""Fields whose texts are sentences."""
+"""Fields whose texts are messages."""
 _DETAIL_FIELDS = ("detail", "details", "raw", "reason", "title", "description")
-"""Fields that say more than a sentence above them, or the same."""
+"""Fields whose texts add to a message or repeat it."""
 _CODE_FIELDS = ("code", "type", "error_type", "status_code")
 _MAX_DEPTH = 8
 _MAX_MESSAGES = 20
 
 
 def error_message_of(body: bytes) -> str:
-    """Return what the body of an error answer says; a body in no known form is itself what it says."""
+    """Return the message in the body of an error answer, or the whole body if its form is unknown."""
     text = body.decode("utf-8", "replace").strip()
     return error_message_in(_json_in(text) or text)
 
 
 def error_message_in(found: Any) -> str:
-    """Return what JSON of an error says, at most MAX_CHARS of it: its sentences, and a code in words behind them."""
+    """Return the messages in an error's JSON, at most `MAX_CHARS` characters, with its codes in parentheses."""
     sentences: list[str] = []
     for sentence in islice(_messages(found, _MAX_DEPTH), _MAX_MESSAGES):
         if sentence and not any(sentence in before for before in sentences):
@@ -40,7 +40,7 @@ def error_message_in(found: Any) -> str:
 
 
 def _as_text(found: Any) -> str:
-    """Return JSON in which no sentence was found as a text."""
+    """Return JSON without a message as a text."""
     try:
         return found if isinstance(found, str) else json.dumps(found, ensure_ascii=False)
     except RecursionError:
@@ -48,7 +48,7 @@ def _as_text(found: Any) -> str:
 
 
 def error_status_in(found: Any, depth: int = _MAX_DEPTH) -> int | None:
-    """Return the HTTP status that JSON of an error tells; None where it tells none."""
+    """Return the HTTP status in an error's JSON; None if it does not have one."""
     if isinstance(found, list) and depth:
         return next((status for one in found if (status := error_status_in(one, depth - 1)) is not None), None)
     if not isinstance(found, dict) or not depth:
@@ -62,7 +62,7 @@ def error_status_in(found: Any, depth: int = _MAX_DEPTH) -> int | None:
 
 
 def _messages(found: Any, depth: int) -> Iterator[str]:
-    """Yield the sentences in a value that is one, or may hold some."""
+    """Yield the messages in a value, down to a depth."""
     if depth == 0:
         return
     if isinstance(found, str):
@@ -80,7 +80,7 @@ def _messages(found: Any, depth: int) -> Iterator[str]:
 
 
 def _codes(found: Any, depth: int) -> Iterator[str]:
-    """Yield the codes of an error that are words, e.g. `context_length_exceeded`."""
+    """Yield the codes of an error that are words, e.g. `context_length_exceeded`, down to a depth."""
     if isinstance(found, list):
         for one in found:
             yield from _codes(one, depth - 1)
@@ -91,7 +91,7 @@ def _codes(found: Any, depth: int) -> Iterator[str]:
 
 
 def _json_in(text: str) -> Any:
-    """Return the object or list that a text is; None for any other text."""
+    """Return the object or list in a JSON text; None for any other text."""
     if not text.lstrip().startswith(("{", "[")):
         return None
     try:
@@ -101,15 +101,15 @@ def _json_in(text: str) -> Any:
     return found if isinstance(found, dict | list) else None
 
 
-FIND_COORDINATES = "`vigil calibrate --model NAME` finds out which the model has: give them with --coordinates."
+FIND_COORDINATES = "`vigil calibrate --model NAME` finds the model's coordinates: give them with --coordinates."
 HINTS: tuple[tuple[str, str], ...] = (
     (
         r"(images?|vision|multimodal)\b.{0,40}(not supported|unsupported|not allowed|only supported by certain)|"
         r"(not|n.t) (support|accept|take)s?\b.{0,40}(image|vision|multimodal)|not a multimodal|only supports? text|"
         r"support image input|image_url is only supported|unknown variant `image_url`|at most 0 image|mmproj|"
         r"should be 'text'|text.only (model|input)|content must be a string|content should be a valid string",
-        "The model, or its server, takes no pictures. Name a model that sees, or start the server with what makes it "
-        "see (llama.cpp: --mmproj FILE; vLLM and SGLang: a checkpoint with vision)",
+        "The model, or its server, does not accept images. Name a model with vision, or start the server with vision "
+        "(llama.cpp: --mmproj FILE; vLLM and SGLang: a checkpoint with vision)",
     ),
     (
         r"only supports? stream|stream.{0,40}(must|should|has to|needs to) be (set to )?true|only.{0,20}streaming|"
@@ -121,20 +121,20 @@ HINTS: tuple[tuple[str, str], ...] = (
         r"system.?role|roles must alternate|only user.{0,20}assistant.{0,20}roles|unknown variant `system`|"
         r"(not|n.t) support.{0,20}['\"`]?system['\"`]?( message| role| prompt| with|\b)|"
         r"system (message|prompt|instruction)s?.{0,30}(not|n.t|unsupported)|developer instruction is not enabled",
-        "The model's chat template knows no system role: add --system-role user",
+        "The model's chat template does not have a system role: add --system-role user",
     ),
     (
         r"unexpected endpoint or method|no (such )?route|cannot post /",
-        "The address may lack its end: most servers are asked at http://HOST:PORT/v1",
+        "The address may be incomplete: that of most servers is http://HOST:PORT/v1",
     ),
     (
         r"max_tokens.{0,80}max_completion_tokens",
         "Leave out --max-tokens and give --extra-body '{\"max_completion_tokens\": N}'",
     ),
 )
-"""The words of a refusal, and what to do. The first that fit count."""
+"""Pairs of a pattern of error messages and a hint on what to do; the first pattern that matches counts."""
 
 
 def hint_for(message: str) -> str | None:
-    """Return what to do about a refusal, as a sentence without its full stop; None where its words do not tell."""
+    """Return what to do about an error message, as a sentence without its full stop; None if it is not known."""
     return next((hint for words, hint in HINTS if re.search(words, message, re.IGNORECASE | re.DOTALL)), None)

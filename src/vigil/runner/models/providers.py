@@ -1,7 +1,7 @@
-"""Providers by name: where each lives, which variable holds its key, what it needs, how its models are told to think.
+"""Providers by name: hosts, variables with key and address, required client, and the switch for thinking.
 
-The one table of them. A provider without an address of its own here is asked through Inspect's client of that name, one
-with an address in OpenAI's style at that address. Names are matched in their exact case.
+A provider in OpenAI's style is asked at its address; any other through Inspect's client of that name. Names are matched
+in their exact case.
 """
 
 import os
@@ -13,21 +13,21 @@ from typing import Any
 from vigil.errors import did_you_mean
 
 Fields = Mapping[str, Any]
-"""Settings of sampling, as `RunSettings` names them."""
+"""Sampling settings, named as in `RunSettings`."""
 ACCOUNT = "the account's address"
-"""Where a cloud is asked that gives each account hosts of its own."""
+"""Text for the address of a cloud that gives each account separate hosts."""
 
 
 @dataclass(frozen=True, slots=True)
 class ThinkingSwitch:
-    """What is sent to a provider to turn a model's thinking on and off."""
+    """The fields that are sent to a provider to turn a model's thinking on and off."""
 
     on: Fields
     off: Fields
 
     @classmethod
     def body(cls, on: Fields, off: Fields) -> "ThinkingSwitch":
-        """Return a switch in the body of the request."""
+        """Return a switch whose fields are added to the body of the request."""
         return cls({"extra_body": on}, {"extra_body": off})
 
 
@@ -40,7 +40,7 @@ TEMPLATE_SWITCH = ThinkingSwitch.body(
     {"chat_template_kwargs": {"enable_thinking": True, "thinking": True}},
     {"chat_template_kwargs": {"enable_thinking": False, "thinking": False}},
 )
-"""Chat templates know one of the two names, and take no notice of the other."""
+"""Switch for chat templates; each reads one of the two names and ignores the other."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,61 +49,60 @@ class Provider:
 
     title: str
     hosts: tuple[str, ...] = ()
-    """Host names of its own; one that begins with a dot stands for all below it."""
+    """Host names of the provider; one that begins with a dot stands for all below it."""
     address: str = ""
-    """Where it is asked in OpenAI's style unless told otherwise; empty where Inspect's client knows."""
+    """Default address; empty when it is unknown or Inspect's client has it."""
     keys: tuple[str, ...] = ()
-    """Variables that may hold the key, the first that is set counts."""
+    """Variables that may have the key; the first that is set counts."""
     addresses: tuple[str, ...] = ()
-    """Variables that may hold another address."""
+    """Variables that may have another address."""
     is_openai_style: bool = False
-    """Asked for chat completions at an address, not through a client of Inspect's."""
+    """Whether it is asked for chat completions at an address, not through one of Inspect's clients."""
     signs_in: bool = False
-    """With a cloud account of the machine's when no key is set."""
+    """Whether it signs in with the machine's cloud account when a key is not set."""
     sign_in_client: str = ""
-    """The module that signing in wants beside the client; the extra `azure` brings it."""
+    """Module that signing in needs in addition to the client; the extra `azure` installs it."""
     thinking: ThinkingSwitch | None = None
     """Switch for the models' thinking; None if unknown."""
     extra: str = ""
-    """The extra of `vigil-bench` that brings the client; empty where none is needed."""
+    """Extra of `vigil-bench` that installs the client; empty when none is needed."""
     client: str = ""
-    """The module of that client."""
+    """Module of that client."""
     is_in_tests: bool = True
-    """Whether the tests play it against a stand-in server. They do not have every client: the others were played so by
-    hand, once."""
+    """Whether the tests run it against a stand-in server; without its client it was only run by hand, once."""
 
     @property
     def is_installed(self) -> bool:
-        """Whether the client is there."""
+        """Whether the client is installed, or not needed."""
         return not self.client or _is_importable(self.client)
 
     @property
     def can_sign_in(self) -> bool:
-        """Whether what signing in wants is there."""
+        """Whether the module for signing in is installed, or not needed."""
         return not self.sign_in_client or _is_importable(self.sign_in_client)
 
     @property
     def needs_key(self) -> bool:
-        """Whether its own hosts want a key."""
+        """Whether its hosts require a key."""
         return bool(self.hosts) and not self.signs_in
 
     @property
     def default_address(self) -> str:
-        """Where it is asked unless told otherwise; empty where nothing says so."""
+        """Default address as text for the user; empty when it is unknown."""
         if self.address or not self.hosts:
             return self.address
         return ACCOUNT if self.hosts[0].startswith(".") else f"https://{self.hosts[0]}"
 
     @property
     def key_variable(self) -> str:
-        """The variable that holds the key: the first that is set, else the first; empty where there is none."""
+        """Variable with the key: the first that is set, else the first; empty when there is none."""
         return next((name for name in self.keys if os.environ.get(name)), self.keys[0] if self.keys else "")
 
 
 def _is_importable(module: str) -> bool:
     try:
         return find_spec(module) is not None
-    except ModuleNotFoundError:  # of a package above it
+    except ModuleNotFoundError:  # a parent package is missing
         return False
 
 
@@ -302,25 +301,29 @@ PROVIDERS: dict[str, Provider] = {
     "hf-inference-providers": Provider("Hugging Face's providers", ("router.huggingface.co",), keys=("HF_TOKEN",)),
     "mockllm": Provider("Inspect's stand-in for a model"),
 }
-"""By provider, or provider and service. One that is not here has no host of its own."""
+"""Providers by name, or by name and service."""
 ANY_SERVICE = "openai-api"
-"""`openai-api/SERVICE/NAME`: the service is a provider of the table, or one whose variables bear its name."""
+"""First part of `openai-api/SERVICE/NAME`, for any service in OpenAI's style.
+
+The service is a provider of the table, or one whose variables are named after it.
+"""
 
 
 @dataclass(frozen=True, slots=True)
 class ModelName:
-    """What a model's name says."""
+    """The parts of a model's name."""
 
     prefix: str
-    """The provider, or provider and service; empty when the name names none."""
+    """Provider, or provider and service; empty when the name has none."""
     name: str
-    """Model name as it is sent."""
+    """Name of the model as it is sent."""
     provider: Provider
     is_known: bool = True
+    """Whether the name begins with a known provider or `ANY_SERVICE`."""
 
 
 def parse_model_name(model: str) -> ModelName:
-    """Return the provider that a model's name begins with, and the rest of the name."""
+    """Return the parts of a model's name; without a known provider, the whole name and a local server."""
     prefix, _, name = model.partition("/")
     if prefix == ANY_SERVICE:
         prefix, _, name = name.partition("/")
@@ -338,7 +341,7 @@ def parse_model_name(model: str) -> ModelName:
 
 
 def _with_usual_variables(prefix: str, provider: Provider) -> Provider:
-    """Return a provider with the variables that bear its name, where the table has none."""
+    """Return a provider with variables that are named after it, where the table does not have any."""
     stem = prefix.upper().replace("-", "_")
     keys = () if provider.signs_in or prefix == "mockllm" else (f"{stem}_API_KEY",)
     addresses = () if prefix == "mockllm" else (f"{stem}_BASE_URL",)
@@ -346,6 +349,6 @@ def _with_usual_variables(prefix: str, provider: Provider) -> Provider:
 
 
 def provider_hint(model: str) -> str:
-    """Return " Did you mean 'x'?" for a provider that is nearly a known one; empty for a known one, or none near."""
+    """Return " Did you mean 'x'?" if a model's provider is unknown but similar to a known one; else an empty text."""
     prefix, known = model.partition("/")[0], {*PROVIDERS, ANY_SERVICE}
     return "" if prefix in known else did_you_mean(prefix.casefold(), known)

@@ -1,9 +1,9 @@
-"""Redaction: keys, tokens and passwords stay out of all that a run writes.
+"""Redaction: keys, tokens and passwords are removed from all that a run writes.
 
-Two ways together. By name and form, which depends on the text alone: what a run is called in its header must not change
-when a key does. And by value: whatever was recognised as a secret, and every secret of the environment, is taken out of
-free text (messages, tracebacks, what programs write to standard error) wherever it turns up. An agent's replies are
-kept as they are: they are evidence.
+Two methods are used together. The first goes by name and form, and depends only on the text: a run's name in its header
+must not change when a key does. The second goes by value: everything recognised as a secret, and every secret of the
+environment, is removed from free text (messages, tracebacks, the standard error of programs). Replies of an agent are
+evidence and are never changed.
 """
 
 import base64
@@ -20,8 +20,9 @@ from vigil.errors import VigilError
 
 REDACTED = "(not recorded)"
 MIN_SECRET_CHARS = 6
-"""Shorter values are no secrets, and would be found in the middle of ordinary words."""
+"""Least length of a secret; shorter values would be found in the middle of ordinary words."""
 MIN_ENVIRONMENT_CHARS = 8
+"""Least length of a secret from the environment."""
 _SECRET_WORDS = frozenset(
     [
         "secret",
@@ -41,13 +42,13 @@ _SECRET_WORDS = frozenset(
         "bearer",
     ]
 )
-"""A name with one of these words is a secret's."""
+"""Words that make a name that of a secret."""
 _SECRET_LAST_WORDS = frozenset({"key", "keys", "token", "auth"})
-"""A name that ends in one of these is; `max_tokens` and `token_budget` are not."""
+"""Words that make a name that of a secret at its end; `max_tokens` and `token_budget` are not secrets."""
 _HARMLESS_LAST_WORDS = frozenset(
     ["file", "path", "dir", "env", "name", "var", "variable", "type", "count", "limit", "length"]
 )
-"""A name that ends in one of these names a place or a number."""
+"""Words that make a name that of a place or a number at its end."""
 _HARMLESS_WORDS = frozenset(
     ["max", "min", "num", "stop", "eos", "bos", "pad", "unk", "top", "sort", "group", "primary"]
 )
@@ -55,13 +56,13 @@ _HARMLESS_HEADERS = frozenset(
     ["accept", "accept-language", "content-type", "user-agent", "anthropic-beta", "anthropic-version", "openai-beta"]
 )
 _WORD = r"""(?:\\.|[^\s'"\\]|"(?:\\.|[^"\\])*"|'[^']*')+"""
-"""A word as a shell reads it, quotes and all."""
+"""Pattern of a word of a shell, including its quotes."""
 _NAME = r"(?P<name>[A-Za-z][\w.-]*)"
 _NAMED = re.compile(
     rf"(?P<head>(?:(?<![\w-])--?{_NAME}['\"]?(?:\s+|=)|{_NAME.replace('name', 'other')}['\"]?(?:=|\s*:\s*))"
     rf"(?:(?:Bearer|Basic|Token)\s+)?)(?P<value>{_WORD})"
 )
-"""`--name value`, `--name=value`, `NAME=value`, `Name: value`."""
+"""Pattern of `--name value`, `--name=value`, `NAME=value` and `Name: value`."""
 _USER = re.compile(rf"(?P<head>(?<!\S)(?:-u|--user|--proxy-user)(?:\s+|=))(?P<value>{_WORD})")
 _KEY_PATTERNS = (
     re.compile(r"(?P<head>\b[A-Za-z][A-Za-z0-9+.-]*://)(?P<value>[^\s/?#'\"]*)(?=@)"),
@@ -71,11 +72,11 @@ _KEY_PATTERNS = (
         r"|github_pat_\w{20,}|AIza[\w-]{20,}|AKIA[A-Z0-9]{16}|xox[abp]-[\w-]{10,}|eyJ[\w-]+\.[\w-]+\.[\w-]+))"
     ),
 )
-"""Logins in addresses, headers that log in, and keys that can be told by their looks."""
+"""Patterns of logins in addresses, of headers that log in, and of keys with a known form."""
 
 
 def is_secret_name(name: str) -> bool:
-    """Whether a setting, header, variable or option of that name holds a secret."""
+    """Return whether a setting, header, variable or option of that name is a secret."""
     spaced = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", name)
     words = [word for word in re.split(r"[^a-z0-9]+", spaced.casefold()) if word]
     if not words or words[-1] in _HARMLESS_LAST_WORDS:
@@ -87,26 +88,29 @@ def is_secret_name(name: str) -> bool:
 
 
 def without_login(url: str) -> str:
-    """Return an address without user name, password and query, fit for a run header."""
+    """Return an address without user name, password and query, for a run header."""
     parts = urlsplit(url)
     return urlunsplit((parts.scheme, parts.netloc.rpartition("@")[2], parts.path, "", ""))
 
 
 def without_secrets(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return `settings` with secrets blanked, however deep they are, fit for a run header."""
+    """Return `settings` with secrets replaced, at any depth, for a run header."""
     found: list[str] = []
     return {name: _redact_value(name, value, found) for name, value in sorted(settings.items())}
 
 
 def without_key_patterns(text: str, found: list[str] | None = None) -> str:
-    """Return a text without what looks like a key or a login; `found` takes those in."""
+    """Return a text without what looks like a key or a login; these are added to `found`."""
     for form in _KEY_PATTERNS:
         text = form.sub(lambda match: _redact_match(match, found), text)
     return text
 
 
 def without_option_secrets(command: str, found: list[str] | None = None) -> str:
-    """Return a command line without the values of options, variables and headers with secrets' names."""
+    """Return a command line without the values of options, variables and headers that have names of secrets.
+
+    These values are added to `found`.
+    """
     command = without_key_patterns(command, found)
     text, start = "", 0
     while match := _NAMED.search(command, start):
@@ -120,7 +124,7 @@ def without_option_secrets(command: str, found: list[str] | None = None) -> str:
 
 
 class Secrets:
-    """The values that must not be written, as far as they are known."""
+    """The known secrets, which must not be written."""
 
     def __init__(self, values: Iterable[str]) -> None:
         forms = {form for value in values if len(value) >= MIN_SECRET_CHARS for form in _encodings_of(value)}
@@ -129,14 +133,14 @@ class Secrets:
 
     @classmethod
     def of_command(cls, command: str) -> "Secrets":
-        """Return those in an agent's command line and in the environment."""
+        """Return the secrets in an agent's command line and in the environment."""
         return cls((*_secrets_in_command(command), *environment_secrets(os.environ).values()))
 
     @classmethod
     def of(
         cls, *, command: str = "", url: str | None = None, settings: Iterable[Mapping[str, Any]] = (), key: str = ""
     ) -> "Secrets":
-        """Return those in a command line, an address, settings and the environment, with `key`."""
+        """Return `key` and the secrets in a command line, an address, settings and the environment."""
         found = [*_secrets_in_command(command), *environment_secrets(os.environ).values(), key]
         for mapping in settings:
             for name, value in mapping.items():
@@ -152,7 +156,7 @@ class Secrets:
 
 @contextmanager
 def redacted_errors(secrets: Secrets) -> Iterator[None]:
-    """Take the secrets out of the messages of errors that pass."""
+    """Remove the secrets from the messages of errors that are raised inside the context."""
     try:
         yield
     except VigilError as error:
@@ -163,7 +167,7 @@ def redacted_errors(secrets: Secrets) -> Iterator[None]:
 
 
 def environment_secrets(environment: Mapping[str, str]) -> dict[str, str]:
-    """Return the variables with secrets' names, and the logins in those that hold addresses."""
+    """Return the values of variables that have names of secrets, and the logins in addresses, by name."""
     found = {
         name: value
         for name, value in environment.items()
@@ -183,7 +187,7 @@ def _secrets_in_command(command: str) -> list[str]:
 
 
 def _secrets_in_url(url: str) -> list[str]:
-    """Return what logs in at an address: user name and password, also as a header has them, and the query."""
+    """Return the secrets in an address: user name and password, also in the form of a header, and the query."""
     try:
         query = urlsplit(url).query
     except ValueError:
@@ -205,7 +209,7 @@ def _secrets_in_login(url: str) -> list[str]:
 
 
 def _redact_value(name: str, value: Any, found: list[str], *, is_hidden: bool = False) -> Any:
-    """Return `value` with secrets blanked; `found` takes them in."""
+    """Return `value` with secrets replaced; the secrets are added to `found`."""
     is_hidden = is_hidden or is_secret_name(name)
     if isinstance(value, Mapping):
         return _redact_mapping(name, value, found, is_hidden)
@@ -217,7 +221,7 @@ def _redact_value(name: str, value: Any, found: list[str], *, is_hidden: bool = 
     if is_hidden and not isinstance(value, bool | None):
         if isinstance(value, int | float) and not _can_number_be_secret(name):
             return value
-        found += [str(value), str(value).rpartition(" ")[2]]  # `Bearer KEY`: the key alone is one too
+        found += [str(value), str(value).rpartition(" ")[2]]  # of `Bearer KEY`, the key alone is a secret, too
         return REDACTED
     return without_option_secrets(value, found) if isinstance(value, str) else value
 
@@ -258,7 +262,7 @@ def _unquoted(word: str) -> str:
 
 
 def _encodings_of(value: str) -> Iterator[str]:
-    """Yield a value as it may stand in a text: as it is, in an address, in JSON, in Python."""
+    """Yield the forms of a value that a text may contain: unchanged, and as in an address, in JSON and in Python."""
     yield value
     yield quote(value, safe="")
     yield quote(value)

@@ -1,9 +1,8 @@
-"""Listening to the HTTP client of a model: the server's own bytes, before any library has read them.
+"""Capturing the bytes of a server's answers in the HTTP client of a model, before a library has read them.
 
-Inspect keeps a provider's raw answer only now and then, and its own rendering differs from it. So the clients that it
-makes for OpenAI, Anthropic, Google and all that speak their formats get hooks, which note each request and its answer
-in the call that is being made. Calls run at once in one event loop: a context variable, which tasks inherit, tells them
-apart.
+Inspect does not always keep a provider's raw answer, and its own form of the answer differs. So the clients that it
+makes for OpenAI, Anthropic, Google and servers with their formats get hooks, which note each request and its answer.
+Several calls run in one event loop at the same time; a context variable, which tasks inherit, distinguishes them.
 """
 
 import contextlib
@@ -22,16 +21,17 @@ from vigil.runner.models.redaction import without_login
 
 @dataclass(slots=True)
 class Exchange:
-    """One HTTP request, with what has come of its answer so far."""
+    """One HTTP request with the part of its answer that has arrived."""
 
     wire: Wire
     address: str = ""
-    """Where the request went, without login and query."""
+    """Address of the request, without login and query."""
     status: int | None = None
-    """None until the answer begins."""
+    """HTTP status; None until the answer begins."""
     body: bytearray = field(default_factory=bytearray)
-    """Decompressed."""
+    """Decompressed body so far."""
     started: float = field(default_factory=time.monotonic)
+    """Time of the request by the monotonic clock, in seconds."""
 
 
 _exchanges: ContextVar[list[Exchange] | None] = ContextVar("vigil_exchanges", default=None)
@@ -40,10 +40,10 @@ _KEY = "vigil_exchange"
 
 @contextlib.contextmanager
 def capture_exchanges(api: Any) -> Iterator[list[Exchange]]:
-    """Yield a list that takes in the exchanges of one call of Inspect's model `api`, in order.
+    """Yield a list to which the exchanges of one call of Inspect's model `api` are added, in order.
 
-    It stays empty when the provider uses no client that can be listened to, or speaks none of the four formats.
-    Requests that ask for no message (Anthropic's count of tokens) are left out.
+    It is empty when the provider's client cannot have hooks, or does not use one of the four formats. Requests for
+    something other than a message (Anthropic's count of tokens) are left out.
     """
     _hook_client(getattr(getattr(api, "client", None), "_client", None))
     if type(api).__name__ == "GoogleGenAIAPI" and "model_client" not in vars(api):
@@ -65,9 +65,9 @@ def _hook_client(client: Any) -> None:
 
 
 class _GoogleClients:
-    """Makes Google's clients for Inspect, one a call as it does, over an HTTP client that has the hooks.
+    """Maker of Google's clients for Inspect, one for each call, over an HTTP client with the hooks.
 
-    Left alone, Google's library takes another HTTP library, to which nobody can listen. The connections are shared.
+    By default Google's library uses another HTTP library, which cannot have hooks. The clients share connections.
     """
 
     def __init__(self, api: Any) -> None:
@@ -75,20 +75,20 @@ class _GoogleClients:
         self._settings = default_client_kwargs()
 
     def model_client(self, http_options: Any = None) -> Any:
-        """Return a client, as Inspect's function of that name does."""
+        """Return a client, as Inspect's method of that name does."""
         if http_options is not None and http_options.httpx_async_client is None:
             http_options.httpx_async_client = httpx2.AsyncClient(**self._settings)
             _hook_client(http_options.httpx_async_client)
         return self._make(http_options)
 
     async def aclose(self) -> None:
-        """Close the shared connections, and what Inspect closes."""
+        """Close the shared connections and everything that Inspect closes."""
         await httpx2.AsyncClient(**self._settings).aclose()
         await self._close()
 
 
 def wire_of(path: str) -> Wire | None:
-    """Return the format of the answers at an address; None for one that is not known here."""
+    """Return the format of the answers at an address's path; None if it is unknown."""
     path = path.rstrip("/")
     if path.endswith("/chat/completions"):
         return "chat"
@@ -118,7 +118,7 @@ _Read = Callable[[int | None], AsyncGenerator[bytes]]
 
 
 def _copying(read: _Read, exchange: Exchange) -> Callable[..., AsyncGenerator[bytes]]:
-    """Return `read`, a response's reader of decompressed bytes, copying what passes the first time."""
+    """Return `read`, a response's reader of decompressed bytes, extended so that it copies the first reading."""
     is_read = False
 
     async def aiter_bytes(chunk_size: int | None = None) -> AsyncGenerator[bytes]:

@@ -1,4 +1,4 @@
-"""Thinking: what turns a model's reasoning on or off at its provider, and what is known of it afterwards."""
+"""Thinking: the settings that turn a model's reasoning on or off at its provider."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -9,9 +9,9 @@ from vigil.runner.models.providers import ModelName
 
 
 def with_thinking(sampling: Mapping[str, Any], thinking: Thinking, model: ModelName) -> dict[str, Any]:
-    """Return the settings of sampling with those that turn thinking on or off at a model's provider.
+    """Return sampling settings with those that turn thinking on or off at a model's provider.
 
-    Raises SettingError where no way is known, or where the settings say otherwise already.
+    Raises SettingError when the provider's switch is unknown, or when the settings contradict it.
     """
     if thinking == "default":
         return dict(sampling)
@@ -23,8 +23,8 @@ def with_thinking(sampling: Mapping[str, Any], thinking: Thinking, model: ModelN
     switch = model.provider.thinking
     if switch is None:
         raise SettingError(
-            f"--thinking {thinking}: no way is known to tell {model.provider.title} so. Give what its documentation "
-            "names with --reasoning-effort, --model-arg or --extra-body."
+            f"--thinking {thinking}: how to set this for {model.provider.title} is unknown. Give the setting in its "
+            "documentation with --reasoning-effort, --model-arg or --extra-body."
         )
     wanted = dict(switch.on if thinking == "on" else switch.off)
     if effort is not None:
@@ -33,14 +33,14 @@ def with_thinking(sampling: Mapping[str, Any], thinking: Thinking, model: ModelN
 
 
 def may_think(thinking: Thinking, effort: str | None, model: str) -> bool:
-    """Whether a model is told to reason, or has it in its name and is not told otherwise."""
+    """Return whether a model is set to reason, or without a setting has "thinking" in its name."""
     if thinking != "default":
         return thinking == "on"
     return effort != "none" if effort is not None else "thinking" in model.casefold()
 
 
 def describe_switch(thinking: Thinking, model: ModelName) -> str:
-    """Return in a few words what is sent for --thinking, e.g. `extra_body.enable_thinking=True`."""
+    """Return the fields that are sent for --thinking as text, e.g. `extra_body.enable_thinking=True`; empty if none."""
     switch = model.provider.thinking
     if thinking == "default" or switch is None:
         return ""

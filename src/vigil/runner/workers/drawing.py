@@ -1,4 +1,4 @@
-"""Drawing in a worker: moments of episodes, each reached from the simulator's current state where possible."""
+"""Drawing in a worker: moments of episodes, each reached from the simulator's current state if possible."""
 
 from vigil.agents.frame_encoding import encode_frame
 from vigil.assets.database import AssetDatabase
@@ -20,7 +20,7 @@ from vigil.sim.protocol import Simulator
 
 
 class DrawingHandler:
-    """Answers drawing requests; holds the simulator of the latest request."""
+    """Handler of drawing requests; it has the simulator of the latest request."""
 
     def __init__(self) -> None:
         self._renderer: _MomentRenderer | None = None
@@ -39,7 +39,7 @@ class DrawingHandler:
                 return simulator.object_at(x, y)
 
     def close(self) -> None:
-        """Free the simulator."""
+        """Release the simulator."""
         if self._renderer is not None:
             self._renderer.simulator.close()
             self._renderer = None
@@ -84,7 +84,7 @@ class _MomentRenderer:
         return self.simulator.step(action)
 
     def _count_done(self, moment: EpisodeMoment) -> int | None:
-        """Return how many of the moment's actions are already done; None when a reset is needed."""
+        """Return the number of the moment's actions that are already done; None when a reset is needed."""
         current = self._moment
         if current is None or _start_of(current) != _start_of(moment):
             return None

@@ -1,7 +1,7 @@
-"""Frames by content hash: saved as files on request, otherwise drawn again from the recorded actions.
+"""Frames by content hash: saved as files on request, otherwise drawn again from the recorded replies.
 
-A figure's frames are drawn in the calling process, without the pool's watchdog: they are few, and the user waits for
-them and can interrupt. Pages, which serve several people for hours, ask a worker (`vigil.web.drawing`).
+The few frames of a figure are drawn in the calling process, without the pool's watchdog: the user waits for them and
+can interrupt. Pages, which serve several people for hours, use a worker (`vigil.web.drawing`).
 """
 
 import hashlib
@@ -70,12 +70,15 @@ class FrameStore:
             return None
         rgb = decode_frame(data)
         if frame_sha256(rgb) != sha256:
-            raise RecordError(f"{str(self.path(str(sha256)))!r} holds other pixels than its name says. Remove it.")
+            raise RecordError(f"{str(self.path(str(sha256)))!r} has other pixels than its name says. Remove it.")
         return data, rgb
 
 
 def redraw(episode: Episode, record: EpisodeRecord, env: Env) -> Iterator[np.ndarray]:
-    """Yield the frame that each recorded reply answered, by carrying out the replies again in `env`."""
+    """Yield the frame that each recorded reply answered, by carrying out the replies again in `env`.
+
+    Raises RecordError when the episode ends earlier than recorded.
+    """
     observation = env.reset(episode)
     for step in record.steps:
         if observation is None:
@@ -89,7 +92,7 @@ def redraw(episode: Episode, record: EpisodeRecord, env: Env) -> Iterator[np.nda
 def frames_of_record(
     folder: Path, spec: RunSpec, pack: Pack, record: EpisodeRecord, assets: Path | None
 ) -> list[np.ndarray]:
-    """Return the frame that each reply answered: as saved by the run in `folder`, otherwise drawn again."""
+    """Return the frame that each reply answered: all as saved by the run in `folder`, or else all drawn again."""
     store = FrameStore(folder / FRAMES_FOLDER)
     kept = [store.frame(step.frame_sha256) for step in record.steps]
     if all(kept):

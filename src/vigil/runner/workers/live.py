@@ -20,7 +20,7 @@ from vigil.runner.workers.process import WorkerLost
 async def play_live(
     live: LiveEpisode, profile: Profile, ask: Ask, run_id: str, on_first_frame: Callable[[], None] = lambda: None
 ) -> EpisodeRecord:
-    """Return the record of one episode; a failure outside of the agent ends it as `error`. Raises InputError.
+    """Play one episode and return its record; a failure outside the agent ends it as `error`. Raises InputError.
 
     `on_first_frame` is called before the agent is shown the first frame.
     """

@@ -1,8 +1,8 @@
 """Messages between the main process and a simulator worker.
 
 A worker either plays episodes or draws for the pages; the plan that it gets first says which. An agent in the main
-process gets only an `EncodedObservation`: the encoded frame and the feedback. Records, which hold hidden state,
-go from the worker directly to the run folder.
+process gets only an `EncodedObservation`: the encoded frame and the feedback. Records, which have hidden state, go from
+the worker to the run folder without passing the agent.
 """
 
 from collections.abc import Callable
@@ -24,9 +24,9 @@ from vigil.sim.privileged import PrivilegedSimulator
 from vigil.sim.protocol import Simulator
 
 PrivilegedFactory = Callable[[str, Episode, PrivilegedSimulator], Agent]
-"""Makes a privileged agent for one episode: (name, episode, simulator). Must be picklable."""
+"""Function that makes a privileged agent for one episode from (name, episode, simulator). It must be picklable."""
 SimulatorFactory = Callable[[AssetDatabase, Quality], Simulator]
-"""Makes a custom simulator, like those in `vigil.sim.BACKENDS`. Must be picklable."""
+"""Function that makes a custom simulator, like those in `vigil.sim.BACKENDS`. It must be picklable."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,14 +43,14 @@ class WorkerPlan:
     quality: Quality = "default"
     asset_database: Path | None = None
     frames: Path | None = None
-    """Folder for saved frames; None saves none."""
+    """Folder for saved frames; None when frames are not saved."""
     agent: str = ""
     """Name of the agent that plays inside the worker; empty when agents play outside."""
     agent_factory: PrivilegedFactory | None = None
     reply_seconds: float = REPLY_SECONDS
-    """Time limit of a program's reply."""
+    """Time limit of a program's reply, in seconds."""
     frame_interval_seconds: float = FRAME_INTERVAL_SECONDS
-    """Period of a program's frames: the next one comes a whole number of periods after the reply."""
+    """Period of a program's frames, in seconds: the next one comes a whole number of periods after the reply."""
     keep_program: bool = False
     """Whether one program plays all episodes of the worker, instead of being started for each."""
     seed: int = 0
@@ -104,7 +104,7 @@ class RenderSettings:
 
 @dataclass(frozen=True, slots=True)
 class EpisodeMoment:
-    """House at the start of an episode, with the actions since."""
+    """A moment of an episode: its house, start and setup, and the actions since."""
 
     render_settings: RenderSettings
     house: Path
@@ -138,7 +138,7 @@ class GetSimulatorFacts:
     """-> SimulatorFacts."""
 
     drawn: Assignment | None = None
-    """An episode whose first frame is drawn, to find out before anything is played whether the machine can draw."""
+    """Episode whose first frame is drawn, to find out before anything is played whether the machine can draw."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +147,7 @@ class PlayEpisode:
 
     assignment: Assignment
     earlier: tuple[Reply, ...] | None = None
-    """Replies from before the worker was lost, to continue from; None to begin."""
+    """Replies from before a worker was lost, from which the agent continues; None to begin."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,7 +236,7 @@ class Heartbeat:
 
 @dataclass(frozen=True, slots=True)
 class AboutToShowFrame:
-    """Notice that the agent in the worker will see the first frame; the worker waits for `Proceed`."""
+    """Notice that the agent in the worker is about to see the first frame; the worker waits for `Proceed`."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,9 +31,9 @@ def play(
 ) -> None:
     """Play `episode` to its end in `env`, which then has the record.
 
-    The agent sees only observations and the instruction. Its failures end the episode as `error`. `earlier` are the
-    replies of a process that is gone: they are carried out first, and the agent continues from there. Raises
-    InputError for invalid input.
+    The agent sees only observations and the instruction. Failures of its program end the episode as `error`. `earlier`
+    are the replies from a process that was lost: they are carried out first, and the agent continues from there. Raises
+    InputError.
     """
     observation = env.reset(episode)
     try:
@@ -53,7 +53,7 @@ def play(
         raise
     except InfrastructureError as error:
         env.fail("agent", str(error))
-    except Exception:  # noqa: BLE001 - a fault in the agent's or simulator's program is no result of the agent's
+    except Exception:  # noqa: BLE001 - a fault in a program is not a result of the agent
         env.fail("worker", traceback.format_exc(limit=-8))
 
 

@@ -51,7 +51,7 @@ _RETRY_ON_ANOTHER: dict[str, Any] = {
     "stop": stop_after_delay(START_TIMEOUT_S),
     "reraise": True,
 }
-"""Sends a request to another worker while the cluster has no capacity for one."""
+"""Retries that send a request to another worker while the cluster has no capacity for one."""
 
 
 def usable_cpus() -> int:
@@ -126,10 +126,11 @@ class SimulatorPool:
         may_resume: bool,
         worker: Worker | None = None,
     ) -> EpisodeRecord:
-        """Return the record of an episode played by the agent inside `worker`, if it is free. Raises WorkerLost.
+        """Play an episode with the agent inside a worker and return the record. Raises WorkerLost.
 
-        `on_first_frame` is called before the agent is shown the first frame. With `may_resume`, an agent whose worker
-        is lost after that goes on in another worker from where it was; without it, the loss is raised at once.
+        `worker` is preferred among equally busy ones. `on_first_frame` is called before the agent is shown the first
+        frame. With `may_resume`, an agent whose worker is lost after that continues in another worker; without it, the
+        loss is raised at once.
         """
         earlier: tuple[Reply, ...] | None = None
         for left in range(MAX_RESTORES, -1, -1):
@@ -148,7 +149,7 @@ class SimulatorPool:
         return await self._request(Resimulate(assignment, record, frames, exact))
 
     def live(self, assignment: Assignment) -> "LiveEpisode":
-        """Return an episode for an agent in the main process; it has not begun."""
+        """Return a live episode, not yet begun, for an agent in the main process."""
         return LiveEpisode(self, assignment, next(self._sessions))
 
     async def _request(
@@ -164,7 +165,7 @@ class SimulatorPool:
             self.release(worker)
 
     def acquire(self, wanted: Worker | None = None) -> Worker:
-        """Return the least busy worker with capacity; its load counts one more until `release`.
+        """Return the least busy worker with capacity, and raise its load by one until `release`.
 
         Among equally busy workers, `wanted` is preferred.
         """
@@ -182,7 +183,7 @@ class SimulatorPool:
 
 
 class LiveEpisode:
-    """One episode alive in a worker, driven by an agent in the main process."""
+    """One episode in a worker, played by an agent in the main process."""
 
     def __init__(self, pool: SimulatorPool, assignment: Assignment, session: int) -> None:
         self.assignment = assignment
@@ -194,7 +195,7 @@ class LiveEpisode:
         self._restores = 0
 
     async def begin(self) -> EncodedObservation | EpisodeRecord:
-        """Return the first view, or the record when the reset failed. Raises SimulatorError."""
+        """Return the first observation, or the record when the reset failed. Raises SimulatorError."""
         while True:
             try:
                 return await self._begin()
@@ -202,7 +203,7 @@ class LiveEpisode:
                 self._count_restore()
 
     async def advance(self, reply: Reply) -> EncodedObservation | EpisodeRecord:
-        """Return the next view, or the record when `reply` ended the episode. Raises SimulatorError."""
+        """Return the next observation, or the record when `reply` ended the episode. Raises SimulatorError."""
         self._replies.append(reply)
         try:
             return await self._ask(AdvanceEpisode(self._session, reply))
@@ -240,7 +241,7 @@ class LiveEpisode:
         return (await asyncio.wrap_future(self._worker.submit(request, self._generation)))[1]
 
     async def _restore(self) -> EncodedObservation | EpisodeRecord:
-        """Return the view or record after the last reply, carrying out all replies in another process."""
+        """Return the observation or record after the last reply, by carrying out all replies in another process."""
         while True:
             try:
                 answer = await self._begin()
@@ -251,7 +252,7 @@ class LiveEpisode:
                 self._count_restore()
 
     def _count_restore(self) -> None:
-        """Raise the current WorkerLost when the episode was restored too often."""
+        """Count a restore; re-raise the current WorkerLost when there were too many."""
         self._restores += 1
         if self._restores > MAX_RESTORES:
             raise

@@ -29,7 +29,7 @@ WORKER_TIMEOUT_S = 120.0
 START_TIMEOUT_S = 120.0
 """Minimum time limit for a process to start and load its pack, in seconds."""
 SHUTDOWN_TIMEOUT_S = 20.0
-"""Time limit for a process to exit before it is killed, in seconds; it ends agents' programs first."""
+"""Time limit for a process to exit before it is killed, in seconds; it first ends agents' programs."""
 _LOG_TAIL = 2000
 
 
@@ -37,11 +37,11 @@ class WorkerLost(SimulatorError):
     """The worker hung or died, and its live episodes are lost."""
 
     replies: tuple[Reply, ...] | None = None
-    """Replies of the agent inside since the request; None when it saw no frame."""
+    """Replies of the agent inside the worker since the request; None when the agent had not seen a frame."""
 
 
 class NoCapacity(WorkerLost):
-    """The cluster has no CPU for the worker yet; until it starts, other workers must be asked."""
+    """The cluster does not have a CPU for the worker yet; until it starts, requests must go to other workers."""
 
 
 class WorkerProcess(Protocol):
@@ -58,11 +58,11 @@ class WorkerProcess(Protocol):
         ...
 
     def connect(self) -> Connection:
-        """Return the connection to it. Raises NoCapacity, or OSError when the process is gone."""
+        """Return the connection to the process. Raises NoCapacity, or OSError when the process has ended."""
         ...
 
     def wait(self, timeout: float | None = None) -> int | None:
-        """Return its exit code; None if unknown. Raises subprocess.TimeoutExpired."""
+        """Wait until the process has ended; return its exit code, None if unknown. Raises subprocess.TimeoutExpired."""
         ...
 
     def terminate(self) -> None:
@@ -94,7 +94,7 @@ class LocalProcess:
 
 
 StartProcess = Callable[[Path | None, dict[str, str]], WorkerProcess]
-"""Starts a worker process, here or elsewhere, from the path of its log and its environment."""
+"""Function that starts a worker process, here or elsewhere, from the path of its log and its environment."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +127,7 @@ class Worker:
         self._plan = plan
         self._timeout_s = settings.timeout_s
         self._environment = {"LP_NUM_THREADS": str(settings.threads), WORKER_NUMBER: str(number)}
-        if ENVIRONMENT_VARIABLE in os.environ:  # a node of a cluster has an environment of its own
+        if ENVIRONMENT_VARIABLE in os.environ:  # the node of a cluster has a different environment
             self._environment[ENVIRONMENT_VARIABLE] = os.environ[ENVIRONMENT_VARIABLE]
         self._log = settings.logs / f"{name}.log" if settings.logs else None
         self._start = settings.start
@@ -135,7 +135,7 @@ class Worker:
         self._has_answered = False
         self._is_closed = self._is_killed = False
         self._lock = threading.Lock()
-        """Guards the two flags and the start of a process."""
+        """Lock for the two flags and the start of a process."""
         self._process: WorkerProcess | None = None
         self._connection: Connection | None = None
         self._replies: list[Reply] | None = None
@@ -157,10 +157,11 @@ class Worker:
     def submit(
         self, request: Request, generation: int | None = None, on_first_frame: Callable[[], None] | None = None
     ) -> "Future[tuple[int, Any]]":
-        """Return the future of (generation, value). With `generation`, raises WorkerLost if that process is gone.
+        """Send a request and return the future of (generation, value); the generation counts the worker's processes.
 
-        The future raises WorkerLost too when the process hangs or dies over the request, and after `close` or `kill`.
-        `on_first_frame` is called, in the worker's thread, before an agent inside is shown the first frame.
+        The future raises WorkerLost when the process hangs or dies during the request, and after `close` or `kill`;
+        with `generation`, also when that process has ended. `on_first_frame` is called, in the worker's thread, before
+        an agent inside the worker is shown the first frame.
         """
         job = _Job(request, generation, on_first_frame or (lambda: None))
         with self._lock:
@@ -171,7 +172,7 @@ class Worker:
         return job.future
 
     def close(self) -> None:
-        """End the process after the requests before this."""
+        """End the process after the requests that were submitted before."""
         with self._lock:
             if not self._is_closed:
                 self._is_closed = True
@@ -216,7 +217,7 @@ class Worker:
             connection.send(request)
             return self._generation, self._answer(connection, job)
         except (pickle.PicklingError, AttributeError, TypeError) as error:
-            raise SettingError(f"Cannot hand {type(request).__name__} to a simulator worker: {error}.") from error
+            raise SettingError(f"Cannot send {type(request).__name__} to a simulator worker: {error}.") from error
         except (EOFError, OSError):
             raise WorkerLost(f"Simulator {self.name} died ({self._exit_summary()}).") from None
 
@@ -243,7 +244,7 @@ class Worker:
                 return message.value
 
     def _call_on_first_frame(self, on_first_frame: Callable[[], None]) -> None:
-        """Call `on_first_frame`; when it fails, end the worker, which waits for permission."""
+        """Call `on_first_frame`; if it fails, end the worker, which waits for `Proceed`."""
         try:
             on_first_frame()
         except BaseException:
@@ -285,7 +286,7 @@ class Worker:
 
 
 def launch(fd: int, log: Path | None, environment: dict[str, str]) -> "subprocess.Popen[bytes]":
-    """Start a worker process on its end of a socket pair; this process's environment overrides `environment`."""
+    """Start a worker process with its end of a socket pair; this process's environment overrides `environment`."""
     command = [sys.executable, "-m", "vigil.runner.workers.worker", str(fd)]
     one_thread = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     with open(log or os.devnull, "ab") as output:

@@ -1,8 +1,8 @@
 """Simulator workers as actors of a Ray cluster: the same worker, messages and watchdog, in a process that Ray starts.
 
-Ray chooses the node and starts the process; messages then use a direct connection between the main process and the
+Ray chooses the node and starts the process. Messages then use a direct connection between the main process and the
 actor, as for a worker on this machine. Ray does not restart or retry anything: an actor that is lost with its node is a
-lost worker, and the run replays its live episodes.
+lost worker, and the run restores its live episodes.
 """
 
 import os
@@ -28,7 +28,7 @@ PLACEMENT_TIMEOUT_S = 10.0
 CPUS = 1
 """Number of the cluster's CPUs for each actor."""
 NodeCheck = Callable[[], str]
-"""Returns why the node on which it is called cannot play the run; an empty string when it can. Must be picklable."""
+"""Function that returns why its node cannot play the run, or an empty string when it can. It must be picklable."""
 
 
 class WorkerActor:
@@ -41,7 +41,7 @@ class WorkerActor:
             os.chdir(folder)
 
     def listen(self, key: bytes, node_check: NodeCheck) -> tuple[str, tuple[str, int], int]:
-        """Return the fault of this node, the address to connect to, and the process id."""
+        """Return the fault of this node (empty if none), the address to connect to, and the process id."""
         self._listener = Listener((ray.util.get_node_ip_address(), 0), authkey=key)
         host, port = self._listener.address
         try:
@@ -62,7 +62,7 @@ class RayProcess:
     """Worker in an actor; implements `vigil.runner.workers.process.WorkerProcess`."""
 
     def __init__(self, node_check: NodeCheck, log: Path | None, environment: dict[str, str]) -> None:
-        """Ask Ray for an actor. `log` gets Ray's message about its end; its standard error goes to Ray's logs."""
+        """Ask Ray for an actor. `log` gets Ray's message about the actor's end; standard error goes to Ray's logs."""
         one_thread = {"LP_NUM_THREADS": str(CPUS), "OPENBLAS_NUM_THREADS": str(CPUS)}
         actor = ray.remote(WorkerActor).options(
             num_cpus=CPUS, max_restarts=0, max_task_retries=0, scheduling_strategy="SPREAD"
@@ -84,7 +84,7 @@ class RayProcess:
     def connect(self) -> Connection:
         """Return the connection to the actor. Raises NoCapacity, OSError, or SettingError when its node is unfit."""
         if not _is_ready(self._listen_ref, PLACEMENT_TIMEOUT_S):
-            raise NoCapacity("The Ray cluster has no free CPU for a simulator; `ray status` shows what uses them.")
+            raise NoCapacity("The Ray cluster has no free CPU for a simulator; `ray status` shows what uses its CPUs.")
         try:
             wrong, address, self.pid = ray.get(self._listen_ref)
             if wrong:
@@ -135,6 +135,6 @@ def _is_ready(coming: Any, timeout: float | None) -> bool:
 
 
 def _send_at_once(connection: Connection) -> None:
-    """Make a TCP connection send each message at once, however small, instead of waiting for more data."""
+    """Make a TCP connection send even a small message at once, instead of waiting for more data."""
     with socket.socket(fileno=os.dup(connection.fileno())) as line:
         line.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -17,10 +17,10 @@ LENGTH_TOLERANCE_M = 1e-3
 ANGLE_TOLERANCE_DEG = 1e-2
 _ANGLE_KEYS = frozenset({"rotation", "horizon", "yaw", "turned_deg", "pitched_deg"})
 _COUNT_KEYS = frozenset({"visible_px", "open_px", "toggle_px"})
-"""Pixel counts come from rays: an edge that shifts by a rounding error moves a few of them."""
+"""Names of pixel counts; they come from rays, and an edge that shifts by a rounding error changes them a little."""
 _COUNT_TOLERANCE = 0.02
 _RECORDED_SINCE = {"not_on": 3}
-"""First version of the rules whose rows hold a fact, by fact."""
+"""First version of the rules under which a fact is recorded, by fact."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,11 +46,11 @@ class ComparisonSettings:
     """Settings for the comparison."""
 
     frames: bool = False
-    """Whether to compare the frames' pixels too."""
+    """Whether to compare the frames' pixels, too."""
     exact: bool = False
     """Whether numbers must be bit-identical, as on the machine that made the record."""
     on_step: Callable[[], None] = lambda: None
-    """Called after each step."""
+    """Function that is called after each step."""
 
 
 def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: ComparisonSettings) -> list[FactDifference]:
@@ -60,7 +60,7 @@ def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: Comp
         if observation is None:
             break
         if settings.frames and step.frame_sha256 is not None:
-            observation.rgb  # noqa: B018 - looking at a frame is what draws it
+            observation.rgb  # noqa: B018 - reading a frame draws it
         observation = env.step(step.reply)
         settings.on_step()
     if env.end is None:
@@ -104,10 +104,10 @@ def _facts(step: StepRecord, frames: bool) -> dict[str, Any]:
 class _FactComparison:
     exact: bool
     rules: int
-    """The version of the rules that the record was made under."""
+    """Version of the rules under which the record was made."""
 
     def compare(self, place: str, old: Any, new: Any, key: str = "") -> Iterator[tuple[str, Any, Any]]:
-        """Yield (place, old, new) for each leaf that differs; `key` is the nearest name above it."""
+        """Yield (place, old, new) for each value that differs; `key` is the nearest name above it."""
         if isinstance(old, dict) and isinstance(new, dict):
             for name in sorted(name for name in old.keys() | new.keys() if _RECORDED_SINCE.get(name, 0) <= self.rules):
                 yield from self.compare(f"{place}.{name}".lstrip("."), old.get(name), new.get(name), name)
@@ -118,14 +118,11 @@ class _FactComparison:
             yield place, old, new
 
     def _is_same(self, key: str, old: Any, new: Any) -> bool:
-        if self.exact or isinstance(old, bool) or isinstance(new, bool) or not _are_numbers(old, new):
+        are_numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in (old, new))
+        if self.exact or not are_numbers:
             return old == new
         if key in _COUNT_KEYS:
             return abs(old - new) <= max(1.0, _COUNT_TOLERANCE * max(old, new))
         if key in _ANGLE_KEYS:
             return abs((old - new + 180.0) % 360.0 - 180.0) <= ANGLE_TOLERANCE_DEG
         return math.isclose(old, new, rel_tol=0.0, abs_tol=LENGTH_TOLERANCE_M)
-
-
-def _are_numbers(old: Any, new: Any) -> bool:
-    return isinstance(old, int | float) and isinstance(new, int | float)

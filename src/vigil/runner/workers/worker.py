@@ -1,6 +1,6 @@
-"""A simulator worker: the process that holds a simulator, and answers one request at a time.
+"""A simulator worker: the process that holds a simulator and answers one request at a time.
 
-Started as `python -m vigil.runner.workers.worker FD` by `vigil.runner.workers.process`, with one end of a socket pair.
+`vigil.runner.workers.process` starts it as `python -m vigil.runner.workers.worker FD`, with one end of a socket pair.
 It ends when the other end is closed, even in the middle of a request.
 """
 
@@ -50,7 +50,6 @@ from vigil.runner.workers.messages import (
     FailEpisode,
     GetSimulatorFacts,
     Heartbeat,
-    Plan,
     PlayEpisode,
     Resimulate,
     SimulatorFacts,
@@ -65,9 +64,12 @@ from vigil.sim.protocol import Simulator
 UNWIND_AFTER_S = 0.5
 """Time that a worker may continue a request whose answer nobody awaits, in seconds."""
 POLL_END = getattr(select, "POLLRDHUP", 0)
-"""Has a poll tell of the other end's closing alone; without it, of a socket pair's but not of a connection's by TCP."""
+"""Flag with which a poll reports only that the other end has closed.
+
+Without the flag, a poll still reports this for a socket pair, but not for a TCP connection.
+"""
 END_AFTER_S = 15.0
-"""Time that the worker may take to unwind, in seconds; agents' programs are ended first."""
+"""Time that the worker may take to unwind, in seconds; it first ends agents' programs."""
 
 
 @dataclass(slots=True)
@@ -87,17 +89,17 @@ class WorkerChannel:
         self._connection = connection
 
     def send_heartbeat(self, reply: Reply | None = None) -> None:
-        """Report that the worker is alive, and the agent's reply."""
+        """Report that the worker is alive, with the agent's reply if there is one."""
         self._connection.send(Heartbeat(reply))
 
     def on_first_frame(self) -> None:
-        """Report that the agent will see the first frame, and wait until that is on disk."""
+        """Report that the agent is about to see the first frame, and wait until the attempt is recorded on disk."""
         self._connection.send(AboutToShowFrame())
         self._connection.recv()
 
 
 class RequestHandler:
-    """Answers requests in one worker: holds the pack, the live episodes, and the agent that plays there."""
+    """Handler of one worker's requests; it has the pack, the live episodes, and the agents that play in the worker."""
 
     def __init__(self, plan: WorkerPlan, channel: "WorkerChannel") -> None:
         self._plan = plan
@@ -107,7 +109,7 @@ class RequestHandler:
         )
         self._pack = None if plan.pack is None else Pack.load(plan.pack, plan.pack_sha256)
         self._house: House | None = None
-        """House that the current assignment includes."""
+        """House that the current assignment includes; None when the pack has it."""
         self._assets = AssetDatabase.from_file(plan.asset_database)
         if self._pack is not None:
             self._pack.check_assets(self._assets)
@@ -134,14 +136,15 @@ class RequestHandler:
                 slot.env.fail(boundary, message)
                 return self._record(slot)
             case DropEpisode(session):
-                return self._drop(session)
+                slot = self._live.pop(session, None)
+                return None if slot is None else self._release(slot)
             case Resimulate():
                 return self._resimulate(request)
             case _:
                 raise SimulatorError(f"A worker that plays episodes does not answer {type(request).__name__}.")
 
     def close(self) -> None:
-        """End the agents' programs and free the simulators."""
+        """End the agents' programs and close the simulators."""
         self._close_agents()
         for slot in [*self._live.values(), *self._idle]:
             slot.simulator.close()
@@ -157,7 +160,7 @@ class RequestHandler:
         self._idle.append(slot)
         observation = None if drawn is None else slot.env.reset(drawn.episode)
         if observation is not None:
-            _ = observation.rgb  # raises SimulatorError where nothing can be drawn
+            _ = observation.rgb  # raises SimulatorError if the machine cannot draw
         return SimulatorFacts(slot.simulator.name, slot.simulator.renderer())
 
     def _play(self, assignment: Assignment, earlier: tuple[Reply, ...] | None) -> EpisodeRecord:
@@ -182,11 +185,13 @@ class RequestHandler:
 
     @contextmanager
     def _agent_for(self, assignment: Assignment, simulator: Simulator) -> Iterator[Agent]:
-        """Yield the agent that plays an episode; a program ends with it, unless the run keeps programs."""
+        """Yield the agent that plays an episode; a program ends with the episode, unless the run keeps programs."""
         plan = self._plan
         if plan.agent_factory is not None:
             if not isinstance(simulator, PrivilegedSimulator):
-                raise SettingError(f"Agent {plan.agent!r} needs hidden sight, which {simulator.name!r} does not give.")
+                raise SettingError(
+                    f"Agent {plan.agent!r} needs the hidden state, which simulator {simulator.name!r} does not give."
+                )
             yield plan.agent_factory(plan.agent, assignment.episode, simulator)
             return
         seed = 0 if is_exec(plan.agent) else _epoch_seed(plan.seed, assignment.epoch)
@@ -218,14 +223,8 @@ class RequestHandler:
         assert assignment is not None
         return slot.env.record(run_id=self._plan.run_id, epoch=assignment.epoch, attempt=assignment.attempt)
 
-    def _drop(self, session: int) -> None:
-        slot = self._live.pop(session, None)
-        if slot is None:
-            return
-        self._release(slot)
-
     def _release(self, slot: EnvSlot) -> None:
-        """Keep a simulator for the next episode, unless one is kept already or this one failed."""
+        """Keep a simulator for the next episode, or close it if one is kept already or this one failed."""
         slot.observation = None
         if self._idle or slot.env.end in (None, "error"):
             slot.simulator.close()
@@ -266,7 +265,7 @@ class RequestHandler:
 
 
 def _epoch_seed(seed: int, epoch: int) -> int:
-    """Return the seed of an epoch: the run's own in the first, a hash of seed and epoch in the others."""
+    """Return the seed of an epoch: the run's seed in the first, a hash of seed and epoch in the others."""
     if epoch == 1:
         return seed
     return int.from_bytes(hashlib.sha256(f"{seed}:{epoch}".encode()).digest()[:4], "big")
@@ -274,7 +273,7 @@ def _epoch_seed(seed: int, epoch: int) -> int:
 
 def serve(connection: Connection) -> None:
     """Answer requests until the other end closes the connection."""
-    gc.freeze()  # what is imported stays; playing need not look through it for garbage
+    gc.freeze()  # imported modules are never garbage, so the collector need not look through them
     is_ending = threading.Event()
     signal.signal(signal.SIGTERM, lambda *_: None if is_ending.is_set() else sys.exit())
     threading.Thread(target=_end_with_main_process, args=(connection.fileno(), is_ending), daemon=True).start()
@@ -285,24 +284,20 @@ def serve(connection: Connection) -> None:
             request = connection.recv()
             try:
                 if handler is None:
-                    handler = _handler(plan, channel)
+                    handler = DrawingHandler() if isinstance(plan, DrawingPlan) else RequestHandler(plan, channel)
                     channel.send_heartbeat()
                 answer: Done | Failed = Done(handler.answer(request))
             except VigilError as error:
                 answer = Failed(error)
-            except Exception:  # noqa: BLE001 - the simulator's fault is reported, and the worker lives on
+            except Exception:  # noqa: BLE001 - a fault of the simulator is reported, and the worker continues
                 answer = Failed(SimulatorError(traceback.format_exc(limit=-8)))
             connection.send(answer)
     except (EOFError, BrokenPipeError, ConnectionResetError):
-        return  # the main process has gone or wants no more
+        return  # the main process has ended, or has no more requests
     finally:
         is_ending.set()
         if handler is not None:
             handler.close()
-
-
-def _handler(plan: Plan, channel: WorkerChannel) -> RequestHandler | DrawingHandler:
-    return DrawingHandler() if isinstance(plan, DrawingPlan) else RequestHandler(plan, channel)
 
 
 def _end_with_main_process(fd: int, is_ending: threading.Event) -> None:

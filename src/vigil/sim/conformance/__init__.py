@@ -1,1 +1,1 @@
-"""Conformance: the checks that every simulator backend must pass, in the trial house."""
+"""Conformance: the checks that every simulator backend must pass, in the reference house."""

@@ -1,8 +1,8 @@
-"""The checks that every simulator backend must pass, in the trial house.
+"""The list of checks that every simulator backend must pass, in the reference house.
 
-Each check takes a `Harness` (`vigil.sim.conformance.harness`) and raises AssertionError with what was
-expected and found.
-They speak to a backend through `vigil.sim.protocol` and `vigil.sim.privileged` alone.
+Each check takes a `Harness` (`vigil.sim.conformance.harness`) and raises AssertionError with what was expected and
+found. Checks use a backend only through `vigil.sim.protocol` and `vigil.sim.privileged`. A check's docstring says what
+it requires.
 """
 
 from collections.abc import Callable

@@ -6,6 +6,7 @@ from vigil.sim.conformance.harness import Harness, expect, expect_near, expect_r
 from vigil.sim.conformance.reference_house import DOOR, NORTH, SOUTH, WEST
 
 FREE_COUNTER = Vec3(3.65, 0.9225, 4.55)
+"""A point on the counter with nothing on it."""
 
 
 def holding(object_id: str) -> Setup:
@@ -14,7 +15,7 @@ def holding(object_id: str) -> Setup:
 
 
 def reaches_a_metre_and_a_half(harness: Harness) -> None:
-    """Beyond 1.5 m nothing is done but to ground."""
+    """Beyond 1.5 m only `ground` is carried out."""
     harness.face(1.4, 4.2, "Apple|1")
     effect = harness.click("pick", "Apple|1")
     expect(effect.too_far and effect.hit == "Apple|1", f"an apple 1.75 m away was not too far: {effect}")
@@ -29,7 +30,7 @@ def reaches_a_metre_and_a_half(harness: Harness) -> None:
 
 
 def picks_and_places_where_clicked(harness: Harness) -> None:
-    """The hand takes the apple; the counter gets it at the clicked point."""
+    """The hand takes the clicked apple, and puts it on the counter at the clicked point."""
     harness.face(1.4, 3.3, "Apple|1")
     effect = harness.click("pick", "Apple|1")
     expect_refused(effect, None)
@@ -54,7 +55,7 @@ def refuses_with_the_reason(harness: Harness) -> None:
     expect_refused(harness.click("pick", "FloorLamp|1"), "not_pickupable")
     effect = harness.click("deactivate", "FloorLamp|1")
     expect_refused(effect, "already_so")
-    expect(effect.hit == "FloorLamp|1", f"what a refused click hit is not told: {effect}")
+    expect(effect.hit == "FloorLamp|1", f"what a refused click hit is not recorded: {effect}")
     expect_refused(harness.click("place", "FloorLamp|1"), "hand_empty")
     expect_refused(harness.drop(), "hand_empty")
     harness.face(1.2, 1.0, "FloorLamp|1", holding("Apple|1"))
@@ -68,7 +69,7 @@ def refuses_with_the_reason(harness: Harness) -> None:
 
 
 def places_beside_what_is_in_the_way(harness: Harness) -> None:
-    """Where the thing does not fit it goes to the nearest free spot within 0.3 m, else nowhere."""
+    """An object that does not fit at the click goes to the nearest free spot within 0.3 m, or is refused."""
     beside = Vec3(2.6 + 0.26, 0.9225, 4.5)
     harness.look_at(2.9, 3.6, beside, holding("Apple|1"))
     expect_refused(harness.click_at("place", beside), None)
@@ -80,7 +81,7 @@ def places_beside_what_is_in_the_way(harness: Harness) -> None:
 
 
 def stacks_and_counts_supports(harness: Harness) -> None:
-    """An apple on a plate on the counter: parent, chain, and what lies over what."""
+    """An apple on a plate on the counter has both in its chain of supports, and lies over both."""
     harness.face(3.3, 3.6, "Plate|1", holding("Apple|1"))
     expect_refused(harness.click("place", "Plate|1"), None)
     objects = harness.simulator.world(["Apple|1", "Plate|1", "CounterTop|1"]).objects
@@ -93,7 +94,7 @@ def stacks_and_counts_supports(harness: Harness) -> None:
 
 
 def drops_straight_down(harness: Harness) -> None:
-    """0.4 m ahead onto the floor, or onto what is below; never through a wall."""
+    """An object drops 0.4 m ahead, onto the floor or what is below; never through a wall."""
     harness.stand(3.5, 2.5, NORTH, setup=holding("Apple|1"))
     expect_refused(harness.drop(), None)
     state = harness.state("Apple|1")
@@ -109,7 +110,7 @@ def drops_straight_down(harness: Harness) -> None:
 
 
 def opens_and_closes(harness: Harness) -> None:
-    """What is inside a closed fridge is not seen; open, it is; a closed one takes nothing in."""
+    """What is inside a fridge is seen only while the fridge is open; nothing is put into a closed one."""
     harness.face(5.2, 3.1, "Lettuce|1")
     closed = harness.state("Lettuce|1")
     expect(closed.visible_px == 0 and not closed.visible, "a lettuce is seen through a closed door")
@@ -142,7 +143,7 @@ def leaves_stop_at_what_is_in_the_way(harness: Harness) -> None:
 
 
 def doors_open_and_close(harness: Harness) -> None:
-    """From either side, when the body stands clear of the leaf."""
+    """A door opens and closes when the body is clear of its leaf."""
     harness.face(4.8, 2.2, DOOR)
     expect_refused(harness.click("open_access", DOOR), None)
     expect(not harness.go("backward", 1).path_blocked, "cannot step back from an open door")
@@ -165,7 +166,7 @@ def appliances_interlock(harness: Harness) -> None:
 
 
 def contents_move_along(harness: Harness) -> None:
-    """An egg stays in the bowl that is carried; a book with a pen on it is not picked up."""
+    """An egg moves along with its bowl; a book with a pen on it is not picked up."""
     harness.face(2.4, 3.1, "Bowl|1")
     before = harness.simulator.world(["Bowl|1", "Egg|1"]).objects
     effect = harness.click("pick", "Bowl|1")
@@ -186,7 +187,7 @@ def contents_move_along(harness: Harness) -> None:
 
 
 def switches_change_the_state(harness: Harness) -> None:
-    """A lamp goes on and off, and a setup can start with it on."""
+    """A lamp is switched on and off, and a setup can start with it on."""
     harness.face(1.2, 1.0, "FloorLamp|1")
     expect_refused(harness.click("activate", "FloorLamp|1"), None)
     expect(harness.state("FloorLamp|1").is_toggled is True, "the lamp is not on")

@@ -1,4 +1,4 @@
-"""Trial: a simulator in the trial house, with short words for standing, facing and clicking. For conformance checks."""
+"""Harness of the conformance checks: a simulator in the reference house, with short calls to face and click objects."""
 
 import numpy as np
 
@@ -10,10 +10,11 @@ from vigil.sim.core.sight import pixel_of
 from vigil.sim.privileged import PrivilegedSimulator
 
 NOTHING = Setup()
+"""The setup that changes nothing."""
 
 
 class Harness:
-    """A backend with the trial house loaded."""
+    """A backend with the reference house loaded."""
 
     def __init__(self, simulator: PrivilegedSimulator) -> None:
         self.simulator = simulator
@@ -21,45 +22,45 @@ class Harness:
         simulator.load(self.house)
 
     def stand(self, x: float, z: float, yaw: float = 0.0, horizon: float = 0.0, setup: Setup = NOTHING) -> None:
-        """Resets with the agent at (x, z)."""
+        """Reset with the agent at (x, z) in metres, with yaw and horizon in degrees."""
         pose = Pose(position=Vec3(x, 0.0, z), rotation=yaw, horizon=horizon)
         self.simulator.reset(pose, setup)
 
     def face(self, x: float, z: float, object_id: str, setup: Setup = NOTHING) -> None:
-        """Resets with the agent at (x, z), looking at an object."""
+        """Reset with the agent at (x, z), looking at the middle of an object."""
         self.stand(x, z, setup=setup)
         self.look_at(x, z, self.state(object_id).position, setup)
 
     def look_at(self, x: float, z: float, point: Vec3, setup: Setup = NOTHING) -> None:
-        """Resets with the agent at (x, z), looking at a point."""
+        """Reset with the agent at (x, z), looking at a point."""
         eye = Pose(position=Vec3(x, 0.0, z), rotation=0.0).eye
         down = float(np.degrees(np.arctan2(eye.y - point.y, max(floor_distance(eye, point), 1e-6))))
         self.stand(x, z, yaw_towards(eye, point), min(HORIZON_DOWN_DEG, max(HORIZON_UP_DEG, down)), setup)
 
     def go(self, mode: NavigateMode, magnitude: float) -> Effect:
-        """Walks or turns."""
+        """Walk `magnitude` steps, or turn by `magnitude` degrees; return the effect."""
         return self.simulator.step(Navigate(mode=mode, magnitude=magnitude))
 
     def pitch(self, degrees: float) -> Effect:
-        """Looks down by `degrees`, up when negative."""
+        """Look down by `degrees`, or up when negative; return the effect."""
         return self.simulator.step(Look(direction="down" if degrees > 0 else "up", magnitude=abs(degrees)))
 
     def click(self, intent: Intent, object_id: str) -> Effect:
-        """Clicks on the object's clickable pixel nearest to the middle of them."""
+        """Click on the object's clickable pixel that is nearest to the mean of all; return the effect."""
         pixels = self.simulator.pixels_of(object_id)
         expect(len(pixels) > 0, f"{object_id} has no clickable pixel to {intent}")
         x, y = pixels[np.argmin(((pixels - pixels.mean(axis=0)) ** 2).sum(axis=1))]
         return self.simulator.step(InteractPixel(intent=intent, x=int(x), y=int(y)))
 
     def click_at(self, intent: Intent, point: Vec3) -> Effect:
-        """Clicks on the pixel of a point."""
+        """Click on the pixel of a point; return the effect."""
         pixel = pixel_of(self.agent, point)
         expect(pixel is not None, f"{point} is outside the frame")
         assert pixel is not None
         return self.simulator.step(InteractPixel(intent=intent, x=pixel[0], y=pixel[1]))
 
     def drop(self) -> Effect:
-        """Drops what is held."""
+        """Drop what is held; return the effect."""
         return self.simulator.step(InteractPixel(intent="drop"))
 
     def state(self, object_id: str) -> ObjectState:
@@ -68,28 +69,28 @@ class Harness:
 
     @property
     def agent(self) -> Pose:
-        """The agent's pose."""
+        """Present pose of the agent."""
         return self.simulator.world([]).agent
 
     @property
     def held(self) -> str | None:
-        """The id of what is in the hand."""
+        """Id of the object in the hand; None when the hand is empty."""
         return self.simulator.world([]).held
 
 
 def expect(condition: bool, message: str) -> None:
-    """Raises AssertionError with `message` unless the condition holds."""
+    """Raise AssertionError with `message` unless the condition holds."""
     if not condition:
         raise AssertionError(message)
 
 
 def expect_near(found: float, wanted: float, within: float, what: str) -> None:
-    """Raises AssertionError unless two numbers are near."""
+    """Raise AssertionError unless two numbers differ by at most `within`."""
     expect(abs(found - wanted) <= within, f"{what}: expected {wanted} +- {within}, found {found}")
 
 
 def expect_refused(effect: Effect, refusal: str | None) -> None:
-    """Raises AssertionError unless an effect was refused for that reason; None means carried out."""
+    """Raise AssertionError unless an effect was refused for that reason; None means that it was carried out."""
     expect(effect.refusal == refusal, f"expected refusal {refusal}, found {effect}")
 
 
@@ -99,5 +100,5 @@ def opened(*object_ids: str, openness: float = 1.0) -> Setup:
 
 
 def placed(object_id: str, x: float, y: float, z: float) -> Setup:
-    """Return a setup with the object's box centre at a place, resting on nothing."""
+    """Return a setup with the centre of the object's box at a position, and without a parent."""
     return Setup(objects={object_id: ObjectSetup(placement=Placement(position=Vec3(x, y, z)))})

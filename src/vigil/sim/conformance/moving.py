@@ -6,7 +6,7 @@ from vigil.sim.conformance.reference_house import DOOR, EAST, NORTH, SOUTH
 
 
 def walks_whole_steps_then_the_fraction(harness: Harness) -> None:
-    """n steps are n sweeps of 0.25 m, then the fraction; backward keeps the yaw."""
+    """A walk of n steps is n sweeps of 0.25 m, then the fraction; walking backward does not change the yaw."""
     harness.stand(3.5, 1.5, NORTH)
     effect = harness.go("forward", 3.5)
     expect_near(effect.moved_m, 0.875, 1e-9, "moved")
@@ -18,7 +18,7 @@ def walks_whole_steps_then_the_fraction(harness: Harness) -> None:
 
 
 def stops_at_a_wall(harness: Harness) -> None:
-    """The first blocked sweep ends the walk; what moved stays; the body's axis keeps 0.2 m away."""
+    """The first blocked sweep ends the walk, earlier sweeps count, and the body's axis is never nearer than 0.2 m."""
     harness.stand(3.5, 3.5, SOUTH)
     harness.go("turn_left", 90)
     effect = harness.go("forward", 20)
@@ -32,7 +32,7 @@ def stops_at_a_wall(harness: Harness) -> None:
 
 
 def caps_long_actions(harness: Harness) -> None:
-    """More than 40 steps or 360 degrees is executed as that cap and recorded."""
+    """An action of more than 40 steps or 360 degrees is carried out as the limit and recorded as capped."""
     harness.stand(3.5, 2.5, EAST)
     effect = harness.go("turn_right", 725)
     expect(effect.capped, "a turn of 725 degrees was not recorded as capped")
@@ -45,7 +45,7 @@ def caps_long_actions(harness: Harness) -> None:
 
 
 def turns_by_any_angle(harness: Harness) -> None:
-    """Left is anticlockwise from above; yaw wraps to [0, 360)."""
+    """A turn to the left is anticlockwise from above; the yaw wraps to [0, 360)."""
     harness.stand(3.5, 2.5, 10.0)
     harness.go("turn_left", 22.5)
     expect_near(harness.agent.rotation, 347.5, 1e-9, "yaw after turning left")
@@ -56,7 +56,7 @@ def turns_by_any_angle(harness: Harness) -> None:
 
 
 def clamps_the_pitch(harness: Harness) -> None:
-    """30 up to 60 down."""
+    """The pitch is between 30 degrees up and 60 degrees down."""
     harness.stand(3.5, 2.5, horizon=30)
     expect_near(harness.pitch(45).pitched_deg, 30, 1e-9, "pitched down")
     expect_near(harness.agent.horizon, 60, 1e-9, "horizon, looking down")
@@ -97,7 +97,7 @@ def things_block_by_their_parts(harness: Harness) -> None:
 
 
 def knows_where_the_body_fits(harness: Harness) -> None:
-    """`can_stand` agrees with walking: free floor, and a doorway once its door is open."""
+    """`can_stand` is true on free floor, and in a doorway once its door is open."""
     harness.stand(3.5, 2.5)
     sees = harness.simulator
     expect(sees.can_stand(Vec3(3.5, 0.0, 2.5)), "free floor was refused")
@@ -108,7 +108,7 @@ def knows_where_the_body_fits(harness: Harness) -> None:
 
 
 def touching_is_no_trap(harness: Harness) -> None:
-    """A body that starts nearer than its radius to something can walk away from it, and not further in."""
+    """A body that starts nearer than its radius to something can walk away from it, but not nearer to it."""
     harness.stand(2.62, 2.2, EAST)
     expect(harness.go("backward", 1).path_blocked, "walked into the table")
     effect = harness.go("forward", 1)

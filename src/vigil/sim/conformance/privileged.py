@@ -1,4 +1,4 @@
-"""Conformance: what `vigil.sim.privileged` promises to solvers and authoring."""
+"""Conformance: what `vigil.sim.privileged` guarantees to solvers and authoring."""
 
 from collections.abc import Callable
 from dataclasses import fields
@@ -14,21 +14,22 @@ from vigil.sim.conformance.reference_house import BEDROOM, DOOR, DRAWER, EAST, K
 from vigil.sim.privileged import PrivilegedSimulator
 
 HERE = Vec3(3.5, 0.0, 2.5)
+"""A place on the kitchen's free floor."""
 THERE = Pose(position=Vec3(8.0, 0.0, 1.5), rotation=180.0, horizon=30.0)
-"""In the other room, before the dresser."""
+"""A pose in the bedroom, in front of the dresser."""
 APPLE_FROM = Vec3(1.4, 1.576, 3.2)
 """An eye that sees the apple."""
 
 
 def keeps_the_privileged_protocol(harness: Harness) -> None:
-    """Every member is there."""
+    """The backend has every member of the protocol."""
     expect(
         isinstance(harness.simulator, PrivilegedSimulator), f"{harness.simulator.name} lacks a member of the protocol"
     )
 
 
 def shows_the_scene_as_it_is(harness: Harness) -> None:
-    """One scene from load to load, whose things have the places and states of the world."""
+    """Every call until the next load returns one scene, whose things have the positions and states of the world."""
     harness.stand(HERE.x, HERE.z)
     scene = harness.simulator.scene()
     setup = opened("Fridge|1").model_copy(update={"held": "Mug|1"})
@@ -50,7 +51,7 @@ def shows_the_scene_as_it_is(harness: Harness) -> None:
 
 
 def finds_the_room_of_a_place(harness: Harness) -> None:
-    """By the floor, whatever the height; None outside."""
+    """A position's room is found by the floor, whatever the height; it is None outside."""
     rooms = {HERE: KITCHEN, Vec3(3.5, 1.7, 2.5): KITCHEN, THERE.position: BEDROOM, Vec3(-1.0, 0.0, 2.5): None}
     for place, room in rooms.items():
         found = harness.simulator.room_at(place)
@@ -58,7 +59,7 @@ def finds_the_room_of_a_place(harness: Harness) -> None:
 
 
 def lists_pixels_in_the_frame(harness: Harness) -> None:
-    """Whole pixels (n, 2) of the frame; none of what is out of view, hidden, held or absent."""
+    """Clickable pixels are integers (n, 2) inside the frame; an object out of view, hidden, held or absent has none."""
     harness.face(1.4, 3.2, "Apple|1")
     pixels = harness.simulator.pixels_of("Apple|1")
     expect(pixels.ndim == 2 and pixels.shape[1] == 2 and pixels.dtype.kind == "i", f"{pixels.shape} {pixels.dtype}")
@@ -72,7 +73,7 @@ def lists_pixels_in_the_frame(harness: Harness) -> None:
 
 
 def sees_from_anywhere(harness: Harness) -> None:
-    """Rays from any eye tell which points of an object are met first, wherever the agent is."""
+    """Rays from any eye find which points of an object are met first, wherever the agent is."""
     harness.stand(THERE.position.x, THERE.position.z)
     apple = harness.state("Apple|1").position
     points = np.array([apple, apple])
@@ -85,14 +86,16 @@ def sees_from_anywhere(harness: Harness) -> None:
     eye, lamp = Vec3(5.0, 1.2, 1.0), harness.state("FloorLamp|2").position
     beyond = np.array([[lamp.x, 1.2, lamp.z]])
     expect(bool(sees(eye, beyond, PANE).all()), "a pane does not stop a ray")
-    expect(bool(sees(eye, beyond, PANE, through_glass=True).all()), "an object's own glass is not of it")
+    expect(
+        bool(sees(eye, beyond, PANE, through_glass=True).all()), "an object's own glass does not count as the object"
+    )
     expect(not sees(eye, beyond, "FloorLamp|2").any(), "a ray that stops at glass went through")
     harness.stand(THERE.position.x, THERE.position.z, setup=Setup(held="Apple|1"))
     expect(not sees(APPLE_FROM, points, "Apple|1").any(), "what is held is met by rays")
 
 
 def may_show_what_it_shows(harness: Harness) -> None:
-    """As many pixels as are visible may be; never more than the frame has, and none of what is held or absent."""
+    """As many pixels as are visible may be visible; never more than the frame has, and none when held or absent."""
     absent = {"Statue|1": ObjectSetup(is_absent=True)}
     harness.face(5.2, 3.1, "Fridge|1", Setup(objects=absent, held="Mug|1"))
     may_be_visible = harness.simulator.may_be_visible
@@ -109,33 +112,33 @@ def may_show_what_it_shows(harness: Harness) -> None:
 
 
 def rolls_back(harness: Harness) -> None:
-    """To the last bit, nested, and when something raises."""
+    """A rollback restores the world to the last bit, also when nested and after an exception."""
     harness.face(5.2, 3.1, "Fridge|1", Setup(held="Mug|1"))
     before = _answers(harness)
     with harness.simulator.rollback():
         expect_refused(harness.click("open_access", "Fridge|1"), None)
         harness.go("turn_left", 100)
         middle = _answers(harness)
-        expect(middle != before, "nothing was done in the rehearsal")
+        expect(middle != before, "nothing changed inside the rollback")
         with harness.simulator.rollback():
             harness.go("forward", 2)
             expect_refused(harness.drop(), None)
-            expect(harness.held is None, "a drop in a rehearsal left the hand full")
-        expect(_answers(harness) == middle, "an inner rehearsal was not undone")
-    expect(_answers(harness) == before, "a rehearsal was not undone")
+            expect(harness.held is None, "a drop inside a rollback left the hand full")
+        expect(_answers(harness) == middle, "an inner rollback did not restore the world")
+    expect(_answers(harness) == before, "a rollback did not restore the world")
     try:
         with harness.simulator.rollback():
             harness.go("turn_right", 30)
             raise ZeroDivisionError
     except ZeroDivisionError:
-        expect(_answers(harness) == before, "a rehearsal that raised was not undone")
+        expect(_answers(harness) == before, "a rollback did not restore the world after an exception")
     else:
-        raise AssertionError("a rehearsal swallowed what was raised inside of it")
+        raise AssertionError("a rollback swallowed an exception from inside it")
     expect_refused(harness.click("open_access", "Fridge|1"), None)
 
 
 def moves_the_agent_temporarily(harness: Harness) -> None:
-    """The world is as after a reset there; the hand comes along; afterwards the agent is back."""
+    """At a temporary pose the world is as after a reset there, with the same object held; later all is as before."""
     harness.stand(THERE.position.x, THERE.position.z, THERE.rotation, THERE.horizon, Setup(held="Mug|1"))
     wanted = _answers(harness)
     harness.stand(HERE.x, HERE.z, EAST, setup=Setup(held="Mug|1"))
@@ -145,16 +148,16 @@ def moves_the_agent_temporarily(harness: Harness) -> None:
             harness.agent == THERE and harness.held == "Mug|1",
             f"the agent is at {harness.agent}, holding {harness.held}",
         )
-        expect(_answers(harness) == wanted, "elsewhere the world is not as after a reset there")
+        expect(_answers(harness) == wanted, "at a temporary pose the world is not as after a reset there")
         expect_refused(harness.click("open_access", DRAWER), None)
-    expect(_answers(harness) == before, "the agent, or what it did elsewhere, stayed")
+    expect(_answers(harness) == before, "the agent, or what it changed at a temporary pose, was not restored")
     with harness.simulator.at_pose(Pose(position=Vec3(1.8, 0.0, 2.2), rotation=0.0)):
         expect(harness.agent.position == Vec3(1.8, 0.0, 2.2), "a place in a table was refused")
-    expect(_answers(harness) == before, "the agent stayed elsewhere")
+    expect(_answers(harness) == before, "the agent was not moved back")
 
 
 def refuses_unknown_ids(harness: Harness) -> None:
-    """An id that the house lacks is an EpisodeError."""
+    """An id that the house does not have raises EpisodeError."""
     harness.stand(HERE.x, HERE.z)
     points = np.zeros((1, 3))
     _raises(EpisodeError, lambda: harness.simulator.pixels_of("Aple|1"))
@@ -162,7 +165,7 @@ def refuses_unknown_ids(harness: Harness) -> None:
 
 
 def needs_a_house(harness: Harness) -> None:
-    """Once closed, every member is a SimulatorError until a house is loaded again."""
+    """After `close`, every member raises SimulatorError until a house is loaded again."""
     simulator = harness.simulator
     simulator.close()
     try:
@@ -184,7 +187,7 @@ def needs_a_house(harness: Harness) -> None:
 
 
 def _answers(harness: Harness) -> tuple[object, ...]:
-    """Return the whole hidden world, and what privileged sight says of it."""
+    """Return the whole hidden world with the answers of privileged queries."""
     simulator = harness.simulator
     things = tuple(_facts_of(thing) for thing in simulator.scene().things.values())
     return (
@@ -198,7 +201,7 @@ def _answers(harness: Harness) -> tuple[object, ...]:
 
 
 def _facts_of(thing: Thing) -> tuple[object, ...]:
-    """Return all of a thing but its shape, which is large and never changes."""
+    """Return all fields of a thing except its asset, which is large and never changes."""
     return tuple(getattr(thing, each.name) for each in fields(thing) if each.name != "asset")
 
 

@@ -1,6 +1,7 @@
-"""A small house of two rooms, written by code, in which the conformance checks are played.
+"""The reference house of the conformance checks: a small house of two rooms, built by code.
 
-The kitchen lies west (x 0..6), the bedroom east (x 6..10), both z 0..5; a door and an inner window join them.
+The kitchen is in the west (x 0..6 m), the bedroom in the east (x 6..10 m), both z 0..5 m. A door and an inner window
+join them.
 """
 
 from typing import Any
@@ -23,11 +24,11 @@ Node = dict[str, Any]
 
 DRESSER, WATCH = "Dresser|1", "Watch|1"
 DRAWER, SIBLING, LOWEST = (f"Drawer|1|Dresser{number}" for number in (4, 5, 0))
-"""Two beside each other, the watch in the first, and one near the floor."""
+"""Ids of three drawers: one with the watch in it, the one next to that, and one near the floor."""
 
 
 def reference_house() -> House:
-    """Return the house."""
+    """Return the house, named "trial"."""
     agent = {"position": START, "rotation": {"x": 0, "y": 0, "z": 0}, "horizon": 30, "standing": True}
     door = _opening(DOOR, "Doorway_1", (2.0, 3.0), (0.0, 2.1)) | {"openable": True, "openness": 0.0}
     return House(
@@ -83,7 +84,7 @@ def _bedroom() -> list[Node]:
 def _thing(
     object_id: str, foot: tuple[float, float, float], yaw: float = NORTH, children: list[Node] | None = None
 ) -> Node:
-    """Return an object whose box stands with the middle of its bottom at `foot` (x, y, z)."""
+    """Return an object whose box has the middle of its bottom at `foot` (x, y, z)."""
     x, bottom, z = foot
     category = object_id.partition("|")[0]
     asset_id = f"vigil_{category}_1"

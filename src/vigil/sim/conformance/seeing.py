@@ -1,4 +1,4 @@
-"""Conformance: pixels counted by rays, glass, frames, exact restoring, equal replays and what setups refuse."""
+"""Conformance: pixels counted by rays, glass, frames, exact resets, equal replays, and setups that are refused."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from vigil.sim.conformance.reference_house import DOOR, DRAWER, EAST, PANE, WEST
 
 
 def counts_visible_pixels(harness: Harness) -> None:
-    """More from near than from far, none through walls, none when absent."""
+    """More pixels are visible from near than from far, and none through walls or when absent."""
     harness.face(1.4, 3.2, "Apple|1")
     near = harness.state("Apple|1")
     harness.face(4.6, 2.4, "Apple|1")
@@ -29,7 +29,7 @@ def counts_visible_pixels(harness: Harness) -> None:
 
 
 def counts_what_hides_a_thing(harness: Harness) -> None:
-    """Half behind a box fewer pixels are seen; behind it all none."""
+    """A box in front of an apple hides more than half of the apple's pixels."""
     free = placed("Apple|1", 3.5, 0.045, 3.2)
     harness.stand(3.5, 1.4, 0.0, 30.0, free)
     whole = harness.state("Apple|1").visible_px
@@ -39,7 +39,7 @@ def counts_what_hides_a_thing(harness: Harness) -> None:
 
 
 def counts_state_pixels(harness: Harness) -> None:
-    """Only parts that tell the state count; a table has none."""
+    """Only parts that show a state count as its pixels; a table has none."""
     harness.face(5.2, 3.1, "Fridge|1")
     fridge = harness.state("Fridge|1")
     expect(0 < fridge.open_px <= fridge.visible_px, f"a fridge's pixels: {fridge.open_px} of {fridge.visible_px}")
@@ -51,7 +51,7 @@ def counts_state_pixels(harness: Harness) -> None:
 
 
 def sees_through_glass_but_clicks_it(harness: Harness) -> None:
-    """A lamp beyond the inner window is seen; the click hits the window."""
+    """A lamp behind the inner window is seen, but a click on it hits the window."""
     harness.look_at(5.0, 1.0, Vec3(6.9, 1.2, 1.0))
     expect(harness.state("FloorLamp|2").visible_px > 100, "a lamp is not seen through a window")
     effect = harness.click_at("ground", Vec3(6.9, 1.2, 1.0))
@@ -59,7 +59,7 @@ def sees_through_glass_but_clicks_it(harness: Harness) -> None:
 
 
 def clicks_agree_with_pixels(harness: Harness) -> None:
-    """Every pixel said to be an object's is, and structure without an id is nothing."""
+    """A click on any of an object's pixels hits the object; structure without an id gives None."""
     harness.face(3.4, 3.2, "Microwave|1")
     for object_id in ("Microwave|1", "Plate|1", "CounterTop|1"):
         pixels = harness.simulator.pixels_of(object_id)
@@ -72,7 +72,7 @@ def clicks_agree_with_pixels(harness: Harness) -> None:
 
 
 def says_where_things_are(harness: Harness) -> None:
-    """Distances, boxes and affordances of the world state."""
+    """The world state has the right distances, boxes, openness and switches."""
     harness.stand(3.5, 2.5, WEST)
     world = harness.simulator.world(["DiningTable|1", "Fridge|1", "FloorLamp|1"])
     table, fridge, lamp = (world.objects[object_id] for object_id in ("DiningTable|1", "Fridge|1", "FloorLamp|1"))
@@ -85,7 +85,7 @@ def says_where_things_are(harness: Harness) -> None:
 
 
 def draws_frames(harness: Harness) -> None:
-    """(480, 640, 3) uint8; another view is another picture; the same view the same."""
+    """A frame is (480, 640, 3) uint8; another view gives another frame, and the same view the same frame."""
     harness.stand(3.5, 2.5, WEST)
     first = harness.simulator.frame()
     expect(first.shape == (480, 640, 3) and first.dtype == np.uint8, f"frame: {first.shape}, {first.dtype}")
@@ -98,7 +98,7 @@ def draws_frames(harness: Harness) -> None:
 
 
 def _several_actions(harness: Harness) -> list[WorldState]:
-    """Does a bit of everything. Returns the world after each part."""
+    """Carry out actions of all kinds; return the world after each part."""
     worlds: list[WorldState] = []
     ids = harness.simulator.object_ids()
     harness.face(5.2, 3.1, "Fridge|1")
@@ -117,7 +117,7 @@ def _several_actions(harness: Harness) -> list[WorldState]:
 
 
 def resets_exactly(harness: Harness) -> None:
-    """After any actions a reset gives exactly the same world."""
+    """A reset gives exactly the same world after any actions."""
     ids = harness.simulator.object_ids()
     harness.stand(3.5, 2.5, WEST)
     first = harness.simulator.world(ids)
@@ -135,7 +135,7 @@ def repeats_itself(harness: Harness) -> None:
 
 
 def applies_setups(harness: Harness) -> None:
-    """Openness, switches, places, absence and the hand, as an episode says."""
+    """A setup changes openness, switches, positions, absences and the hand as it says."""
     setup = Setup(
         objects={
             DOOR: ObjectSetup(openness=0.8),
@@ -155,7 +155,7 @@ def applies_setups(harness: Harness) -> None:
 
 
 def refuses_impossible_setups(harness: Harness) -> None:
-    """What the house does not have, or cannot be, is an error that says what to do."""
+    """A setup that the house cannot have raises an error that says what to do."""
     faults = {
         "Did you mean 'Apple|1'?": Setup(objects={"Apple|2": ObjectSetup(is_toggled=True)}),
         "cannot be switched": Setup(objects={"Apple|1": ObjectSetup(is_toggled=True)}),

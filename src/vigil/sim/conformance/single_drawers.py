@@ -1,4 +1,4 @@
-"""What the drawers of a piece of furniture do, which open one by one."""
+"""Conformance: the drawers of a piece of furniture, which open one by one."""
 
 from vigil.base.geometry import Vec3
 from vigil.errors import EpisodeError
@@ -7,8 +7,9 @@ from vigil.sim.conformance.harness import Harness, expect, expect_near, expect_r
 from vigil.sim.conformance.reference_house import DRAWER, DRESSER, LOWEST, SIBLING, WATCH
 
 FRONT = (8.0, 1.5)
-"""Where one stands before the dresser."""
+"""Place (x, z) of the agent in front of the dresser."""
 MOVED_M = 0.3
+"""Distance by which the dresser is moved."""
 
 
 def open_one_by_one(harness: Harness) -> None:
@@ -31,7 +32,7 @@ def open_one_by_one(harness: Harness) -> None:
 
 
 def hold_their_own_things(harness: Harness) -> None:
-    """A shut drawer takes nothing, an open one does; what lies in it lies in the furniture, too."""
+    """Objects can be put into an open drawer, but not into a shut one; what is in a drawer is in its furniture, too."""
     holding = Setup(held="Pen|1")
     harness.face(*FRONT, DRAWER, holding)
     expect_refused(harness.click("place", DRAWER), "receptacle_closed")
@@ -52,7 +53,7 @@ def hold_their_own_things(harness: Harness) -> None:
 
 
 def stop_at_what_is_in_the_way(harness: Harness) -> None:
-    """A drawer that would hit the body or a thing does not move; another one of the same dresser does."""
+    """A drawer that would hit the body or an object does not move; another drawer of the same dresser does."""
     harness.face(7.76, 0.72, LOWEST)
     expect_refused(harness.click("open_access", LOWEST), "blocked_by_agent")
     in_front = placed("Box|1", 7.76, 0.152, 0.75)
@@ -64,7 +65,7 @@ def stop_at_what_is_in_the_way(harness: Harness) -> None:
 
 
 def are_seen_as_part_of_their_furniture(harness: Harness) -> None:
-    """Drawers count for what is seen of their dresser, and a click on one is near to it."""
+    """Pixels of drawers count as pixels of their dresser, and a click on a drawer is near its dresser."""
     harness.face(*FRONT, DRESSER)
     whole, parts = (
         harness.state(DRESSER).visible_px,
@@ -76,7 +77,7 @@ def are_seen_as_part_of_their_furniture(harness: Harness) -> None:
 
 
 def move_with_their_furniture(harness: Harness) -> None:
-    """A dresser that is put elsewhere takes its drawers with it; a drawer alone cannot be."""
+    """A dresser that a setup moves takes its drawers along; a drawer cannot be moved alone."""
     harness.stand(7.0, 2.5)
     dresser, before = harness.state(DRESSER).position, harness.state(WATCH).position
     elsewhere = Placement(position=dresser._replace(x=dresser.x + MOVED_M))

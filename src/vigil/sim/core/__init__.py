@@ -1,1 +1,1 @@
-"""The engine-neutral simulator: a house as things, what the body and the hand can do, what is seen."""
+"""The engine-neutral simulator: what the body and the hand can do in a scene, and what is seen of it."""

@@ -1,6 +1,6 @@
-"""Which kind of place a click on a receptacle means: inside it, on it, or inside what is shut.
+"""Which kind of place a click on a receptacle means: inside it, on it, or inside something shut.
 
-A thing is put where the click is or near by, but never from the top into the receptacle or back.
+An object is put down at the click or near it, but a click on the top never puts it inside, nor the other way round.
 """
 
 import math
@@ -17,17 +17,17 @@ from vigil.scene.things import Thing
 TargetKind = Literal["inside", "on", "shut"]
 
 LEAF_M = 0.015
-"""How far from a leaf's solid a click on the leaf may lie."""
+"""Greatest distance from a leaf's solid of a click on the leaf."""
 SIDE_M = 0.01
-"""How deep under the side of a body's box its outer side may lie."""
+"""How deep inside the body's box a click on the body's outer side may lie."""
 
 
 def target_kind(receptacle: Thing, point: Vec3) -> TargetKind:
     """Return the kind of place that a click at a point of a receptacle means.
 
-    A hollow that the point lies in comes first, then a top that it lies over, then what the leaf or drawer under it
-    shuts; the outer sides of a cupboard belong to its top, all else to what is nearest. `shut` is said of a hollow that
-    must be opened first.
+    A hollow that contains the point comes first, then a top below the point. Then comes the hollow behind the leaf or
+    drawer that was clicked. The outer sides of furniture with doors or drawers belong to its top. Any other point
+    belongs to the nearest surface. `shut` means a hollow that must be opened first.
     """
     surfaces = list(level_surfaces(receptacle))
     if not surfaces:
@@ -53,7 +53,7 @@ def _kind(receptacle: Thing, surface: Surface) -> TargetKind:
 
 
 def _gap(receptacle: Thing, surface: Surface, frame: Motion, point: Vec3) -> float:
-    """Return the distance from a point to the room over a surface: up to the rim or ceiling of a hollow."""
+    """Return the distance (m) from a point to the free space over a surface, up to a hollow's rim or ceiling."""
     local = offset_from(frame, point)
     above = headroom(receptacle.asset, surface) if surface.is_inside else surface.clearance
     rise = max(-TOUCH_M - local.y, local.y - above, 0.0)
@@ -61,7 +61,7 @@ def _gap(receptacle: Thing, surface: Surface, frame: Motion, point: Vec3) -> flo
 
 
 def _is_on_outer_side(receptacle: Thing, point: Vec3) -> bool:
-    """Whether a point lies on one of the four sides of the upright box of the body."""
+    """Return whether a point lies on one of the four sides of the upright box of the body."""
     box = body_box(receptacle)
     x, z = rotate_floor(point.x - box.center.x, point.z - box.center.z, -box.yaw)
     return abs(x) > box.size.x / 2 - SIDE_M or abs(z) > box.size.z / 2 - SIDE_M

@@ -1,7 +1,7 @@
-"""The embedded simulator: a house as a scene, motion, manipulation and visibility, over any engine.
+"""The embedded simulator: motion, handling and visibility in a scene, over any engine.
 
-It implements `vigil.sim.scene_editor.SceneEditor`, and with it every protocol of a simulator. The engine
-only draws and casts rays; a step whose frame is not requested draws nothing.
+It implements `vigil.sim.scene_editor.SceneEditor`, and with it every protocol of a simulator. The engine only draws and
+casts rays; a step whose frame is not requested draws nothing.
 """
 
 from collections.abc import Iterable, Iterator
@@ -46,17 +46,17 @@ class _Loaded:
     state: SceneState
     sight: Sight
     initial: list[tuple[Any, ...]]
-    """What may change of each thing, as loaded."""
+    """`MUTABLE_FIELDS` of each thing, as loaded."""
 
 
 @dataclass(frozen=True, slots=True)
 class _WorldSnapshot:
-    """The world at a moment, to go back to."""
+    """The world at a moment, so that it can be restored."""
 
     agent: Pose
     held: str | None
     things: list[tuple[Any, ...]]
-    """What may change of each thing."""
+    """`MUTABLE_FIELDS` of each thing."""
 
 
 class EmbeddedSimulator:
@@ -69,7 +69,7 @@ class EmbeddedSimulator:
         self._loaded: _Loaded | None = None
 
     def load(self, house: House) -> None:
-        """Builds the scene of `house`, replacing any earlier one. Raises HouseError."""
+        """Build the scene of `house`, replacing any earlier one. Raises HouseError."""
         scene = build_scene(house, self._assets)
         self._engine.load(scene)
         first = scene.rooms[0].polygon[0]
@@ -79,11 +79,11 @@ class EmbeddedSimulator:
         self._loaded = _Loaded(house, state, Sight(self._engine, scene), initial)
 
     def prepare(self, house: House) -> None:
-        """Builds what of a house is kept for a later `load`, in any thread. Raises HouseError."""
+        """Build and cache what a later `load` of `house` needs, in any thread. Raises HouseError."""
         self._engine.prepare(build_scene(house, self._assets))
 
     def reset(self, start: Pose, setup: Setup) -> None:
-        """Restores the house as loaded, applies `setup`, stands the agent at `start`. Raises EpisodeError."""
+        """Restore the house as loaded, apply `setup` and put the agent at `start`. Raises EpisodeError."""
         loaded = self._require_loaded()
         state = loaded.state
         state.agent, state.held = start, None
@@ -94,7 +94,7 @@ class EmbeddedSimulator:
             raise blocked_start_error(start, loaded.house.name)
 
     def step(self, action: PhysicalAction) -> Effect:
-        """Carries out one action, or refuses it; never raises for what an agent did."""
+        """Carry out or refuse one action; never raises because of an agent's action."""
         if isinstance(action, Navigate):
             effect = self._turn(action) if action.mode.startswith("turn") else self._walk(action)
         elif isinstance(action, Look):
@@ -111,13 +111,13 @@ class EmbeddedSimulator:
         return self._engine.draw(state.agent, state.held)
 
     def object_at(self, x: int, y: int) -> str | None:
-        """Return the id of the object under a pixel; None for structure without an id and sky."""
+        """Return the id of the object that a click on the pixel hits; None for structure without an id, and sky."""
         loaded = self._require_loaded()
         thing, _ = loaded.sight.click(loaded.state.agent, x, y)
         return thing.id if thing else None
 
     def world(self, object_ids: Iterable[str]) -> WorldState:
-        """Return the agent's and the named objects' hidden state. Raises EpisodeError on an unknown id."""
+        """Return the hidden state of the agent and the named objects. Raises EpisodeError on an unknown id."""
         loaded = self._require_loaded()
         things = [self._thing(object_id) for object_id in dict.fromkeys(object_ids)]
         seen = loaded.sight.see(loaded.state.agent, things)
@@ -129,7 +129,7 @@ class EmbeddedSimulator:
         return self._engine.renderer()
 
     def close(self) -> None:
-        """Frees what the scene holds; the simulator can load again."""
+        """Release the scene; the simulator can load again."""
         self._engine.close()
         self._loaded = None
 
@@ -140,42 +140,39 @@ class EmbeddedSimulator:
         return sorted(thing.id for thing in self._require_loaded().state.scene.things.values() if thing.is_present)
 
     def pixels_of(self, object_id: str) -> np.ndarray:
-        """Return the pixels (n, 2) of x, y on which a click hits the object, maybe strided; n = 0 when none."""
+        """Return the pixels (n, 2), x and y on a lattice, on which a click hits the object."""
         loaded = self._require_loaded()
         return loaded.sight.click_pixel(loaded.state.agent, self._thing(object_id))
 
     def can_stand(self, position: Vec3) -> bool:
-        """Whether the agent's body fits there."""
+        """Return whether the agent's body fits at a position."""
         return self._require_loaded().state.collision_map.can_stand(position)
 
     def scene(self) -> Scene:
-        """Return the scene as it is now: rooms, panels, and every thing with its category, asset, surfaces and state.
-
-        To look at, never to change.
-        """
+        """Return the scene, whose things have their present state. The caller must not change it."""
         return self._require_loaded().state.scene
 
     def room_at(self, position: Vec3) -> str | None:
-        """Return the id of the room whose floor holds a place; None outside."""
+        """Return the id of the room whose floor contains a position; None outside every room."""
         return self._require_loaded().state.collision_map.room_at(position)
 
     def points_visible_from(
         self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False
     ) -> np.ndarray:
-        """Return which of n points on an object rays from `eye`, which may be anywhere, meet before all else."""
+        """Return which (n,) of points (n, 3) on an object a ray from `eye`, which may be anywhere, meets first."""
         offsets = points - np.array(eye)
         away = np.maximum(np.linalg.norm(offsets, axis=1), 1e-9)
         rays, thing = offsets / away[:, None], self._thing(object_id)
         return self._require_loaded().sight.meets(eye, rays, thing, through_glass=through_glass)
 
     def may_be_visible(self, object_id: str, min_px: int) -> bool:
-        """Whether so many pixels of an object may be in view; True wherever they are."""
+        """Return whether at least `min_px` pixels of an object may be visible; ignores what hides it."""
         loaded = self._require_loaded()
         return loaded.sight.may_be_visible(loaded.state.agent, self._thing(object_id), min_px)
 
     @contextmanager
     def rollback(self) -> Iterator[None]:
-        """Undoes at its end all that is done inside."""
+        """Undo at the end of the context all that was done inside it."""
         before = self._snapshot()
         try:
             yield
@@ -184,25 +181,22 @@ class EmbeddedSimulator:
 
     @contextmanager
     def at_pose(self, pose: Pose) -> Iterator[None]:
-        """Stands the agent elsewhere for the time being, wherever that is."""
+        """Put the agent at a pose inside the context; nothing checks that the body fits."""
         with self.rollback():
-            state = self._require_loaded().state
-            state.agent = pose
-            state.move_held()
-            self._flush()
+            self.stand(pose)
             yield
 
-    # The rest of `SceneEditor`: for programs that direct a scene.
+    # The rest of `SceneEditor`: for programs that edit a scene.
 
     def stand(self, pose: Pose) -> None:
-        """Stands the agent at a pose, with what it holds."""
+        """Put the agent, with what it holds, at a pose; nothing checks that the body fits."""
         state = self._require_loaded().state
         state.agent = pose
         state.move_held()
         self._flush()
 
     def apply_changes(self, setup: Setup) -> None:
-        """Changes the world as it is now. Raises EpisodeError, and has then changed nothing."""
+        """Apply a setup to the world as it is now. Raises EpisodeError, and has then changed nothing."""
         loaded = self._require_loaded()
         before = self._snapshot()
         change = setup.objects.get(loaded.state.held or "")
@@ -216,36 +210,36 @@ class EmbeddedSimulator:
         self._flush()
 
     def restore_object(self, object_id: str) -> None:
-        """Puts a thing that was taken out of the scene back to where it was."""
+        """Put an object that was taken out of the scene back where it was."""
         thing = self._thing(object_id)
         thing.is_present = True
         self._require_loaded().state.mark_changed(thing)
         self._flush()
 
     def apply_intent(self, intent: Intent, object_id: str, point: Vec3) -> Effect:
-        """Does what a click on a point of an object would do, however far it is."""
+        """Do what a click on a point of an object would do, at any distance."""
         return self._effect_of(apply_intent(self._require_loaded().state, intent, self._thing(object_id), point))
 
     def open_to(self, object_id: str, openness: float) -> Effect:
-        """Opens or closes an object to an openness, or refuses it."""
+        """Open or close an object to an openness in 0..1, or refuse it."""
         return self._effect_of(open_to(self._require_loaded().state, self._thing(object_id), openness))
 
     def reachable(self, start: Vec3, step_m: float) -> np.ndarray:
-        """Return the places (n, 2) on a grid to which the body gets."""
+        """Return the places (n, 2) of x, z on a grid through `start` that the body reaches."""
         return self._require_loaded().state.collision_map.reachable(start, step_m)
 
     def blocker(self, start: Vec3, end: Vec3) -> str | None:
-        """Return the id of what stops the body on a straight way, "exterior" outside of the rooms; None when free."""
+        """Return the id of what stops the body on a straight way; "exterior" outside the rooms, None when free."""
         return self._require_loaded().state.collision_map.blocker(start, end)
 
     def meets(self, eye: Vec3, directions: np.ndarray, *, through_glass: bool = False) -> tuple[np.ndarray, np.ndarray]:
-        """Return the index of the thing that each ray meets first, and the distance (m)."""
+        """Return the index (n,) of the thing that each ray meets first, or -1, and the distance (n,) in metres."""
         self._require_loaded()
         hits = self._engine.cast(eye, directions, through_glass=through_glass)
         return hits.things, hits.distances
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], *, with_hand: bool) -> CameraImage:
-        """Return what a camera sees."""
+        """Return the requested layers of what a camera sees."""
         held = self._require_loaded().state.held
         return self._engine.render_view(view, layers, held if with_hand else None)
 
@@ -368,7 +362,7 @@ class EmbeddedSimulator:
 
 
 def _restore(state: SceneState, before: list[tuple[Any, ...]]) -> None:
-    """Makes all things as they were, and marks those that this changes."""
+    """Restore the mutable fields of all things, and mark the things that this changes."""
     for thing, now, then in zip(state.scene.things.values(), mutable_state_of(state.scene), before, strict=True):
         if now != then:
             for name, value in zip(MUTABLE_FIELDS, then, strict=True):

@@ -1,4 +1,4 @@
-"""The seam between the engine-neutral simulator and what draws and casts rays for it."""
+"""The protocol between the engine-neutral simulator and an engine, which draws and casts rays for it."""
 
 # pyright: reportReturnType=false
 
@@ -14,35 +14,37 @@ from vigil.scene.things import Scene
 from vigil.sim.scene_editor import CameraImage, CameraView, Layer
 
 BEARS_OPEN = 1
+"""Bit of `RayHits.roles` for a part that shows whether the thing is open."""
 BEARS_TOGGLE = 2
+"""Bit of `RayHits.roles` for a part that shows whether the thing is switched on."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RayHits:
-    """What n rays met."""
+    """The first hits of n rays."""
 
     things: np.ndarray
-    """(n,) int32: index of the thing in the scene's order; -1 for structure without an id or nothing."""
+    """Index of the thing in the scene's order (n,) int32; -1 for structure without an id, and for nothing."""
     roles: np.ndarray
-    """(n,) uint8: bits BEARS_OPEN and BEARS_TOGGLE of the part that was hit."""
+    """Bits BEARS_OPEN and BEARS_TOGGLE of the part that was hit (n,) uint8."""
     distances: np.ndarray
-    """(n,) float64 metres from the origin; inf where nothing was met."""
+    """Distance from the origin in metres (n,) float64; inf where nothing was hit."""
 
 
 class Engine(Protocol):
-    """Draws a scene and casts rays into it; keeps no world state of its own."""
+    """An engine that draws a scene and casts rays into it, without a world state."""
 
     name: str
-    """With version, for run headers."""
+    """Name with version, for run headers."""
 
     def load(self, scene: Scene) -> None:
-        """Builds `scene`, replacing any earlier one."""
+        """Build `scene`, replacing any earlier one."""
 
     def prepare(self, scene: Scene) -> None:
-        """Makes a later `load` of an equal scene quicker, where it can. May be called in another thread meanwhile."""
+        """Make a later `load` of an equal scene faster, if it can. May be called in another thread at any time."""
 
     def update(self, scene: Scene, ids: set[str]) -> None:
-        """Takes over the present places and states of the named things."""
+        """Copy the present positions and states of the things with these ids."""
 
     def cast(
         self,
@@ -54,20 +56,20 @@ class Engine(Protocol):
         without: Sequence[str] = (),
         within_m: float = math.inf,
     ) -> RayHits:
-        """Casts rays along unit `directions` (n, 3). Held and absent things are never met; with `only` nothing but
-        that thing is, and the things `without` are not. What is farther than `within_m` may be passed over.
+        """Return the first hits of rays along unit `directions` (n, 3).
 
-        Of what is equally far, structure is met first, then things in the scene's order.
+        Held and absent things are never hit, nor are the things `without`; with `only`, just that thing is. Hits beyond
+        `within_m` may be missed. At equal distance structure is hit first, then things in the scene's order.
         """
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:
         """Return the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], held: str | None) -> CameraImage:
-        """Return what a camera sees; with `held`, that thing is drawn in the hand of who looks."""
+        """Return the requested layers of what a camera sees; the thing `held` is drawn in the viewer's hand."""
 
     def renderer(self) -> str:
         """Return the GL renderer string; "none" when there is no GL."""
 
     def close(self) -> None:
-        """Frees the scene."""
+        """Release the scene."""

@@ -1,4 +1,4 @@
-"""What a click does: opening, switching, picking up, placing and dropping, or the reason why not.
+"""What a click does: it opens, closes, switches, picks up, places or drops, or is refused for a reason.
 
 Source: protocol.md section 2.2. Every refusal leaves the scene exactly as it was.
 """
@@ -19,24 +19,28 @@ from vigil.sim.core.state import AGENT, SceneState
 
 @dataclass(frozen=True, slots=True)
 class ClickHit:
-    """What the ray of a click met."""
+    """The first hit of a click's ray."""
 
     thing: Thing | None
+    """The thing; None when the ray met structure without an id, or nothing."""
     point: Vec3 | None
-    """None when it met nothing at all."""
+    """The point (m); None when the ray met nothing."""
 
 
 @dataclass(frozen=True, slots=True)
 class InteractionResult:
-    """What an interaction came to."""
+    """The result of an interaction."""
 
     refusal: RefusalCode | None = None
+    """Reason for which it was refused; None when it was carried out."""
     blocked_by: str | None = None
+    """Id of what stopped a leaf, lid or drawer; else None."""
     changed: tuple[str, ...] = ()
+    """Sorted ids of what changed."""
 
 
 def interact(state: SceneState, intent: Intent, click: ClickHit) -> InteractionResult:
-    """Carries out one intent, or refuses it."""
+    """Carry out or refuse one intent on what a click hit."""
     if intent == "drop":
         return _drop(state)
     if click.thing is None or click.point is None:
@@ -47,7 +51,7 @@ def interact(state: SceneState, intent: Intent, click: ClickHit) -> InteractionR
 
 
 def apply_intent(state: SceneState, intent: Intent, thing: Thing, point: Vec3) -> InteractionResult:
-    """Carries out one intent on a thing, or refuses it, without asking whether the hand gets there."""
+    """Carry out or refuse one intent on a thing, without a check of the hand's reach."""
     if intent == "drop":
         return _drop(state)
     refusal = refusal_by_rule(state.scene, state.held, intent, thing, point)
@@ -71,7 +75,7 @@ def apply_intent(state: SceneState, intent: Intent, thing: Thing, point: Vec3) -
 
 
 def open_to(state: SceneState, thing: Thing, target: float) -> InteractionResult:
-    """Opens or closes a thing to an openness of 0 to 1, or refuses it."""
+    """Open or close a thing to an openness in 0..1, or refuse it."""
     refusal = opening_refusal(thing, target)
     return _swing(state, thing, target) if refusal is None else InteractionResult(refusal)
 

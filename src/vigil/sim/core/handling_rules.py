@@ -1,7 +1,7 @@
-"""The rules of what a click may do: reach, and why a thing is not opened, switched, picked up or placed upon.
+"""The rules of what a click may do: reach, and why opening, switching, picking up or placing is refused.
 
-They ask the scene and the hand alone and change nothing, so every backend asks the same ones before anything is tried.
-Source: protocol.md section 2.2, in its order.
+They depend on the scene and the hand alone and change nothing, so every backend applies the same rules first. Source:
+protocol.md section 2.2, in its order.
 """
 
 from typing import assert_never
@@ -19,7 +19,7 @@ REACH_SLACK_M = 1e-9
 
 
 def can_reach(floor: Vec3, intent: Intent, box: Box, point: Vec3) -> bool:
-    """Whether the hand of a body that stands at `floor` gets to a box, or for `place` to the clicked point."""
+    """Return whether the hand of a body that stands at `floor` reaches a box, or for `place` the clicked point."""
     if intent == "place":
         distance_m, height_m = floor_distance(floor, point), point.y - floor.y
     else:
@@ -28,9 +28,9 @@ def can_reach(floor: Vec3, intent: Intent, box: Box, point: Vec3) -> bool:
 
 
 def refusal_by_rule(scene: Scene, held: str | None, intent: Intent, thing: Thing, point: Vec3) -> RefusalCode | None:
-    """Return why an intent on a thing is refused whatever is around it; None where it may be tried.
+    """Return why an intent on a thing is refused whatever is around it; None when it may be tried.
 
-    `held` is the id of what is in the hand, `point` the place on the thing that was clicked (m, world frame).
+    `held` is the id of what is in the hand. `point` is the clicked point on the thing (m, house's frame).
     """
     match intent:
         case "open_access" | "close_access":
@@ -48,7 +48,7 @@ def refusal_by_rule(scene: Scene, held: str | None, intent: Intent, thing: Thing
 
 
 def opening_refusal(thing: Thing, target: float) -> RefusalCode | None:
-    """Return why a thing is not brought to an openness of 0 to 1."""
+    """Return why opening or closing a thing to an openness in 0..1 is refused; None when it may be tried."""
     if not thing.is_openable:
         return "not_openable"
     if abs(thing.openness - target) < MOVED_WITHIN:

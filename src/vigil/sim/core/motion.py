@@ -1,10 +1,9 @@
-"""Where the body fits and how far it gets: a vertical cylinder swept through the floor plan.
+"""Where the body fits and how far it walks: a vertical cylinder swept through the floor plan.
 
-Obstacles are the solids of things that reach into 0.05 .. 1.8 m above the floor, leaves at their present openness
-included, and walls but for holes that a body passes through. A sweep is free when no obstacle comes nearer than the
-body's radius. **Touching at the start**: an obstacle that is already nearer than the radius (a leaf that was closed
-against the body, a start pose at a table's edge) only blocks a sweep that would come nearer still, so the
-body can always walk away from it and is never stuck for ever.
+Obstacles are the solids of things that reach into 0.05 .. 1.8 m above the floor, with leaves at their present openness.
+Walls are obstacles, too, except for holes that a body passes through. A sweep is free when no obstacle comes nearer
+than the body's radius. An obstacle may already be nearer at the start: a leaf that was closed against the body, or a
+table's edge at a start pose. It only blocks a sweep that would come nearer still, so the body can always walk away.
 """
 
 import math
@@ -20,20 +19,20 @@ from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, floor_of_rooms, room_flo
 from vigil.scene.things import Scene
 
 CENTRE_SHARE = 0.25
-"""The share of the body that counts as its axis."""
+"""Share of the body's radius around its axis that must be free at a start."""
 TOUCH_M = 1e-6
-"""Slack of the distance test: exact contact is free."""
+"""Slack of the test of distances, so that exact contact is free."""
 
 
 def step_lengths(magnitude: float) -> list[float]:
-    """Return the lengths (m) of a walk: whole steps, then the fraction."""
+    """Return the lengths (m) of a walk of `magnitude` steps: whole steps, then the fraction."""
     whole = math.floor(magnitude + 1e-9)
     rest = magnitude - whole
     return [STEP_M] * whole + ([rest * STEP_M] if rest > 1e-9 else [])
 
 
 class CollisionMap:
-    """The obstacles of a scene in the floor plane, kept up to date thing by thing."""
+    """The obstacles of a scene in the floor plane, updated thing by thing."""
 
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
@@ -46,32 +45,35 @@ class CollisionMap:
         self._owners: list[str] = []
 
     def refresh(self, ids: set[str]) -> None:
-        """Takes over the present places and states of the named things."""
+        """Forget the shapes of the things with these ids, which have changed."""
         for thing_id in ids:
             self._thing_shapes.pop(thing_id, None)
         self._tree = None
 
     def room_at(self, position: Vec3) -> str | None:
-        """Return the id of the room whose floor holds a place; None outside."""
+        """Return the id of the room whose floor contains a position; None outside every room."""
         point = shapely.Point(position.x, position.z)
         return next((room.id for room in self._scene.rooms if room_floor(room).covers(point)), None)
 
     def can_stand(self, position: Vec3) -> bool:
-        """Whether the body fits there."""
+        """Return whether the body fits at a position: inside the rooms, clear of obstacles."""
         point = shapely.Point(position.x, position.z)
         return bool(self._inside.contains(point)) and not len(self._near(point))
 
     def is_inside(self, shape: BaseGeometry) -> bool:
-        """Whether a floor shape lies inside the rooms."""
+        """Return whether a floor shape lies inside the rooms."""
         return bool(self._inside.covers(shape))
 
     def centre_is_free(self, position: Vec3) -> bool:
-        """Whether at least the body's axis is inside a room and in no obstacle."""
+        """Return whether at least the body's core (`CENTRE_SHARE`) is inside a room and clear of obstacles."""
         point = shapely.Point(position.x, position.z)
         return bool(self._inside.contains(point)) and not len(self._near(point, BODY_RADIUS_M * CENTRE_SHARE))
 
     def blocker(self, start: Vec3, end: Vec3) -> str | None:
-        """Return the id of what stops the body between two places, the nearest to `start`; None when free."""
+        """Return the id of what stops the body between two positions, the nearest to `start`.
+
+        Return `EXTERIOR` when only the edge of the floor stops it, and None when the way is free.
+        """
         sweep = shapely.LineString([(start.x, start.z), (end.x, end.z)])
         origin = shapely.Point(start.x, start.z)
         hits = self._near(sweep)
@@ -88,12 +90,8 @@ class CollisionMap:
                 )[1]
         return None if self._inside.covers(sweep) else EXTERIOR
 
-    def path_is_free(self, start: Vec3, end: Vec3) -> bool:
-        """Whether the body can be swept straight from one place to the other."""
-        return self.blocker(start, end) is None
-
     def reachable(self, start: Vec3, step_m: float = GRID_M) -> np.ndarray:
-        """Return the places (n, 2) of x, z on a grid through `start` that the body gets to along grid edges."""
+        """Return the places (n, 2) of x, z, on a grid through `start`, that the body reaches along grid edges."""
         from scipy.sparse import coo_array  # noqa: PLC0415 - loads over 200 modules
         from scipy.sparse.csgraph import breadth_first_order  # noqa: PLC0415
 
@@ -114,7 +112,10 @@ class CollisionMap:
         return free[np.sort(breadth_first_order(graph, first, directed=False, return_predecessors=False))]
 
     def _free_grid(self, start: Vec3, step_m: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the cells (n, 2) in which the body fits, counted from `start`, with their places."""
+        """Return the cells (n, 2) in which the body fits, counted from `start`, with their x and z (n, 2).
+
+        The cell of `start` is always among them.
+        """
         left, low, right, high = self._inside.bounds
         columns = np.arange(math.ceil((left - start.x) / step_m), math.floor((right - start.x) / step_m) + 1)
         rows = np.arange(math.ceil((low - start.z) / step_m), math.floor((high - start.z) / step_m) + 1)
@@ -126,7 +127,7 @@ class CollisionMap:
         return cells[fits], places[fits]
 
     def _gaps(self, owners: list[str], hits: np.ndarray, shape: BaseGeometry) -> np.ndarray:
-        """Return each owner's distance (m) to a shape, over its parts that a sweep comes near to."""
+        """Return the distance (m) of each owner to a shape, over those of the owner's parts that are in `hits`."""
         gaps = shapely.distance(self._shapes[hits], shape)
         names = np.array([self._owners[hit] for hit in hits])
         return np.array([gaps[names == owner].min() for owner in owners])

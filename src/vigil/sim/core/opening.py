@@ -1,13 +1,12 @@
 """Opening and closing: a leaf, lid or drawer moves all the way, or not at all when something is in its way.
 
-The moving solids are sampled finely along their motion. They stop for another thing's solid or the agent's body when
-they get deeper into it than a small tolerance beyond how deep they were at the start: neighbours that touch or overlap
-a little at rest, as furniture in generated houses does, keep nothing shut. What hangs in or on a wall has a wider
-tolerance. Walls, windows and shut doors have none: no part, handles included, reaches into the next room
-(`vigil.scene.partitions`).
+The moving solids are sampled finely along their motion. Another thing's solid, or the agent's body, blocks them when
+they get deeper into it than at the start by more than a tolerance. So neighbours that touch or overlap a little at
+rest, as furniture in generated houses does, block nothing. Things in or on a wall have a wider tolerance. Walls,
+windows and shut doors have none: no part, handles included, reaches into the next room (`vigil.scene.partitions`).
 
-A drawer takes along what lies in it, the open cover of a book too: that cover must not get into the carrier's own body,
-nor into anything else.
+A drawer carries along what lies in it, such as a book with an open cover. That cover must not get into the carrier's
+own body, nor into anything else.
 """
 
 import math
@@ -29,13 +28,17 @@ from vigil.scene.things import Thing
 from vigil.sim.core.state import AGENT, SceneState
 
 TOLERANCE_M = 0.015
+"""How much deeper than at the start a moving part may get into another thing."""
 WALL_TOLERANCE_M = 0.05
+"""The same for a thing in or on a wall."""
 SAMPLE_M = 0.02
+"""Greatest distance that a moving part travels between two samples."""
 MOVED_WITHIN = 0.005
+"""Difference of openness below which a thing counts as already that open."""
 
 
 def opening_blocker(state: SceneState, thing: Thing, target: float) -> str | None:
-    """Return the id of what stops the thing's parts on their way to openness `target`; None when nothing does."""
+    """Return the id of what blocks the thing's parts on their way to openness `target`; None when nothing does."""
     rider = _rider(state, thing)
     if rider is not None:
         return rider
@@ -49,7 +52,10 @@ def opening_blocker(state: SceneState, thing: Thing, target: float) -> str | Non
 
 
 def _first_collision(state: SceneState, path: list[list[Prism]], obstacles: list[tuple[str, Prism]]) -> str | None:
-    """Return the owner of the solid that stops others on their path; None when nothing does."""
+    """Return the owner of the obstacle that blocks solids on their path; None when none does.
+
+    `path` has the solids at each sample of their motion, in one order; the first sample is where they are now.
+    """
     if not path[0]:
         return None
     obstacles = _within_reach(obstacles, path)
@@ -68,9 +74,10 @@ def _first_collision(state: SceneState, path: list[list[Prism]], obstacles: list
 def _carried_collision(
     state: SceneState, thing: Thing, samples: list[float], obstacles: list[tuple[str, Prism]]
 ) -> str | None:
-    """Return what stops the open leaves of things that move along; of the thing's own body, the id of what is open.
+    """Return the id of what blocks the open leaves of things that are carried along; None when nothing does.
 
-    The body of a drawer is that of its furniture.
+    When the carrier's own body blocks a leaf, that is the id of the carried thing. The body of a drawer is that of its
+    furniture.
     """
     whole = furniture_of(state.scene, thing) or thing
     body = [prism for prism in prisms_of(whole) if prism.joint is None]
@@ -89,7 +96,10 @@ def _carried_collision(
 
 
 def pierced_carrier(state: SceneState, thing: Thing) -> str | None:
-    """Return the id of what a thing lies inside of whose own body its open leaf sticks in, deeper than shut."""
+    """Return the id of a container of the thing into whose body the thing's open leaf reaches deeper than when shut.
+
+    Return None when there is none.
+    """
     if thing.openness == 0.0:
         return None
     shut, now = (moving_prisms_of(thing, openness) for openness in (0.0, thing.openness))
@@ -102,7 +112,7 @@ def pierced_carrier(state: SceneState, thing: Thing) -> str | None:
 
 
 def set_openness(state: SceneState, thing: Thing, target: float) -> list[Thing]:
-    """Opens or closes without asking whether it can, drawers' contents along. Returns what changed, the thing first."""
+    """Open or close a thing, with what its joints carry, without a check; return what changed, the thing first."""
     moved: list[Thing] = []
     for joint in thing.asset.joints:
         along = moved_by_joint(state.scene, thing, joint.name)
@@ -114,7 +124,7 @@ def set_openness(state: SceneState, thing: Thing, target: float) -> list[Thing]:
 
 
 def _rider(state: SceneState, thing: Thing) -> str | None:
-    """Return the id of what lies on a lid or cover, on no surface of its own (a pen on a laptop)."""
+    """Return the id of a child that lies on a lid or cover without a surface, e.g. a pen on a laptop; None if none."""
     if not any(joint.kind == "hinge" for joint in thing.asset.joints):
         return None
     riders = (child.id for child in children(state.scene, thing.id) if not _goes_along_or_lies_inside(thing, child))
@@ -122,13 +132,14 @@ def _rider(state: SceneState, thing: Thing) -> str | None:
 
 
 def _samples(thing: Thing, target: float) -> list[float]:
+    """Return values of openness from the present one to `target`, both included."""
     reach = max((_travel_m(thing, joint.name) for joint in thing.asset.joints), default=0.0)
     count = max(2, math.ceil(reach * abs(target - thing.openness) / SAMPLE_M) + 1)
     return [float(value) for value in np.linspace(thing.openness, target, count)]
 
 
 def _travel_m(thing: Thing, name: str) -> float:
-    """Return the greatest distance that a joint's solids travel."""
+    """Return the greatest distance (m) that a joint's solids travel from closed to open."""
     joint = joint_of(thing.asset, name)
     if joint is None or joint.kind == "slide":
         return abs(joint.travel) if joint else 0.0
@@ -139,7 +150,10 @@ def _travel_m(thing: Thing, name: str) -> float:
 
 
 def _obstacles(state: SceneState, thing: Thing) -> list[tuple[str, Prism]]:
-    """Return what can stop the thing's parts besides partitions: not itself, what moves along, or what lies inside."""
+    """Return (id, solid) of what can block the thing's parts, apart from partitions.
+
+    The thing itself, what moves along with it and what lies inside it are not among them.
+    """
     ignored = {thing.id}
     for child in children(state.scene, thing.id):
         if _goes_along_or_lies_inside(thing, child):
@@ -161,6 +175,7 @@ def _tolerance(state: SceneState, owner: str) -> float:
 
 
 def _within_reach(solids: list[tuple[str, Prism]], path: list[list[Prism]]) -> list[tuple[str, Prism]]:
+    """Return the solids whose bounds overlap those of the whole path."""
     corners = np.concatenate([prism.polygon for prisms in path for prism in prisms])
     low, high = corners.min(axis=0), corners.max(axis=0)
     bottom, top = min(p.bottom for prisms in path for p in prisms), max(p.top for prisms in path for p in prisms)

@@ -1,9 +1,8 @@
-"""Putting things down: at a clicked point, at the nearest free spot, or straight down in front of the body.
+"""Putting things down: at the free spot nearest to a clicked point, or straight down in front of the body.
 
-"Within 0.3 m" is measured from the clicked point to the place under the thing's middle: in space, but along the floor
-alone where the point lies over the surface. A placed thing keeps the yaw that it has in the house when it fits so, else
-it is turned to the surface's own sides. The search is a fixed grid ordered by distance, so the same state gives the
-same spot.
+A spot is at most 0.3 m from the clicked point, measured to the place under the thing's middle: in space, but along the
+floor alone where the point lies over the surface. A placed thing keeps its yaw if it fits so, or else is aligned with
+the surface's sides. The search is a fixed grid ordered by distance, so the same state gives the same spot.
 """
 
 import math
@@ -34,34 +33,44 @@ from vigil.sim.core.click_target import target_kind
 from vigil.sim.core.state import SceneState
 
 SPOT_WITHIN_M = 0.3
+"""Greatest distance of a spot from the clicked point."""
 SPOT_STEP_M = 0.025
+"""Step of the grid of spots."""
 FIRST_TRIED = 9
-"""Spots that are looked at before all others are."""
+"""Number of the nearest spots that are tried before all others, which are tried together."""
 EDGE_INSIDE_M = 0.01
+"""How far a thing may reach over the edge of a surface that a door or drawer shuts."""
 EDGE_M = 0.03
-"""How far a thing may stand out over the edge of a surface."""
+"""How far a thing may reach over the edge of any other surface."""
 WALL_GAP_M = 0.0001
-"""What is put down keeps this from walls, windows and shut doors: it stays in its room."""
+"""Least distance of a thing that is put down from walls, windows and shut doors."""
 OWN_SLACK_M = 0.01
 """How far a thing may reach into a back, side or post of what it is put on."""
 DROP_AHEAD_M = (0.4, 0.3, 0.5)
+"""Distances ahead of the body that are tried, in this order, for a dropped thing."""
 DROP_FROM_M = 1.0
+"""Height from which a thing drops."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeldBox:
-    """The upright box of a held stack in the held thing's own frame."""
+    """The upright box of the held thing and all that rests on it, in the held thing's frame (m)."""
 
     low: np.ndarray
+    """Lowest corner (3,)."""
     high: np.ndarray
+    """Highest corner (3,)."""
 
     @property
     def height(self) -> float:
-        """Of the whole stack (m)."""
+        """Height of the whole stack (m)."""
         return float(self.high[1] - self.low[1])
 
     def footprint(self, x: np.ndarray, z: np.ndarray, yaw: np.ndarray, *, drawn_in_m: float = TOUCH_M) -> np.ndarray:
-        """Return the (n, 4, 2) corners at n places with n yaws, a little drawn in."""
+        """Return the box's corners (n, 4, 2) on the floor at n places (n,) with n yaws (n,) in degrees.
+
+        The sides are moved inwards by `drawn_in_m`, or outwards when that is negative.
+        """
         low, high = self.low[[0, 2]] + drawn_in_m, self.high[[0, 2]] - drawn_in_m
         middle = (low + high) / 2
         low, high = np.minimum(low, middle - 1e-3), np.maximum(high, middle + 1e-3)
@@ -74,30 +83,34 @@ class HeldBox:
 
 @dataclass(frozen=True, slots=True)
 class FreeSpot:
-    """Where a thing can be put down."""
+    """A place where a thing can be put down."""
 
     position: Vec3
     yaw: float
+    """Degrees."""
     parent: str | None = None
+    """Id of the thing that bears it; None on the floor."""
     surface: str | None = None
+    """Name of the parent's surface; None on the floor."""
     joint: str | None = None
+    """Name of the parent's joint that carries the surface; None for its body, and on the floor."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _CandidateSpots:
-    """n places on a surface for a thing with one yaw, that edges and clearance allow."""
+    """n places on a surface, for a thing with one yaw, that the surface's edges and clearance allow."""
 
     surface: Surface
     frame: Motion
     yaw: float
     keys: np.ndarray
-    """(n, 4): distance from the click (m), rank of the yaw, and the place x, z on the surface; the least first."""
+    """Sort keys (n, 4): distance from the click (m), rank of the yaw, and x and z on the surface."""
     positions: np.ndarray
-    """(n, 3), in the house."""
+    """Positions (n, 3) of the held thing in the house."""
 
 
 def held_box_of(state: SceneState, held: Thing) -> HeldBox:
-    """Return the bulk of a thing in the hand with all that rests on it."""
+    """Return the box around a held thing and all that rests on it."""
     inverse = place_of(held).inverse()
     stack = [held, *contents(state.scene, held.id)]
     points = [_in_frame(prism, inverse) for thing in stack for prism in prisms_of(thing)]
@@ -108,7 +121,7 @@ def held_box_of(state: SceneState, held: Thing) -> HeldBox:
 
 
 def spot_on(state: SceneState, held: Thing, receptacle: Thing, clicked: Vec3) -> FreeSpot | None:
-    """Return the free spot nearest to the clicked point, at most 0.3 m from it: inside or on top, as was clicked."""
+    """Return the free spot nearest to the clicked point, inside or on top as the click means; None without one."""
     bulk = held_box_of(state, held)
     kind = target_kind(receptacle, clicked)
     surfaces = [each for each in open_surfaces(receptacle) if kind == ("inside" if each[0].is_inside else "on")]
@@ -144,7 +157,7 @@ def spot_below(state: SceneState, held: Thing) -> FreeSpot | None:
 
 
 def put_down(state: SceneState, spot: FreeSpot) -> list[Thing]:
-    """Empties the hand at a spot. Returns what was put down, the held thing first."""
+    """Put what is in the hand down at a spot; return what was put down, the held thing first."""
     held = state.release()[0]
     held.parent, held.surface, held.parent_joint = spot.parent, spot.surface, spot.joint
     return state.move(held, spot.position, Vec3(0.0, wrap_deg(spot.yaw), 0.0))
@@ -168,7 +181,7 @@ def _yaw_of(frame: Motion) -> float:
 def _candidate_spots(
     bulk: HeldBox, held: Thing, surface: Surface, frame: Motion, clicked: Vec3
 ) -> list[_CandidateSpots]:
-    """Return the spots on a surface near the click that its edges and clearance allow, yaw by yaw."""
+    """Return the spots on a surface near the click that its edges and clearance allow, for each yaw."""
     if bulk.height > surface.clearance + TOUCH_M:
         return []
     local = offset_from(frame, clicked)
@@ -196,7 +209,10 @@ def _candidate_spots(
 def _first_free(
     state: SceneState, bulk: HeldBox, spots: tuple[np.ndarray, np.ndarray], receptacle: Thing, clicked: Vec3
 ) -> int | None:
-    """Return the first of some spots, positions (n, 3) and yaws (n,), where nothing is in the way; None without."""
+    """Return the index of the first spot where nothing is in the way; None without one.
+
+    `spots` are positions (n, 3) and yaws (n,).
+    """
     positions, yaws = spots
     columns = [positions[:, 0], positions[:, 2], yaws]
     bottoms = positions[:, 1] + bulk.low[1]
@@ -210,7 +226,7 @@ def _first_free(
 def _unobstructed(
     state: SceneState, bulk: HeldBox, columns: list[np.ndarray], bottoms: np.ndarray, receptacle: Thing
 ) -> np.ndarray:
-    """Return at which places, x, z and yaw (n,) each, no solid is in the way; each solid is asked what is left."""
+    """Return at which places (n,) no solid is in the way; `columns` are their x, z and yaw, (n,) each."""
     corners = bulk.footprint(*columns)
     lows, highs = corners.min(axis=1), corners.max(axis=1)
     hollow = _container_ids(state, receptacle)
@@ -223,7 +239,7 @@ def _unobstructed(
         if not len(left):
             continue
         shape = polygon_of(prism)
-        if owner in hollow:  # solids of hollow things are not hollow: what goes in lies inside them
+        if owner in hollow:  # the solids of a hollow thing are full, and what goes into it lies inside them
             middles = shapely.points(columns[0][left], columns[1][left])
             left = left[~(shapely.intersects(shape, middles) & (prism.bottom < bottoms[left] - TOUCH_M))]
             shape = shape.buffer(-OWN_SLACK_M)
@@ -234,7 +250,7 @@ def _unobstructed(
 
 
 def _container_ids(state: SceneState, receptacle: Thing) -> set[str]:
-    """Return the ids of a receptacle, of what it is part of, and of all that it lies inside of."""
+    """Return the ids of a receptacle, of the furniture that it is part of, and of all that contains it."""
     whole = furniture_of(state.scene, receptacle)
     return {each.id for each in (receptacle, whole, *containers_of(state.scene, receptacle)) if each is not None}
 
@@ -242,7 +258,7 @@ def _container_ids(state: SceneState, receptacle: Thing) -> set[str]:
 def _fits_in_hollows(
     state: SceneState, bulk: HeldBox, positions: np.ndarray, yaws: np.ndarray, receptacle: Thing
 ) -> np.ndarray:
-    """Return which of some places (n, 3) with yaws (n,) on a receptacle keep within the hollows that it lies in."""
+    """Return which places (n, 3) with yaws (n,) on a receptacle stay within the hollows that the receptacle lies in."""
     stays = np.ones(len(positions), dtype=bool)
     for owner, surface in interior_surfaces_around(state.scene, receptacle):
         frame = surface_frame(owner, surface)
@@ -254,13 +270,16 @@ def _fits_in_hollows(
 
 
 def _edge(surface: Surface) -> np.ndarray:
-    """Return how far (x, z) from a surface's middle a thing on it may reach."""
+    """Return how far (x, z in metres) from a surface's middle a thing on it may reach."""
     over = EDGE_INSIDE_M if surface.needs_opening else EDGE_M
     return np.array([surface.size_x, surface.size_z]) / 2 + over
 
 
 def _overlapping(state: SceneState, lows: np.ndarray, highs: np.ndarray) -> Iterator[tuple[str, Prism]]:
-    """Yield (id, prism) of the solids whose bounds overlap those of any of some places."""
+    """Yield (id, prism) of the solids whose bounds overlap the bounds of all places together.
+
+    `lows` and `highs` (n, 2) are the least and greatest x, z of the places.
+    """
     if not len(lows):
         return
     (left, front), (right, back) = lows.min(axis=0).tolist(), highs.max(axis=0).tolist()
@@ -273,7 +292,7 @@ def _overlapping(state: SceneState, lows: np.ndarray, highs: np.ndarray) -> Iter
 def _is_separated(
     state: SceneState, bulk: HeldBox, columns: list[np.ndarray], bottoms: np.ndarray, hand: tuple[float, float]
 ) -> np.ndarray:
-    """Return which places a wall, window or shut door runs through, or parts from where the hand is."""
+    """Return which places a wall, window or shut door runs through, or separates from `hand` (x, z)."""
     outlines = shapely.polygons(bulk.footprint(*columns, drawn_in_m=-WALL_GAP_M))
     places = np.column_stack(columns[:2])
     ways = shapely.linestrings(np.stack([np.broadcast_to(hand, places.shape), places], axis=1))
@@ -284,7 +303,7 @@ def _is_separated(
 
 
 def _is_cut_off(state: SceneState, x: float, z: float) -> bool:
-    """Whether something at the hand's height, or a wall, stands between the body and the place."""
+    """Return whether something at the hand's height, or a wall, is between the body and a place."""
     arm = shapely.LineString([(state.agent.position.x, state.agent.position.z), (x, z)])
     if state.partitions.crosses(np.array([arm]), np.array([0.0]), DROP_FROM_M).any():
         return True
@@ -294,7 +313,10 @@ def _is_cut_off(state: SceneState, x: float, z: float) -> bool:
 
 
 def _landing(state: SceneState, held: Thing, bulk: HeldBox, x: float, z: float) -> FreeSpot | None:
-    """Return the rest of a thing that falls at (x, z): on the highest thing below it, or on the floor."""
+    """Return where a thing dropped at (x, z) comes to rest: on the highest surface below it, or on the floor.
+
+    Return None when a wall or another solid is in the way, or when the thing would not fit there.
+    """
     yaw = held.rotation.y
     column = [np.array([value]) for value in (x, z, yaw)]
     outline = shapely.polygons(bulk.footprint(*column, drawn_in_m=-WALL_GAP_M))
@@ -323,11 +345,12 @@ def _landing(state: SceneState, held: Thing, bulk: HeldBox, x: float, z: float) 
 
 
 def _lets_through(prism: Prism, rest: float, is_around: bool) -> bool:
-    """Whether a solid in the column leaves the fall to height `rest` free; what is around may have a rim."""
+    """Return whether a solid leaves the fall to height `rest` free; one that is around the place may rise above it."""
     return prism.top <= rest + TOUCH_M or (is_around and prism.bottom < rest - TOUCH_M)
 
 
 def _landings_on(thing: Thing, bulk: HeldBox, x: float, z: float, yaw: float) -> list[FreeSpot]:
+    """Return a spot at (x, z) on each surface of a thing on which the held stack fits."""
     found: list[FreeSpot] = []
     if not thing.is_receptacle:
         return found

@@ -1,4 +1,4 @@
-"""What an episode changes in a house before it starts: openness, switches, places, absences and the hand."""
+"""Setups: what an episode changes in a house before it starts (openness, switches, positions, absences, the hand)."""
 
 import difflib
 
@@ -14,7 +14,7 @@ from vigil.sim.core.state import SceneState
 
 
 def apply_setup(state: SceneState, setup: Setup, house_name: str) -> None:
-    """Changes the scene as an episode says. Raises EpisodeError when the house cannot be so."""
+    """Change the scene as a setup says. Raises EpisodeError when the house cannot be changed in this way."""
     for object_id in [*setup.objects, *([setup.held] if setup.held else [])]:
         if object_id not in state.scene.things:
             raise EpisodeError(f"Setup: {unknown_object_message(object_id, state.scene, house_name)}")
@@ -74,17 +74,19 @@ def _set_states(state: SceneState, thing: Thing, change: ObjectSetup) -> None:
 def _break(state: SceneState, thing: Thing) -> None:
     if not thing.is_toggleable or not notice_parts(thing.asset):
         raise EpisodeError(
-            f"Setup: {thing.id!r} ({thing.category}) is no machine with a front for a notice; drop its `is_broken`."
+            f"Setup: {thing.id!r} ({thing.category}) is not a machine with a front for a notice; drop its `is_broken`."
         )
     if thing.is_toggled:
-        raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) runs and is broken; set its `is_toggled` to false.")
+        raise EpisodeError(
+            f"Setup: {thing.id!r} ({thing.category}) cannot run while it is broken; set its `is_toggled` to false."
+        )
     thing.is_broken = True
     state.mark_changed(thing)
 
 
 def _check_walls(state: SceneState, changed: list[Thing]) -> None:
-    """Raises EpisodeError when a leaf, or a thing put somewhere, reaches into the next room."""
-    if any(thing.is_structure for thing in changed):  # a door that is shut parts more than before
+    """Raise EpisodeError when an open leaf of a changed thing reaches into the next room."""
+    if any(thing.is_structure for thing in changed):  # a shut door is one more partition
         changed = list(state.scene.things.values())
     for thing in changed:
         if not thing.is_present or thing.is_held or thing.openness == 0.0:
@@ -98,14 +100,14 @@ def _check_walls(state: SceneState, changed: list[Thing]) -> None:
 
 
 def _check_carriers(state: SceneState, changed: list[Thing]) -> None:
-    """Raises EpisodeError when the open leaf of a thing inside another sticks out through that one's body."""
+    """Raise EpisodeError when an open leaf of a thing reaches through the body of the container that it lies in."""
     touched = {each.id: each for thing in changed for each in [thing, *contents(state.scene, thing.id)]}
     for thing in touched.values():
         carrier = pierced_carrier(state, thing) if thing.is_present and not thing.is_held else None
         if carrier is not None:
             raise EpisodeError(
                 f"Setup: at openness {thing.openness:g}, {thing.id!r} ({thing.category}) sticks out through "
-                f"{carrier!r}, inside of which it lies. Lower its `openness`, or place it elsewhere."
+                f"{carrier!r}, which it lies in. Lower its `openness`, or place it elsewhere."
             )
 
 

@@ -1,8 +1,8 @@
-"""What the camera sees, counted by rays: projection, clicks, visible pixels.
+"""What the camera sees, counted by rays: projection, clicks and visible pixels.
 
-The camera: vertical field of view 90 degrees, 640 x 480, at the agent's eye; a ray goes through each pixel's centre
-(u + 0.5, v + 0.5). Nothing here looks at a drawn frame, so nothing depends on a GPU driver. Source: protocol.md
-sections 2.1 and 4.
+The camera is at the agent's eye, with a vertical field of view of 90 degrees and 640 x 480 pixels. A ray goes through
+each pixel's centre (u + 0.5, v + 0.5). No drawn frame is used, so no result depends on a GPU driver. Source:
+protocol.md sections 2.1 and 4.
 """
 
 import math
@@ -21,26 +21,32 @@ from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE, Engine, RayHits
 
 WIDTH, HEIGHT = 640, 480
 FOCAL_PX = HEIGHT / 2
-"""Vertical field of view 90 degrees: tan(45) = 1."""
+"""Distance at which a pixel is as wide as one metre; for a vertical field of view of 90 degrees, tan(45) = 1."""
 NEAR_M = 0.02
+"""Depth of the near plane."""
 RAYS_PER_OBJECT = 1600
+"""Greatest number of rays, about, that are cast for one object; a larger window is sampled with a stride."""
 NEAR_CLICK_PX = 3
+"""Radius around a click within which objects count as near it."""
 VISIBLE_PX = 200
+"""Least number of visible pixels of a strictly visible object."""
 VISIBLE_SHARE = 0.25
+"""Least share of its outline that shows of a strictly visible object."""
 BEYOND_M = 0.01
-"""What a ray that is to meet a thing still looks at behind it."""
+"""How far behind the farthest corner of an object its rays still reach."""
 MAX_CACHED_POSES = 64
-"""From how many poses what was seen is kept while nothing changes."""
+"""Number of poses for which what is seen is cached, until something changes."""
 MAX_CACHED_EYES = 4096
-"""Of so many pairs of an eye and a thing it is kept, while nothing changes, whether walls hide the thing."""
+"""Number of pairs of eye and thing for which it is cached, until something changes, whether walls hide the thing."""
 MAX_CACHED_OUTLINES = 16
-"""How many outlines are kept while nothing changes: what may show enough is looked at next."""
+"""Number of outlines that are cached until something changes: `see` often follows `may_be_visible`."""
 _EDGES = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]
+"""Pairs of corners of a box (`box_corners`) that an edge joins."""
 
 
 @dataclass(frozen=True, slots=True)
 class Lens:
-    """The size of a picture, and how far before the eye a pixel is as wide as one metre; the agent's own by default."""
+    """The size and focal length of a camera's image, in pixels; by default those of the agent's camera."""
 
     width: int = WIDTH
     height: int = HEIGHT
@@ -60,7 +66,7 @@ class PixelWindow:
     bottom: int
     stride: int
     is_whole: bool
-    """The projected box lies wholly inside the frame and before the camera."""
+    """Whether the projected boxes lie wholly inside the frame and before the camera."""
 
     def pixels(self) -> np.ndarray:
         """Return the sampled pixels (n, 2), on a lattice fixed in the frame."""
@@ -71,7 +77,7 @@ class PixelWindow:
 
     @property
     def most_px(self) -> int:
-        """What is counted where the rays through all sampled pixels meet something; no count is above it."""
+        """Greatest possible count: that of a thing which the rays through all sampled pixels meet."""
         first = self.stride // 2
         columns = len(range(self.left + (first - self.left) % self.stride, self.right, self.stride))
         rows = len(range(self.top + (first - self.top) % self.stride, self.bottom, self.stride))
@@ -80,12 +86,12 @@ class PixelWindow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Outline:
-    """What the frame would show of a whole thing if there were nothing else."""
+    """What the frame would show of a whole thing if it were alone."""
 
     rays: np.ndarray
-    """(n, 3) the unit directions that meet it, and ..."""
+    """Unit directions (n, 3) that meet the thing."""
     hits: RayHits
-    """what they meet."""
+    """Hits of the n rays."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,17 +99,22 @@ class ObjectVisibility:
     """What is seen of one thing."""
 
     visible: bool = False
+    """Whether it is strictly visible."""
     visible_px: int = 0
+    """Number of its pixels that show."""
     open_px: int = 0
+    """Number of those that show whether it is open."""
     toggle_px: int = 0
+    """Number of those that show whether it is switched on."""
     nearest_m: float | None = None
+    """Least distance (m) from the eye to a visible point of it; None when none is visible."""
 
 
 NOT_VISIBLE = ObjectVisibility()
 
 
 def camera_axes(agent: Pose) -> np.ndarray:
-    """Return the (3, 3) rows right, up and forward of the camera in the house's frame."""
+    """Return the unit vectors right, up and forward of the camera in the house's frame, as rows (3, 3)."""
     yaw, pitch = math.radians(agent.rotation), math.radians(agent.horizon)
     right = (math.cos(yaw), 0.0, -math.sin(yaw))
     up = (math.sin(yaw) * math.sin(pitch), math.cos(pitch), math.cos(yaw) * math.sin(pitch))
@@ -112,7 +123,7 @@ def camera_axes(agent: Pose) -> np.ndarray:
 
 
 def directions(agent: Pose, pixels: np.ndarray, lens: Lens = AGENT_LENS) -> np.ndarray:
-    """Return the unit directions (n, 3) through the centres of (n, 2) pixels."""
+    """Return the unit directions (n, 3) through the centres of pixels (n, 2)."""
     right = (pixels[:, 0] + 0.5 - lens.width / 2) / lens.focal_px
     up = (lens.height / 2 - pixels[:, 1] - 0.5) / lens.focal_px
     rays = np.column_stack([right, up, np.ones(len(pixels))])
@@ -121,7 +132,7 @@ def directions(agent: Pose, pixels: np.ndarray, lens: Lens = AGENT_LENS) -> np.n
 
 
 def project(agent: Pose, points: np.ndarray, lens: Lens = AGENT_LENS) -> np.ndarray:
-    """Return (n, 3): x and y (pixels, continuous), and depth (m) along the view; only a depth > 0 has an x and y."""
+    """Return (n, 3): x and y (pixels, continuous) and depth (m) along the view; x and y hold only for a depth > 0."""
     local = (points - np.array(agent.eye)) @ camera_axes(agent).T
     depth = np.where(np.abs(local[:, 2]) < 1e-9, 1e-9, local[:, 2])
     x = lens.width / 2 + lens.focal_px * local[:, 0] / depth
@@ -130,7 +141,7 @@ def project(agent: Pose, points: np.ndarray, lens: Lens = AGENT_LENS) -> np.ndar
 
 
 def pixel_of(agent: Pose, point: Vec3) -> tuple[int, int] | None:
-    """Return the pixel that a point projects to; None outside the frame or behind."""
+    """Return the pixel that a point projects to; None outside the frame or behind the camera."""
     x, y, depth = project(agent, np.array([point]))[0]
     if depth < NEAR_M or not (0 <= x < WIDTH and 0 <= y < HEIGHT):
         return None
@@ -138,7 +149,7 @@ def pixel_of(agent: Pose, point: Vec3) -> tuple[int, int] | None:
 
 
 def window_of(agent: Pose, boxes: list[np.ndarray], lens: Lens = AGENT_LENS) -> PixelWindow | None:
-    """Return the pixels that boxes, each of corners (8, 3), can cover; None outside of the frame."""
+    """Return the window of pixels that boxes, each of corners (8, 3), can cover; None outside the frame."""
     points, is_before = _clipped(agent, boxes)
     if not len(points):
         return None
@@ -154,12 +165,12 @@ def window_of(agent: Pose, boxes: list[np.ndarray], lens: Lens = AGENT_LENS) -> 
 
 
 def farthest_m(eye: Vec3, boxes: list[np.ndarray]) -> float:
-    """Return a distance from an eye that nothing in boxes, each of corners (8, 3), is beyond."""
+    """Return a distance (m) from an eye beyond which nothing of the boxes, each of corners (8, 3), lies."""
     return float(np.linalg.norm(np.concatenate(boxes) - np.array(eye), axis=1).max()) + BEYOND_M
 
 
 def boxes_of(things: Iterable[Thing]) -> list[np.ndarray]:
-    """Return the corners (8, 3) of the boxes of all parts of some things, leaves where they are now."""
+    """Return the corners (8, 3) of the boxes of all parts of some things at their present openness."""
     return [
         part_motion(thing, joint)(box_corners(low, high))
         for thing in things
@@ -168,7 +179,10 @@ def boxes_of(things: Iterable[Thing]) -> list[np.ndarray]:
 
 
 def _clipped(agent: Pose, boxes: list[np.ndarray]) -> tuple[np.ndarray, bool]:
-    """Return the corners before the near plane, with the crossings of box edges through it, and whether all were."""
+    """Return points (n, 3) that bound the part of boxes before the near plane, and whether all corners are before it.
+
+    The points are the corners before the plane and the crossings of box edges with it.
+    """
     forward, eye = camera_axes(agent)[2], np.array(agent.eye)
     kept: list[np.ndarray] = []
     is_before = True
@@ -186,34 +200,34 @@ def _clipped(agent: Pose, boxes: list[np.ndarray]) -> tuple[np.ndarray, bool]:
 
 
 class Sight:
-    """Counts what the camera sees of a scene's things."""
+    """Counts of what the camera sees of a scene's things."""
 
     def __init__(self, engine: Engine, scene: Scene) -> None:
         self._engine, self._scene = engine, scene
         self._things = list(scene.things.values())
         self._index = {thing_id: index for index, thing_id in enumerate(scene.things)}
         self._parts: dict[str, list[Thing]] = {}
-        """The drawers of furniture, which are seen as part of it."""
+        """Drawers by the id of their furniture, which they are seen as part of."""
         for thing in self._things:
             if thing.is_drawer and thing.parent is not None:
                 self._parts.setdefault(thing.parent, []).append(thing)
         self._seen: dict[Pose, dict[str, ObjectVisibility]] = {}
-        """From where which things were seen, and how, since anything changed: the same is asked again and again."""
+        """Answers of `see` by pose and id; this cache and those below hold until something changes."""
         self._boxes: dict[str, list[np.ndarray]] = {}
-        """The corners of the boxes of whole things, as they have been since anything changed."""
+        """Corners of the boxes of whole things, by id."""
         self._outlines: LRUCache[tuple[Pose, str], _Outline] = LRUCache(MAX_CACHED_OUTLINES)
-        """Outlines of things from poses, as they have been since anything changed."""
+        """Outlines by pose and id."""
         self._behind_walls: LRUCache[tuple[Vec3, str], bool] = LRUCache(MAX_CACHED_EYES)
-        """From which eyes walls hide which things, since anything changed, and ..."""
+        """Whether walls alone hide a thing, by eye and id."""
         self._extents: dict[str, Extent] = {}
-        """what things take of the house."""
+        """Extents of whole things, by id."""
 
     @cached_property
     def _portals(self) -> Portals:
         return Portals(self._scene)
 
     def clear_cache(self) -> None:
-        """Must be called when anything in the scene has changed."""
+        """Forget everything cached; must be called when anything in the scene has changed."""
         self._seen.clear()
         self._boxes.clear()
         self._outlines.clear()
@@ -221,7 +235,10 @@ class Sight:
         self._extents.clear()
 
     def click(self, agent: Pose, x: int, y: int) -> tuple[Thing | None, Vec3 | None]:
-        """Return the thing that a pixel's ray meets and the point where it meets something; panes stop it."""
+        """Return the thing that a pixel's ray meets and the point (m) of the hit; glass stops the ray.
+
+        The thing is None for structure without an id; both are None when the ray meets nothing.
+        """
         rays = directions(agent, np.array([[x, y]]))
         hits = self._engine.cast(agent.eye, rays, through_glass=False)
         if not np.isfinite(hits.distances[0]):
@@ -231,7 +248,7 @@ class Sight:
         return thing, Vec3(*(float(value) for value in point))
 
     def ids_near_pixel(self, agent: Pose, x: int, y: int) -> tuple[str, ...]:
-        """Return the sorted ids of the things within 3 px of a pixel, with a drawer the furniture that it is of."""
+        """Return the sorted ids of the things within 3 px of a pixel; a drawer adds its furniture."""
         reach = np.arange(-NEAR_CLICK_PX, NEAR_CLICK_PX + 1)
         disc = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2)
         pixels = disc[(disc**2).sum(axis=1) <= NEAR_CLICK_PX**2] + np.array([x, y])
@@ -253,7 +270,7 @@ class Sight:
         return pixels[hits.things == self._index[thing.id]]
 
     def meets(self, eye: Vec3, rays: np.ndarray, thing: Thing, *, through_glass: bool) -> np.ndarray:
-        """Return which unit directions (n, 3) from any eye meet the thing before all else; its own glass is of it."""
+        """Return which (n,) of unit directions (n, 3) from any eye meet the thing first; its own glass counts as it."""
         if self._is_behind_walls(eye, thing):
             return np.zeros(len(rays), dtype=bool)
         within_m = farthest_m(eye, self._boxes_of(thing))
@@ -265,7 +282,10 @@ class Sight:
         return is_met
 
     def see(self, agent: Pose, things: list[Thing]) -> dict[str, ObjectVisibility]:
-        """Return what is seen of each thing. Rays pass through the glass of other things; a vase of glass is seen."""
+        """Return what is seen of each thing, by id.
+
+        Rays pass through the glass of other things; the thing's own glass counts as visible.
+        """
         if agent not in self._seen and len(self._seen) >= MAX_CACHED_POSES:
             self._seen.clear()
         known = self._seen.setdefault(agent, {})
@@ -275,14 +295,14 @@ class Sight:
         return {thing.id: known[thing.id] for thing in things}
 
     def may_be_visible(self, agent: Pose, thing: Thing, min_px: int) -> bool:
-        """Whether so many pixels of a thing would be seen if nothing stood before it; sooner told than what is seen."""
+        """Return whether at least `min_px` pixels of a thing would be seen if it were alone; faster than `see`."""
         window = self._window_of(agent, thing)
         if window is None or window.most_px < min_px:
             return min_px <= 0
         return len(self._outline(agent, thing, window).rays) * window.stride**2 >= min_px
 
     def _see(self, agent: Pose, things: list[Thing]) -> dict[str, ObjectVisibility]:
-        """Casts each thing's outline alone first, then into the scene."""
+        """Return what is seen of each thing: rays are cast at it alone first, then those that met it into the scene."""
         found = {thing.id: NOT_VISIBLE for thing in things}
         for thing in things:
             window = self._window_of(agent, thing)
@@ -295,23 +315,25 @@ class Sight:
         return found
 
     def _window_of(self, agent: Pose, thing: Thing) -> PixelWindow | None:
-        """Return the pixels that a whole thing can cover; None where it is held, absent or outside of the frame."""
+        """Return the window of pixels that a whole thing can cover; None if it is held, absent or outside the frame."""
         is_there = thing.is_present and not thing.is_held
         return window_of(agent, self._boxes_of(thing)) if is_there else None
 
     def _outline(self, agent: Pose, thing: Thing, window: PixelWindow) -> _Outline:
-        """Return what the rays through a window would meet of a thing if there were nothing else."""
+        """Return the outline of a thing through a window, cached."""
         if (agent, thing.id) not in self._outlines:
             rays = directions(agent, window.pixels())
             alone = self._alone(agent, thing, rays)
             is_met = self._is_of(alone.things, thing)
-            self._outlines[agent, thing.id] = _Outline(rays[is_met], _only_rows(alone, is_met))
+            hits = RayHits(alone.things[is_met], alone.roles[is_met], alone.distances[is_met])
+            self._outlines[agent, thing.id] = _Outline(rays[is_met], hits)
         return self._outlines[agent, thing.id]
 
     def _visible_rays(self, agent: Pose, thing: Thing, outline: _Outline) -> tuple[np.ndarray, np.ndarray]:
-        """Return which rays of an outline meet a whole thing before all else, and the roles of what each meets of it.
+        """Return which (n,) rays of an outline meet a whole thing first, and the roles (n,) of what they meet of it.
 
-        What has glass is cast at once more, for rays pass through its panes to what is behind them.
+        A thing without glass is left out of the cast, and its distances are compared. A thing with glass is in the
+        cast, because rays pass through its panes to its parts behind them.
         """
         whole = self._with_drawers(thing)
         has_glass = any(map(_has_glass, whole))
@@ -327,11 +349,11 @@ class Sight:
         return is_own | is_nearer, np.where(is_own, hits.roles, alone.roles)
 
     def _with_drawers(self, thing: Thing) -> list[Thing]:
-        """Return a thing with its drawers that are things too."""
+        """Return a thing with those of its drawers that are things."""
         return [thing, *(part for part in self._parts.get(thing.id, ()) if part.is_present)]
 
     def _boxes_of(self, thing: Thing) -> list[np.ndarray]:
-        """Return the corners (8, 3) of the boxes of a whole thing; what is in the hand moves without being told."""
+        """Return the corners (8, 3) of the boxes of a whole thing, cached unless it is held: the hand moves often."""
         if thing.is_held:
             return boxes_of(self._with_drawers(thing))
         if thing.id not in self._boxes:
@@ -339,7 +361,7 @@ class Sight:
         return self._boxes[thing.id]
 
     def _is_behind_walls(self, eye: Vec3, thing: Thing) -> bool:
-        """Whether walls alone hide all of a thing from an eye: this is sooner known than what rays meet."""
+        """Return whether walls alone hide a thing from an eye; this is faster than casting rays."""
         if thing.is_held:
             return False
         if (eye, thing.id) not in self._behind_walls:
@@ -353,12 +375,12 @@ class Sight:
         return self._behind_walls[eye, thing.id]
 
     def _is_of(self, met: np.ndarray, thing: Thing) -> np.ndarray:
-        """Return which of the things that rays met (n,) are a thing, or drawers of it."""
+        """Return which (n,) of the indices of things that rays met (n,) are the thing or a drawer of it."""
         own = [self._index[each.id] for each in self._with_drawers(thing)]
         return met == own[0] if len(own) == 1 else np.isin(met, own)
 
     def _alone(self, agent: Pose, thing: Thing, rays: np.ndarray) -> RayHits:
-        """Return what rays meet of a thing and its drawers, as if there were nothing else."""
+        """Return the hits of rays on a thing and its drawers, as if they were alone."""
         first, *rest = (
             self._engine.cast(agent.eye, rays, through_glass=False, only=each.id) for each in self._with_drawers(thing)
         )
@@ -366,10 +388,6 @@ class Sight:
             nearer = hits.distances < first.distances
             first = RayHits(*(np.where(nearer, new, old) for new, old in zip(_rows(hits), _rows(first), strict=True)))
         return first
-
-
-def _only_rows(hits: RayHits, chosen: np.ndarray) -> RayHits:
-    return RayHits(*(values[chosen] for values in _rows(hits)))
 
 
 def _rows(hits: RayHits) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -383,7 +401,10 @@ def _has_glass(thing: Thing) -> bool:
 def _visibility_from_rays(
     thing: Thing, window: PixelWindow, is_hit: np.ndarray, roles: np.ndarray, distances: np.ndarray
 ) -> ObjectVisibility:
-    """Return what the rays of a thing's outline say; strictly visible: >= 200 px and >= 25 % of it, or all of it."""
+    """Return what is seen of a thing from the n rays of its outline, of which those in `is_hit` meet it first.
+
+    It is strictly visible with at least 200 px and 25 % of its outline, or when it shows whole inside the frame.
+    """
     seen, whole = int(is_hit.sum()), len(is_hit)
     visible_px = seen * window.stride**2
     is_plain = visible_px >= VISIBLE_PX and seen >= VISIBLE_SHARE * whole
@@ -397,5 +418,5 @@ def _visibility_from_rays(
 
 
 def _count_bearing(roles: np.ndarray, bit: int) -> int:
-    """Return how many hits are on parts that bear a state."""
+    """Return the number of hits on parts with the role of that bit."""
     return int(np.count_nonzero(roles & bit))

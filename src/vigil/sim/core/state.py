@@ -1,4 +1,4 @@
-"""The changing part of a loaded scene: the agent, its hand, what changed, and every solid's present place."""
+"""The changing part of a loaded scene: the agent, its hand, what changed, and where every solid is now."""
 
 from dataclasses import dataclass, field
 from operator import attrgetter
@@ -15,35 +15,41 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.core.motion import CollisionMap
 
 HAND_AHEAD_M = 0.4
+"""Distance of a held object's reported position ahead of the eye."""
 HAND_DROP_M = 0.45
-"""Where a held object is reported to be: this far ahead of the eye and below it."""
+"""Distance of a held object's reported position below the eye."""
 ROUNDED_DECIMALS = 9
-"""Of the places (m) and angles of what is moved along: far finer than anything judged, far coarser than an error."""
+"""Decimals of the positions (m) and angles (deg) of things that are carried along.
+
+That is far finer than any check needs, and far coarser than rounding errors.
+"""
 AGENT = "agent"
+"""Id that stands for the agent's body among solids."""
 MUTABLE_FIELDS = (
     *("position", "rotation", "parent", "parent_joint", "surface"),
     *("openness", "is_toggled", "is_broken", "is_held", "from_hand", "is_present"),
 )
-"""What may change of a thing."""
+"""Names of the fields of a thing that may change after the scene is built."""
 _BODY_SIDES = 24
 _mutable_state = attrgetter(*MUTABLE_FIELDS)
 
 
 @dataclass(slots=True, eq=False)
 class SceneState:
-    """A scene with its agent; handling changes it, and only through `moved` and `changed`."""
+    """A scene with its agent. Code that changes a thing's fields must call `mark_changed`."""
 
     scene: Scene
     agent: Pose
     collision_map: CollisionMap
     held: str | None = None
+    """Id of the thing in the hand; None when the hand is empty."""
     changed: set[str] = field(default_factory=set)
-    """Ids of what may have changed since the last call of `flush`."""
+    """Ids of the things that may have changed since the last call of `flush`."""
     partitions: Partitions = field(init=False)
     _prisms: dict[str, list[Prism]] = field(default_factory=dict)
     _walls: list[tuple[str, Prism]] = field(default_factory=list)
     _last_flushed: dict[str, tuple[Any, ...]] = field(init=False)
-    """What may change of each thing, as it was when it was last told."""
+    """`MUTABLE_FIELDS` of each thing as of the last call of `flush`, by id."""
 
     def __post_init__(self) -> None:
         self._last_flushed = dict(zip(self.scene.things, mutable_state_of(self.scene), strict=True))
@@ -51,14 +57,14 @@ class SceneState:
         self._walls = [(panel.id, prism) for panel in self.scene.panels for prism in wall_prisms(panel)]
 
     def mark_changed(self, thing: Thing) -> None:
-        """Notes that a thing's place or state changed."""
+        """Note that a thing's position or state changed."""
         self.changed.add(thing.id)
         self._prisms.pop(thing.id, None)
 
     def flush(self) -> set[str]:
-        """Return the ids of what is not as it was at the last call, having told the floor plan.
+        """Return the ids of the things that differ from their state at the last call, and refresh the collision map.
 
-        A reset undoes and does again much the same, of which nothing is told.
+        A reset often restores the same state that a setup changes again; such things are not among them.
         """
         now = {thing_id: _mutable_state(self.scene.things[thing_id]) for thing_id in self.changed}
         ids = {thing_id for thing_id, facts in now.items() if facts != self._last_flushed[thing_id]}
@@ -69,17 +75,17 @@ class SceneState:
         return ids
 
     def prisms(self, thing: Thing) -> list[Prism]:
-        """Return the thing's solids where they are now."""
+        """Return the thing's solids where they are now, cached."""
         if thing.id not in self._prisms:
             self._prisms[thing.id] = prisms_of(thing)
         return self._prisms[thing.id]
 
     def solids(self, ignored: set[str]) -> list[tuple[str, Prism]]:
-        """Return (id, prism) of all things present, but for those ignored, and of the walls."""
+        """Return (id, prism) of the walls, and of all present things that are neither held nor in `ignored`."""
         return self.thing_solids(ignored) + self._walls
 
     def thing_solids(self, ignored: set[str]) -> list[tuple[str, Prism]]:
-        """Return (id, prism) of all things present, but for those ignored."""
+        """Return (id, prism) of all present things that are neither held nor in `ignored`."""
         return [
             (thing.id, prism)
             for thing in self.scene.things.values()
@@ -88,14 +94,14 @@ class SceneState:
         ]
 
     def body(self) -> Prism:
-        """Return the agent's body, from the height up that it steps over."""
+        """Return the agent's body as a prism between `BODY_LOW_M` and `BODY_HIGH_M`."""
         angles = np.arange(_BODY_SIDES) * (2 * np.pi / _BODY_SIDES)
         circle = BODY_RADIUS_M * np.column_stack([np.cos(angles), np.sin(angles)])
         x, y, z = self.agent.position
         return Prism(circle + np.array([x, z]), y + BODY_LOW_M, y + BODY_HIGH_M)
 
     def move(self, thing: Thing, position: Vec3, rotation: Vec3) -> list[Thing]:
-        """Puts a thing somewhere with all that rests on it. Returns what moved, the thing first."""
+        """Move a thing with all that rests on it; return what moved, the thing first."""
         before = place_of(thing)
         after = Motion(rotation_matrix(rotation), np.array(position))
         thing.position, thing.rotation = position, rotation
@@ -103,7 +109,7 @@ class SceneState:
         return [thing, *self.shift(contents(self.scene, thing.id), after.after(before.inverse()))]
 
     def shift(self, things: list[Thing], motion: Motion) -> list[Thing]:
-        """Moves things rigidly, rounded so that there and back again is the same place. Returns them."""
+        """Move things rigidly and return them; rounding makes moving there and back give the same place."""
         is_turned = not np.allclose(motion.turn, np.eye(3), atol=1e-12)
         for thing in things:
             thing.position = _rounded(Vec3(*motion(np.array(thing.position)[None])[0]))
@@ -113,7 +119,7 @@ class SceneState:
         return things
 
     def take(self, thing: Thing) -> list[Thing]:
-        """Puts a thing into the hand with all that rests on it. Returns what was taken."""
+        """Put a thing with all that rests on it into the hand; return what was taken, the thing first."""
         stack = [thing, *contents(self.scene, thing.id)]
         thing.parent = thing.surface = thing.parent_joint = None
         for each in stack:
@@ -126,7 +132,7 @@ class SceneState:
         return stack
 
     def release(self) -> list[Thing]:
-        """Empties the hand. Returns what was in it, the held thing first."""
+        """Empty the hand; return what was in it, the held thing first."""
         held = self.scene.things[self.held or ""]
         stack = [held, *contents(self.scene, held.id)]
         for each in stack:
@@ -136,14 +142,14 @@ class SceneState:
         return stack
 
     def move_held(self) -> None:
-        """Moves what is held to where the hand is now; its yaw stays as it was in the house."""
+        """Move what is held to where the hand is now; its yaw does not change."""
         if self.held is None:
             return
         hand = self._hand()
         for thing in [self.scene.things[self.held], *contents(self.scene, self.held)]:
             if thing.from_hand is not None:
                 thing.position = Vec3(*(a + b for a, b in zip(hand, thing.from_hand, strict=True)))
-            self._prisms.pop(thing.id, None)  # no change to tell: what is in the hand is met by no ray and no body
+            self._prisms.pop(thing.id, None)  # not marked as changed: rays and bodies never meet what is held
 
     def _hand(self) -> Vec3:
         ahead_x, ahead_z = heading(self.agent.rotation)
@@ -152,7 +158,7 @@ class SceneState:
 
 
 def mutable_state_of(scene: Scene) -> list[tuple[Any, ...]]:
-    """Return what may change of each thing, as it is now, in the scene's order."""
+    """Return the present values of `MUTABLE_FIELDS` for each thing, in the scene's order."""
     return list(map(_mutable_state, scene.things.values()))
 
 

@@ -1,8 +1,8 @@
-"""FakeEngine: rays against boxes in numpy and flat-coloured pictures, without any 3-D engine.
+"""FakeEngine: rays against boxes in numpy, and flat-coloured frames, without a 3-D engine.
 
-Every connected piece of a mesh counts as its bounding box, moved by its joint; a box that has a support surface inside
-(a bowl, an open fridge) is met at its far side, so that what lies in it is seen. Coarse, fast enough for tests, and
-true enough that solvers, budgets and goals can be tried without a renderer.
+Every connected piece of a mesh counts as its bounding box, moved by its joint. A ray meets a box with a support surface
+inside (a bowl, an open fridge) at its far side, so that what lies in it is seen. The engine is coarse, but fast enough
+for tests, and exact enough to try solvers, budgets and goals without a renderer.
 """
 
 import math
@@ -29,29 +29,39 @@ from vigil.sim.core.views import rays_of
 from vigil.sim.scene_editor import NOTHING, CameraImage, CameraView, Layer
 
 CHUNK_RAYS = 400
+"""Greatest number of rays that are tested against boxes together."""
 CONE_STEPS = 3.0
-"""Steps of each coordinate of a direction between 0 and 1: rays that go nearly the same way meet few boxes."""
+"""Steps of each coordinate of a direction between 0 and 1; rays in one cell have few candidate boxes."""
 DRAW_STRIDE, LOOK_STRIDE = 16, 8
+"""Pixels, across and down, that one ray colours in the agent's frame and in a camera's image."""
 WELD_M = 1e-4
+"""Distance below which vertices of a mesh are the same."""
 MAX_PIECES = 40
+"""Number of connected pieces above which a mesh counts as one box."""
 THIN_M = 0.002
+"""Thickness of flat boxes."""
 _FLOOR, _CEILING, _WALL, _SKY = (0.55, 0.45, 0.35), (0.92, 0.92, 0.9), (0.8, 0.78, 0.72), (0.6, 0.75, 0.9)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BoxPiece:
-    """A box of an asset, in its frame."""
+    """A box of an asset, in the asset's frame."""
 
     low: np.ndarray
+    """Lowest corner (3,)."""
     high: np.ndarray
+    """Highest corner (3,)."""
     joint: str | None
+    """Name of the joint that carries it; None for the body."""
     roles: int
+    """Bits BEARS_OPEN and BEARS_TOGGLE."""
     is_glass: bool
     shown: str
+    """State in which it shows: "always", "on", "off" or "broken"."""
     holds_open: bool
-    """A surface inside it can be reached at any time."""
+    """Whether a surface inside it can be reached at any time."""
     holds_shut: bool
-    """A surface inside it can be reached while the asset is open."""
+    """Whether a surface inside it can be reached while the asset is open."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,7 +106,7 @@ def _panes(asset: Asset, joint: str | None) -> list[tuple[np.ndarray, np.ndarray
 def _around_panes(
     boxes: list[tuple[np.ndarray, np.ndarray]], panes: list[tuple[np.ndarray, np.ndarray]]
 ) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the boxes with those that frame a pane cut into the four bars around it (in the x, y plane)."""
+    """Return the boxes; one that frames a pane is cut into the four bars around it (in the x, y plane)."""
     for pane_low, pane_high in panes:
         cut: list[tuple[np.ndarray, np.ndarray]] = []
         for low, high in boxes:
@@ -156,17 +166,17 @@ class FakeEngine:
         self._all: tuple[_Boxes, np.ndarray, np.ndarray] | None = None
 
     def load(self, scene: Scene) -> None:
-        """Builds `scene`, replacing any earlier one."""
+        """Build `scene`, replacing any earlier one."""
         self._things = list(scene.things.values())
         self._shell, self._shell_colours = _shell(scene)
         self._rows = [_boxes_of(thing, index) for index, thing in enumerate(self._things)]
         self._all = None
 
     def prepare(self, scene: Scene) -> None:
-        """Does nothing: boxes of assets are kept anyway."""
+        """Do nothing: the boxes of assets are cached anyway."""
 
     def update(self, scene: Scene, ids: set[str]) -> None:
-        """Takes over the present places and states of the named things."""
+        """Copy the present positions and states of the things with these ids."""
         for index, thing in enumerate(self._things):
             if thing.id in ids:
                 self._rows[index] = _boxes_of(scene.things[thing.id], index)
@@ -182,8 +192,7 @@ class FakeEngine:
         without: Sequence[str] = (),
         within_m: float = math.inf,
     ) -> RayHits:
-        """Casts rays along unit `directions` (n, 3), however far. Held and absent things are never met; with `only`
-        nothing but that thing is, and the things `without` are not."""
+        """Return the first hits of rays along unit `directions` (n, 3), as `Engine.cast` says; ignores `within_m`."""
         del within_m
         row, distance = self._meet(origin, directions, through_glass, only, without)
         boxes, _, _ = self._joined()
@@ -205,7 +214,7 @@ class FakeEngine:
         return np.ascontiguousarray(coarse.repeat(DRAW_STRIDE, axis=0).repeat(DRAW_STRIDE, axis=1))
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], held: str | None) -> CameraImage:
-        """Return a coarse picture, one ray to a block of pixels; what is held is not in it."""
+        """Return a coarse image, with one ray for each block of pixels; what is held is not drawn."""
         del held
         coarse = replace(view, width=-(-view.width // LOOK_STRIDE), height=-(-view.height // LOOK_STRIDE))
         rays, along = rays_of(coarse)
@@ -226,7 +235,7 @@ class FakeEngine:
         )
 
     def _colours(self, row: np.ndarray, distance: np.ndarray) -> np.ndarray:
-        """Return the colours (n, 3) uint8 of what rays met."""
+        """Return the colours (n, 3) uint8 of what n rays met, from the rows of boxes and the distances (m)."""
         boxes, _, _ = self._joined()
         owner = np.where(row >= 0, boxes.thing[row], -1)
         tints = np.concatenate([*(_colour(thing) for thing in self._things), np.zeros((1, 3))])
@@ -238,15 +247,15 @@ class FakeEngine:
         return (picture * shade[:, None] * 255).astype(np.uint8)
 
     def renderer(self) -> str:
-        """Return "none": there is no GL."""
+        """Return "none": the engine does not use GL."""
         return "none"
 
     def close(self) -> None:
-        """Frees the scene."""
+        """Release the scene."""
         self._things, self._rows, self._shell, self._all = [], [], None, None
 
     def _joined(self) -> tuple[_Boxes, np.ndarray, np.ndarray]:
-        """Return all boxes with the middles and radii of their bounding spheres."""
+        """Return all n boxes with the middles (n, 3) and radii (n,) of their bounding spheres, cached."""
         if self._all is None:
             rows = [row for row in (self._shell, *self._rows) if row is not None]
             boxes = _Boxes(*(np.concatenate([getattr(row, name) for row in rows]) for name in _Boxes.__slots__))
@@ -262,7 +271,7 @@ class FakeEngine:
         only: str | None = None,
         without: Sequence[str] = (),
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return for each ray the row of the box met first, -1 for none, and its distance."""
+        """Return the row (n,) of the box that each of rays (n, 3) meets first, -1 for none, and its distance (n,)."""
         boxes, middle, radius = self._joined()
         use = np.ones(len(radius), dtype=bool)
         if through_glass:
@@ -287,7 +296,7 @@ class FakeEngine:
 
 
 def _cones(rays: np.ndarray) -> list[np.ndarray]:
-    """Return the numbers of the rays (n, 3) in parts that go nearly the same way, each of at most `CHUNK_RAYS`."""
+    """Return the indices of rays (n, 3) in groups of at most `CHUNK_RAYS` with similar directions."""
     if len(rays) < CHUNK_RAYS:
         return [np.arange(len(rays))] if len(rays) else []
     steps = np.floor((rays + 1.0) * CONE_STEPS).astype(np.int64)
@@ -348,7 +357,7 @@ def _stack(
 
 
 def _shell(scene: Scene) -> tuple[_Boxes, np.ndarray]:
-    """Return floors, ceilings and walls as flat boxes, with their colours."""
+    """Return floors, ceilings and walls as n flat boxes, with their colours (n, 3)."""
     places: list[tuple[Motion, np.ndarray, np.ndarray]] = []
     colours: list[tuple[float, float, float]] = []
     for room in scene.rooms:

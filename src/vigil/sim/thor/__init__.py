@@ -1,1 +1,1 @@
-"""AI2-THOR as a backend through its own client: what a machine lacks for it, a guarded connection, the simulator."""
+"""AI2-THOR as a backend, through AI2-THOR's own client: requirements, a guarded connection and the simulator."""

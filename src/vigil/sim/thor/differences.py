@@ -1,6 +1,7 @@
-"""In what the back end over AI2-THOR differs from the embedded simulator, and why: the docs' list, and nothing besides.
+"""Known differences between the AI2-THOR backend and the embedded simulator, with their reasons.
 
-`vigil compare-backends` takes a difference of one of these kinds for explained, and no other.
+The docs show this list, and `vigil compare-backends` counts a difference as explained only if it is of a kind listed
+here.
 """
 
 from dataclasses import dataclass
@@ -8,56 +9,59 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """One of them."""
+    """A known difference."""
 
     what: str
+    """How the AI2-THOR backend behaves."""
     why: str
     kinds: tuple[str, ...] = ()
-    """Of what a comparison finds: what this explains."""
+    """Kinds of differences in a comparison that it explains."""
     checks: tuple[str, ...] = ()
-    """Conformance checks that cannot hold for it."""
+    """Names of the conformance checks that fail because of it."""
 
 
 DIFFERENCES: tuple[Difference, ...] = (
     Difference(
-        "Visible pixels are those of the instance segmentation; of a state, those of the whole object.",
-        "THOR has no rays that pass glass, and no parts of objects. The embedded simulator counts rays, on a lattice "
-        "over large things, and the parts that tell a state.",
+        "Visible pixels are those of the instance segmentation. A state's pixels are those of the whole object.",
+        "THOR has neither rays that pass through glass nor parts of objects. The embedded simulator counts rays, on a "
+        "lattice for large objects, and only the parts that show a state.",
         ("pixels", "verdict by sight"),
     ),
     Difference(
-        "Panes hide what is behind them from the count of pixels, and from rays.",
+        "What is behind a pane is neither counted in visible pixels nor met by rays.",
         "The segmentation shows panes, and THOR's rays stop at them.",
         ("pixels", "nearest", "verdict by sight"),
         ("sees_through_glass_but_clicks_it",),
     ),
     Difference(
-        "What is in the hand hides what is behind it from the count of pixels; clicks pass it where THOR's rays do.",
-        "The hand is in THOR's picture.",
+        "What is behind the held object is not counted in visible pixels. Clicks pass through the held object where "
+        "THOR's rays do.",
+        "THOR's frame shows the held object.",
         ("pixels", "nearest", "near", "verdict by sight"),
     ),
     Difference(
-        "The nearest visible point is that of the depth picture.",
-        "Drawn pixel by pixel, where the embedded simulator has a lattice of rays.",
+        "The nearest visible point comes from the depth frame.",
+        "The depth frame has every pixel, while the embedded simulator casts a lattice of rays.",
         ("nearest", "verdict by sight"),
     ),
     Difference(
-        "`visible` is THOR's own word: a visibility point within 6 m in view.",
-        "The protocol asks for the simulator's own.",
+        "`visible` is THOR's own answer: a visibility point of the object is in view within 6 m.",
+        "The protocol asks for the simulator's own answer.",
         ("visible", "verdict by sight"),
     ),
     Difference(
-        "Boxes, and distances to them, are those of metadata, of the whole object as it is when shut.",
-        "THOR tells no box without leaves and handles.",
+        "Boxes, and distances to them, come from the metadata and are those of the whole object when shut.",
+        "THOR does not give boxes without leaves and handles.",
         ("box",),
     ),
     Difference(
-        "What a click hits and is near to, at an object's very edge.",
-        "Pixels of a drawn mask, where the embedded simulator has rays through the pixels' middles.",
+        "At an object's very edge, a click may hit, or be near, another object.",
+        "THOR draws a mask of pixels, while the embedded simulator casts rays through the pixels' middles.",
         ("near",),
     ),
 )
 
 EXPLAINED: frozenset[str] = frozenset(kind for each in DIFFERENCES for kind in each.kinds)
+"""Kinds of differences that this list explains."""
 EXPECTED_FAILURES: dict[str, str] = {check: each.what for each in DIFFERENCES for check in each.checks}
-"""Conformance check -> why it cannot hold."""
+"""Known difference that makes a conformance check fail, by the check's name."""

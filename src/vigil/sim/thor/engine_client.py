@@ -1,7 +1,7 @@
-"""What the back end needs of AI2-THOR's client: one engine that takes actions and answers with events.
+"""The protocol of a client of AI2-THOR's engine: it sends actions and returns events.
 
-`vigil.sim.thor.guarded_client.GuardedClient` is one, over the real client; tests have one that calls an engine
-in-process.
+`vigil.sim.thor.guarded_client.GuardedClient` implements it over the real client; tests have one that calls an engine in
+the same process.
 """
 
 # pyright: reportReturnType=false
@@ -12,30 +12,31 @@ import numpy as np
 
 
 class Event(Protocol):
-    """What the client returns for an action."""
+    """The client's answer to an action."""
 
     metadata: Any
     frame: np.ndarray | None
-    """(height, width, 3) uint8."""
+    """Colours (height, width, 3) uint8; None when not requested."""
     depth_frame: np.ndarray | None
-    """(height, width) float32: metres along the camera's axis."""
+    """Depth (height, width) float32 in metres along the camera's axis; None when not requested."""
     instance_segmentation_frame: np.ndarray | None
-    """(height, width, 3 or 4) uint8: the colour of the object that each pixel shows."""
+    """Colour of the object that each pixel shows (height, width, 3 or 4) uint8; None when not requested."""
     color_to_object_id: dict[tuple[int, ...], str]
+    """Object id for each colour of the segmentation."""
 
 
 class EngineClient(Protocol):
-    """A started engine."""
+    """A client of a started engine."""
 
     @property
     def is_over(self) -> bool:
-        """Whether it was closed, or has failed."""
+        """Whether the engine was closed or has failed."""
 
     def open(self, house: dict[str, Any]) -> None:
-        """Has a house built, in place of the one before. Raises SimulatorError."""
+        """Let the engine build a house in place of the one before. Raises SimulatorError."""
 
     def step(self, action: str, **arguments: Any) -> Event:
-        """Return the event after an action, also one that failed. Raises SimulatorError, and is then over."""
+        """Return the event after an action, also after a refused one. Raises SimulatorError, and is then over."""
 
     def close(self) -> None:
-        """Ends the engine."""
+        """End the engine."""

@@ -1,4 +1,4 @@
-"""Sending actions to an engine of AI2-THOR's: a mirror follows, and pictures are asked for when they are needed."""
+"""A session with AI2-THOR's engine: it sends actions, updates the scene, and requests frames only when needed."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -12,22 +12,27 @@ from vigil.sim.thor.scene_sync import SceneSync
 from vigil.sim.thor.segmented_frame import SegmentedFrame
 
 REST_STEP_S = 0.02
+"""Time step of the physics while objects come to rest."""
 REST_EACH_S = 0.1
+"""Time that passes in one request while objects come to rest."""
 MAX_REST_STEPS = 50
-"""Pieces of time in which things may come to rest; what moves on after these is taken as it is then."""
+"""Greatest number of these requests; an object that still moves after them is taken as it is then."""
 
 
 @dataclass(frozen=True, slots=True)
 class ActionOutcome:
-    """What THOR said of an action."""
+    """THOR's answer to an action."""
 
     is_done: bool
+    """Whether THOR carried the action out."""
     message: str = ""
+    """THOR's reason when it did not."""
     returned: Any = None
+    """Value that the action returned."""
 
 
 class EngineSession:
-    """One engine with a house."""
+    """One engine with a house, and the scene as of its last answer."""
 
     def __init__(self, client: EngineClient, scene_sync: SceneSync) -> None:
         self._client = client
@@ -35,23 +40,23 @@ class EngineSession:
         self._segmented_frame: SegmentedFrame | None = None
         self._frame: np.ndarray | None = None
         self._masks_need_frame = False
-        """Whether this engine draws masks only with a frame, as Unity does."""
+        """Whether this engine draws masks only together with a frame, as Unity does."""
         self._frame_was_asked = False
-        """Whether somebody looked at the last frame, and is likely to look at the next."""
+        """Whether `frame` was called since the last segmentation, so that the next frame is likely to be needed."""
 
     def do(self, action: str, **arguments: Any) -> ActionOutcome:
-        """Carries out an action that may change something, without a picture of it. Raises SimulatorError."""
+        """Send an action that may change something, without a frame; return its outcome. Raises SimulatorError."""
         self._segmented_frame = self._frame = None
         event = self._client.step(action, **arguments, renderImage=False)
         self.scene_sync.update(event.metadata)
         return _outcome(event)
 
     def query(self, action: str, **arguments: Any) -> ActionOutcome:
-        """Carries out an action that changes nothing. Raises SimulatorError."""
+        """Send an action that changes nothing; return its outcome. Raises SimulatorError."""
         return _outcome(self._client.step(action, **arguments, renderImage=False))
 
     def wait_until_at_rest(self) -> None:
-        """Lets time pass, always in the same pieces, until all is at rest."""
+        """Let time pass, always in the same steps, until everything is at rest or `MAX_REST_STEPS` are over."""
         for _ in range(MAX_REST_STEPS):
             self._segmented_frame = self._frame = None
             arguments = {"timeStep": REST_STEP_S, "simSeconds": REST_EACH_S}
@@ -61,7 +66,7 @@ class EngineSession:
                 return
 
     def segmented_frame(self) -> SegmentedFrame:
-        """Return which object each pixel shows now."""
+        """Return the segmentation of the agent's view now. Raises SimulatorError."""
         if self._segmented_frame is None:
             self._look(with_frame=self._masks_need_frame or self._frame_was_asked)
             self._frame_was_asked = False
@@ -73,7 +78,7 @@ class EngineSession:
         return self._segmented_frame
 
     def frame(self) -> np.ndarray:
-        """Return what the agent sees, (480, 640, 3) uint8."""
+        """Return what the agent sees now, (480, 640, 3) uint8. Raises SimulatorError."""
         self._frame_was_asked = True
         if self._frame is None:
             self._look(with_frame=True)

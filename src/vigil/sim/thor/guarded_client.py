@@ -1,7 +1,8 @@
-"""A connection to an engine of AI2-THOR's through its own, unmodified client, with the guards that this lacks.
+"""A connection to AI2-THOR's engine through AI2-THOR's unmodified client, guarded against an engine that ends.
 
-The client waits for ever for an engine that ends before it connects, and reads on at full load until its time-out when
-one ends in the middle of an answer. Here each becomes a SimulatorError within a second, and nothing is left behind.
+The client alone waits without limit for an engine that ends before it connects. When an engine ends in the middle of an
+answer, the client reads at full load until its time-out. Here both cases raise SimulatorError within a second, and no
+process, pipe or folder is left behind.
 """
 
 import os
@@ -13,14 +14,15 @@ from typing import Any
 from vigil.errors import SettingError, SimulatorError
 
 ASK_EVERY_S = 0.05
+"""Interval at which the engine's process is checked."""
 ZEROS = bytes(65536)
-"""What a reader is fed whose engine has ended: no message begins with it, so that the client gives up."""
+"""Bytes for a client whose engine has ended: no message begins with them, so that the client gives up."""
 END_TIMEOUT_S = 60.0
-"""How long a killed engine may take to be gone: seconds, on a busy machine."""
+"""Longest time that a killed engine may take to end; on a busy machine it takes seconds."""
 
 
 class GuardedClient:
-    """One engine, from its start to its end."""
+    """The connection to one engine, from its start to its end."""
 
     def __init__(
         self,
@@ -31,7 +33,7 @@ class GuardedClient:
         answer_s: float = 30.0,
         **settings: Any,
     ) -> None:
-        """Starts an engine by its command, None for AI2-THOR's own, and opens a house in it.
+        """Start an engine by its command (None for AI2-THOR's own) and open a house in it.
 
         `settings` are parameters of the client's Controller. Raises SettingError without the client, and
         SimulatorError when the engine ends, does not connect within `start_s`, does not answer within `answer_s`, or
@@ -43,18 +45,18 @@ class GuardedClient:
         timeouts = {"server_timeout": answer_s, "server_start_timeout": start_s}
         try:
             self._controller.__init__(local_executable_path=command, scene=scene, **timeouts, **settings)
-        except Exception as error:  # the client lets anything through that reading nonsense raises
+        except Exception as error:  # the client may raise any exception when it reads nonsense
             raise self._broken("starting", error) from error
         self._watch.has_started.set()
         self._check()
 
     @property
     def is_over(self) -> bool:
-        """Whether it was closed, or the engine has failed."""
+        """Whether the connection was closed or the engine has failed."""
         return self._watch.is_over
 
     def open(self, house: dict[str, Any]) -> None:
-        """Has a house built in the place of the one before. Raises SimulatorError, after which it is over."""
+        """Let the engine build a house in place of the one before. Raises SimulatorError, and is then over."""
         try:
             self._controller.reset(scene=house)
         except Exception as error:
@@ -68,21 +70,21 @@ class GuardedClient:
             raise SimulatorError(f"AI2-THOR's engine did not open the house: {metadata['errorMessage']}")
 
     def step(self, action: str, **arguments: Any) -> Any:
-        """Return the client's event after an action. Raises SimulatorError, after which the connection is closed."""
+        """Return the client's event after an action. Raises SimulatorError, and is then over."""
         if self._watch.is_over:
-            raise SimulatorError(f"AI2-THOR's engine is gone; {action} was not sent. Start another.")
+            raise SimulatorError(f"AI2-THOR's engine has ended; {action} was not sent. Start another engine.")
         try:
             return self._controller.step(action=action, **arguments)
         except Exception as error:
             raise self._broken(action, error) from error
 
     def close(self) -> None:
-        """Ends the engine, and waits until it, its pipes and their folder are gone."""
+        """End the engine, and wait until its process, its pipes and their folder are removed."""
         self._watch.end()
         server = getattr(self._controller, "server", None)
         if server is None:
             return
-        with suppress(OSError):  # what was still to be sent to an engine that has ended
+        with suppress(OSError):  # unsent bytes for an engine that has ended
             server.stop()
         if server.server_pipe is not None:
             server.server_pipe.close()
@@ -93,7 +95,7 @@ class GuardedClient:
         server.tmp_dir.cleanup()
 
     def _broken(self, what: str, error: Exception) -> SimulatorError:
-        """Closes the connection. Returns the error that says why."""
+        """Close the connection and return the error that says why."""
         status, was_late = self._watch.status, self._watch.was_late
         self.close()
         if was_late:
@@ -102,11 +104,11 @@ class GuardedClient:
             why = f"the engine ended with status {status}"
         else:
             why = f"{type(error).__name__}: {error}"
-        return SimulatorError(f"AI2-THOR, {what}: {why}. The engine's own words are in ~/.ai2thor/log/unity.log.")
+        return SimulatorError(f"AI2-THOR, {what}: {why}. The engine's log is ~/.ai2thor/log/unity.log.")
 
 
 class _Watch:
-    """A thread that frees the client from waiting for an engine that has ended, or never connects."""
+    """A thread that ends the client's waiting for an engine that has ended or never connects."""
 
     def __init__(self, controller: Any, start_s: float) -> None:
         self._controller = controller
@@ -115,7 +117,7 @@ class _Watch:
         self.has_started = threading.Event()
         self.was_late = False
         self.status: int | None = None
-        """With which the engine ended by itself."""
+        """Exit status of an engine that ended by itself; else None."""
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
@@ -125,12 +127,12 @@ class _Watch:
         return self._over.is_set()
 
     def end(self) -> None:
-        """Stops watching."""
+        """Stop watching, and wait for the thread."""
         self._over.set()
         self._thread.join()
 
     def _run(self) -> None:
-        deadline: float | None = None  # from the start of the engine: the client may have to download it first
+        deadline: float | None = None  # counted from the engine's start: the client may have to download it first
         while not self._over.wait(ASK_EVERY_S):
             server = getattr(self._controller, "server", None)
             process = getattr(server, "unity_proc", None)
@@ -147,7 +149,7 @@ class _Watch:
             return
 
     def _feed(self, path: str) -> None:
-        """Writes zeros to who reads, or will, until the connection is closed."""
+        """Write zeros to the pipe that the client reads, until the connection is closed."""
         number: int | None = None
         while not self._over.wait(ASK_EVERY_S):
             try:

@@ -1,4 +1,4 @@
-"""What a click does: the protocol's rules are asked before THOR is, and what THOR refuses is a refusal by the protocol.
+"""What a click does in AI2-THOR: the protocol's rules are applied first, and THOR's refusals become the protocol's.
 
 Source: protocol.md section 2.2.
 """
@@ -20,32 +20,34 @@ from vigil.sim.thor.engine_session import ActionOutcome, EngineSession
 from vigil.sim.thor.refusals import is_out_of_sight, refusal_of
 
 SPOT_SLACK_M = 0.02
+"""Tolerance of the test that THOR put an object near the click."""
 MOVED_M = 1e-6
-"""What moved less has not changed."""
+"""Difference of a coordinate, angle or openness up to which an object has not changed."""
 
 
 @dataclass(frozen=True, slots=True)
 class ObjectClick:
-    """A click on an object: its pixel, and the point that the ray through that meets."""
+    """A click on an object."""
 
     thing: Thing
     point: Vec3
+    """Point (m) that the pixel's ray meets."""
     x: int
     y: int
 
     @property
     def place(self) -> dict[str, float]:
-        """The pixel's middle as THOR writes it: 0..1 from the top left corner."""
+        """Middle of the pixel in THOR's form, 0..1 from the top left corner."""
         return place_of_pixel(self.x, self.y)
 
 
 def place_of_pixel(x: int, y: int) -> dict[str, float]:
-    """Return the middle of a pixel as THOR writes it."""
+    """Return the middle of a pixel in THOR's form, 0..1 from the top left corner."""
     return {"x": (x + 0.5) / WIDTH, "y": (y + 0.5) / HEIGHT}
 
 
 def interact(session: EngineSession, intent: Intent, click: ObjectClick) -> InteractionResult:
-    """Carries out one intent, or refuses it."""
+    """Carry out or refuse one intent on a clicked object."""
     if intent == "ground":
         return InteractionResult()
     scene_sync = session.scene_sync
@@ -60,7 +62,7 @@ def interact(session: EngineSession, intent: Intent, click: ObjectClick) -> Inte
 
 
 def drop(session: EngineSession) -> InteractionResult:
-    """Lets go of what is held, or refuses."""
+    """Drop what is held, or refuse to."""
     if session.scene_sync.held is None:
         return InteractionResult("hand_empty")
     return _attempt(session, lambda: session.do("DropHandObject"))
@@ -74,19 +76,19 @@ def _place(session: EngineSession, click: ObjectClick) -> InteractionResult:
     )
     if result.refusal is not None or _is_where_wanted(session, held, click, wanted_kind):
         return result
-    session.do("PickupObject", objectId=held.id, forceAction=True)  # THOR put it elsewhere than it may be
+    session.do("PickupObject", objectId=held.id, forceAction=True)  # THOR put it where the protocol does not allow it
     return InteractionResult("no_room")
 
 
 def _is_where_wanted(session: EngineSession, held: Thing, click: ObjectClick, wanted_kind: str) -> bool:
-    """Whether THOR put a thing near to the click, and inside or on top as was meant."""
+    """Return whether THOR put a thing near the click, and inside or on top as the click meant."""
     is_inside = any(each is click.thing for each in containers_of(session.scene_sync.scene, held))
     is_near = floor_distance(held.position, click.point) <= SPOT_WITHIN_M + SPOT_SLACK_M
     return is_near and held.parent == click.thing.id and is_inside == (wanted_kind == "inside")
 
 
 def _act_on_object(session: EngineSession, click: ObjectClick, action: str) -> ActionOutcome:
-    """Acts on the object that was clicked; by its pixel where THOR finds no point of it in view."""
+    """Act on the clicked object by its id, or by the pixel when THOR finds no point of the object in view."""
     outcome = session.do(action, objectId=click.thing.id)
     if outcome.is_done or not is_out_of_sight(outcome.message):
         return outcome

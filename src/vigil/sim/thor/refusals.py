@@ -1,7 +1,7 @@
-"""What AI2-THOR says when it refuses an action, and the refusal that it is by the protocol.
+"""AI2-THOR's messages for refused actions, and the protocol's refusal for each.
 
-Messages carry names, exceptions and traces, so that they are known by a part of them. The first row that is found in a
-message counts. What no row knows is told by the logger of this module and taken for UNKNOWN.
+Messages contain names, exceptions and traces, so they are recognised by a part of them. The first row whose part is in
+a message counts. A message without a row is logged as a warning and taken for `UNKNOWN`.
 """
 
 import logging
@@ -12,14 +12,16 @@ from vigil.protocol.house import EXTERIOR
 from vigil.protocol.world import RefusalCode
 
 UNKNOWN: RefusalCode = "blocked_by_object"
+"""Refusal for a message without a row."""
 AGENT = "agent"
+"""Name of the agent as what blocks."""
 
 OUT_OF_SIGHT: tuple[tuple[str, RefusalCode], ...] = (
     ("not found within the specified visibility", "nothing_hit"),
     ("visible but not interactable", "nothing_hit"),
     ("is not currently Visible", "nothing_hit"),
 )
-"""Those that say that THOR finds no point of the object in view."""
+"""Rows of messages that say that THOR finds no point of the object in view."""
 MESSAGES: tuple[tuple[str, RefusalCode], ...] = (
     ("is not an Openable object", "not_openable"),
     ("object is not toggleable", "not_toggleable"),
@@ -53,7 +55,7 @@ MESSAGES: tuple[tuple[str, RefusalCode], ...] = (
     ("no sim objects found", "nothing_hit"),
     ("beyond your visibilityDistance", "nothing_hit"),
 )
-"""Part of a message -> the refusal that it is."""
+"""Rows of (part of a message, refusal)."""
 
 _BLOCKERS = (re.compile(r"collided with (.+)$"), re.compile(r"([^:]+?) is blocking "))
 _LOG = logging.getLogger(__name__)
@@ -61,18 +63,18 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class Refusal:
-    """Why an action was refused."""
+    """The reason for which an action was refused."""
 
     code: RefusalCode
     blocked_by: str | None = None
-    """What was in the way, as THOR names it."""
+    """Name, as THOR gives it, of what was in the way; None when it is not known."""
 
 
 def refusal_of(message: str) -> Refusal:
-    """Return the refusal that a message of THOR's is."""
+    """Return the protocol's refusal for a message of THOR's."""
     code: RefusalCode | None = next((code for part, code in MESSAGES if part in message), None)
     if code is None:
-        _LOG.warning("AI2-THOR refused for a reason that is not known, taken for %s: %s", UNKNOWN, message)
+        _LOG.warning("AI2-THOR refused an action for an unknown reason, taken for %s: %s", UNKNOWN, message)
         return Refusal(UNKNOWN)
     if "Scene bounds" in message:
         return Refusal(code, EXTERIOR)
@@ -86,5 +88,5 @@ def refusal_of(message: str) -> Refusal:
 
 
 def is_out_of_sight(message: str) -> bool:
-    """Whether THOR refused because it finds no point of the object in view."""
+    """Return whether THOR refused because it finds no point of the object in view."""
     return any(part in message for part, _ in OUT_OF_SIGHT)

@@ -1,4 +1,4 @@
-"""What AI2-THOR's own engine needs on this machine, and what is missing, without starting or downloading anything."""
+"""What AI2-THOR's own engine needs and this machine lacks, found without starting or downloading anything."""
 
 import ctypes.util
 import os
@@ -8,25 +8,29 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 BUILD = "f0825767cd50d69f666c7f282e54abfe58f1e917"
-"""The build that the client 5.0.0 takes."""
+"""Build of the engine that the client 5.0.0 starts."""
 CLIENT = "5.0.0"
+"""Supported version of the client."""
 SOURCE = "http://s3-us-west-2.amazonaws.com/ai2-thor-public/builds"
+"""Address from which the client downloads builds."""
 
 
 @dataclass(frozen=True, slots=True)
 class Findings:
-    """What was found."""
+    """What this machine has of the requirements."""
 
     client: str
+    """Version of the installed client, or "not installed"."""
     build: str
+    """Folder of the engine's build, or a sentence that says that it is absent."""
     platform: str
-    """Of the build that fits this machine, as the client calls it."""
+    """Client's name for the platform of the build that fits this machine."""
     missing: tuple[str, ...]
-    """What must be there before AI2-THOR's own engine can run, with what to do; empty when nothing is missing."""
+    """Requirements that are missing, each with what to do; empty when the engine can run."""
 
 
 def examine() -> Findings:
-    """Return what is there, and what is missing."""
+    """Return what this machine has and what it lacks."""
     missing = []
     client = _client()
     if client is None:

@@ -1,6 +1,6 @@
-"""Changing a house by force: what an episode sets up, and going back to an earlier moment.
+"""Changing a house in AI2-THOR by force, for setups and to restore an earlier moment.
 
-Nothing here is done for an agent. THOR's actions take `forceAction`, which leaves out its checks of sight and reach.
+No agent's action comes here. THOR's actions are sent with `forceAction`, which skips THOR's checks of sight and reach.
 """
 
 import copy
@@ -19,16 +19,17 @@ from vigil.sim.thor.scene_sync import ThorSnapshot
 from vigil.sim.thor.units import from_thor, teleport_arguments, to_thor
 
 COARSE = 1e-3
-"""How far (m, degrees, openness) a thing that was put back may be from where it was: physics may have moved it."""
+"""Greatest difference (m, degrees, openness) of a restored thing from what it was; physics may have moved it."""
 ROUNDS = 200
-"""Changes that are made one after the other, at most: putting one thing back may move another."""
+"""Greatest number of rounds of a restore; each puts things back, which may move others."""
 
 _PLACE = ("position", "rotation", "parentReceptacles", "isPickedUp")
 Step = tuple[str, dict[str, Any]]
+"""THOR's action with its arguments."""
 
 
 def set_up(session: EngineSession, setup: Setup, house_name: str) -> None:
-    """Changes the house as an episode says. Raises EpisodeError when it cannot be so."""
+    """Change the house as a setup says. Raises EpisodeError when the house cannot be changed in this way."""
     things = session.scene_sync.scene.things
     for object_id in [*setup.objects, *([setup.held] if setup.held else [])]:
         if object_id not in things:
@@ -45,7 +46,9 @@ def set_up(session: EngineSession, setup: Setup, house_name: str) -> None:
                 _force(session, "DisableObject", objectId=gone.id)
     for thing, _ in placed:
         if not thing.is_present:
-            raise EpisodeError(f"Setup: {thing.id!r} is placed on what is taken out of the scene. Place it elsewhere.")
+            raise EpisodeError(
+                f"Setup: {thing.id!r} is placed on something that is taken out of the scene. Place it elsewhere."
+            )
     if setup.held is not None:
         _fill_hand(session, things[setup.held])
     if setup.objects:
@@ -53,14 +56,14 @@ def set_up(session: EngineSession, setup: Setup, house_name: str) -> None:
 
 
 def stand(session: EngineSession, pose: Pose) -> None:
-    """Stands the agent at a pose, whether its body fits or not. Raises SimulatorError."""
+    """Put the agent at a pose, whether its body fits or not. Raises SimulatorError."""
     outcome = session.do("TeleportFull", **teleport_arguments(pose), forceAction=True)
     if not outcome.is_done:
-        raise SimulatorError(f"AI2-THOR did not stand the agent at {tuple(pose.position)}: {outcome.message}")
+        raise SimulatorError(f"AI2-THOR did not put the agent at {tuple(pose.position)}: {outcome.message}")
 
 
 def restore_snapshot(session: EngineSession, snapshot: ThorSnapshot) -> bool:
-    """Makes the objects and the hand as they were at a moment. Returns whether that succeeded."""
+    """Restore the objects and the hand to a snapshot; return whether that succeeded."""
     done: set[str] = set()
     for _ in range(ROUNDS):
         steps = next((steps for steps in _restore_steps(session, snapshot, done) if steps), None)
@@ -73,12 +76,15 @@ def restore_snapshot(session: EngineSession, snapshot: ThorSnapshot) -> bool:
 
 
 def _restore_steps(session: EngineSession, snapshot: ThorSnapshot, done: set[str]) -> Iterator[list[Step]]:
-    """Yield, kind by kind, what is to be done next; nothing when all is as it was, to the last bit or as `done`."""
+    """Yield, kind by kind, the steps that restore a snapshot; all are empty when nothing is left to do.
+
+    Things in `done` may differ by `COARSE`; all others must be as they were to the last bit.
+    """
     now, before = session.scene_sync.objects, snapshot.objects
     scene = session.scene_sync.scene
     yield [("EnableObject", {"objectId": name}) for name in before if name not in now]
     gone = [scene.things[name] for name in now if name not in before]
-    gone.sort(key=lambda thing: -len(ancestors(scene, thing)))  # what is carried goes before what carries it
+    gone.sort(key=lambda thing: -len(ancestors(scene, thing)))  # what is carried comes before its carrier
     yield [("DisableObject", {"objectId": thing.id}) for thing in gone]
     both = [name for name in before if name in now]
     slack = {name: COARSE if name in done else 0.0 for name in both}
@@ -95,17 +101,17 @@ def _restore_steps(session: EngineSession, snapshot: ThorSnapshot, done: set[str
     stack = _stack(snapshot)
     astray = [name for name in both if name not in stack and _is_elsewhere(now[name], before[name], slack[name])]
     if astray:
-        name = min(astray, key=lambda name: (_carriers(before, name), name))  # what carries others goes first
+        name = min(astray, key=lambda name: (_carriers(before, name), name))  # a carrier comes before what it carries
         yield [("TeleportObject", {**_pose_of(before[name]), "objectId": name, "forceAction": True})]
     if snapshot.held is not None and session.scene_sync.held != snapshot.held:
         turned = {**_pose_of(now[snapshot.held]), "rotation": dict(before[snapshot.held]["rotation"])}
-        if _is_turned(now[snapshot.held], before[snapshot.held], slack[snapshot.held]):  # the hand keeps a thing's yaw
+        if _is_turned(now[snapshot.held], before[snapshot.held], slack[snapshot.held]):  # picking up keeps the yaw
             yield [("TeleportObject", {**turned, "objectId": snapshot.held, "forceAction": True})]
         yield [("PickupObject", {"objectId": snapshot.held, "forceAction": True})]
 
 
 def _stack(snapshot: ThorSnapshot) -> set[str]:
-    """Return the ids of what was in the hand, with all that this carried."""
+    """Return the ids of the object that was in the hand and of all that it carried."""
     if snapshot.held is None:
         return set()
     stack = {snapshot.held}
@@ -119,7 +125,7 @@ def _stack(snapshot: ThorSnapshot) -> set[str]:
 
 
 def _carriers(objects: dict[str, Any], name: str) -> int:
-    """Return how many things an object was in or on, one in the other."""
+    """Return the number of objects that an object was in or on, directly or through others."""
     found: set[str] = set()
     ahead = [name]
     while ahead:
@@ -166,14 +172,14 @@ def _set_states(session: EngineSession, thing: Thing, change: ObjectSetup) -> No
 
 
 def _depth(setup: Setup, object_id: str) -> int:
-    """Return on how many things that are placed too a thing is placed, one on the other."""
+    """Return the number of things, each placed by the setup on the next, that a thing is placed on."""
     change = setup.objects.get(object_id)
     parent = change.placement.parent if change is not None and change.placement is not None else None
     return 0 if parent is None else 1 + _depth(setup, parent)
 
 
 def _put(session: EngineSession, thing: Thing, placement: Placement, house_name: str) -> None:
-    """Puts a thing down where an episode wants it, on the surface of what carries it where one is near."""
+    """Put a thing where a setup says; with a parent, on the parent's surface if one is near."""
     scene_sync = session.scene_sync
     if thing.is_structure:
         raise EpisodeError(f"Setup: {thing.id!r} is a door or window and cannot be placed elsewhere.")

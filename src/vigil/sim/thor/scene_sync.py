@@ -1,7 +1,7 @@
-"""A house's document as things that follow what AI2-THOR's metadata say. Nothing is simulated here.
+"""A house's scene that follows AI2-THOR's metadata. Nothing is simulated here.
 
-Static facts, as surfaces and shapes of things, rooms and walls, are the document's (`vigil.scene`); places, states,
-what carries what, boxes, and what can be done with a thing are THOR's.
+Surfaces and shapes of things, rooms and walls come from the house's document (`vigil.scene`). Positions, states, boxes,
+what carries what, and what can be done with a thing come from THOR.
 """
 
 import copy
@@ -22,42 +22,51 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.thor.units import from_thor, pose_from_thor
 
 NO_OFFSET_M = 0.025
-"""A pivot this near to the middle of the box is taken for the thing's place as it is: a handle may stick out."""
+"""Distance from the middle of the box up to which THOR's pivot is taken for the thing's position.
+
+A handle that sticks out moves the middle of THOR's box by about as much.
+"""
 SAME_PLACE_M = 1e-6
+"""Distance up to which a thing is still where the document puts it."""
 RIGHT_ANGLE_WITHIN = 1e-3
+"""Tolerance of the test that a rotation consists of right angles."""
 
 Metadata = Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PivotBox:
-    """A thing's box in its own frame, whose origin is the middle of the box or near it, and where THOR's pivot is."""
+    """A thing's box (m) in the thing's frame, and the offset of that frame from THOR's pivot."""
 
     low: np.ndarray
+    """Lowest corner (3,)."""
     high: np.ndarray
+    """Highest corner (3,)."""
     middle_from_pivot: np.ndarray
+    """Vector (3,) from THOR's pivot to the origin of the thing's frame, which is at or near the middle of the box."""
 
 
 @dataclass(frozen=True, slots=True)
 class ThorSnapshot:
-    """What metadata told at a moment, to go back to."""
+    """The state from the metadata of a moment, so that it can be restored."""
 
     objects: dict[str, Metadata]
+    """THOR's metadata of each object, by id."""
     agent: Pose
     held: str | None
 
 
 class SceneSync:
-    """The scene, the agent and the hand as THOR's last metadata tell them."""
+    """The scene, the agent and the hand as of THOR's last metadata."""
 
     def __init__(self, house: House, assets: AssetDatabase, metadata: Metadata) -> None:
-        """Takes the house as THOR has just built it. Raises HouseError on a document that cannot be read."""
+        """Build the scene of a house that THOR has just built. Raises HouseError on an invalid document."""
         self.scene: Scene = build_scene(house, assets)
         self.objects: dict[str, Metadata] = {}
         self.agent: Pose = pose_from_thor(metadata["agent"])
         self.held: str | None = None
         self.visible: set[str] = set()
-        """Ids of what THOR calls visible."""
+        """Ids of the objects that THOR calls visible."""
         self._first = {thing.id: copy.copy(thing) for thing in self.scene.things.values()}
         self._pivot_boxes: dict[str, PivotBox] = {}
         for entry in metadata["objects"]:
@@ -69,7 +78,7 @@ class SceneSync:
         self.update(metadata)
 
     def update(self, metadata: Metadata) -> None:
-        """Takes over places and states."""
+        """Copy positions and states from metadata."""
         found = {entry["objectId"]: entry for entry in metadata["objects"] if entry["objectId"] in self._pivot_boxes}
         held = [each["objectId"] for each in metadata["inventoryObjects"]]
         self.agent = pose_from_thor(metadata["agent"])
@@ -84,33 +93,33 @@ class SceneSync:
             thing.is_held = thing.id in stack
 
     def in_hand(self) -> frozenset[str]:
-        """Return the ids of what is in the hand, with all that this carries."""
+        """Return the ids of the thing in the hand and of all that it carries."""
         if self.held is None:
             return frozenset()
         return frozenset({self.held, *(thing.id for thing in contents(self.scene, self.held))})
 
     def snapshot(self) -> ThorSnapshot:
-        """Return the present moment."""
+        """Return a snapshot of the present state."""
         return ThorSnapshot(self.objects, self.agent, self.held)
 
     def box(self, thing: Thing) -> Box:
-        """Return the thing's box as it is when shut, where the thing is now."""
+        """Return the box of the shut thing where the thing is now."""
         measure = self._pivot_boxes.get(thing.id)
         half = np.array(thing.asset.size) / 2
         return upright_box(thing, *((-half, half) if measure is None else (measure.low, measure.high)))
 
     def pivot(self, thing: Thing, position: Vec3, rotation: Vec3) -> Vec3:
-        """Return where THOR says a thing is when the middle of its box is at a position."""
+        """Return THOR's position of a thing, its pivot, when the thing is at a position and rotation."""
         shift = rotation_matrix(rotation) @ self._pivot_boxes[thing.id].middle_from_pivot
         return Vec3(*(float(value) for value in np.subtract(position, shift)))
 
     def is_movable(self, thing: Thing) -> bool:
-        """Whether THOR lets a thing be put elsewhere."""
+        """Return whether THOR can move a thing."""
         entry = self.objects.get(thing.id, {})
         return bool(entry.get("pickupable") or entry.get("moveable"))
 
     def _take_over(self, thing: Thing, entry: Metadata | None) -> bool:
-        """Takes over what is said of a thing. Returns whether its place, or what carries it, is another than before."""
+        """Copy a thing's state from its metadata; return whether its position, rotation or carrier changed."""
         if entry is None:
             thing.is_present = thing.id in self._absent_here and thing.is_structure
             return False
@@ -128,22 +137,22 @@ class SceneSync:
         return True
 
     def _carrier(self, entry: Metadata) -> str | None:
-        """Return the smallest of the things that THOR says an object is in or on; None in the hand and on a floor."""
+        """Return the id of the smallest thing that THOR says an object is in or on; None if held or on a floor."""
         if entry["isPickedUp"]:
             return None
         known = [
             name for name in entry["parentReceptacles"] or () if name in self._pivot_boxes and name != entry["objectId"]
         ]
         if len(known) > 1:
-            known.sort(key=lambda name: (self._bulk(name), name))
+            known.sort(key=lambda name: (self._volume(name), name))
         return known[0] if known else None
 
-    def _bulk(self, name: str) -> float:
+    def _volume(self, name: str) -> float:
         measure = self._pivot_boxes[name]
         return float(np.prod(measure.high - measure.low))
 
     def _rest(self, thing: Thing) -> None:
-        """Notes on which of its carrier's surfaces a thing rests: the document's where it lies as that says."""
+        """Set the carrier's surface on which a thing rests: the document's if the thing has not moved since."""
         first, parent = self._first[thing.id], self.scene.things.get(thing.parent or "")
         if thing.parent == first.parent and distance(thing.position, first.position) <= SAME_PLACE_M:
             thing.surface, thing.parent_joint = first.surface, first.parent_joint
@@ -156,14 +165,17 @@ class SceneSync:
 
 
 def _copy_affordances(thing: Thing, entry: Metadata) -> None:
-    """Takes over what can be done with a thing."""
+    """Copy from metadata what can be done with a thing."""
     thing.is_openable, thing.is_toggleable = bool(entry["openable"]), bool(entry["toggleable"])
     thing.is_pickupable = bool(entry["pickupable"])
     thing.is_receptacle = bool(entry["receptacle"]) and bool(thing.asset.surfaces)
 
 
 def _measure(thing: Thing, entry: Metadata) -> PivotBox:
-    """Return the box of a thing that THOR has just built; the document's size for one that is open or turned askew."""
+    """Return the box of a thing that THOR has just built.
+
+    An open thing, or an askew one without an oriented box in the metadata, gets its asset's size.
+    """
     turn = rotation_matrix(from_thor(entry["rotation"]))
     pivot, half = np.array(from_thor(entry["position"])), np.array(thing.asset.size) / 2
     if float(entry["openness"]) >= CLOSED_BELOW and entry["openable"]:

@@ -1,4 +1,4 @@
-"""What AI2-THOR's pictures tell: which object each pixel shows, how much of it is seen, and how far away it is."""
+"""AI2-THOR's segmentation and depth: which object each pixel shows, and how much and how near of it is seen."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,9 +10,9 @@ from vigil.sim.core.sight import HEIGHT, NEAR_CLICK_PX, WIDTH, camera_axes, dire
 from vigil.sim.thor.engine_client import Event
 
 LISTED_PIXELS = 1600
-"""About how many pixels of a thing are listed."""
+"""Number of pixels of an object, about, that are listed."""
 MEASURED_PIXELS = 2000
-"""Of how many pixels of a thing, or up to twice as many, the distance is measured."""
+"""Number of pixels of an object, up to twice as many, at which the distance is measured."""
 _PIXELS = np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), axis=-1)
 _LEVEL = Pose(position=Vec3(0.0, 0.0, 0.0), rotation=0.0)
 _ALONG = (directions(_LEVEL, _PIXELS.reshape(-1, 2)) @ camera_axes(_LEVEL)[2]).reshape(HEIGHT, WIDTH)
@@ -24,7 +24,9 @@ class PixelCount:
     """What is seen of an object."""
 
     pixels: int = 0
+    """Number of pixels that show it."""
     nearest_m: float | None = None
+    """Least distance (m) from the eye to what they show; None without pixels or depth."""
 
 
 class SegmentedFrame:
@@ -39,11 +41,11 @@ class SegmentedFrame:
         self._in_hand = in_hand
 
     def at(self, x: int, y: int) -> str | None:
-        """Return the name of what a pixel shows, what is in the hand included; None for what has none."""
+        """Return the name of what a pixel shows, also of a held object; None for what has no name."""
         return self._names.get(tuple(self._colours[y, x, :3].tolist()))
 
     def ids_near_pixel(self, x: int, y: int) -> set[str]:
-        """Return the names of what is shown within 3 px of a pixel, but for what is in the hand."""
+        """Return the names of what is shown within 3 px of a pixel, without held objects."""
         offsets = _PIXELS[: 2 * NEAR_CLICK_PX + 1, : 2 * NEAR_CLICK_PX + 1].reshape(-1, 2) - NEAR_CLICK_PX
         pixels = offsets[(offsets**2).sum(axis=1) <= NEAR_CLICK_PX**2] + [x, y]
         pixels = pixels[((pixels >= 0) & (pixels < [WIDTH, HEIGHT])).all(axis=1)]
@@ -51,7 +53,7 @@ class SegmentedFrame:
         return {name for name in found if name is not None and name not in self._in_hand}
 
     def pixel_count(self, *names: str) -> PixelCount:
-        """Return how much of objects, which are parts of one, is seen; nothing of what is in the hand."""
+        """Return what is seen of an object and its parts, by their names; nothing is seen of held objects."""
         rows, columns = (np.concatenate(each) for each in zip(*map(self._shown, names), strict=True))
         if not len(rows):
             return PixelCount()
@@ -62,14 +64,14 @@ class SegmentedFrame:
         return PixelCount(len(rows), round(nearest, 6))
 
     def pixels_of(self, name: str) -> np.ndarray:
-        """Return pixels (n, 2) of x, y that show an object, on a lattice fixed in the frame."""
+        """Return the pixels (n, 2), x and y on a lattice fixed in the frame, that show an object."""
         rows, columns = self._shown(name)
         stride = max(1, int(np.sqrt(len(rows) / LISTED_PIXELS)))
         is_listed = (rows % stride == stride // 2) & (columns % stride == stride // 2)
         return np.column_stack([columns[is_listed], rows[is_listed]])
 
     def _shown(self, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """Return the rows and columns of the pixels that show an object; none of what is in the hand."""
+        """Return the rows (n,) and columns (n,) of the pixels that show an object; none for a held object."""
         colour = self._colour_of.get(name)
         if colour is None or name in self._in_hand:
             return np.empty(0, dtype=np.intp), np.empty(0, dtype=np.intp)
@@ -79,5 +81,5 @@ class SegmentedFrame:
 
     @cached_property
     def _reds(self) -> np.ndarray:
-        """(HEIGHT * WIDTH,) uint8: the first byte of each pixel's colour, side by side, to be searched fast."""
+        """First byte of each pixel's colour (HEIGHT * WIDTH,) uint8, contiguous for a fast search."""
         return np.ascontiguousarray(self._colours[..., 0]).reshape(-1)

@@ -1,7 +1,7 @@
-"""A house in AI2-THOR as a `PrivilegedSimulator`: THOR's own client and engine decide what happens and what is seen.
+"""A house in AI2-THOR as a `PrivilegedSimulator`: THOR's client and engine decide what happens and what is seen.
 
-What the protocol asks for and THOR does not have is enforced here, before THOR is asked: steps of a walk, limits of the
-pitch, reach, interlocks, what may be put where. See docs/ai2thor.md.
+This module enforces, before it sends an action, what the protocol requires and THOR does not have: the steps of a walk,
+limits of the pitch, reach, interlocks, and what may be put where. See docs/ai2thor.md.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -49,8 +49,9 @@ from vigil.sim.thor.scene_sync import SceneSync, ThorSnapshot
 from vigil.sim.thor.units import teleport_arguments, to_thor
 
 Connect = Callable[[dict[str, Any]], EngineClient]
-"""Starts an engine with a house. Raises SimulatorError and SettingError."""
+"""Function that starts an engine with a house. Raises SimulatorError and SettingError."""
 FAR_M = 100.0
+"""Length of rays."""
 
 
 @dataclass(slots=True)
@@ -61,7 +62,7 @@ class _Loaded:
 
 
 class ThorSimulator:
-    """A `PrivilegedSimulator` over an engine of AI2-THOR's."""
+    """A `PrivilegedSimulator` over AI2-THOR's engine, or a compatible one."""
 
     def __init__(self, name: str, connect: Connect, assets: AssetDatabase) -> None:
         self.name = name
@@ -71,10 +72,10 @@ class ThorSimulator:
         self._loaded: _Loaded | None = None
 
     def prepare(self, house: House) -> None:
-        """Does nothing: the engine holds one house."""
+        """Do nothing: the engine holds one house."""
 
     def load(self, house: House) -> None:
-        """Has the house built by THOR, in place of any earlier one; starts an engine where none runs."""
+        """Let THOR build the house, replacing any earlier one; start an engine if none runs."""
         self._loaded = None
         if self._client is None or self._client.is_over:
             self._client = self._connect(house.data)
@@ -84,7 +85,7 @@ class ThorSimulator:
         self._loaded = _Loaded(house, EngineSession(self._client, scene_sync), scene_sync.snapshot())
 
     def reset(self, start: Pose, setup: Setup) -> None:
-        """Restores the house as loaded, applies `setup`, stands the agent at `start`. Raises EpisodeError."""
+        """Restore the house as loaded, apply `setup` and put the agent at `start`. Raises EpisodeError."""
         self._restore(self._require_loaded().initial)
         loaded = self._require_loaded()
         set_up(loaded.session, setup, loaded.house.name)
@@ -94,7 +95,7 @@ class ThorSimulator:
                 raise blocked_start_error(start, loaded.house.name)
 
     def step(self, action: PhysicalAction) -> Effect:
-        """Carries out one action, or refuses it; never raises for what an agent did."""
+        """Carry out or refuse one action; never raises because of an agent's action."""
         if isinstance(action, Navigate):
             return self._turn(action) if action.mode.startswith("turn") else self._walk(action)
         return self._look(action) if isinstance(action, Look) else self._interact(action)
@@ -104,23 +105,23 @@ class ThorSimulator:
         return self._require_loaded().session.frame()
 
     def object_at(self, x: int, y: int) -> str | None:
-        """Return the id of the object under a pixel; None for structure without an id and sky."""
+        """Return the id of the object under a pixel; None for structure without an id, and sky."""
         thing = self._shown(x, y)
         return thing.id if thing else None
 
     def world(self, object_ids: Iterable[str]) -> WorldState:
-        """Return the agent's and the named objects' hidden state. Raises EpisodeError on an unknown id."""
+        """Return the hidden state of the agent and the named objects. Raises EpisodeError on an unknown id."""
         scene_sync = self._scene_sync
         things = [self._thing(object_id) for object_id in dict.fromkeys(object_ids)]
         objects = {thing.id: self._object_state(thing, things) for thing in things}
         return WorldState(agent=scene_sync.agent, held=scene_sync.held, objects=objects)
 
     def renderer(self) -> str:
-        """Return who draws: AI2-THOR's client does not tell which OpenGL or Vulkan its engine has."""
+        """Return a text with this simulator's name: AI2-THOR's client does not say which renderer its engine uses."""
         return f"AI2-THOR's engine ({self.name})"
 
     def close(self) -> None:
-        """Ends the engine; the simulator can load again."""
+        """End the engine; the simulator can load again."""
         if self._client is not None:
             self._client.close()
         self._client = self._loaded = None
@@ -132,16 +133,16 @@ class ThorSimulator:
         return sorted(thing.id for thing in self._scene_sync.scene.things.values() if thing.is_present)
 
     def scene(self) -> Scene:
-        """Return the document's things where THOR says that they are. To look at, never to change."""
+        """Return the scene, whose things follow THOR's metadata. The caller must not change it."""
         return self._scene_sync.scene
 
     def room_at(self, position: Vec3) -> str | None:
-        """Return the id of the document's room whose floor holds a place; None outside."""
+        """Return the id of the document's room whose floor contains a position; None outside every room."""
         where = shapely.Point(position.x, position.z)
         return next((room.id for room in self._scene_sync.scene.rooms if room_floor(room).covers(where)), None)
 
     def can_stand(self, position: Vec3) -> bool:
-        """Whether THOR lets the agent be teleported there."""
+        """Return whether a position is in a room and THOR lets the agent be teleported there."""
         if self.room_at(position) is None:
             return False
         session, here = self._require_loaded().session, self._scene_sync.agent
@@ -152,16 +153,16 @@ class ThorSimulator:
         return is_free
 
     def pixels_of(self, object_id: str) -> np.ndarray:
-        """Return the pixels (n, 2) of x, y that show the object, maybe strided; n = 0 when none."""
+        """Return the pixels (n, 2), x and y on a lattice, that show the object."""
         thing = self._thing(object_id)
         return self._require_loaded().session.segmented_frame().pixels_of(thing.id)
 
     def points_visible_from(
         self, eye: Vec3, points: np.ndarray, object_id: str, *, through_glass: bool = False
     ) -> np.ndarray:
-        """Return which of n points on an object THOR's own rays from `eye` meet before all else.
+        """Return which (n,) of points (n, 3) on an object a THOR ray from `eye` meets first.
 
-        Panes of other things stop these rays in any case: THOR has no others, and its pictures show panes.
+        Panes of other things stop these rays in any case: THOR has no other rays, and its frames show panes.
         """
         del through_glass
         thing = self._thing(object_id)
@@ -170,7 +171,7 @@ class ThorSimulator:
         return np.array([self._meets(eye, Vec3(*point)) == thing.id for point in points.tolist()], dtype=bool)
 
     def may_be_visible(self, object_id: str, min_px: int) -> bool:
-        """Whether the picture shows so many pixels of the object."""
+        """Return whether the frame shows at least `min_px` pixels of the object."""
         thing = self._thing(object_id)
         is_there = thing.is_present and not thing.is_held
         pixels = (
@@ -182,7 +183,7 @@ class ThorSimulator:
 
     @contextmanager
     def rollback(self) -> Iterator[None]:
-        """Undoes at its end all that is done inside."""
+        """Undo at the end of the context all that was done inside it."""
         snapshot = self._scene_sync.snapshot()
         try:
             yield
@@ -193,7 +194,7 @@ class ThorSimulator:
 
     @contextmanager
     def at_pose(self, pose: Pose) -> Iterator[None]:
-        """Stands the agent elsewhere for the time being, wherever that is."""
+        """Put the agent at a pose inside the context; nothing checks that the body fits."""
         with self.rollback():
             stand(self._require_loaded().session, pose)
             yield
@@ -216,7 +217,7 @@ class ThorSimulator:
         return thing
 
     def _restore(self, snapshot: ThorSnapshot) -> None:
-        """Brings objects and hand back to a moment; has the house built anew where that does not succeed."""
+        """Restore the objects and the hand to a snapshot; if that fails, build the house again and retry."""
         loaded = self._require_loaded()
         if restore_snapshot(loaded.session, snapshot):
             return
@@ -224,10 +225,10 @@ class ThorSimulator:
         self._client.open(loaded.house.data)
         loaded.session.do("Pass")
         if not restore_snapshot(loaded.session, snapshot):
-            raise SimulatorError(f"AI2-THOR did not bring house {loaded.house.name!r} back to what it was.")
+            raise SimulatorError(f"AI2-THOR did not restore house {loaded.house.name!r} to an earlier state.")
 
     def _meets(self, eye: Vec3, point: Vec3) -> str | None:
-        """Return the id of what a ray of THOR's from an eye through a point meets."""
+        """Return the id of what a THOR ray from an eye through a point meets; None if it meets nothing."""
         way = np.subtract(point, eye)
         end = np.array(eye) + way * (FAR_M / max(float(np.linalg.norm(way)), 1e-9))
         outcome = self._require_loaded().session.query(
@@ -236,7 +237,7 @@ class ThorSimulator:
         return outcome.returned["objectId"] if outcome.is_done else None
 
     def _shown(self, x: int, y: int) -> Thing | None:
-        """Return the thing under a pixel: what the picture shows, or where that is the hand, what lies behind it."""
+        """Return the thing that the frame shows at a pixel, or where that is held, the thing behind it; else None."""
         session, things = self._require_loaded().session, self._scene_sync.scene.things
         name = session.segmented_frame().at(x, y)
         if name in self._scene_sync.in_hand():
@@ -271,7 +272,7 @@ class ThorSimulator:
         return Effect(turned_deg=degrees if is_right else -degrees, capped=is_capped)
 
     def _look(self, action: Look) -> Effect:
-        """Turns the head by Teleport: LookUp and LookDown take tenths of degrees alone, and refuse what is beyond."""
+        """Turn the head by Teleport: LookUp and LookDown only take tenths of degrees, and refuse to pass the limits."""
         before = self._scene_sync.agent
         wanted = before.horizon + action.magnitude * (1.0 if action.direction == "down" else -1.0)
         horizon = max(HORIZON_UP_DEG, min(HORIZON_DOWN_DEG, wanted))
@@ -305,7 +306,7 @@ class ThorSimulator:
         return seen.model_copy(update={**facts, "too_far": result.refusal == "too_far"})
 
     def _point_under(self, x: int, y: int) -> Vec3 | None:
-        """Return where THOR's ray through a pixel meets something; None where it says that nothing is."""
+        """Return the point (m) that THOR's ray through a pixel meets; None if it meets nothing."""
         returned = self._require_loaded().session.query("GetCoordinateFromRaycast", **place_of_pixel(x, y)).returned
         if returned is None or not any(returned.values()):
             return None

@@ -1,7 +1,7 @@
-"""Which engine the back end starts, and with which settings.
+"""The engine that the AI2-THOR backend starts, and its settings.
 
-`VIGIL_THOR_ENGINE` says which: unset, AI2-THOR's own build; `vigil`, this project's over MuJoCo; `vigil:fake`, that
-over rays alone; else the command of another engine.
+`VIGIL_THOR_ENGINE` chooses the engine. Unset, it is AI2-THOR's own build; `vigil` is this project's engine over MuJoCo,
+and `vigil:fake` the same over rays alone. Any other value is the command of another engine.
 """
 
 import os
@@ -20,13 +20,17 @@ from vigil.sim.thor.requirements import BUILD, CLIENT, examine
 from vigil.sim.thor.simulator import ThorSimulator
 
 ENGINE_VARIABLE = "VIGIL_THOR_ENGINE"
+"""Environment variable that chooses the engine."""
 OWN = "vigil"
+"""Value of that variable for this project's engine."""
 NO_DISPLAY = ":0"
-"""The client wants a text for DISPLAY, and does not look whether such a display is there."""
+"""Text for DISPLAY, which the client requires without checking that the display exists."""
 SEEN_BY = "masks"
-"""What visible pixels are counted by; part of the name in run headers, so that no run is paired with one of rays."""
+"""How visible pixels are counted; part of the name in run headers, so that a run is never paired with one of rays."""
 UNITY_START_S = 300.0
+"""Time limit for the start of AI2-THOR's own build."""
 GPUS = "CUDA_VISIBLE_DEVICES"
+"""Environment variable that lists GPUs."""
 
 INITIALIZE: dict[str, Any] = {
     "width": WIDTH,
@@ -40,20 +44,20 @@ INITIALIZE: dict[str, Any] = {
     "renderDepthImage": True,
     "autoSimulation": False,
 }
-"""Settings of the client's Controller: the protocol's camera, the paper's 6 m, time that passes only when told to."""
+"""Settings of the client's Controller: the protocol's camera, the paper's 6 m, and time that passes only on request."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChosenEngine:
-    """An engine, as it is named and started."""
+    """An engine with its name and command."""
 
     name: str
     command: str | None
-    """None for AI2-THOR's own build."""
+    """Command line that starts it; None for AI2-THOR's own build."""
 
 
 def chosen_engine(quality: str = "default", assets: Path | None = None) -> ChosenEngine:
-    """Return the engine that the environment chooses; quality and assets are for this project's."""
+    """Return the engine that the environment chooses; quality and assets apply to this project's engine only."""
     wanted = os.environ.get(ENGINE_VARIABLE, "").strip()
     if not wanted:
         return ChosenEngine(f"unity-{BUILD[:8]}", None)
@@ -65,24 +69,24 @@ def chosen_engine(quality: str = "default", assets: Path | None = None) -> Chose
 
 
 def simulator_name(engine: ChosenEngine) -> str:
-    """Return the simulator's version as headers of runs name it."""
+    """Return the simulator's name and version for run headers."""
     return f"thor/{CLIENT} {engine.name} {SEEN_BY}"
 
 
 def own_command(options: list[str]) -> str:
-    """Return the command of this project's engine, and sees to a text for DISPLAY, which the client insists on."""
+    """Return the command of this project's engine; set DISPLAY if it is unset, because the client requires it."""
     os.environ.setdefault("DISPLAY", NO_DISPLAY)
     return shlex.join([sys.executable, "-m", "vigil.thor", *options])
 
 
 def engine_options(backend: str, quality: str, asset_database: str | Path | None) -> list[str]:
-    """Return the options of this project's engine, as words of a command line."""
+    """Return the command-line options of this project's engine."""
     words = [f"--backend={backend}", f"--render-quality={quality}"]
     return words if asset_database is None else [*words, f"--assets={Path(asset_database).absolute()}"]
 
 
 def thor_simulator(assets: AssetDatabase, quality: str) -> ThorSimulator:
-    """Return the back end over the engine that the environment chooses, which starts with the first house."""
+    """Return a simulator over the engine that the environment chooses; the engine starts with the first house."""
     engine = chosen_engine(quality, assets.path)
 
     def connect(house: dict[str, Any]) -> GuardedClient:
@@ -98,9 +102,9 @@ def thor_simulator(assets: AssetDatabase, quality: str) -> ThorSimulator:
 
 
 def require_engine(simulator_version: str, *, instead: str) -> None:
-    """Raises SettingError unless the environment chooses the engine of a run's header, and it is there.
+    """Raise SettingError unless the environment chooses the engine of a run's header and it can start here.
 
-    `instead` says what can be done without it.
+    `instead` is a sentence that says what can be done without it.
     """
     engine = chosen_engine()
     if simulator_name(engine) != simulator_version:
@@ -113,7 +117,7 @@ def require_engine(simulator_version: str, *, instead: str) -> None:
 
 
 def _unity_platform(instead: str) -> str | None:
-    """Return the platform that AI2-THOR's own build runs on here. Raises SettingError where something is missing."""
+    """Return the platform of AI2-THOR's build for this machine. Raises SettingError if a requirement is missing."""
     needed = examine()
     if needed.missing:
         raise SettingError(f"AI2-THOR's own engine lacks here: {'; '.join(needed.missing)}. {instead}")
@@ -121,6 +125,6 @@ def _unity_platform(instead: str) -> str | None:
 
 
 def own_gpu() -> int | None:
-    """Return which of the GPUs that CUDA_VISIBLE_DEVICES names is this worker's; None where it names one or none."""
+    """Return the index, among the GPUs in CUDA_VISIBLE_DEVICES, of this worker's GPU; None if it lists at most one."""
     named = [name for name in os.environ.get(GPUS, "").split(",") if name.strip()]
     return int(os.environ.get(WORKER_NUMBER, "0")) % len(named) if len(named) > 1 else None

@@ -1,4 +1,4 @@
-"""AI2-THOR's way to write vectors, and where it says that the agent is."""
+"""Conversion of vectors and poses between this project's form and AI2-THOR's."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -6,25 +6,25 @@ from typing import Any
 from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3, wrap_deg
 
 EYE_ABOVE_BODY_M = 0.675
-"""THOR's camera is this far above the agent's position while it stands, and at it while it crouches."""
+"""Height of THOR's camera above the agent's position while the agent stands; it is 0 while the agent crouches."""
 BODY_HEIGHT_M = EYE_HEIGHT_M - EYE_ABOVE_BODY_M
-"""How far THOR's agent position is above the floor."""
+"""Height of THOR's agent position above the floor."""
 OFF_FLOOR_M = 0.05
-"""How far from that height the agent may be and still stand on the floor."""
+"""Greatest difference from that height of an agent that counts as on the floor."""
 
 
 def to_thor(vector: Vec3) -> dict[str, float]:
-    """Return a vector as THOR writes it."""
+    """Return a vector in THOR's form."""
     return {"x": float(vector.x), "y": float(vector.y), "z": float(vector.z)}
 
 
 def from_thor(entry: Mapping[str, Any]) -> Vec3:
-    """Return a vector that THOR wrote."""
+    """Return the vector of an entry in THOR's form."""
     return Vec3(float(entry["x"]), float(entry["y"]), float(entry["z"]))
 
 
 def pose_from_thor(agent: Mapping[str, Any]) -> Pose:
-    """Return the pose that metadata tell; heights near the floor are the floor's."""
+    """Return the pose from the agent's metadata; a height near the floor (`OFF_FLOOR_M`) becomes 0."""
     x, y, z = from_thor(agent["position"])
     height, horizon = y - BODY_HEIGHT_M, float(agent["cameraHorizon"])
     return Pose(
@@ -36,7 +36,7 @@ def pose_from_thor(agent: Mapping[str, Any]) -> Pose:
 
 
 def teleport_arguments(pose: Pose) -> dict[str, Any]:
-    """Return the arguments of TeleportFull that stand the agent at a pose."""
+    """Return the arguments of TeleportFull that put the agent at a pose."""
     x, y, z = pose.position
     return {
         "position": to_thor(Vec3(x, y + BODY_HEIGHT_M, z)),

@@ -1,4 +1,4 @@
-"""What an action is: its name, its parameters and the function that carries it out; and how arguments are matched."""
+"""Actions: name, parameters and handler of each, and the check of the arguments that were sent."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -15,7 +15,7 @@ ALWAYS_ALLOWED = frozenset(
         *("renderNormalsImage", "renderInstanceSegmentation", "renderSemanticSegmentation", "renderDepthImage"),
     }
 )
-"""What any action may be sent, and none takes as an argument."""
+"""Names that may be sent with any action and are never arguments of its handler."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,19 +24,22 @@ class Action:
 
     name: str
     handler: Callable[..., Any]
-    """Takes the world and the arguments by name; returns `actionReturn`. Raises ActionFailed."""
+    """Function that takes the world and the arguments by name and returns `actionReturn`. Raises ActionFailed."""
     parameters: Mapping[str, ParameterKind] = field(default_factory=dict)
     required: tuple[tuple[str, ...], ...] = ((),)
-    """Alternatives; the arguments of one must all be there."""
+    """Alternative sets of required arguments; all of one set must be sent."""
     takes_anything: bool = False
-    """Unknown arguments are no error, as for THOR's actions that take a whole `ServerAction`."""
+    """Whether unknown arguments are accepted, as by THOR's actions that take a whole `ServerAction`."""
     only_reads: bool = False
-    """Nothing changes: the client may keep its pictures."""
+    """Whether the action changes nothing, so that the client may use its last images again."""
     lacks: str = ""
-    """What THOR does and this does not, for the table of the docs."""
+    """Differences from THOR, for the table of the docs."""
 
     def arguments(self, sent: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the arguments that were sent, each of its kind. Raises ActionFailed."""
+        """Return the arguments among `sent`, converted to their kinds.
+
+        Raises ActionFailed on an unknown, missing or ill-typed argument.
+        """
         given = {name: value for name, value in sent.items() if name in self.parameters and value is not None}
         unknown = [name for name in sent if name not in self.parameters and name not in ALWAYS_ALLOWED]
         if unknown and not self.takes_anything:

@@ -1,4 +1,4 @@
-"""Actions that only ask: places, poses, paths, rays, and what is in the scene."""
+"""Actions that only read: places, poses, paths, rays, and what is in the scene."""
 
 from typing import Any
 
@@ -6,7 +6,6 @@ import numpy as np
 
 from vigil.base.geometry import Pose, Vec3, floor_distance
 from vigil.scene.geometry import bounding_box
-from vigil.scene.things import Thing
 from vigil.sim.thor.units import BODY_HEIGHT_M
 from vigil.thor.actions.action import Action, ParameterKind
 from vigil.thor.base.errors import ActionFailed, bad_argument, invalid_operation
@@ -19,7 +18,7 @@ from vigil.thor.base.world import PROCEDURAL, World, body_of
 
 _HORIZONS = (-30.0, 0.0, 30.0, 60.0)
 _NEAR_OBJECT_M = 0.5
-"""How near a place must be reached that a path to an object ends at, beside how far the agent sees."""
+"""Least distance from an object at which a path to it may end; it is larger if the agent sees farther."""
 
 
 def _reachable(world: World, gridSize: float | None = None, **_: object) -> list[dict[str, float]]:
@@ -184,11 +183,7 @@ def _map_view(world: World) -> dict[str, Any]:
 
 
 def _distance(world: World, objectId: str) -> float:
-    return _box_distance(world, world.thing(objectId))
-
-
-def _box_distance(world: World, thing: Thing) -> float:
-    return bounding_box(thing).floor_distance(world.agent.position)
+    return bounding_box(world.thing(objectId)).floor_distance(world.agent.position)
 
 
 def _scenes(world: World) -> list[str]:
@@ -199,8 +194,8 @@ def _scenes(world: World) -> list[str]:
 _RAY: dict[str, ParameterKind] = {"origin": "Vector3", "destination": "Vector3"}
 _BOTH = (("origin", "destination"),)
 _ID: dict[str, ParameterKind] = {"objectId": "string"}
-_NEAR = "walks are over a grid of 0.125 m, drawn straight; THOR's are over a mesh"
-_POINTS = "an object's points are a lattice in each part's box, where THOR's assets have chosen ones"
+_NEAR = "paths follow a grid of 0.125 m, straightened where possible; THOR's follow a mesh"
+_POINTS = "an object's points are a lattice in the box of each part; THOR's assets have chosen points"
 
 ACTIONS = (
     Action(
@@ -208,8 +203,8 @@ ACTIONS = (
         _reachable,
         {"gridSize": "float", "maxStepCount": "int", "directionsRelativeAgent": "bool"},
         only_reads=True,
-        lacks="the grid is along the house's axes, through the agent; with snapToGrid a gridSize of its own lists "
-        "those of its places to which Teleport goes; what is held takes no room",
+        lacks="the grid is along the house's axes, through the agent; with snapToGrid, another gridSize lists only the "
+        "places to which Teleport can go; the held object never collides",
     ),
     Action(
         "GetInteractablePoses",
@@ -240,7 +235,7 @@ ACTIONS = (
         {**_ID, "objectType": "string", "position": "Vector3", "rotation": "Vector3", "allowedError": "float"},
         (("objectId",), ("objectType",)),
         only_reads=True,
-        lacks=f"{_NEAR}; it ends near the object, whether or not that is seen from there",
+        lacks=f"{_NEAR}; the path ends near the object, whether or not the object is seen from there",
     ),
     Action(
         "GetShortestPathToPoint",
@@ -259,6 +254,8 @@ ACTIONS = (
         lacks=_POINTS,
     ),
     Action("GetMapViewCameraProperties", _map_view, only_reads=True),
-    Action("DistanceToObject", _distance, _ID, (("objectId",),), only_reads=True, lacks="to the object's box"),
-    Action("GetScenesInBuild", _scenes, only_reads=True, lacks="there is one, Procedural: no iTHOR and no RoboTHOR"),
+    Action(
+        "DistanceToObject", _distance, _ID, (("objectId",),), only_reads=True, lacks="the distance to the object's box"
+    ),
+    Action("GetScenesInBuild", _scenes, only_reads=True, lacks="only Procedural, without iTHOR and RoboTHOR"),
 )

@@ -1,4 +1,4 @@
-"""Actions on objects: opening, switching, picking up, putting down."""
+"""Actions on objects: opening, switching, picking up and putting down."""
 
 from typing import Any
 
@@ -28,14 +28,13 @@ REFUSALS: dict[RefusalCode, str] = {
     "receptacle_closed": "Target openable Receptacle is CLOSED, can't place if target is not open!",
     "hand_empty": "Can't place an object if Agent isn't holding anything!",
 }
-"""What THOR says where `vigil.protocol.world.RefusalCode` says so; what depends on the action besides is with the
-action."""
+"""THOR's message for each of this project's refusals; messages that depend on the action are in its handler."""
 MUST_BE_OPEN = frozenset(
     {"Box", "Cabinet", "ClothesDryer", "Drawer", "Fridge", "LaundryHamper", "Microwave", "Safe", "WashingMachine"}
 )
-"""Nothing is put on these, only into them."""
+"""Categories into which objects are put, but never onto them."""
 _SPOTS = np.stack(np.meshgrid(*[[0.0, -0.3, 0.3, -0.45, 0.45]] * 2), axis=-1).reshape(-1, 2)
-"""Where on a surface a place is looked for, as shares of its sides from its middle."""
+"""Points (25, 2) that are tried on a surface, as shares of its sides from its middle."""
 
 
 def _set_open(world: World, thing: Thing, openness: float, *, forced: bool) -> None:
@@ -64,7 +63,7 @@ def _target_of(
 
 
 def _open(world: World, openness: float = 1.0, moveMagnitude: float | None = None, **asked: Any) -> None:
-    if moveMagnitude is not None:  # the name of `openness` in old programs, where 0 is all the way
+    if moveMagnitude is not None:  # old programs call `openness` so, and 0 means fully open
         openness = moveMagnitude or 1.0
     if not 0.0 <= openness <= 1.0:
         raise invalid_operation("openness must be in [0:1]")
@@ -130,7 +129,7 @@ def _put(world: World, **asked: Any) -> None:
 
 
 def _points_on(world: World, receptacle: Thing) -> list[Vec3]:
-    """Return points on the receptacle's surfaces, the nearest to the agent first; its own place without surfaces."""
+    """Return points on the receptacle's surfaces, the nearest to the agent first; its position if it has none."""
     points = []
     for surface, frame in level_surfaces(receptacle):
         local = np.column_stack(
@@ -184,8 +183,8 @@ _PUT: dict[str, ParameterKind] = {
     "putNearXY": "bool",
     "maxDistance": "float",
 }
-_AT_ONCE = "it is open or shut at once, and moves nothing that is loose"
-_LIES_AT_ONCE = "the thing lies at once; what is forced and finds no place lies at the agent's feet"
+_AT_ONCE = "the object is open or shut at once, and pushes nothing"
+_LIES_AT_ONCE = "the object is at rest at once; with forceAction and without a free place it lies at the agent's feet"
 
 ACTIONS = (
     Action("OpenObject", _open, _OPEN, _WHICH, lacks=_AT_ONCE),
@@ -197,15 +196,15 @@ ACTIONS = (
         _pick_up,
         {**_AT, "manualInteract": "bool", "stationary": "bool"},
         _WHICH,
-        lacks="what carries something and is no receptacle is refused",
+        lacks="an object that carries something and is not a receptacle is refused",
     ),
     Action(
         "PutObject",
         _put,
         _PUT,
         _WHICH,
-        lacks="the place is the nearest free one; randomSeed does nothing, and no force puts a thing where it does not "
-        "belong",
+        lacks="the place is the nearest free one; randomSeed does nothing, and forceAction does not put an object on a "
+        "receptacle that is not for it",
     ),
     Action("DropHandObject", _drop, {"forceAction": "bool", "autoSimulation": "bool"}, lacks=_LIES_AT_ONCE),
     Action("DropHeldObject", _drop, {"forceAction": "bool", "autoSimulation": "bool"}, lacks=_LIES_AT_ONCE),

@@ -1,14 +1,14 @@
-"""THOR's documented actions that the engine does not have, and why; they are answered as any unknown action."""
+"""THOR's documented actions that the engine does not have, and why; they are answered like unknown actions."""
 
-_NO_PHYSICS = "nothing is pushed, thrown or falls here: things are put to rest"
-_NO_SUCH_STATE = "things have no such state here"
-_NO_LOOKS = "materials and lights of a house are its own"
-_NO_SHAPES = "of a thing's shape, boxes are told and no meshes"
-_OWN_ASSETS = "THOR's assets are not here"
-_HAND = "what is held stays where the hand is"
-_ARM = "the agent has a hand and no arm"
-_ASK = "ask GetInteractablePoses"
-_ONE_BY_ONE = "by object: OpenObject, ToggleObjectOn and ToggleObjectOff, with forceAction"
+_NO_PHYSICS = "the engine has no physics: objects are put where they rest"
+_NO_SUCH_STATE = "objects do not have this state"
+_NO_LOOKS = "materials and lights are those of the house"
+_NO_SHAPES = "objects have boxes, but their meshes are not given"
+_OWN_ASSETS = "the engine does not have THOR's assets"
+_HAND = "the held object does not move relative to the hand"
+_ARM = "the agent has a hand without an arm"
+_ASK = "use GetInteractablePoses"
+_ONE_BY_ONE = "use OpenObject, ToggleObjectOn and ToggleObjectOff with forceAction, object by object"
 
 MISSING: dict[str, str] = {
     **dict.fromkeys(("PushObject", "PullObject", "DirectionalPush", "TouchThenApplyForce", "ThrowObject"), _NO_PHYSICS),
@@ -23,20 +23,21 @@ MISSING: dict[str, str] = {
     **dict.fromkeys(("MoveHeldObjectRight", "MoveHeldObjectUp", "MoveHeldObjectDown", "RotateHeldObject"), _HAND),
     **dict.fromkeys(("MoveArm", "MoveArmBase", "ReleaseObject", "SetHandSphereRadius"), _ARM),
     **dict.fromkeys(("Get2DSemanticHull", "Get2DSemanticHulls", "GetInSceneAssetGeometry"), _NO_SHAPES),
-    "GetHouseFromTemplate": "houses are given whole, to CreateHouse",
+    "GetHouseFromTemplate": "CreateHouse takes whole houses",
     "SetObjectStates": _ONE_BY_ONE,
-    "InitialRandomSpawn": "places are the house's, or the program's: PlaceObjectAtPoint, SetObjectPoses",
+    "InitialRandomSpawn": "the house gives positions; use PlaceObjectAtPoint or SetObjectPoses to change them",
     "GetSpawnCoordinatesAboveReceptacle": "PutObject finds a place by itself",
     "PlaceHeldObject": "PutObject finds a place by itself",
     "PositionsFromWhichItemIsInteractable": _ASK,
     "NumberOfPositionsFromWhichItemIsVisible": _ASK,
-    "ObjectNavExpertAction": "ask GetShortestPath",
-    "VisualizePath": "nothing is drawn into the scene",
+    "ObjectNavExpertAction": "use GetShortestPath",
+    "VisualizePath": "paths are not drawn into the scene",
     "ToggleMapView": "add a camera with what GetMapViewCameraProperties returns",
-    "HideObject": "DisableObject takes a thing away, and EnableObject brings it back",
-    "UnhideObject": "DisableObject takes a thing away, and EnableObject brings it back",
+    "HideObject": "use DisableObject to remove an object, and EnableObject to restore it",
+    "UnhideObject": "use DisableObject to remove an object, and EnableObject to restore it",
     "SetObjectFilterForType": "SetObjectFilter takes ids",
     "MoveRelative": "MoveAgent takes ahead and right",
     "Sleep": "time does not pass between actions",
-    "GetSceneBounds": "metadata have `sceneBounds` always",
+    "GetSceneBounds": "metadata always have `sceneBounds`",
 }
+"""What to know or use instead, by the name of the missing action."""

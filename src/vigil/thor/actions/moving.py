@@ -1,4 +1,4 @@
-"""Actions that move the agent: walking, turning, looking, teleporting, crouching."""
+"""Actions that move the agent: walking, turning, looking, teleporting and crouching."""
 
 import math
 from collections.abc import Callable
@@ -11,11 +11,13 @@ from vigil.thor.base.settings import RIGHT_ANGLE
 from vigil.thor.base.world import World, body_of
 
 OFF_FLOOR_M = 0.05
+"""Greatest height error of a teleport that still counts as onto the floor."""
 FREE_LOOK_DEG = 30.0
+"""Angle of LookUp and LookDown without `degrees`."""
 
 
 def _walk(world: World, right: float, ahead: float) -> None:
-    """Moves the agent along its own axes (m), all the way or not at all."""
+    """Move the agent along its own axes (m), all the way or not at all. Raises ActionFailed."""
     pose = world.agent
     x, z = rotate_floor(right, ahead, pose.rotation)
     end = world.on_grid(Vec3(pose.position.x + x, pose.position.y, pose.position.z + z))
@@ -98,7 +100,7 @@ def _rotate_look(world: World, rotation: Vec3 | None = None, horizon: float = 0.
     world.editor.stand(world.agent.model_copy(update={"rotation": turned, "horizon": horizon}))
 
 
-def _teleport(  # THOR's names, and both of its forms: position, or x, y and z
+def _teleport(  # takes both of THOR's forms: position, or x, y and z
     world: World,
     position: Vec3 | None = None,
     x: float | None = None,
@@ -194,7 +196,7 @@ ACTIONS = (
         "MoveAgent",
         _move_agent,
         {"ahead": "float", "right": "float", "speed": "float", "returnToStart": "bool", "disableRendering": "bool"},
-        lacks="the agent is there at once, whatever the speed",
+        lacks="the agent arrives at once, whatever the speed",
     ),
     Action("RotateRight", _rotate_right, _TURN, lacks=_NO_HAND),
     Action("RotateLeft", _rotate_left, _TURN, lacks=_NO_HAND),
@@ -206,7 +208,7 @@ ACTIONS = (
         _rotate_look,
         {"rotation": "Vector3", "horizon": "float"},
         takes_anything=True,
-        lacks="the limits of the head are not looked at",
+        lacks="the limits of the head's pitch are not checked",
     ),
     Action("Teleport", _teleport, _POSE, lacks=_NO_HAND),
     Action(
@@ -214,7 +216,7 @@ ACTIONS = (
         _teleport,
         _POSE,
         required=(("position", "rotation", "horizon"), ("x", "y", "z", "rotation", "horizon")),
-        lacks="`standing` may be left out, and stays as it is",
+        lacks="without `standing` the agent stands or crouches as before",
     ),
     Action("Crouch", _crouch),
     Action("Stand", _stand),

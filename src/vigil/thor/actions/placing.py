@@ -1,4 +1,4 @@
-"""Actions that set a scene: placing, removing and hiding objects."""
+"""Actions that arrange a scene: placing, removing and restoring objects."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ from vigil.thor.base.errors import ActionFailed, bad_argument
 from vigil.thor.base.world import World
 
 RESTS_WITHIN_M = 0.05
-"""How far above a surface a thing's bottom may be placed and still rest on it."""
+"""Greatest distance of a thing's bottom from a surface that it rests on."""
 
 
 def _place_at_point(world: World, objectId: str, position: Vec3, rotation: Vec3 | None = None, **_: object) -> None:
@@ -54,12 +54,12 @@ def _set_poses(world: World, objectPoses: list[Any], placeStationary: bool = Tru
         wanted[_loose(world, name).id] = place, turned
     _remove_all(world, [thing.id for thing in world.things() if _is_loose(thing) and thing.id not in wanted])
     for name in sorted(wanted, key=lambda name: _carries_others(world, name)):
-        world.editor.restore_object(name)  # what carried it may be gone, and it with that
+        world.editor.restore_object(name)  # it may have been removed together with what carried it
         _place(world, name, *wanted[name])
 
 
 def _carries_others(world: World, name: str) -> tuple[bool, bool]:
-    """Return a key that sorts what may carry others before these."""
+    """Return a sort key that puts objects that may carry others first."""
     thing = world.editor.scene().things[name]
     return thing.is_pickupable, not thing.is_receptacle
 
@@ -110,7 +110,7 @@ def _place(world: World, name: str, place: Vec3, turned: Vec3) -> None:
 
 
 def _support(world: World, name: str, point: Vec3) -> str | None:
-    """Return the id of what has a level surface right below a point; None for the floor and the air."""
+    """Return the id of what has a surface or top right below a point; None for the floor and the air."""
     above = {name, *(thing.id for thing in contents(world.editor.scene(), name))}
     found: list[tuple[float, str]] = []
     for thing in world.things():
@@ -125,7 +125,7 @@ def _support(world: World, name: str, point: Vec3) -> str | None:
 
 
 def _tops(world: World, above: set[str], point: Vec3) -> list[tuple[float, str]]:
-    """Return what is no receptacle and has a point right above it, as a pen lies on a book, with the gaps (m)."""
+    """Return (gap in metres, id) of things that are not receptacles with the point right above, e.g. a book."""
     others = [thing for thing in world.things() if not (thing.id in above or thing.is_held or thing.is_receptacle)]
     boxes = [(bounding_box(thing), thing.id) for thing in others if not thing.is_structure]
     gaps = [(abs(point.y - box.top), name) for box, name in boxes if box.floor_distance(point) == 0.0]
@@ -176,7 +176,7 @@ ACTIONS = (
         _set_poses,
         {"objectPoses": "list", "placeStationary": "bool"},
         (("objectPoses",),),
-        lacks="one pose for each object: no copies are made; nothing falls",
+        lacks="one pose for each object, because copies are not made; nothing falls",
     ),
     Action("RemoveFromScene", _remove, {**_ID, "objectIds": "list"}, (("objectId",), ("objectIds",))),
     Action("DisableObject", _disable, _ID, (("objectId",),)),

@@ -1,4 +1,4 @@
-"""Actions on the whole: starting, houses, settings, cameras, and those that only let time pass."""
+"""Actions on the whole scene: starting, houses, settings, cameras, and those that only let time pass."""
 
 import itertools
 from typing import Any
@@ -17,7 +17,7 @@ from vigil.thor.base.settings import settings_of
 from vigil.thor.base.world import PROCEDURAL, ThirdPartyCamera, World
 
 MOST_PIXELS = 4096
-"""To a side of a picture."""
+"""Greatest width and height of an image."""
 
 
 def _reset(world: World, sceneName: str = PROCEDURAL, **_: object) -> None:
@@ -49,7 +49,7 @@ def _create_house(world: World, house: dict[str, Any]) -> None:
 
 
 def _start(house: House, editor: SceneEditor) -> Pose:
-    """Return the house's own start; where that is taken or missing, the first free place. Raises ActionFailed."""
+    """Return the house's start, or the first free place when it is missing or blocked. Raises ActionFailed."""
     own = house.start
     if own is not None and editor.can_stand(own.position):
         return own
@@ -59,10 +59,6 @@ def _start(house: House, editor: SceneEditor) -> Pose:
             if editor.can_stand(Vec3(x, 0.0, z)):
                 return Pose(position=Vec3(x, 0.0, z), rotation=0.0)
     raise ActionFailed(f"Exception creating house: {house.name!r} has no free place for the agent")
-
-
-def _destroy_house(world: World) -> None:
-    _reset(world)
 
 
 def _resolution(world: World, x: int, y: int) -> None:
@@ -137,29 +133,29 @@ _CAMERA: dict[str, ParameterKind] = {
     **dict.fromkeys(("skyboxColor", "antiAliasing"), "any"),
 }
 _NO_CAMERA = (
-    "no roll, no sky colours, no planes that clip; orthographic pictures are drawn from 40 m away, so that things far "
-    "above the floor look a little larger"
+    "no roll, sky colours or clipping planes; orthographic images are drawn from 40 m away, so that objects far above "
+    "the floor look a little larger"
 )
-_AT_REST = "nothing moves by itself: all is at rest always"
+_AT_REST = "nothing moves by itself: everything is always at rest"
 
 ACTIONS = (
-    Action("Reset", _reset, {"sceneName": "string"}, takes_anything=True, lacks="Procedural alone"),
+    Action("Reset", _reset, {"sceneName": "string"}, takes_anything=True, lacks="only the scene Procedural"),
     Action(
         "Initialize",
         _initialize,
         takes_anything=True,
-        lacks="one agent, of the default mode; no normals, no flow; what sets physics or light does nothing",
+        lacks="one agent, in the default mode; no normals and no flow; settings of physics and light do nothing",
     ),
     Action(
         "CreateHouse",
         _create_house,
         {"house": "object"},
         (("house",),),
-        lacks="shapes and materials are this project's own; the agent stands at the house's start at once",
+        lacks="shapes and materials are this project's; the agent is at the house's start at once",
     ),
-    Action("DestroyHouse", _destroy_house),
+    Action("DestroyHouse", _reset),
     Action("ChangeResolution", _resolution, {"x": "int", "y": "int"}, (("x", "y"),)),
-    Action("ChangeQuality", _nothing, {"quality": "string"}, lacks="the engine's own option `--quality` decides"),
+    Action("ChangeQuality", _nothing, {"quality": "string"}, lacks="the engine's option `--render-quality` decides"),
     Action(
         "AddThirdPartyCamera",
         _add_camera,
@@ -181,6 +177,6 @@ ACTIONS = (
     Action("UnpausePhysicsAutoSim", _nothing, takes_anything=True, lacks=_AT_REST),
     Action("AdvancePhysicsStep", _nothing, takes_anything=True, lacks=_AT_REST),
     Action("MakeAllObjectsUnbreakable", _nothing, lacks="nothing breaks"),
-    Action("SetRandomSeed", _nothing, {"seed": "int"}, (("seed",),), lacks="nothing here is drawn at random"),
-    Action("ResetMaterials", _nothing, lacks="materials are the house's own always"),
+    Action("SetRandomSeed", _nothing, {"seed": "int"}, (("seed",),), lacks="nothing is random"),
+    Action("ResetMaterials", _nothing, lacks="materials are always those of the house"),
 )

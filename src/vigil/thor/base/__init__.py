@@ -1,1 +1,1 @@
-"""What the engine's actions work on, and what its answers are made of."""
+"""The world that the engine's actions change, and the parts of the engine's answers."""

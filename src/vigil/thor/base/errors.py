@@ -1,10 +1,10 @@
-"""Why an action failed, in AI2-THOR's words and codes."""
+"""Failures of actions, with AI2-THOR's messages and codes."""
 
 
 class ActionFailed(Exception):
-    """An action that did not do what it was asked to.
+    """An action that failed.
 
-    `thrown` names the exception that Unity would have thrown; such messages carry its name and a trace.
+    `thrown` names the exception that Unity would have thrown; the message then has its name and a trace.
     """
 
     def __init__(self, message: str, *, thrown: str = "", code: str | None = None) -> None:
@@ -13,15 +13,15 @@ class ActionFailed(Exception):
 
 
 def invalid_operation(message: str) -> ActionFailed:
-    """Return what Unity throws for an action that makes no sense now."""
+    """Return the failure with Unity's exception for an action that does not make sense now."""
     return ActionFailed(message, thrown="InvalidOperationException")
 
 
 def null_reference(message: str) -> ActionFailed:
-    """Return what Unity throws for an object that is not found."""
+    """Return the failure with Unity's exception for an object that is not found."""
     return ActionFailed(message, thrown="NullReferenceException")
 
 
 def bad_argument(message: str) -> ActionFailed:
-    """Return what Unity throws for an argument out of its range, or an unknown object."""
+    """Return the failure with Unity's exception for an argument out of range, or an unknown object."""
     return ActionFailed(message, thrown="ArgumentException")

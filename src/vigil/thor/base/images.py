@@ -1,4 +1,4 @@
-"""Pictures as AI2-THOR sends them: raw bytes, the bottom row first, and the colours of objects and classes."""
+"""Images in AI2-THOR's form (raw bytes, the bottom row first), and the colours of objects and classes."""
 
 import hashlib
 import math
@@ -13,23 +13,26 @@ from vigil.sim.scene_editor import STRUCTURES, CameraImage, CameraView, Layer
 from vigil.thor.base.world import ThirdPartyCamera, World
 
 Wanted = Literal["all", "without colours", "none"]
+"""Images that an answer should have."""
 OPAQUE = 255
 FAR_AWAY_M = 40.0
-"""From where a camera without perspective is drawn, so far that things hardly shrink with their distance."""
+"""Distance from which an orthographic camera is drawn, so far that distant objects hardly look smaller."""
 _STRUCTURE_CLASSES = {"wall": "Wall", "floor": "Floor", "ceiling": "Ceiling"}
 
 
 @dataclass(frozen=True, slots=True)
 class Image:
-    """One picture of an answer; `kind` is image, depth, ids or classes."""
+    """One image of an answer."""
 
     kind: str
+    """"image", "depth", "ids" or "classes"."""
     is_third_party: bool
+    """Whether a camera that the program added took it."""
     data: bytes
 
 
 def images(world: World, wanted: Wanted = "all") -> list[Image]:
-    """Return the pictures that the settings ask for and an action wants, the agent's first."""
+    """Return the images that the settings and an action ask for, the agent's first."""
     if wanted == "none":
         return []
     layers = _layers(world) if wanted == "all" else _layers(world) - {"rgb"}
@@ -77,18 +80,21 @@ def _encoded(world: World, picture: CameraImage, layers: frozenset[Layer], *, is
 
 
 def _painted(things: np.ndarray, palette: np.ndarray) -> bytes:
-    """Return the picture in which thing i has colour i of a palette, whose last rows are for the numbers below 0."""
+    """Return the image's bytes, in which thing i has colour i of a palette (n, 3).
+
+    The last rows of the palette are for negative numbers.
+    """
     opaque = np.concatenate([palette, np.full((len(palette), 1), OPAQUE, np.uint8)], axis=1)
     return opaque[things[::-1]].tobytes()
 
 
 def colour_of(name: str) -> list[int]:
-    """Return the colour of an object or class: the same for a name, always; never black."""
+    """Return the colour (3 bytes) of an object or class; it depends only on the name and is never black."""
     return [byte | 1 for byte in hashlib.sha256(name.encode()).digest()[:3]]
 
 
 def colours(world: World) -> list[dict[str, object]]:
-    """Return the metadata that lead from colours back to objects and classes."""
+    """Return the metadata that map colours to objects and classes."""
     things = world.things()
     classes = sorted({*(thing.category for thing in things), *_STRUCTURE_CLASSES.values()})
     return [{"name": name, "color": colour_of(name)} for name in [*(thing.id for thing in things), *classes]]

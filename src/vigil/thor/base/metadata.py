@@ -1,4 +1,4 @@
-"""What the engine says of the world after an action, in the fields of AI2-THOR's metadata."""
+"""AI2-THOR's metadata of the world after an action."""
 
 from functools import lru_cache
 from typing import Any
@@ -16,6 +16,7 @@ from vigil.thor.base.sight import Visibility, visibility_of
 from vigil.thor.base.world import PROCEDURAL, World, body_of, eye_of
 
 OPEN_FROM = 1e-3
+"""Openness above which an object counts as open."""
 _NOWHERE = Vec3(0.0, 0.0, 0.0)
 _WITHOUT: dict[str, Any] = {
     **dict.fromkeys(
@@ -30,7 +31,7 @@ _WITHOUT: dict[str, Any] = {
     "controlledObjects": None,
     "objectOrientedBoundingBox": None,
 }
-"""Of every object: what this project's things never are or do."""
+"""Fields of every object for properties that objects never have here."""
 _UNUSED: dict[str, Any] = {
     **dict.fromkeys(("flatSurfacesOnGrid", "distances", "normals", "isOpenableGrid", "segmentedObjectIds"), ()),
     **dict.fromkeys(("objectIdsInBox", "actionStringsReturn", "actionFloatsReturn", "actionVector3sReturn"), ()),
@@ -44,16 +45,16 @@ _UNUSED: dict[str, Any] = {
     "collided": False,
     "isSceneAtRest": True,
 }
-"""Of the whole: fields that some of THOR's actions fill and none of these."""
+"""Fields of the whole metadata that some of THOR's actions fill, and none does here."""
 
 
 def vector(value: Vec3) -> dict[str, float]:
-    """Return a vector as THOR writes it."""
+    """Return a vector in THOR's form."""
     return {"x": float(value.x), "y": float(value.y), "z": float(value.z)}
 
 
 def agent_metadata(world: World) -> dict[str, Any]:
-    """Return the fields that do not depend on the action."""
+    """Return the agent's metadata, without the fields that depend on the action."""
     width, height = world.settings.screen_width, world.settings.screen_height
     ids_are_drawn = world.settings.render_instance_segmentation or world.settings.render_semantic_segmentation
     return {
@@ -99,7 +100,7 @@ def _agent(world: World) -> dict[str, Any]:
 
 
 def cameras(world: World) -> list[dict[str, Any]]:
-    """Return the cameras that a program added."""
+    """Return the metadata of the cameras that a program added."""
     return [
         {
             "thirdPartyCameraId": number,
@@ -114,7 +115,7 @@ def cameras(world: World) -> list[dict[str, Any]]:
 
 
 def objects(world: World) -> list[dict[str, Any]]:
-    """Return the objects that are in the house, or those that a filter lets through."""
+    """Return the metadata of the objects in the house, or of those in the filter; empty before `CreateHouse`."""
     if not world.has_house:
         return []
     things = [thing for thing in world.things() if world.shown is None or thing.id in world.shown]
@@ -157,14 +158,14 @@ def _object(scene: Scene, thing: Thing, seen: Visibility, body: Vec3, held: str 
 
 @lru_cache(maxsize=8192)
 def _box(asset: Asset, position: Vec3, rotation: Vec3, openness: float) -> dict[str, Any]:
-    """Return the box around a thing's parts, leaves at that openness; not to be changed."""
+    """Return the box around a thing's parts at an openness; cached, so never change it."""
     thing = Thing("", asset.category, asset, position, rotation, openness=openness)
     corners = [part_motion(thing, joint)(box_corners(low, high)) for joint, low, high in part_boxes(asset)]
     return box_of_corners(np.concatenate(corners))
 
 
 def box_of_corners(points: np.ndarray) -> dict[str, Any]:
-    """Return the box along the axes around points, as THOR writes it."""
+    """Return the axis-aligned box around points (n, 3) in THOR's form."""
     low, high = points.min(axis=0), points.max(axis=0)
     return {
         "cornerPoints": box_corners(low, high).tolist(),

@@ -1,4 +1,4 @@
-"""Shortest walks over the grid of places that the body reaches, drawn straight where nothing is in the way."""
+"""Shortest walks over a grid of places that the body reaches, straightened where nothing is in the way."""
 
 from typing import TYPE_CHECKING
 
@@ -12,14 +12,18 @@ if TYPE_CHECKING:
     from scipy.sparse import coo_array
 
 GRID_M = 0.125
-"""Finer than the agent's steps: the walk is not of steps."""
+"""Step of the grid; it is finer than the agent's steps, because a path need not follow steps."""
 NEAR_M = 0.2
-"""How far from a place that can be reached the end of a walk may be, unless the program says."""
+"""Default of the greatest distance between the target and the nearest place that can be reached."""
 _NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
 def walk(world: World, start: Vec3, end: Vec3, within_m: float = NEAR_M) -> list[Vec3]:
-    """Return the corners of the shortest walk from one place on the floor to another. Raises ActionFailed."""
+    """Return the corners of the shortest walk between two places on the floor.
+
+    The walk ends at the reachable place nearest to `end`. Raises ActionFailed when the body does not fit at `start`, or
+    when no reachable place is within `within_m` of `end`.
+    """
     from scipy.sparse.csgraph import dijkstra  # noqa: PLC0415 - loads over 200 modules
 
     if not world.can_be_at(start):
@@ -57,7 +61,7 @@ def _graph(cells: np.ndarray) -> "coo_array":
 
 
 def _straightened(world: World, corners: list[Vec3]) -> list[Vec3]:
-    """Return the corners that are left when each straight way that is free is taken."""
+    """Return the corners that remain when each free straight way replaces the corners between its ends."""
     kept, here = [corners[0]], 0
     while here < len(corners) - 1:
         ahead = range(len(corners) - 1, here, -1)

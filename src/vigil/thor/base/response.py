@@ -1,4 +1,4 @@
-"""An answer of the engine, and who gives answers: what the wires know of it."""
+"""The engine's answers, and the protocol through which the wires use the engine."""
 
 # pyright: reportReturnType=false
 
@@ -11,19 +11,19 @@ from vigil.thor.base.images import Image
 
 @dataclass(frozen=True, slots=True)
 class EngineResponse:
-    """What is sent back after an action."""
+    """The engine's answer to an action."""
 
     metadata: dict[str, Any]
-    """Of the whole; with `is_patch`, only what changed of the agent's."""
+    """All metadata; with `is_patch`, only the agent's fields that changed."""
     images: list[Image] = field(default_factory=list)
     is_patch: bool = False
 
 
 class Responder(Protocol):
-    """The engine, as a wire sees it."""
+    """An engine that answers actions."""
 
     def first_response(self) -> EngineResponse:
-        """Return what is sent before any action."""
+        """Return the answer that is sent before any action."""
 
     def respond(self, sent: Mapping[str, Any]) -> EngineResponse:
-        """Carries out one action. What fails is said in the answer."""
+        """Carry out one action and return the answer, which also says whether and why the action failed."""

@@ -1,4 +1,4 @@
-"""What `Initialize` sets, with THOR's defaults."""
+"""Settings of `Initialize`, with THOR's defaults."""
 
 from collections.abc import Mapping
 from typing import Any, Literal
@@ -10,10 +10,11 @@ from vigil.thor.base.errors import ActionFailed
 
 RIGHT_ANGLE = 90.0
 OLD_NAMES = {"renderObjectImage": "renderInstanceSegmentation", "renderClassImage": "renderSemanticSegmentation"}
+"""Present name of a parameter, by its old name."""
 
 
 class Settings(BaseModel):
-    """The parameters of `Initialize` that change something here; others are taken and do nothing."""
+    """The parameters of `Initialize` that have an effect here; others are accepted and ignored."""
 
     model_config = ConfigDict(frozen=True, alias_generator=to_camel, populate_by_name=True, allow_inf_nan=False)
 
@@ -40,21 +41,21 @@ class Settings(BaseModel):
 
     @property
     def looks_up(self) -> float:
-        """How far up (deg) the head turns; 0 means THOR's 30."""
+        """Greatest pitch upwards (deg); a parameter of 0 means THOR's 30."""
         return self.max_upward_look_angle or 30.0
 
     @property
     def looks_down(self) -> float:
-        """How far down (deg) the head turns; 0 means THOR's 60."""
+        """Greatest pitch downwards (deg); a parameter of 0 means THOR's 60."""
         return self.max_downward_look_angle or 60.0
 
 
 UNSUPPORTED_SETTINGS = ("renderNormalsImage", "renderFlowImage")
-"""Asked for, these would be missing from the answer: better refused."""
+"""Parameters that are refused when true, because the images that they ask for do not exist here."""
 
 
 def settings_of(sent: Mapping[str, Any], width: int, height: int) -> Settings:
-    """Return the settings of an `Initialize` action. Raises ActionFailed."""
+    """Return the settings of an `Initialize` action, with the screen's size in pixels. Raises ActionFailed."""
     named = {OLD_NAMES.get(name, name): value for name, value in sent.items() if value is not None}
     for name in UNSUPPORTED_SETTINGS:
         if named.get(name):

@@ -1,6 +1,6 @@
-"""What THOR calls visible and interactable: points of an object near enough, in the picture, and met by a ray.
+"""What THOR calls visible and interactable: a point of the object is near enough, in the image, and met by a ray.
 
-THOR's assets have visibility points of their own; here the points of a lattice in each part's box take their place.
+THOR's assets have chosen visibility points; here they are the points of a lattice in the box of each part.
 """
 
 from dataclasses import dataclass, replace
@@ -18,20 +18,22 @@ from vigil.thor.base.world import World
 
 _LATTICE = np.stack(np.meshgrid(*[[0.05, 0.5, 0.95]] * 3), axis=-1).reshape(-1, 3)
 CAST_FIRST = 5
-"""Every so many-th point is looked for first: the others of a thing that is met need no ray."""
+"""Stride of the points for which rays are cast first; a thing that these meet needs no further rays."""
 _NOT_CAST = -2
 
 
 @dataclass(frozen=True, slots=True)
 class Visibility:
-    """Whether something is seen, and whether nothing, glass included, is before it."""
+    """What is seen of one object."""
 
     visible: bool = False
+    """Whether a point of it is seen, also through glass."""
     interactable: bool = False
+    """Whether a point of it is seen with nothing, not even glass, in front of it."""
 
 
 def points_of(thing: Thing) -> np.ndarray:
-    """Return the points (n, 3) by which a thing is seen; not to be changed."""
+    """Return the points (n, 3) by which a thing is seen; cached, so never change them."""
     return _points(thing.asset, thing.position, thing.rotation, thing.openness)
 
 
@@ -43,7 +45,7 @@ def _points(asset: Asset, position: Vec3, rotation: Vec3, openness: float) -> np
 
 
 def visibility_of(world: World, things: list[Thing], pose: Pose | None = None) -> dict[str, Visibility]:
-    """Return what is seen of things from the agent's pose, or another; what is in the hand always is."""
+    """Return what is seen of things, by id, from the agent's pose or another; a held object is always seen."""
     view = world.view(pose)
     found = {thing.id: Visibility(thing.is_held, thing.is_held) for thing in things}
     free = [thing for thing in things if not thing.is_held and _may_be_near(world, view, thing)]
@@ -68,7 +70,10 @@ def visibility_of(world: World, things: list[Thing], pose: Pose | None = None) -
 def _met(
     world: World, eye: Vec3, rays: np.ndarray, owners: np.ndarray, is_glassy: np.ndarray
 ) -> tuple[set[int], set[int]]:
-    """Return which things rays meet, each ray sent out for the thing `owners` says: directly, and behind glass."""
+    """Return the indices of the things that rays (n, 3) meet directly, and of those they meet behind glass.
+
+    `owners` (n,) has the index of the thing for which each ray is cast.
+    """
     hits = np.full(len(rays), _NOT_CAST)
     hits[::CAST_FIRST], _ = world.editor.meets(eye, rays[::CAST_FIRST])
     rest = (hits == _NOT_CAST) & ~np.isin(owners, owners[hits == owners])
@@ -80,7 +85,7 @@ def _met(
 
 
 def without_distance_limit(world: World) -> World:
-    """Return the world as one sees it without a limit of distance."""
+    """Return a copy of the world whose settings have a visibility distance of practically no limit."""
     return replace(world, settings=world.settings.model_copy(update={"visibility_distance": 1e6}))
 
 
@@ -90,7 +95,7 @@ def _may_be_near(world: World, view: CameraView, thing: Thing) -> bool:
 
 
 def _is_in_view(world: World, view: CameraView, points: np.ndarray) -> np.ndarray:
-    """Return which points are near enough, in the floor plane, and in the picture."""
+    """Return which (n,) of points (n, 3) are in the image, and near enough on the floor plane."""
     gaps = np.hypot(points[:, 0] - view.eye.x, points[:, 2] - view.eye.z)
     flat = project(view, points)
     inside = ((flat[:, :2] >= 0.0) & (flat[:, :2] <= 1.0)).all(axis=1) & (flat[:, 2] > 0.0)

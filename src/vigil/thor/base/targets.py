@@ -1,4 +1,4 @@
-"""Which object an action means, and whether the agent gets at it: THOR's rules and words."""
+"""Which object an action means, and whether the agent can reach it, by THOR's rules and with THOR's messages."""
 
 import numpy as np
 
@@ -13,9 +13,9 @@ from vigil.thor.base.world import World
 def target(
     world: World, object_id: str | None, x: float | None, y: float | None, *, forced: bool
 ) -> tuple[Thing, Vec3]:
-    """Return the object that an id, or a place in the picture (0..1 from its top left), means, and a point of it.
+    """Return the object that an id, or a place in the image (0..1 from its top left), means, and a point on it.
 
-    Raises ActionFailed when there is none, or when it is out of sight and nothing is forced.
+    Raises ActionFailed when there is none, or when it is out of sight and the action is not forced.
     """
     if object_id is None:
         assert x is not None
@@ -28,7 +28,7 @@ def target(
 
 
 def need_interactable(world: World, thing: Thing) -> None:
-    """Raises ActionFailed when THOR's agent could not get at a thing."""
+    """Raise ActionFailed when a thing is not interactable for THOR's agent."""
     seen = visibility_of(world, [thing])[thing.id]
     if not seen.visible:
         raise null_reference("Target object not found within the specified visibility.")
@@ -39,7 +39,7 @@ def need_interactable(world: World, thing: Thing) -> None:
 
 
 def cast(world: World, x: float, y: float) -> tuple[Thing | None, Vec3 | None]:
-    """Return what the ray through a place in the picture meets, and where; panes stop it. Raises ActionFailed."""
+    """Return what the ray through a place in the image meets, and where; glass stops it. Raises ActionFailed."""
     if not (0.0 <= x <= 1.0 and 0.0 <= y <= 1.0):
         raise ActionFailed("x/y must be in [0:1]", thrown="ArgumentOutOfRangeException")
     world.need_house()
@@ -49,7 +49,10 @@ def cast(world: World, x: float, y: float) -> tuple[Thing | None, Vec3 | None]:
 
 
 def first_met(world: World, origin: Vec3, rays: np.ndarray) -> tuple[Thing | None, Vec3 | None]:
-    """Return what the first of unit rays (n, 3) meets, and where; None for structure, or when nothing is there."""
+    """Return what the first of unit rays (n, 3) meets, and the point (m).
+
+    The thing is None for structure; both are None when the ray meets nothing.
+    """
     indices, distances = world.editor.meets(origin, rays)
     if not np.isfinite(distances[0]):
         return None, None
@@ -73,7 +76,7 @@ def _at(world: World, x: float, y: float, *, forced: bool) -> tuple[Thing, Vec3]
 
 
 def of_type(world: World, object_type: str) -> Thing:
-    """Return the first thing of a type. Raises ActionFailed."""
+    """Return the first thing of a category. Raises ActionFailed when the house has none."""
     found = next((thing for thing in world.things() if thing.category == object_type), None)
     if found is None:
         raise bad_argument(f"No object of type {object_type} in the scene!")

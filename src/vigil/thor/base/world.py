@@ -1,4 +1,4 @@
-"""The world that actions change: a house on a stage, the settings, and the cameras besides the agent's."""
+"""The world that actions change: a house in a simulator, the settings, and the cameras that programs add."""
 
 import math
 from dataclasses import dataclass, field
@@ -11,7 +11,9 @@ from vigil.thor.base.errors import bad_argument, invalid_operation
 from vigil.thor.base.settings import Settings
 
 PROCEDURAL = "Procedural"
+"""Name of the only scene."""
 OFF_GRID_M = 1e-3
+"""Greatest distance from a place of the grid that still counts as at it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,55 +22,57 @@ class ThirdPartyCamera:
 
     position: Vec3
     rotation: Vec3
+    """Degrees: x is the pitch, y the yaw."""
     field_of_view: float
+    """Vertical, in degrees."""
     orthographic_size: float | None = None
     """Half of the height (m) that it shows; None for a camera with perspective."""
 
 
 @dataclass(slots=True)
 class World:
-    """All that the engine knows."""
+    """The state of the engine."""
 
     editor: SceneEditor
     settings: Settings = field(default_factory=Settings)
     has_house: bool = False
     cameras: list[ThirdPartyCamera] = field(default_factory=list)
     assets: dict[str, str] = field(default_factory=dict)
-    """The asset that the house names for each of its objects, doors and windows."""
+    """Asset id in the house of each object, door and window, by id."""
     shown: frozenset[str] | None = None
-    """Ids of the objects that metadata are confined to; None for all."""
+    """Ids of the only objects in metadata; None for all."""
     serves_patches: bool = True
-    """Whether the wire can send an answer without pictures."""
+    """Whether the wire can send an answer without images."""
 
     @property
     def agent(self) -> Pose:
-        """Where the agent stands. Raises ActionFailed before `CreateHouse`."""
+        """Pose of the agent. Raises ActionFailed before `CreateHouse`."""
         self.need_house()
         return self.editor.world([]).agent
 
     def need_house(self) -> None:
-        """Raises ActionFailed before `CreateHouse`."""
+        """Raise ActionFailed before `CreateHouse`."""
         if not self.has_house:
             raise invalid_operation("There is no house yet: call CreateHouse, or give the Controller a house as scene")
 
     def on_grid(self, place: Vec3) -> Vec3:
-        """Return the nearest place of the grid through the agent; without snapToGrid, the place itself."""
+        """Return the nearest place of the grid through the agent, or the place itself without snapToGrid."""
         if not self.settings.snap_to_grid:
             return place
         (x, _, z), size = self.agent.position, self.settings.grid_size
         return Vec3(x + round((place.x - x) / size) * size, place.y, z + round((place.z - z) / size) * size)
 
     def is_on_grid(self, place: Vec3) -> bool:
-        """Whether a place is of the grid that snapToGrid holds to."""
+        """Return whether a place is on the grid through the agent; True without snapToGrid."""
         return math.dist(self.on_grid(place), place) <= OFF_GRID_M
 
     def can_be_at(self, place: Vec3) -> bool:
-        """Whether the agent's body fits at a place on the floor, or is there already."""
+        """Return whether the agent's body fits at a place on the floor, or is there already."""
         here = self.agent.position
         return math.hypot(place.x - here.x, place.z - here.z) <= OFF_GRID_M or self.editor.can_stand(place)
 
     def thing(self, object_id: str) -> Thing:
-        """Return a thing that is in the house. Raises ActionFailed."""
+        """Return the thing with an id. Raises ActionFailed when it is not in the house."""
         self.need_house()
         found = self.editor.scene().things.get(object_id)
         if found is None or not found.is_present:
@@ -76,16 +80,16 @@ class World:
         return found
 
     def things(self) -> list[Thing]:
-        """Return what is in the house, in the document's order."""
+        """Return the things that are in the house, in the scene's order; none before `CreateHouse`."""
         return [thing for thing in self.editor.scene().things.values() if thing.is_present] if self.has_house else []
 
     @property
     def held(self) -> str | None:
-        """Id of what is in the hand."""
+        """Id of the object in the hand; None when the hand is empty."""
         return self.editor.world([]).held if self.has_house else None
 
     def view(self, agent: Pose | None = None) -> CameraView:
-        """Return the camera of the agent, or of one at another pose."""
+        """Return the camera of the agent at its pose, or at another."""
         pose = agent or self.agent
         settings = self.settings
         return CameraView(
@@ -99,12 +103,12 @@ class World:
 
 
 def eye_of(pose: Pose) -> Vec3:
-    """Return where the eye is, standing or crouching."""
+    """Return the position of the eye of an agent that stands or crouches."""
     x, y, z = pose.position
     return Vec3(x, y + (EYE_HEIGHT_M if pose.standing else BODY_HEIGHT_M), z)
 
 
 def body_of(pose: Pose) -> Vec3:
-    """Return what THOR calls the agent's position."""
+    """Return the position that THOR gives for an agent at a pose."""
     x, y, z = pose.position
     return Vec3(x, y + BODY_HEIGHT_M, z)

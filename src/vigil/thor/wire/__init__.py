@@ -1,1 +1,1 @@
-"""How the engine and AI2-THOR's client speak: over two named pipes, or over HTTP."""
+"""Communication of the engine with AI2-THOR's client, over two named pipes or over HTTP."""

@@ -23,18 +23,19 @@ IMAGE_FIELDS = {
     ("ids", True): 14,
     ("classes", True): 15,
 }
-"""(kind of image, whether of a third-party camera) -> type of the field."""
+"""Type of an image's field, by (kind of image, whether of a third-party camera)."""
 MOST_BYTES = 2**28
-"""Of one body: more is no action."""
+"""Greatest size of an action's body."""
 ASK_EVERY_S = 0.02
+"""Interval between attempts to open the pipe."""
 
 
 class ClientGone(Exception):
-    """The client closed its pipe, or ended."""
+    """The client closed its pipe, ended, or sent something that is not a message."""
 
 
 def serve(engine: Responder, environment: Mapping[str, str]) -> None:
-    """Answers until the client ends."""
+    """Answer actions until the client ends."""
     parent = os.getppid()
     pack = packer()
     with (
@@ -50,7 +51,7 @@ def serve(engine: Responder, environment: Mapping[str, str]) -> None:
 
 
 def _opened(path: str, parent: int) -> BinaryIO:
-    """Return the pipe to write to, once the client reads from it. Raises ClientGone when it ends before."""
+    """Return the pipe for answers once the client reads from it. Raises ClientGone when the client ends before that."""
     while True:
         try:
             number = os.open(path, os.O_WRONLY | os.O_NONBLOCK)
@@ -66,7 +67,7 @@ def _opened(path: str, parent: int) -> BinaryIO:
 
 
 def actions(incoming: BinaryIO) -> Iterator[dict[str, Any]]:
-    """Yield the actions that arrive, to the end of the pipe. Raises ClientGone on what is no message."""
+    """Yield the actions that arrive, until the pipe ends. Raises ClientGone on bytes that are not a message."""
     while True:
         action: dict[str, Any] | None = None
         while True:
@@ -85,7 +86,7 @@ def actions(incoming: BinaryIO) -> Iterator[dict[str, Any]]:
 
 
 def packer() -> Callable[[Any], bytes]:
-    """Return the function that packs metadata. Raises SettingError without the library, which the client needs too."""
+    """Return the function that packs metadata. Raises SettingError without msgpack, which the client needs, too."""
     try:
         from msgpack import packb  # noqa: PLC0415  # pyright: ignore[reportMissingImports]
     except ImportError:
@@ -95,7 +96,7 @@ def packer() -> Callable[[Any], bytes]:
 
 
 def message(response: EngineResponse, pack: Callable[[Any], bytes]) -> bytes:
-    """Return the bytes of an answer."""
+    """Return the message with an answer; `pack` packs its metadata."""
     kind = METADATA_PATCH if response.is_patch else METADATA
     fields = [(kind, pack(response.metadata))]
     fields += [(IMAGE_FIELDS[image.kind, image.is_third_party], image.data) for image in response.images]

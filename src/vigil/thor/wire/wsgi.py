@@ -1,7 +1,7 @@
 """AI2-THOR's protocol over HTTP: each answer is posted as a form, and the response is the next action."""
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from http.client import HTTPConnection, HTTPException
 
 from vigil.thor.base.response import EngineResponse, Responder
@@ -18,11 +18,11 @@ IMAGE_PARTS = {
     ("ids", True): "image_thirdParty_image_ids",
     ("classes", True): "image_thirdParty_classes",
 }
-"""(kind of image, whether of a third-party camera) -> name of the part."""
+"""Name of an image's part, by (kind of image, whether of a third-party camera)."""
 
 
 def serve(engine: Responder, environment: Mapping[str, str]) -> None:
-    """Answers until the client ends or says so."""
+    """Answer actions until the client ends or sends an empty one."""
     connection = HTTPConnection(environment["AI2THOR_HOST"], int(environment["AI2THOR_PORT"]))
     token = environment.get("AI2THOR_CLIENT_TOKEN", "")
     response = engine.first_response()
@@ -43,17 +43,15 @@ def serve(engine: Responder, environment: Mapping[str, str]) -> None:
 
 
 def form(response: EngineResponse, token: str) -> bytes:
-    """Return the form of an answer, as the client's own parser wants it: its headers are told by their case."""
+    """Return the form with an answer, written for the client's own parser, which distinguishes the case of headers."""
     texts = {"metadata": json.dumps(response.metadata), "actionReturns": "[]", "token": token}
-    pieces = [_part(f'name="{name}"', "text/plain; charset=utf-8", text.encode()) for name, text in texts.items()]
+    pieces: list[bytes] = []
+    for name, text in texts.items():
+        pieces += _part(f'name="{name}"', "text/plain; charset=utf-8", text.encode())
     for image in response.images:
         name = IMAGE_PARTS[image.kind, image.is_third_party]
-        pieces.append(_part(f'name="{name}"; filename="{name}"', "image/raw", image.data))
-    return b"".join([*_flat(pieces), f"--{BOUNDARY}--\r\n".encode()])
-
-
-def _flat(pieces: list[list[bytes]]) -> Iterable[bytes]:
-    return (each for piece in pieces for each in piece)
+        pieces += _part(f'name="{name}"; filename="{name}"', "image/raw", image.data)
+    return b"".join([*pieces, f"--{BOUNDARY}--\r\n".encode()])
 
 
 def _part(names: str, content_type: str, body: bytes) -> list[bytes]:
