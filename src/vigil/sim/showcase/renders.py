@@ -11,7 +11,8 @@ from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Quality
 from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim.engines.mujoco.camera import Camera
 from vigil.sim.engines.mujoco.compiled import frames
-from vigil.sim.engines.mujoco.compiled.model import HIDDEN, build
+from vigil.sim.engines.mujoco.compiled.builder import HIDDEN
+from vigil.sim.engines.mujoco.compiled.model import build
 from vigil.sim.engines.mujoco.raster.viewer import Viewer
 
 STAGE_FOVY_DEG = 32.0
@@ -75,7 +76,7 @@ class _FreeCamera:
 
 def _picture(scene: Scene, view: _FreeCamera, quality: Quality) -> np.ndarray:
     model = build(scene)
-    unwanted = [geom for geom, kind in model.structure_kinds.items() if kind in ("ceiling", "ground")]
+    unwanted = [geom for geom, kind in enumerate(model.render_scene.structure_kinds) if kind in ("ceiling", "ground")]
     model.native.geom_group[unwanted] = HIDDEN
     camera = Camera(model, quality)
     try:

@@ -43,7 +43,7 @@ def test_a_plane_is_beside_nothing() -> None:
 
 def test_walls_have_boxes_of_their_pieces() -> None:
     model = model_of_a_house()
-    walls = [geom for geom, kind in model.structure_kinds.items() if kind == "wall"]
+    walls = [geom for geom, kind in enumerate(model.render_scene.structure_kinds) if kind == "wall"]
     middle = (model.data.geom_xpos[walls[0]] * [1.0, 1.0, 0.0]) + [0.0, 0.0, 1.2]
     is_beside = model.bounds().geoms_outside(middle - 0.1, middle + 0.1, model.native.ngeom)
     assert is_beside[walls].all()

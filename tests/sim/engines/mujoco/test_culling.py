@@ -15,7 +15,7 @@ from vigil.scene.sectors import Sector, Spans
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
 from vigil.sim.core.sight import Sight
 from vigil.sim.engines.mujoco.compiled import frames
-from vigil.sim.engines.mujoco.compiled.model import HIDDEN, CompiledModel, build
+from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 from vigil.sim.engines.mujoco.raster.culling import invisible_geoms
 from vigil.sim.engines.mujoco.raster.mirrors import box_of
@@ -257,8 +257,9 @@ def test_from_above_no_room_is_left_out() -> None:
     model, middle_of_a = build(rooms(None)), frames.points(np.array([2.0, 0.0, 2.0]))
     for height, shown in ((1.5, {0}), (12.0, {0, 1})):
         eye = middle_of_a + np.array([0.0, 0.0, height])
-        gone = invisible_geoms(model, Viewer(eye, np.eye(3), 100.0, 640, 480))  # it looks straight down
-        assert {room for geom, room in model.structure_rooms.items() if not gone[geom]} == shown
+        viewer = Viewer(eye, np.eye(3), 100.0, 640, 480)  # it looks straight down
+        gone = invisible_geoms(model.render_scene, model.render_state(), viewer)
+        assert set(model.render_scene.structure_rooms[~gone].tolist()) - {-1} == shown
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -302,7 +303,7 @@ def put(scene: Scene, name: str, x: float, z: float, height: float = 0.5) -> Non
 def left_out(model: CompiledModel, looker: Pose) -> set[str]:
     """Returns the things of which nothing is drawn."""
     eye, axes = frames.points(np.array(looker.eye)), frames.camera_axes(looker)
-    gone = invisible_geoms(model, Viewer(eye, axes, 80.0, 640, 480))
+    gone = invisible_geoms(model.render_scene, model.render_state(), Viewer(eye, axes, 80.0, 640, 480))
     return {name for name, placed in model.things.items() if gone[placed.geoms].all()}
 
 
@@ -343,11 +344,11 @@ LOOKER = Pose(position=Vec3(1.2, 0.0, 0.7), rotation=-90.0)
 def drawn_behind(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> tuple[np.ndarray, set[str], set[str]]:
     """Returns a frame, and the things drawn of it as it is and as the mirror shows it."""
     names: list[set[str]] = []
+    things = {name: placed.geoms for name, placed in build(scene).things.items()}
 
     def kept(self: Surfaces, viewer: Viewer) -> np.ndarray:
         found = original(self, viewer)
-        model = self._model
-        names.append({name for name, placed in model.things.items() if np.isin(placed.geoms, found).any()})
+        names.append({name for name, geoms in things.items() if np.isin(geoms, found).any()})
         return found
 
     original = Surfaces.shown
@@ -380,7 +381,7 @@ def test_frames_with_mirrors_are_the_same_with_all_geoms_drawn(quality: Quality,
     scene = mirrored_scene()
     frame = draw(scene, quality)
     assert (frame[..., 0] > 1.8 * frame[..., 1]).sum() > 300  # the mirror shows something red
-    monkeypatch.setattr(Surfaces, "shown", lambda self, _: np.flatnonzero(self._model.native.geom_group != HIDDEN))
+    monkeypatch.setattr(Surfaces, "shown", lambda self, _: np.flatnonzero(self._state.is_visible))
     assert np.array_equal(draw(scene, quality), frame)
 
 

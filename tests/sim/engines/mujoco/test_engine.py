@@ -13,7 +13,7 @@ from vigil.errors import SimulatorError
 from vigil.scene.things import Scene
 from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE
 from vigil.sim.engines.mujoco.compiled import frames
-from vigil.sim.engines.mujoco.compiled.model import FOVY_DEG
+from vigil.sim.engines.mujoco.compiled.builder import FOVY_DEG
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 
 CABINET, CUBE = 0, 1

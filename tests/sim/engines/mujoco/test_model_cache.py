@@ -14,9 +14,8 @@ from vigil.protocol.world import Setup, WorldState
 from vigil.scene.things import Scene
 from vigil.sim import make_simulator
 from vigil.sim.conformance.reference_house import reference_house
-from vigil.sim.engines.mujoco.compiled import model as compiled
-from vigil.sim.engines.mujoco.compiled import model_cache
-from vigil.sim.engines.mujoco.compiled.model import HIDDEN, build
+from vigil.sim.engines.mujoco.compiled import builder, model_cache
+from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 from vigil.sim.engines.mujoco.raster import surfaces
 from vigil.sim.engines.mujoco.raster.culling import invisible_geoms
 from vigil.sim.privileged import PrivilegedSimulator
@@ -43,7 +42,7 @@ def test_a_kept_model_is_handed_out_as_an_equal_copy(scene: Scene) -> None:
 def test_a_model_is_the_same_when_pieces_are_made_anew_for_every_thing(scene: Scene, monkeypatch) -> None:
     """As two threads may make them that build at once: only one's are kept."""
     usual = build(scene)
-    monkeypatch.setattr(compiled, "pieces_of", compiled.pieces_of.__wrapped__)
+    monkeypatch.setattr(builder, "pieces_of", builder.pieces_of.__wrapped__)
     for copy_number in range(20):
         cube = scene.things["cube"]
         scene.things[f"cube{copy_number}"] = replace(cube, id=f"cube{copy_number}", position=Vec3(-1.5, 0.1, 0.0))
@@ -54,7 +53,7 @@ def test_a_model_is_the_same_when_pieces_are_made_anew_for_every_thing(scene: Sc
     assert len({_shape(anew, anew.things[f"cube{n}"].geoms[0]).tobytes() for n in range(20)}) == 1
 
 
-def _shape(model: compiled.CompiledModel, geom: int) -> np.ndarray:
+def _shape(model: CompiledModel, geom: int) -> np.ndarray:
     """Returns the vertices of a geom's mesh."""
     mesh = model.native.geom_dataid[geom]
     first = model.native.mesh_vertadr[mesh]
@@ -167,14 +166,14 @@ def test_frames_are_the_same_with_all_geoms_drawn(monkeypatch) -> None:
     simulator = make_simulator("mujoco", assets=AssetDatabase.default(), quality="fast")
     left_out: list[float] = []
 
-    def counted(model, viewer):
-        gone = invisible_geoms(model, viewer)
+    def counted(scene, state, viewer):
+        gone = invisible_geoms(scene, state, viewer)
         left_out.append(float(gone.mean()))
-        assert (model.native.geom_group[gone] != HIDDEN).any()
+        assert state.is_visible[gone].any()
         return gone
 
     monkeypatch.setattr(surfaces, "invisible_geoms", counted)
     _, frames = _play(simulator, drawn=True)
-    monkeypatch.setattr(surfaces, "invisible_geoms", lambda model, *_: np.zeros(model.native.ngeom, dtype=bool))
+    monkeypatch.setattr(surfaces, "invisible_geoms", lambda scene, *_: np.zeros(len(scene.bodies), dtype=bool))
     assert _play(simulator, drawn=True)[1] == frames
     assert np.mean(left_out) > 0.2

@@ -11,17 +11,15 @@ from vigil.assets.kernel.asset import Asset, Glow, Joint, Part, Surface
 from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.observation import Quality
 from vigil.scene.things import Scene, Thing
-from vigil.sim.engines.mujoco.compiled import model_cache
+from vigil.sim.engines.mujoco.compiled import casters, model_cache
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 from vigil.sim.engines.mujoco.engine import MujocoEngine
-from vigil.sim.engines.mujoco.raster import crevice_occlusion, irradiance, lightmap_atlas, occluders
-from vigil.sim.engines.mujoco.raster import lighting as lighting_module
 from vigil.sim.engines.mujoco.raster.geometry import BOARD_EDGE_M, geometry_of
-from vigil.sim.engines.mujoco.raster.irradiance import Samples
-from vigil.sim.engines.mujoco.raster.lighting import FULL, CastLight, Lighting
-from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh, refined
-from vigil.sim.engines.mujoco.raster.mirrors import box_of
-from vigil.sim.engines.mujoco.raster.smoothing import (
+from vigil.sim.engines.mujoco.raster.light import crevice_occlusion, irradiance, lightmap_atlas, occluders
+from vigil.sim.engines.mujoco.raster.light import lighting as lighting_module
+from vigil.sim.engines.mujoco.raster.light.irradiance import Samples
+from vigil.sim.engines.mujoco.raster.light.lighting import FULL, CastLight, Lighting
+from vigil.sim.engines.mujoco.raster.light.smoothing import (
     INSET_M,
     are_on_strips,
     lightened,
@@ -29,6 +27,8 @@ from vigil.sim.engines.mujoco.raster.smoothing import (
     smooth_edges,
     smoothed,
 )
+from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh, refined
+from vigil.sim.engines.mujoco.raster.mirrors import box_of
 from vigil.sim.engines.mujoco.raster.viewer import Viewer
 
 LOOK = Pose(position=Vec3(0.0, 0.0, -1.5), rotation=0.0, horizon=20.0)
@@ -41,6 +41,12 @@ def drawn_block() -> DrawnMesh:
 def drawn_mesh(low: tuple[float, float, float], high: tuple[float, float, float]) -> DrawnMesh:
     mesh = block(low, high)
     return DrawnMesh(mesh.vertices, mesh.normals, mesh.uvs, mesh.faces)
+
+
+def occluders_at(height: float) -> occluders.Occluders:
+    """Returns the block with its middle at a height, as what stops light."""
+    block = drawn_block()
+    return occluders.Occluders(casters.make_caster(block.vertices + np.array([0.0, 0.0, height]), block.faces))
 
 
 def areas(mesh: DrawnMesh) -> np.ndarray:
@@ -98,7 +104,7 @@ def test_planes_lie_apart_and_keep_their_points() -> None:
     assert ((owner >= 0) == laid_out.is_used).all()
 
 
-@pytest.mark.skipif(occluders.EmbreeScene is None, reason="Embree has no wheel for this platform")
+@pytest.mark.skipif(casters.EmbreeScene is None, reason="Embree has no wheel for this platform")
 def test_both_ray_casters_measure_the_same() -> None:
     mesh = drawn_block()
     rng = np.random.default_rng(0)
@@ -107,14 +113,14 @@ def test_both_ray_casters_measure_the_same() -> None:
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
     first, second = (
         np.minimum(caster(mesh.vertices, mesh.faces).cast(origins, ways), occluders.FAR_M)
-        for caster in (occluders.EmbreeCaster, occluders.MujocoCaster)
+        for caster in (casters.EmbreeCaster, casters.MujocoCaster)
     )
     assert 50 < np.count_nonzero(first < occluders.FAR_M) < 300
     assert first == pytest.approx(second, abs=1e-4)
 
 
 def test_little_light_reaches_what_is_under_something() -> None:
-    scene = occluders.Occluders(drawn_block().vertices + np.array([0.0, 0.0, 0.25]), drawn_block().faces)
+    scene = occluders_at(0.25)
     up = np.array([[0.0, 0.0, 1.0]] * 3, np.float32)
     under, side_by_side, inside = (0.0, 0.0, 0.0), (3.0, 0.0, 0.0), (0.0, 0.0, 0.33)
     samples = Samples(np.array([under, side_by_side, inside], np.float32), up)
@@ -135,7 +141,7 @@ def test_light_on_a_point_does_not_depend_on_what_else_is_lit(count: int) -> Non
     rng = np.random.default_rng(2)
     points, normals = rng.normal(size=(2, 400, 3)).astype(np.float32)
     samples = Samples(points, normals / np.linalg.norm(normals, axis=1, keepdims=True))
-    scene, lamp = occluders.Occluders(drawn_block().vertices, drawn_block().faces), np.array([0.3, 0.2, 2.4])
+    scene, lamp = occluders_at(0.0), np.array([0.3, 0.2, 2.4])
 
     def lit(some: Samples) -> np.ndarray:
         lamps = irradiance.from_lamp(scene, lamp, some, np.ones(len(some.points), np.float32))
@@ -152,7 +158,7 @@ def test_light_on_a_point_does_not_depend_on_what_else_is_lit(count: int) -> Non
 
 
 def test_several_ends_are_blocked_as_each_alone() -> None:
-    scene = occluders.Occluders(drawn_block().vertices, drawn_block().faces)
+    scene = occluders_at(0.0)
     origins = np.array([(0.0, 0.0, -1.0), (3.0, 0.0, -1.0)], np.float32)
     ends = np.array([(0.0, 0.0, 1.0), (6.0, 0.0, -1.0), (-4.0, 0.0, 1.0)], np.float32)
     assert scene.are_blocked(origins, ends).tolist() == [[True, False], [False, False], [False, True]]
@@ -218,7 +224,7 @@ def test_strips_have_the_light_of_the_whole_from_afar_and_their_own_near_by() ->
 
 
 def test_behind_what_stands_in_its_way_a_lamp_leaves_some_light_in_its_own_room() -> None:
-    scene = occluders.Occluders(drawn_block().vertices + np.array([0.0, 0.0, 0.5]), drawn_block().faces)
+    scene = occluders_at(0.5)
     places = np.array([(0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (3.0, 0.0, 0.0)], np.float32)
     samples = Samples(places, np.array([[0.0, 0.0, 1.0]] * 3, np.float32))
     own, other = np.ones(3, np.float32), np.full(3, 0.9, np.float32)
@@ -252,11 +258,11 @@ def test_smoothed_light_keeps_to_one_surface_and_fills_what_is_not_known() -> No
 def test_a_thing_that_stands_on_another_is_not_black_at_its_foot(scene: Scene) -> None:
     scene.things["cube"].position = Vec3(-1.0, 0.0999, 0.0)  # its foot lies just inside the floor
     model = model_cache.model_of(scene)
-    lighting = Lighting(model)
-    lighting.update(np.arange(model.native.ngeom))
+    lighting = Lighting(model.render_scene)
+    lighting.update(model.render_state(), np.arange(model.native.ngeom))
     (geom,) = model.things["cube"].geoms
     light = lighting.vertices[lighting.geometry.vertex_slices[geom], :3].astype(int)
-    normals = np.round(lighting.geometry.world(model, geom)[1])
+    normals = np.round(lighting.geometry.world(model.render_state(), geom)[1])
     for side in np.unique(normals[normals[:, 2] == 0.0], axis=0):
         on_side = light[(normals == side).all(axis=1)]
         assert on_side.min() > 0.5 * on_side.max()
@@ -264,8 +270,8 @@ def test_a_thing_that_stands_on_another_is_not_black_at_its_foot(scene: Scene) -
 
 def test_skirting_boards_have_light_between_their_ends(scene: Scene) -> None:
     model = model_cache.model_of(scene)
-    geometry = geometry_of(model)
-    boards = [geom for geom, kind in model.structure_kinds.items() if kind == "skirting"]
+    geometry = geometry_of(model.render_scene)
+    boards = [geom for geom, kind in enumerate(model.render_scene.structure_kinds) if kind == "skirting"]
     assert boards
     for geom in boards:
         corners = geometry.vertices[geometry.faces[geometry.face_slices[geom]]]
@@ -276,7 +282,7 @@ def test_a_leaf_stops_light_unless_it_opens(scene: Scene) -> None:
     stop = []
     for is_openable in (True, False):
         scene.things["cabinet"].is_openable = is_openable
-        stop.append(set(model_cache.model_of(scene).static_occluders.tolist()))
+        stop.append(set(model_cache.model_of(scene).render_scene.static_occluders.tolist()))
     ajar, shut = stop
     (leaf,) = shut - ajar
     assert ajar < shut
@@ -306,13 +312,13 @@ def test_little_light_gets_into_what_is_shut_until_it_opens(scene: Scene) -> Non
     cabinet = scene.things["cabinet"]
     cabinet.asset = case(is_enclosed=True, surfaces=(INSIDE,))
     model = model_cache.model_of(scene)
-    lighting, every = Lighting(model), np.arange(model.native.ngeom)
+    lighting, every = Lighting(model.render_scene), np.arange(model.native.ngeom)
     body = model.things["cabinet"].geoms[0]
     part = lighting.geometry.vertex_slices[body]
 
     def behind_leaf() -> float:
-        lighting.update(every)
-        _, normals = lighting.geometry.world(model, body)
+        lighting.update(model.render_state(), every)
+        _, normals = lighting.geometry.world(model.render_state(), body)
         light = lighting.vertices[part].astype(float)[normals[:, 1] < -0.9]
         return float((light[:, :3] * light[:, 3:] / FULL).min())
 
@@ -330,16 +336,16 @@ def test_little_light_gets_into_what_is_shut_until_it_opens(scene: Scene) -> Non
 def test_light_follows_what_moves_and_leaves_no_shade_behind(scene: Scene) -> None:
     scene.things["cube"].is_pickupable = True
     model = model_cache.model_of(scene)
-    lighting, other = Lighting(model), Lighting(model_cache.model_of(scene))
+    lighting, other = Lighting(model.render_scene), Lighting(model_cache.model_of(scene).render_scene)
     every = np.arange(model.native.ngeom)
-    assert lighting.update(every)[0]
+    assert lighting.update(model.render_state(), every)[0]
     vertices, planes = lighting.vertices.copy(), lighting.planes.copy()
     assert planes.any()
     thing = scene.things["cube"]
     thing.position = Vec3(-0.5, 0.1, 0.4)  # beside the cabinet
     model.place(thing)
     model.update_kinematics()
-    has_new_planes, changed = lighting.update(every)
+    has_new_planes, changed = lighting.update(model.render_state(), every)
     assert not has_new_planes
     assert len(changed) == len(model.things["cube"].geoms)
     moved = np.flatnonzero((lighting.vertices != vertices).any(axis=1))
@@ -349,10 +355,10 @@ def test_light_follows_what_moves_and_leaves_no_shade_behind(scene: Scene) -> No
     thing.position = Vec3(-1.0, 0.1, 0.0)
     model.place(thing)
     model.update_kinematics()
-    lighting.update(every)
+    lighting.update(model.render_state(), every)
     assert np.array_equal(lighting.vertices, vertices)
     for geom in every[::-1]:  # one after the other, as they come into view
-        other.update(np.array([geom]))
+        other.update(model.render_scene.initial, np.array([geom]))
     assert np.array_equal(other.vertices, vertices)
     assert np.array_equal(other.planes, planes)
 
@@ -362,8 +368,8 @@ def test_furniture_that_a_setup_has_moved_changes_the_light_on_itself_alone(scen
     for position in (scene.things["big"].position, Vec3(-1.3, 0.45, 1.3)):
         model = build(scene)
         put(model, scene.things["big"], position)
-        lighting = Lighting(model)
-        lighting.update(np.arange(model.native.ngeom))
+        lighting = Lighting(model.render_scene)
+        lighting.update(model.render_state(), np.arange(model.native.ngeom))
         found.append((lighting.vertices, lighting.planes))
         (own,) = (lighting.geometry.vertex_slices[geom] for geom in model.things["big"].geoms)
         scene.things["big"].position = Vec3(1.3, 0.45, 1.3)
@@ -379,20 +385,20 @@ def test_furniture_that_a_setup_has_moved_changes_the_light_on_itself_alone(scen
 def test_what_is_put_where_furniture_stood_is_lit(scene: Scene, is_taken_away) -> None:
     scene.things["cube"].is_pickupable = True
     model = model_cache.model_of(scene)
-    lighting, every = Lighting(model), np.arange(model.native.ngeom)
+    lighting, every = Lighting(model.render_scene), np.arange(model.native.ngeom)
     (own,) = (lighting.geometry.vertex_slices[geom] for geom in model.things["cube"].geoms)
     big = scene.things["big"]
     before = big.position
     put(model, scene.things["cube"], before)
-    lighting.update(every)
+    lighting.update(model.render_state(), every)
     inside = lighting.vertices[own, :3].copy()
     big.is_present = not is_taken_away
     put(model, big, before if is_taken_away else Vec3(-1.3, 0.45, 1.3))
-    lighting.update(every)
+    lighting.update(model.render_state(), every)
     assert lighting.vertices[own, :3].mean() > inside.mean() + 20
     big.is_present = True
     put(model, big, before)
-    lighting.update(every)
+    lighting.update(model.render_state(), every)
     assert np.array_equal(lighting.vertices[own, :3], inside)
 
 
@@ -402,10 +408,10 @@ def test_how_a_case_looked_when_its_light_was_cast_does_not_matter(scene: Scene)
     for is_toggled, is_broken, is_present in ((False, False, True), (True, True, True), (False, False, False)):
         model_cache.clear()
         model = model_cache.model_of(scene)
-        every, lighting = np.arange(model.native.ngeom), Lighting(model)
+        every, lighting = np.arange(model.native.ngeom), Lighting(model.render_scene)
         cabinet.is_toggled, cabinet.is_broken, cabinet.is_present = is_toggled, is_broken, is_present
         put(model, cabinet, cabinet.position)
-        lighting.update(every)
+        lighting.update(model.render_state(), every)
         found.append(lighting.vertices)
         cabinet.is_toggled, cabinet.is_broken, cabinet.is_present = False, False, True
     assert np.array_equal(found[1], found[0])
@@ -422,8 +428,9 @@ def test_light_is_the_same_however_it_is_cast_in_parts(scene: Scene, monkeypatch
     found = []
     for points in (10, 500, 10**6):
         monkeypatch.setattr(lighting_module, "PART_POINTS", points)
-        lighting = Lighting(build(scene))
-        lighting.update(np.arange(len(lighting.geometry.is_in_atlas) - len(lighting.geometry.hand)))
+        model = build(scene)
+        lighting = Lighting(model.render_scene)
+        lighting.update(model.render_state(), np.arange(model.native.ngeom))
         found.append((lighting.vertices, lighting.planes))
     for vertices, planes in found[1:]:
         assert np.array_equal(vertices, found[0][0])
@@ -437,14 +444,14 @@ def test_a_failure_on_one_of_two_threads_is_told() -> None:
 
 def test_a_room_is_drawn_darker_while_its_lamp_is_dim(scene: Scene) -> None:
     model = model_cache.model_of(scene)
-    lighting, every = Lighting(model), np.arange(model.native.ngeom)
-    lighting.update(every)
+    lighting, every = Lighting(model.render_scene), np.arange(model.native.ngeom)
+    lighting.update(model.render_state(), every)
     bright = lighting.planes.copy()
     model.lamps.dim_rooms = frozenset({0})
-    assert lighting.update(every)[0]
+    assert lighting.update(model.render_state(), every)[0]
     assert lighting.planes[..., :3].mean() < 0.85 * bright[..., :3].mean()
     model.lamps.dim_rooms = frozenset()
-    lighting.update(every)
+    lighting.update(model.render_state(), every)
     assert np.array_equal(lighting.planes, bright)
 
 
@@ -561,11 +568,14 @@ def test_only_what_is_inside_a_case_is_dark_behind_a_leaf(
 ) -> None:
     scene.things["cabinet"].asset = case(is_enclosed=is_enclosed, surfaces=surfaces)
     model = model_cache.model_of(scene)
-    lighting = Lighting(model)
+    lighting = Lighting(model.render_scene)
     body = model.things["cabinet"].geoms[0]
-    points, normals = lighting.geometry.world(model, body)
+    points, normals = lighting.geometry.world(model.render_state(), body)
     samples = Samples(points, normals)
-    shut = crevice_occlusion.light_shares(model, lighting.geometry, np.full(len(points), body), samples) < 1.0
+    shut = (
+        crevice_occlusion.light_shares(lighting.geometry, model.render_state(), np.full(len(points), body), samples)
+        < 1.0
+    )
     faces_leaf = normals[:, 1] < -0.9
     inside = faces_leaf & (np.abs(points[:, [0, 2]] - (0.0, 0.4)) < 0.35).all(axis=1)
     is_dark = is_enclosed and bool(surfaces)
@@ -600,14 +610,16 @@ def test_a_gap_between_leaves_is_dim_at_its_lips_and_dark_behind(scene: Scene) -
     asset = Asset("Cabinet", Vec3(0.8, 0.8, 0.4), (back, left, strip, right), (), joints, (INSIDE,))
     scene.things["cabinet"].asset = asset
     model = model_cache.model_of(scene)
-    geometry = Lighting(model).geometry
+    geometry = Lighting(model.render_scene).geometry
     geoms = model.things["cabinet"].geoms
     case = model.native.geom_bodyid[geoms[0]]
     axes = model.data.xmat[case].reshape(3, 3)
     lips, fronts = [], []
     for geom in geoms[1:].tolist():
-        points, normals = geometry.world(model, geom)
-        shares = crevice_occlusion.light_shares(model, geometry, np.full(len(points), geom), Samples(points, normals))
+        points, normals = geometry.world(model.render_state(), geom)
+        shares = crevice_occlusion.light_shares(
+            geometry, model.render_state(), np.full(len(points), geom), Samples(points, normals)
+        )
         from_middle = np.abs((points - model.data.xpos[case]) @ axes[:, crevice_occlusion.BESIDE[0]])
         lips.append(
             set(shares[(np.abs(normals @ axes[:, crevice_occlusion.BESIDE[0]]) > 0.9) & (from_middle < 0.003)].tolist())
@@ -628,7 +640,7 @@ def test_a_narrow_gap_is_no_brighter_than_a_front_before_a_paler_box(scene: Scen
     wood, paint = (model.things["cabinet"].geoms[[1, 2]]).tolist()
     assert model.native.geom_rbound[paint] > model.native.geom_rbound[wood]
     on_wood, on_paint = crevice_occlusion.distant_light_shares(
-        model, np.array([wood, paint]), np.array([0.01, 0.01])
+        model.render_scene, np.array([wood, paint]), np.array([0.01, 0.01])
     ).tolist()
     assert 0.01 < on_paint < 0.2
     assert on_wood == pytest.approx(crevice_occlusion.DISTANT_SHARE)

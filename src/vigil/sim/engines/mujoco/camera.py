@@ -18,10 +18,11 @@ from vigil.sim.core.views import pose_of
 from vigil.sim.engines.mujoco import held
 from vigil.sim.engines.mujoco.compiled import frames, gl
 from vigil.sim.engines.mujoco.compiled.binding import BACKEND, GL, GLContext
-from vigil.sim.engines.mujoco.compiled.lights import PointLight
-from vigil.sim.engines.mujoco.compiled.model import FOVY_DEG, CompiledModel
+from vigil.sim.engines.mujoco.compiled.builder import FOVY_DEG
+from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 from vigil.sim.engines.mujoco.raster.context import GraphicsError
 from vigil.sim.engines.mujoco.raster.painter import Painter
+from vigil.sim.engines.mujoco.raster.scene import PointLight
 from vigil.sim.engines.mujoco.raster.viewer import HeldGeoms, Viewer
 from vigil.sim.scene_editor import NOTHING, STRUCTURES, CameraImage, CameraView, Layer
 
@@ -99,7 +100,7 @@ class Camera:
     def __init__(self, model: CompiledModel, quality: Quality) -> None:
         self._model = model
         with _drawing():
-            self._painter = Painter(model, BACKEND.module, SAMPLES[quality], has_ssao=quality == "default")
+            self._painter = Painter(model.render_scene, BACKEND.module, SAMPLES[quality], has_ssao=quality == "default")
         _cameras.add(self)
 
     def draw(self, agent: Pose, point_lights: list[PointLight], in_hand: list[Thing]) -> np.ndarray:
@@ -121,7 +122,7 @@ class Camera:
         if layers <= {"rgb"}:
             return CameraImage(rgb)
         with _drawing():
-            geoms, depth = self._painter.identify(viewer, things_held)
+            geoms, depth = self._painter.identify(self._model.render_state(), viewer, things_held)
         things = _things_of(self._model)[geoms]
         return CameraImage(rgb, depth if "depth" in layers else None, things if "things" in layers else None)
 
@@ -133,7 +134,8 @@ class Camera:
     def segment(self, agent: Pose) -> np.ndarray:
         """Return the geom that each pixel shows, (480, 640) int32, -1 for none: a check on the rays."""
         with _drawing():
-            return self._painter.identify(_viewer(agent, FOVY_DEG, FRAME_WIDTH, FRAME_HEIGHT))[0]
+            viewer = _viewer(agent, FOVY_DEG, FRAME_WIDTH, FRAME_HEIGHT)
+            return self._painter.identify(self._model.render_state(), viewer)[0]
 
     def close(self) -> None:
         """Frees what the graphics side keeps."""
@@ -144,7 +146,7 @@ class Camera:
     def _paint(self, viewer: Viewer, point_lights: list[PointLight], in_hand: HeldGeoms | None) -> np.ndarray:
         lamp = self._model.lamps.place_over(viewer.eye)
         with _drawing():
-            return self._painter.paint(viewer, lamp, point_lights, in_hand)
+            return self._painter.paint(self._model.render_state(), viewer, lamp, point_lights, in_hand)
 
     def _hold(self, eye: np.ndarray, looker: Pose, things: list[Thing]) -> HeldGeoms | None:
         if not things:
@@ -171,6 +173,6 @@ def gl_strings() -> dict[str, str]:
 def _things_of(model: CompiledModel) -> np.ndarray:
     """Return the thing of each geom, structure as the negative number of its kind; nothing in the last place."""
     table = model.geom_things.copy()
-    for geom, kind in model.structure_kinds.items():
+    for geom, kind in enumerate(model.render_scene.structure_kinds):
         table[geom] = -2 - STRUCTURES.index(_KINDS[kind]) if kind in _KINDS else NOTHING
     return table

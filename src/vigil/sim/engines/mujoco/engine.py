@@ -15,8 +15,8 @@ from vigil.sim.engines.mujoco import light_sources, rays
 from vigil.sim.engines.mujoco.camera import Camera, gl_strings
 from vigil.sim.engines.mujoco.compiled import model_cache
 from vigil.sim.engines.mujoco.compiled.binding import BACKEND, mujoco
-from vigil.sim.engines.mujoco.compiled.lights import PointLight
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
+from vigil.sim.engines.mujoco.raster.scene import PointLight
 from vigil.sim.scene_editor import CameraImage, CameraView, Layer
 
 

@@ -13,8 +13,9 @@ from vigil.base.geometry import Pose, floor_distance
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.sight import Lens, boxes_of, directions, farthest_m, window_of
 from vigil.sim.engines.mujoco import rays
-from vigil.sim.engines.mujoco.compiled.lights import MAX_POINT_LIGHTS, PointLight, point_light_of
+from vigil.sim.engines.mujoco.compiled.lights import point_light_of
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
+from vigil.sim.engines.mujoco.raster.scene import MAX_POINT_LIGHTS, PointLight
 
 MOST_RAYS = 64
 """So many of the pixels that a thing may cover are asked whether they show it."""
@@ -58,5 +59,6 @@ def is_seen(model: CompiledModel, thing: Thing, looker: Pose, lens: Lens) -> boo
 def _is_behind_walls(model: CompiledModel, boxes: list[np.ndarray], looker: Pose) -> bool:
     """Whether walls alone hide boxes, each of corners (8, 3): this is sooner known than what rays meet."""
     corners, eye = np.concatenate(boxes)[:, [0, 2, 1]], looker.eye
-    extent = model.portals.extent(corners.min(axis=0).tolist(), corners.max(axis=0).tolist())
-    return not model.portals.may_see((eye.x, eye.z, eye.y), extent)
+    portals = model.render_scene.portals
+    extent = portals.extent(corners.min(axis=0).tolist(), corners.max(axis=0).tolist())
+    return not portals.may_see((eye.x, eye.z, eye.y), extent)

@@ -10,7 +10,8 @@ from vigil.base.geometry import Vec3
 from vigil.sim.core.engine import RayHits
 from vigil.sim.engines.mujoco.compiled import frames
 from vigil.sim.engines.mujoco.compiled.binding import mujoco
-from vigil.sim.engines.mujoco.compiled.model import GLASS, GROUPS, HELD, HIDDEN, ONLY, STRUCTURE, THING, CompiledModel
+from vigil.sim.engines.mujoco.compiled.builder import GLASS, GROUPS, HELD, HIDDEN, ONLY, STRUCTURE, THING
+from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 
 PRUNED_FROM = 8
 """So many rays are worth the search for what they cannot meet."""

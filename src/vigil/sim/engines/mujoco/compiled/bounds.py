@@ -50,10 +50,11 @@ def geom_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -> Bou
     return Bounds(geoms, (middles - halves).T.copy(), (middles + halves).T.copy())
 
 
-def piecewise_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -> Bounds:
-    """Return boxes around the pieces of meshes where they are now."""
-    found = Bounds(np.empty(0, dtype=int), np.empty((3, 0)), np.empty((3, 0)))
-    for geom in geoms:
+def structure_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -> Bounds:
+    """Return boxes around the pieces of geoms that are meshes, and without end around planes."""
+    is_mesh = native.geom_dataid[geoms] >= 0
+    found = geom_bounds(native, data, geoms[~is_mesh])
+    for geom in geoms[is_mesh]:
         corners = _triangles(native, int(native.geom_dataid[geom])) @ data.geom_xmat[geom].reshape(3, 3).T
         corners += data.geom_xpos[geom]
         cubes = np.floor(corners.mean(axis=1) / PIECE_M).astype(np.int64)

@@ -15,12 +15,11 @@ from vigil.base.geometry import heading
 from vigil.scene.outlines import room_floor
 from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim.engines.mujoco.compiled import frames
+from vigil.sim.engines.mujoco.raster.scene import PointLight
 
 SWITCH = "LightSwitch"
 ARM_M = 0.3
 """A switch belongs to the room this far in front of it."""
-MAX_POINT_LIGHTS = 2
-"""So many things shine at most; the shader takes no more."""
 POINT_LIGHT_STRENGTH = 0.5
 PALER = 0.2
 """How far the colour of a room's light is moved to white."""
@@ -32,16 +31,6 @@ GAIN_PER_M2 = 0.02
 DROP_M = 0.06
 """Lamps hang this far under the ceiling."""
 KERNEL_EDGE_M = 0.3
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PointLight:
-    """The light of a lamp that is on."""
-
-    place: np.ndarray
-    """(3,) metres, in MuJoCo's frame."""
-    colour: np.ndarray
-    """(3,), its strength included."""
 
 
 @dataclass(slots=True, eq=False)

@@ -2,14 +2,11 @@
 
 import itertools
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from vigil.assets.kernel.materials import material
-from vigil.sim.engines.mujoco.compiled.model import CompiledModel
-from vigil.sim.engines.mujoco.compiled.outdoors import LAWN_HALF_M
 from vigil.sim.engines.mujoco.raster.meshes import LONGEST_EDGE_M, DrawnMesh, refined
+from vigil.sim.engines.mujoco.raster.scene import RenderScene, RenderState
 
 ATLAS_KINDS = ("wall", "floor", "ceiling")
 """Structure whose light is kept in a picture of its planes; all else has it at the vertices."""
@@ -17,12 +14,14 @@ ATLAS_KINDS = ("wall", "floor", "ceiling")
 HAND_BOXES = 4
 BOARD_EDGE_M = 0.12
 """The longest edge of a skirting board: a short one with ends alone, in a corner and beside a frame, is dark."""
+_LONGEST_EDGES_M = {**dict.fromkeys((*ATLAS_KINDS, "ground"), np.inf), "skirting": BOARD_EDGE_M}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Geometry:
     """Vertices in the frames of their geoms, and faces."""
 
+    scene: RenderScene
     vertices: np.ndarray
     """(n, 3) float32 metres."""
     normals: np.ndarray
@@ -41,31 +40,31 @@ class Geometry:
     hand: np.ndarray
     """The boxes of the gripper, numbered after the model's geoms; each has sides of 1 m about its middle."""
 
-    def world(self, model: CompiledModel, geom: int) -> tuple[np.ndarray, np.ndarray]:
+    def world(self, state: RenderState, geom: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the points and normals of a geom where it is now, each (k, 3) float32."""
         part = self.vertex_slices[geom]
-        turn = model.data.geom_xmat[geom].reshape(3, 3).astype(np.float32)
-        return self.vertices[part] @ turn.T + model.data.geom_xpos[geom].astype(np.float32), self.normals[part] @ turn.T
+        turn = state.rotations[geom].astype(np.float32)
+        return self.vertices[part] @ turn.T + state.positions[geom].astype(np.float32), self.normals[part] @ turn.T
 
 
-def geometry_of(model: CompiledModel) -> Geometry:
-    """Return the triangles of a model."""
-    native = model.native
-    hand = np.arange(native.ngeom, native.ngeom + HAND_BOXES)
-    charted = np.zeros(len(hand) + native.ngeom, dtype=bool)
-    charted[[geom for geom, kind in model.structure_kinds.items() if kind in ATLAS_KINDS]] = True
-    numbers = native.geom_dataid.tolist()
-    made = {number: _lawn() if number < 0 else _mesh(native, number) for number in numbers}
-    is_fine = {number: number < 0 or bool(charted[geom]) for geom, number in reversed(list(enumerate(numbers)))}
-    boards = {numbers[geom] for geom, kind in model.structure_kinds.items() if kind == "skirting"}
-    for longest, is_wanted in ((LONGEST_EDGE_M, False), (BOARD_EDGE_M, True)):
-        coarse = [number for number in made if not is_fine[number] and (number in boards) == is_wanted]
-        made |= dict(zip(coarse, refined([made[number] for number in coarse], longest), strict=True))
-    meshes = [*(made[number] for number in numbers), *([_box()] * len(hand))]
+def geometry_of(scene: RenderScene) -> Geometry:
+    """Return the triangles of a scene."""
+    longest = np.full(len(scene.meshes), LONGEST_EDGE_M)
+    kinds = scene.structure_kinds
+    longest[scene.geom_meshes[: len(kinds)]] = [_LONGEST_EDGES_M.get(kind, LONGEST_EDGE_M) for kind in kinds]
+    made = dict(enumerate(scene.meshes))
+    for edge in (LONGEST_EDGE_M, BOARD_EDGE_M):
+        coarse = np.flatnonzero(longest == edge).tolist()
+        made |= zip(coarse, refined([made[number] for number in coarse], edge), strict=True)
+    hand = np.arange(len(scene.bodies), len(scene.bodies) + HAND_BOXES)
+    is_in_atlas = np.zeros(len(scene.bodies) + HAND_BOXES, dtype=bool)
+    is_in_atlas[: len(kinds)] = np.isin(kinds, ATLAS_KINDS)
+    meshes = [*(made[number] for number in scene.geom_meshes.tolist()), *[_box()] * HAND_BOXES]
     counts = [len(mesh.vertices) for mesh in meshes]
     starts = np.concatenate([[0], np.cumsum(counts)])
     face_starts = np.concatenate([[0], np.cumsum([len(mesh.faces) for mesh in meshes])])
     return Geometry(
+        scene,
         np.concatenate([mesh.vertices for mesh in meshes]).astype(np.float32),
         np.concatenate([mesh.normals for mesh in meshes]).astype(np.float32),
         np.concatenate([mesh.uvs for mesh in meshes]).astype(np.float32),
@@ -73,37 +72,13 @@ def geometry_of(model: CompiledModel) -> Geometry:
         np.concatenate([mesh.faces + start for mesh, start in zip(meshes, starts, strict=False)]).astype(np.int32),
         _slices(starts),
         _slices(face_starts),
-        charted,
+        is_in_atlas,
         hand,
     )
 
 
 def _slices(starts: np.ndarray) -> list[slice]:
     return [slice(a, b) for a, b in itertools.pairwise(starts.tolist())]
-
-
-def _mesh(native: Any, number: int) -> DrawnMesh:
-    # Vertices, normals and texture places are numbered alike: `Triangles` gives one of each a vertex.
-    first, last = native.mesh_vertadr[number], native.mesh_vertadr[number] + native.mesh_vertnum[number]
-    face = native.mesh_faceadr[number]
-    return DrawnMesh(
-        native.mesh_vert[first:last],
-        native.mesh_normal[first:last],
-        native.mesh_texcoord[first:last],
-        native.mesh_face[face : face + native.mesh_facenum[number]],
-    )
-
-
-def _lawn() -> DrawnMesh:
-    """Return the ground, as large as the plane that rays meet."""
-    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32) * LAWN_HALF_M
-    up = np.broadcast_to(np.array([0, 0, 1], np.float32), (4, 3))
-    return DrawnMesh(
-        np.column_stack([corners, np.zeros(4, np.float32)]),
-        up,
-        corners / material("grass").metres,
-        np.array([[0, 1, 2], [0, 2, 3]], np.int32),
-    )
 
 
 def _box() -> DrawnMesh:

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 from vigil.sim.engines.mujoco.raster.geometry import Geometry
+from vigil.sim.engines.mujoco.raster.scene import RenderState
 from vigil.sim.engines.mujoco.raster.ssao import release
 from vigil.sim.engines.mujoco.raster.viewer import NEAR_M, Mirror, Viewer
 
@@ -14,21 +14,21 @@ MAX_MIRRORS = 2
 _FLAT = 0.99
 
 
-def mirrors_before(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, viewer: Viewer) -> list[Mirror]:
+def mirrors_before(geometry: Geometry, state: RenderState, geoms: np.ndarray, viewer: Viewer) -> list[Mirror]:
     """Return the nearest mirrors among the geoms (nearest first) whose face the viewer sees."""
     found = []
     for geom in geoms.tolist():
-        if not model.materials[model.native.geom_matid[geom]].is_mirror:
+        if not geometry.scene.materials[state.materials[geom]].is_mirror:
             continue
-        mirror = _mirror(model, geometry, geom, viewer)
+        mirror = _mirror(geometry, state, geom, viewer)
         if mirror is not None:
             found.append(mirror)
     return found[:MAX_MIRRORS]
 
 
-def _mirror(model: CompiledModel, geometry: Geometry, geom: int, viewer: Viewer) -> Mirror | None:
+def _mirror(geometry: Geometry, state: RenderState, geom: int, viewer: Viewer) -> Mirror | None:
     """Return the plane of most of the surface that faces the eye; None when all of it is turned away."""
-    points, normals = geometry.world(model, geom)
+    points, normals = geometry.world(state, geom)
     eye = viewer.eye
     faces = geometry.faces[geometry.face_slices[geom]] - geometry.vertex_slices[geom].start
     corners, facing = points[faces], normals[faces].mean(axis=1)

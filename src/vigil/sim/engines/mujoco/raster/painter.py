@@ -5,12 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.compiled.lights import PointLight
-from vigil.sim.engines.mujoco.compiled.model import CompiledModel
-from vigil.sim.engines.mujoco.compiled.outdoors import SKY_PIXELS, sky
 from vigil.sim.engines.mujoco.raster.context import context_in, moderngl, program
-from vigil.sim.engines.mujoco.raster.lighting import Lighting
+from vigil.sim.engines.mujoco.raster.light.lighting import Lighting
 from vigil.sim.engines.mujoco.raster.mirrors import MirrorTargets
+from vigil.sim.engines.mujoco.raster.scene import PointLight, RenderScene, RenderState
+from vigil.sim.engines.mujoco.raster.sky import SKY_PIXELS, sky
 from vigil.sim.engines.mujoco.raster.ssao import AmbientOcclusion, Canvas, release
 from vigil.sim.engines.mujoco.raster.surfaces import Surfaces
 from vigil.sim.engines.mujoco.raster.viewer import FAR_M, NEAR_M, HeldGeoms, Mirror, Viewer
@@ -20,24 +19,29 @@ _CLIP_DISTANCE = 0x3000
 
 
 class Painter:
-    """Draws one model."""
+    """Draws one scene."""
 
-    def __init__(self, model: CompiledModel, backend: str, samples: int, *, has_ssao: bool) -> None:
+    def __init__(self, scene: RenderScene, backend: str, samples: int, *, has_ssao: bool) -> None:
         self._context, self._backend = context_in(backend), backend
         self._samples, self._has_ssao = samples, has_ssao
         with ThreadPoolExecutor(1) as other:
-            lighting = other.submit(Lighting, model)  # which needs no OpenGL
+            lighting = other.submit(Lighting, scene)  # which needs no OpenGL
             self._sky = _Sky(self._context, backend)
-            self._surfaces = Surfaces(model, backend, lighting.result())
+            self._surfaces = Surfaces(backend, lighting.result())
         self._canvases: dict[tuple[int, int], Canvas] = {}
         self._ssao_passes: dict[tuple[int, int], AmbientOcclusion] = {}
         self._mirror_targets: dict[tuple[int, int], MirrorTargets] = {}
 
     def paint(
-        self, viewer: Viewer, lamp: np.ndarray, point_lights: list[PointLight], held: HeldGeoms | None = None
+        self,
+        state: RenderState,
+        viewer: Viewer,
+        lamp: np.ndarray,
+        point_lights: list[PointLight],
+        held: HeldGeoms | None = None,
     ) -> np.ndarray:
         """Return the picture (height, width, 3) uint8, the first row on top; `lamp` is the place of the room's."""
-        self._surfaces.place(held)
+        self._surfaces.place(state, held)
         if held is not None:
             self._surfaces.hold(viewer, held)
         shown = self._surfaces.shown(viewer)
@@ -64,9 +68,11 @@ class Painter:
         ssao.apply(canvas, viewer, lamp)
         return _read(ssao.shaded, viewer)
 
-    def identify(self, viewer: Viewer, held: HeldGeoms | None = None) -> tuple[np.ndarray, np.ndarray]:
+    def identify(
+        self, state: RenderState, viewer: Viewer, held: HeldGeoms | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return the geom (height, width) int32 that each pixel shows, -1 for none, and its depth in metres."""
-        self._surfaces.place(held)
+        self._surfaces.place(state, held)
         size = viewer.width, viewer.height
         target = self._context.framebuffer(
             [self._context.texture(size, 1, dtype="i4")], self._context.depth_texture(size)

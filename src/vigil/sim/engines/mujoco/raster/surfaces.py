@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.compiled.lights import PointLight
-from vigil.sim.engines.mujoco.compiled.model import GLASS, HIDDEN, CompiledModel
-from vigil.sim.engines.mujoco.raster import crevice_occlusion
 from vigil.sim.engines.mujoco.raster.context import context_in, moderngl, program
 from vigil.sim.engines.mujoco.raster.culling import invisible_geoms
-from vigil.sim.engines.mujoco.raster.lighting import Lighting
+from vigil.sim.engines.mujoco.raster.light import crevice_occlusion
+from vigil.sim.engines.mujoco.raster.light.lighting import Lighting
 from vigil.sim.engines.mujoco.raster.mirrors import mirrors_before
+from vigil.sim.engines.mujoco.raster.scene import PointLight, RenderScene, RenderState
 from vigil.sim.engines.mujoco.raster.texture_array import TextureArray
 from vigil.sim.engines.mujoco.raster.viewer import HeldGeoms, Mirror, Viewer
 
@@ -47,13 +46,14 @@ _CLEAR = SurfaceKind(is_in_atlas=False, is_glossy=True)
 
 
 class Surfaces:
-    """What is drawn of one model."""
+    """What is drawn of one scene."""
 
-    def __init__(self, model: CompiledModel, backend: str, lighting: Lighting) -> None:
-        self._model, self._backend, self._context = model, backend, context_in(backend)
-        self._lighting = lighting
-        self._geometry = self._lighting.geometry
-        self._looks = _looks(model)
+    def __init__(self, backend: str, lighting: Lighting) -> None:
+        self._backend, self._context = backend, context_in(backend)
+        self._lighting, self._geometry = lighting, lighting.geometry
+        self._scene = self._geometry.scene
+        self._state = self._scene.initial
+        self._looks = _looks(self._scene)
         self._is_holding = False
         self._arrays: dict[tuple[SurfaceKind | str, int], Any] = {}
         context, geometry = self._context, self._geometry
@@ -70,15 +70,15 @@ class Surfaces:
 
     def hold(self, viewer: Viewer, held: HeldGeoms) -> None:
         """Takes over how what is held is lit."""
-        self._write_light(self._lighting.in_hand(held.geoms, viewer.axes[:, 1]))
+        self._write_light(self._lighting.in_hand(self._state, held.geoms, viewer.axes[:, 1]))
 
-    def place(self, held: HeldGeoms | None) -> None:
+    def place(self, state: RenderState, held: HeldGeoms | None) -> None:
         """Takes over where everything is now and how it looks."""
-        native, data = self._model.native, self._model.data
+        self._state, count = state, len(state.positions)
         table = np.zeros((len(self._geometry.face_slices), _ROWS, 4), np.float32)
-        table[: native.ngeom, :3, :3] = data.geom_xmat.reshape(-1, 3, 3)
-        table[: native.ngeom, :3, 3] = data.geom_xpos
-        table[: native.ngeom, 3:] = self._looks[native.geom_matid]
+        table[:count, :3, :3] = state.rotations
+        table[:count, :3, 3] = state.positions
+        table[:count, 3:] = self._looks[state.materials]
         if held is not None:
             table[held.geoms, :3] *= held.scale
             table[held.geoms, :3, 3] += held.shift
@@ -90,12 +90,12 @@ class Surfaces:
 
     def shown(self, viewer: Viewer) -> np.ndarray:
         """Return the geoms that may be in view."""
-        return np.flatnonzero((self._model.native.geom_group != HIDDEN) & ~invisible_geoms(self._model, viewer))
+        return np.flatnonzero(self._state.is_visible & ~invisible_geoms(self._scene, self._state, viewer))
 
     def mirrors(self, viewer: Viewer, shown: np.ndarray) -> list[Mirror]:
         """Return the mirrors among the geoms shown that the viewer looks into."""
-        away = ((self._model.data.geom_xpos[shown] - viewer.eye) ** 2).sum(axis=1)
-        return mirrors_before(self._model, self._geometry, shown[np.argsort(away, kind="stable")], viewer)
+        away = ((self._state.positions[shown] - viewer.eye) ** 2).sum(axis=1)
+        return mirrors_before(self._geometry, self._state, shown[np.argsort(away, kind="stable")], viewer)
 
     def draw_mirrored(self, mirror: Mirror, picture: Any, viewer: Viewer) -> None:
         """Draws a mirror with the picture that it shows."""
@@ -155,9 +155,9 @@ class Surfaces:
     def _cast(self, shown: np.ndarray) -> tuple[bool, list[slice]]:
         """Casts light on geoms, while textures that are new are taken over: light needs no OpenGL."""
         if textures.is_complete:
-            return self._lighting.update(shown)
+            return self._lighting.update(self._state, shown)
         with ThreadPoolExecutor(1) as other:
-            casting = other.submit(self._lighting.update, shown)
+            casting = other.submit(self._lighting.update, self._state, shown)
             textures.texture(self._context)
             return casting.result()
 
@@ -167,17 +167,16 @@ class Surfaces:
 
     def _groups(self, viewer: Viewer, shown: np.ndarray) -> dict[SurfaceKind | None, np.ndarray]:
         """Return the geoms of each kind, near ones first; at last, under None, those seen through, far ones first."""
-        native = self._model.native
-        looks = self._looks[native.geom_matid]
-        is_shown = np.zeros(native.ngeom, dtype=bool)
+        looks = self._looks[self._state.materials]
+        is_shown = np.zeros(len(looks), dtype=bool)
         is_shown[shown] = True
-        is_clear = is_shown & ((native.geom_group == GLASS) | (looks[:, 0, 3] < 1.0))
+        is_clear = is_shown & (looks[:, 0, 3] < 1.0)
         is_glossy = (looks[:, 1, 2] >= GLOSSY) | (looks[:, 1, 1] > 0.0)
-        away = ((self._model.data.geom_xpos - viewer.eye) ** 2).sum(axis=1)
+        away = ((self._state.positions - viewer.eye) ** 2).sum(axis=1)
         order = np.argsort(away, kind="stable")
         groups: dict[SurfaceKind | None, np.ndarray] = {}
         for kind in KINDS:
-            belongs = (self._geometry.is_in_atlas[: native.ngeom] == kind.is_in_atlas) & (is_glossy == kind.is_glossy)
+            belongs = (self._geometry.is_in_atlas[: len(looks)] == kind.is_in_atlas) & (is_glossy == kind.is_glossy)
             groups[kind] = order[(is_shown & ~is_clear & belongs)[order]]
         if self._is_holding and viewer.mirror is None:
             groups[KINDS[0]] = np.concatenate([self._geometry.hand, groups[KINDS[0]]])
@@ -230,10 +229,10 @@ def _matrix(viewer: Viewer) -> bytes:
     return viewer.matrix().T.astype(np.float32).tobytes()
 
 
-def _looks(model: CompiledModel) -> np.ndarray:
+def _looks(scene: RenderScene) -> np.ndarray:
     """Return (materials, 2, 4): colour with opacity; layer of the texture, own light, gloss, whether it is metal."""
-    looks = np.zeros((len(model.materials), 2, 4), np.float32)
-    for number, look in enumerate(model.materials):
+    looks = np.zeros((len(scene.materials), 2, 4), np.float32)
+    for number, look in enumerate(scene.materials):
         looks[number, 0] = look.rgba
         looks[number, 1] = textures.layer_of(look.texture), OWN_LIGHT * look.emission, look.shininess, look.is_metal
     return looks

@@ -4,10 +4,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.compiled.binding import NativeSpec, mujoco
-
-GROUND_M = -0.02
-LAWN_HALF_M = 60.0
 SKY_PIXELS = 256
 LAWN_DEG, HILLS_DEG, EDGE_DEG = -0.9, 5.15, 0.35
 """Where the lawn ends, and the top of the highest hill, above the horizon; over how much one fades into the other."""
@@ -27,19 +23,6 @@ _FACES = np.array(
     ],
     dtype=np.float32,
 )
-
-
-def add_ground(spec: NativeSpec, look: str) -> None:
-    """Adds the lawn as one geom; `look` is the name of its material."""
-    spec.worldbody.add_geom(
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[LAWN_HALF_M, LAWN_HALF_M, 1.0],
-        pos=[0.0, 0.0, GROUND_M],
-        material=look,
-        contype=0,
-        conaffinity=0,
-        group=0,
-    )
 
 
 @lru_cache(maxsize=1)

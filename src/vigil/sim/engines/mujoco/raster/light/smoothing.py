@@ -10,8 +10,7 @@ with the light of the whole that it belongs to, on average over all sides.
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.compiled.model import CompiledModel
-from vigil.sim.engines.mujoco.raster.irradiance import Samples
+from vigil.sim.engines.mujoco.raster.light.irradiance import Samples
 
 ROUNDS = 3
 NEAR_M = 0.15
@@ -74,14 +73,6 @@ def smoothed(light: np.ndarray, is_known: np.ndarray, points: np.ndarray, edges:
         sums = np.add.reduceat(weights * sums[sources], begins) * shares
     known = sums[:, -1:]
     return sums[:, :-1] / np.where(known > 0.0, known, np.nan)
-
-
-def are_doors(model: CompiledModel, geoms: np.ndarray) -> np.ndarray:
-    """Return which geoms (n,) are of things with leaves and no inside, as doors and curtains."""
-    is_door = np.zeros(len(model.things) + 1, dtype=bool)
-    for thing in model.things.values():
-        is_door[thing.index] = len(thing.bodies) > 1 and not thing.has_inside
-    return is_door[model.geom_things[geoms]]
 
 
 def are_on_strips(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> np.ndarray:

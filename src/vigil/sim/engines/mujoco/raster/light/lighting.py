@@ -8,18 +8,18 @@ stops no light on what has been moved too, which may stand in its old place.
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.compiled.model import HELD, CompiledModel
-from vigil.sim.engines.mujoco.raster import crevice_occlusion, irradiance, lightmap_atlas, smoothing
 from vigil.sim.engines.mujoco.raster.geometry import Geometry, geometry_of
-from vigil.sim.engines.mujoco.raster.irradiance import Samples
-from vigil.sim.engines.mujoco.raster.occluders import THREADS, Occluders, occluders_of
-from vigil.sim.engines.mujoco.raster.smoothing import move_inward, smooth_edges, smoothed
+from vigil.sim.engines.mujoco.raster.light import crevice_occlusion, irradiance, lightmap_atlas, smoothing
+from vigil.sim.engines.mujoco.raster.light.irradiance import Samples
+from vigil.sim.engines.mujoco.raster.light.occluders import Occluders, occluders_of
+from vigil.sim.engines.mujoco.raster.light.smoothing import move_inward, smooth_edges, smoothed
+from vigil.sim.engines.mujoco.raster.scene import RenderScene, RenderState
 
 BRIGHTEST = 2.0
 """Light of this strength is white; the shaders know it too."""
@@ -82,16 +82,14 @@ class CastLight:
 
 
 class BakedLight:
-    """The light of a model as it stood at first, shared by its copies, and cast for what is looked at."""
+    """The light of a scene as it stood at first, cast for what is looked at."""
 
-    def __init__(self, model: CompiledModel) -> None:
-        first = replace(model, data=model.initial_data)
-        self.geometry = geometry_of(first)
-        self.places = _places(first)
-        self.lightmap_atlas, self._samples = _atlas_of(first, self.geometry)
-        self._lamps, self._portals = list(model.lamps.places), model.portals
-        self.occluders = occluders_of(first, self.geometry, model.static_occluders)
-        self._is_cast = np.zeros(model.native.ngeom, dtype=bool)
+    def __init__(self, scene: RenderScene) -> None:
+        self.geometry = geometry_of(scene)
+        self.lightmap_atlas, self._samples = _atlas_of(self.geometry)
+        self._lamps, self._portals = list(scene.lamps), scene.portals
+        self.occluders = occluders_of(self.geometry, scene.initial, scene.static_occluders)
+        self._is_cast = np.zeros(len(scene.bodies), dtype=bool)
         self.vertices = CastLight.empty(len(self._lamps), len(self.geometry.vertices))
         self.detail_weight = np.full(len(self.geometry.vertices), FULL, np.uint8)
         """(n,): the root of the share of their light that vertices keep where gaps are wider than a pixel."""
@@ -99,7 +97,7 @@ class BakedLight:
         self.is_open = np.zeros(self.lightmap_atlas.is_used.size, dtype=bool)
         """Which places on the planes lie behind nothing."""
 
-    def ensure(self, model: CompiledModel, geoms: np.ndarray) -> None:
+    def ensure(self, state: RenderState, geoms: np.ndarray) -> None:
         """Casts light on geoms, which are where they were at first, unless that was done before."""
         missing = geoms[~self._is_cast[geoms]]
         if not len(missing):
@@ -107,17 +105,17 @@ class BakedLight:
         self._is_cast[missing] = True
         is_in_atlas = self.geometry.is_in_atlas[missing]
         meshes, planes = missing[~is_in_atlas], missing[is_in_atlas]
-        on_meshes = partial(self.cast_on, model, meshes, self.occluders, (self.vertices, self.detail_weight))
+        on_meshes = partial(self.cast_on, state, meshes, self.occluders, (self.vertices, self.detail_weight))
         run_in_parallel([on_meshes, partial(self._cast_planes, planes)])
 
     def cast_on(
-        self, model: CompiledModel, geoms: np.ndarray, occluders: Occluders, into: tuple[CastLight, np.ndarray]
+        self, state: RenderState, geoms: np.ndarray, occluders: Occluders, into: tuple[CastLight, np.ndarray]
     ) -> None:
         """Casts light on the vertices of geoms where they are now, into the light and `detail_weight` (n,)."""
         if not len(geoms):
             return
         light, near = into
-        places = [self.geometry.world(model, geom) for geom in geoms.tolist()]
+        places = [self.geometry.world(state, geom) for geom in geoms.tolist()]
         points, normals = (np.concatenate(each) for each in zip(*places, strict=True))
         counts = [len(each) for each, _ in places]
         owners = np.repeat(np.arange(len(geoms)), counts)
@@ -126,14 +124,14 @@ class BakedLight:
         edges = which[np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])]
         samples = Samples(points[first], normals[first])
         along = smooth_edges(samples.normals, edges)
-        in_gaps = partial(crevice_occlusion.light_shares, model, self.geometry, geoms[owners[first]], samples)
+        in_gaps = partial(crevice_occlusion.light_shares, self.geometry, state, geoms[owners[first]], samples)
         (cast, is_buried), shares = run_in_parallel(
             [partial(self._cast, move_inward(samples, along), occluders), in_gaps]
         )
         cast = cast.smoothed(samples, ~is_buried, along, owners[first]).shaded(samples, self._lamps)
         shares = np.where(crevice_occlusion.without_long_gradients(shares < 1.0, samples.points, edges), shares, 1.0)
-        afar = crevice_occlusion.distant_light_shares(model, geoms[owners[first]], shares)
-        is_strip = self._on_strips(model, geoms, owners)[first]
+        afar = crevice_occlusion.distant_light_shares(self.geometry.scene, geoms[owners[first]], shares)
+        is_strip = self._on_strips(geoms, owners)[first]
         cast, near_by = cast.dimmed(afar).lightened(is_strip, owners[first])
         kept = (np.sqrt(shares / afar * near_by) * FULL + 0.5).astype(np.uint8)
         start = 0
@@ -144,10 +142,10 @@ class BakedLight:
             near[part] = kept[which[start:stop]]
             start = stop
 
-    def _on_strips(self, model: CompiledModel, geoms: np.ndarray, owners: np.ndarray) -> np.ndarray:
+    def _on_strips(self, geoms: np.ndarray, owners: np.ndarray) -> np.ndarray:
         """Return which vertices (n,) of geoms are of the narrow sides of doors; `owners` (n,) are numbers of geoms."""
         parts = [self.geometry.vertex_slices[geom] for geom in geoms.tolist()]
-        found = smoothing.are_doors(model, geoms)[owners]
+        found = self.geometry.scene.is_door[geoms][owners]
         points, normals = (
             np.concatenate([each[part] for part in parts])[found]
             for each in (self.geometry.vertices, self.geometry.normals)
@@ -204,30 +202,28 @@ class BakedLight:
         return ambient, np.array(reach, np.float32).reshape(len(reach), -1), is_buried
 
 
-def baked_light(model: CompiledModel) -> BakedLight:
-    """Return the light of a model, the same for all its copies."""
-    if "light" not in model.shared_cache:
-        model.shared_cache["light"] = BakedLight(model)
-    return model.shared_cache["light"]
+def baked_light(scene: RenderScene) -> BakedLight:
+    """Return the light of a scene, always the same."""
+    if "light" not in scene.cache:
+        scene.cache["light"] = BakedLight(scene)
+    return scene.cache["light"]
 
 
 class Lighting:
     """Light on the vertices and planes that are looked at; it follows what moves."""
 
-    def __init__(self, model: CompiledModel) -> None:
-        self._model, self._baked = model, baked_light(model)
+    def __init__(self, scene: RenderScene) -> None:
+        self._scene, self._baked = scene, baked_light(scene)
         self.geometry = self._baked.geometry
         count = len(self.geometry.vertices)
-        self._cast = CastLight.empty(len(model.lamps.places), count)
-        self._places = _places(model)
-        self._displaced, self._occluders = np.zeros(len(model.static_occluders), dtype=bool), self._baked.occluders
+        self._cast = CastLight.empty(len(scene.lamps), count)
+        self._state = scene.initial
+        """The state of the last update."""
+        self._displaced, self._occluders = np.zeros(len(scene.static_occluders), dtype=bool), self._baked.occluders
         """Which furniture has been moved, and what stops light on things that have been: all else."""
-        self._things = np.append(model.geom_things[:-1], np.full(len(self.geometry.hand), -1))
-        self._turns = np.zeros(len(model.things) + 1, dtype=int)
-        """How often each thing has moved, or a part of it; the last is for what is no thing."""
-        self._lit = np.full(len(self._things), -1)
-        """The turn of its thing in which each geom was lit; -1 where it was not."""
-        self._strengths = np.zeros(0)
+        self._is_lit = np.zeros(len(scene.bodies), dtype=bool)
+        """Whether each geom has been lit since its object last moved."""
+        self._lamp_colours = np.zeros(0)
         self._detail_weight = np.full(count, FULL, np.uint8)
         self.vertices = np.full((count, 4), (0, 0, 0, FULL), np.uint8)
         """(n, 4): the square root of the light on each vertex, and of the share of it that is left near by."""
@@ -241,53 +237,47 @@ class Lighting:
         """Where the vertices of charted geoms are found on the planes, (k, 2), in their order."""
         return self._baked.lightmap_atlas.places
 
-    def update(self, shown: np.ndarray) -> tuple[bool, list[slice]]:
+    def update(self, state: RenderState, shown: np.ndarray) -> tuple[bool, list[slice]]:
         """Casts light on geoms that are looked at for the first time, or have moved since.
 
         Returns whether the planes, and which vertices have changed.
         """
-        strengths = self._model.lamps.strengths()
-        if not np.array_equal(strengths, self._strengths):
-            self._strengths = strengths
-            self._lit[:] = -1
-        self._clear_displaced()
-        places = _places(self._model)
-        self._turns += self._model.moved_things(places, self._places)
-        self._places = places
-        things = self._things[shown]
-        is_free = self._model.native.geom_group[shown] != HELD
-        stale = shown[is_free & (self._lit[shown] != self._turns[things])]
-        self._lit[stale] = self._turns[self._things[stale]]
+        if not np.array_equal(state.lamp_colours, self._lamp_colours):
+            self._lamp_colours = state.lamp_colours
+            self._is_lit[:] = False
+        is_elsewhere = state.is_elsewhere(self._scene.initial)
+        self._update_occluders(state, is_elsewhere | ~state.is_visible)
+        self._is_lit[self._scene.with_furniture(state.is_elsewhere(self._state))] = False
+        self._state = state.copy()
+        stale = shown[~state.is_held[shown] & ~self._is_lit[shown]]
+        self._is_lit[stale] = True
         is_in_atlas = self.geometry.is_in_atlas[stale]
-        is_moved = self._model.moved_things(places, self._baked.places)[self._things[stale]]
-        self._baked.ensure(self._model, stale[~is_moved])
-        self._baked.cast_on(self._model, stale[is_moved], self._occluders, (self._cast, self._detail_weight))
+        is_moved = self._scene.with_furniture(is_elsewhere)[stale]
+        self._baked.ensure(state, stale[~is_moved])
+        self._baked.cast_on(state, stale[is_moved], self._occluders, (self._cast, self._detail_weight))
         for geom, moved in zip(stale[~is_in_atlas].tolist(), is_moved[~is_in_atlas].tolist(), strict=True):
             part = self.geometry.vertex_slices[geom]
             cast, near = (
                 (self._cast, self._detail_weight) if moved else (self._baked.vertices, self._baked.detail_weight)
             )
-            self.vertices[part, :3], self.vertices[part, 3] = encoded(cast.mixed(self._strengths, part)), near[part]
+            self.vertices[part, :3], self.vertices[part, 3] = encoded(cast.mixed(self._lamp_colours, part)), near[part]
         self._mix_planes(stale[is_in_atlas])
         return bool(is_in_atlas.any()), [self.geometry.vertex_slices[geom] for geom in stale[~is_in_atlas].tolist()]
 
-    def _clear_displaced(self) -> None:
-        """Has furniture that has been moved stop no light on things that have been, and all other furniture stop it."""
-        displaced = self._model.displaced_occluders()
+    def _update_occluders(self, state: RenderState, is_gone: np.ndarray) -> None:
+        """Let furniture that is not where it was stop no light on things that have moved, and all other furniture."""
+        displaced = is_gone[self._scene.static_occluders]
         if np.array_equal(displaced, self._displaced):
             return
-        self._displaced, self._lit[:] = displaced, -1
-        static_occluders = self._model.static_occluders[~displaced]
-        is_all = len(static_occluders) == len(displaced)
-        self._occluders = (
-            self._baked.occluders if is_all else occluders_of(self._model, self.geometry, static_occluders)
-        )
+        self._displaced, self._is_lit[:] = displaced, False
+        left = self._scene.static_occluders[~displaced]
+        self._occluders = occluders_of(self.geometry, state, left) if displaced.any() else self._baked.occluders
 
-    def in_hand(self, geoms: np.ndarray, up: np.ndarray) -> list[slice]:
+    def in_hand(self, state: RenderState, geoms: np.ndarray, up: np.ndarray) -> list[slice]:
         """Lights what is held, from above the one who holds it. Returns which vertices have changed."""
         for geom in geoms.tolist():
-            self._light_by_hand(geom, self.geometry.world(self._model, geom)[1] @ up)
-            self._lit[geom] = -1
+            self._light_by_hand(geom, self.geometry.world(state, geom)[1] @ up)
+            self._is_lit[geom] = False
         return [self.geometry.vertex_slices[geom] for geom in geoms.tolist()]
 
     def _light_by_hand(self, geom: int, rising: np.ndarray) -> None:
@@ -300,7 +290,7 @@ class Lighting:
         width = self._baked.lightmap_atlas.is_used.shape[1]
         for top, left, tall, wide in self._baked.boxes_of(geoms):
             numbers = (np.arange(top, top + tall)[:, None] * width + np.arange(left, left + wide)).ravel()
-            light = self._baked.planes.mixed(self._strengths, numbers).reshape(tall, wide, 3)
+            light = self._baked.planes.mixed(self._lamp_colours, numbers).reshape(tall, wide, 3)
             smooth = lightmap_atlas.smoothed(light, self._baked.is_open[numbers].reshape(tall, wide))
             self.planes[top : top + tall, left : left + wide, :3] = encoded(smooth)
 
@@ -314,13 +304,8 @@ def run_in_parallel(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
     """Return the results of tasks of which none needs another's, done on as many threads as may cast rays."""
     if len(tasks) == 1:
         return [tasks[0]()]
-    with ThreadPoolExecutor(THREADS) as pool:  # of its own: a process may be forked after it has cast light
+    with ThreadPoolExecutor(2) as pool:  # of its own: a process may be forked after it has cast light
         return [doing.result() for doing in [pool.submit(task) for task in tasks]]
-
-
-def _places(model: CompiledModel) -> np.ndarray:
-    """Return where the parts of things are: (bodies, 7) places and quaternions."""
-    return np.concatenate([model.data.mocap_pos, model.data.mocap_quat], axis=1)
 
 
 def _merge_similar(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -333,10 +318,10 @@ def _merge_similar(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) 
     return first, which.reshape(-1)
 
 
-def _atlas_of(model: CompiledModel, geometry: Geometry) -> tuple[lightmap_atlas.LightmapAtlas, Samples]:
+def _atlas_of(geometry: Geometry) -> tuple[lightmap_atlas.LightmapAtlas, Samples]:
     """Return the planes of the structure, and where the light of each of their texels is cast."""
     geoms = np.flatnonzero(geometry.is_in_atlas)
-    places = [geometry.world(model, geom) for geom in geoms.tolist()]
+    places = [geometry.world(geometry.scene.initial, geom) for geom in geoms.tolist()]
     points, normals = (np.concatenate(each) for each in zip(*places, strict=True))
     laid_out = lightmap_atlas.pack_atlas(points, normals, np.repeat(geoms, [len(each) for each, _ in places]))
     return laid_out, Samples(laid_out.points.reshape(-1, 3), laid_out.normals.reshape(-1, 3))

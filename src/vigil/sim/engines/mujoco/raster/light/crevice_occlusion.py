@@ -6,10 +6,10 @@ What has no inside, as a curtain or a door between rooms, has nothing to shine.
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.compiled.model import GLASS, HIDDEN, CompiledModel
 from vigil.sim.engines.mujoco.raster.geometry import Geometry
-from vigil.sim.engines.mujoco.raster.irradiance import Samples
-from vigil.sim.engines.mujoco.raster.occluders import Occluders, occluders_of
+from vigil.sim.engines.mujoco.raster.light.irradiance import Samples
+from vigil.sim.engines.mujoco.raster.light.occluders import Occluders, occluders_of
+from vigil.sim.engines.mujoco.raster.scene import RenderScene, RenderState
 
 LIFT_M = 0.0005
 GAP_M, INSIDE_M = 0.05, 0.6
@@ -40,35 +40,28 @@ no sill.
 """
 
 
-def light_shares(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, samples: Samples) -> np.ndarray:
+def light_shares(geometry: Geometry, state: RenderState, geoms: np.ndarray, samples: Samples) -> np.ndarray:
     """Return the share of its light (n,) that reaches each of the samples (n,) on geoms (n,).
 
     It is less than 1 for those that face another part of the same thing near by, or lie inside it.
     """
+    scene = geometry.scene
     shares = np.ones(len(geoms))
-    placed, bodies = list(model.things.values()), model.native.geom_bodyid[geoms]
     wholes: dict[int, Occluders] = {}
-    for body in np.unique(bodies[model.geom_things[geoms] >= 0]).tolist():
-        chosen = np.flatnonzero(bodies == body)
-        thing = placed[model.geom_things[geoms[chosen[0]]]]
+    is_solid = scene.initial.is_visible & ~scene.is_glass
+    for body in np.unique(scene.bodies[geoms[scene.is_in_case[geoms]]]).tolist():
+        chosen = np.flatnonzero(scene.bodies[geoms] == body)
+        number = int(scene.furniture[geoms[chosen[0]]])
         # A chest comes before its drawers; what is no chest is all there is to it.
-        pieces = [
-            placed[index]
-            for index in np.flatnonzero(model.furniture_index[:-1] == model.furniture_index[thing.index]).tolist()
-        ]
-        if not any(piece.has_inside for piece in pieces):
-            continue
-        parts = np.concatenate([piece.geoms for piece in pieces])
-        parts = parts[~np.isin(model.default_groups[parts], (HIDDEN, GLASS))]
-        others = parts[model.native.geom_bodyid[parts] != body]
+        pieces = np.flatnonzero(scene.furniture == number)
+        case, parts = scene.bodies[pieces[0]], pieces[is_solid[pieces]]
+        others = parts[scene.bodies[parts] != body]
         if not len(others):
             continue
-        number = int(model.furniture_index[thing.index])
         if number not in wholes:
-            wholes[number] = occluders_of(model, geometry, parts)
-        beside, whole = occluders_of(model, geometry, others), wholes[number]
-        case = int(model.native.geom_bodyid[pieces[0].geoms[0]])
-        axes = model.data.xmat[case].reshape(3, 3).astype(np.float32)
+            wholes[number] = occluders_of(geometry, state, parts)
+        beside, whole = occluders_of(geometry, state, others), wholes[number]
+        axes = state.body_rotations[case].astype(np.float32)
         normals = samples.normals[chosen]
         origins = samples.points[chosen] + np.float32(LIFT_M) * normals
         ahead = np.broadcast_to(axes[:, FRONT], normals.shape)
@@ -91,7 +84,7 @@ def light_shares(model: CompiledModel, geometry: Geometry, geoms: np.ndarray, sa
     return shares
 
 
-def distant_light_shares(model: CompiledModel, geoms: np.ndarray, shares: np.ndarray) -> np.ndarray:
+def distant_light_shares(scene: RenderScene, geoms: np.ndarray, shares: np.ndarray) -> np.ndarray:
     """Return the share of its light (n,) that each of geoms (n,) is drawn with where gaps are narrower than a pixel.
 
     It is no less than `shares` (n,), and such that what is pale in a gap looks no brighter than the leaf beside it.
@@ -99,24 +92,23 @@ def distant_light_shares(model: CompiledModel, geoms: np.ndarray, shares: np.nda
     """
     afar = shares.copy()
     dim = np.flatnonzero(shares < 1.0)
-    things, groups = model.geom_things[geoms[dim]], model.default_groups
-    for whole in np.unique(model.furniture_index[things]).tolist():
-        chosen = dim[model.furniture_index[things] == whole]
-        parts = np.flatnonzero(model.furniture_index[model.geom_things[:-1]] == whole)
-        bodies = model.native.geom_bodyid[parts]
-        leaves = parts[(bodies != bodies[0]) & (groups[parts] != HIDDEN)]
-        if (groups[parts] == GLASS).any() or not len(leaves):
+    for whole in np.unique(scene.furniture[geoms[dim]]).tolist():
+        chosen = dim[scene.furniture[geoms[dim]] == whole]
+        parts = np.flatnonzero(scene.furniture == whole)
+        is_leaf = (scene.bodies[parts] != scene.bodies[parts[0]]) & scene.initial.is_visible[parts]
+        leaves = parts[is_leaf]
+        if (scene.is_glass & scene.initial.is_visible)[parts].any() or not len(leaves):
             continue
-        reach = model.native.geom_rbound[leaves]
+        reach = scene.radii[leaves]
         # Boxes of drawers are as large as their fronts, and often paler.
-        beside = _albedo(model, leaves[reach >= LARGE * reach.max()]).min()
-        afar[chosen] = np.clip(DISTANT_SHARE * beside / _albedo(model, geoms[chosen]), shares[chosen], 1.0)
+        beside = _albedo(scene, leaves[reach >= LARGE * reach.max()]).min()
+        afar[chosen] = np.clip(DISTANT_SHARE * beside / _albedo(scene, geoms[chosen]), shares[chosen], 1.0)
     return afar
 
 
-def _albedo(model: CompiledModel, geoms: np.ndarray) -> np.ndarray:
+def _albedo(scene: RenderScene, geoms: np.ndarray) -> np.ndarray:
     """Return how much light the materials of geoms (n,) send back, on average over the colours."""
-    roots = np.array([model.materials[number].rgba[:3] for number in model.default_materials[geoms]])
+    roots = np.array([scene.materials[number].rgba[:3] for number in scene.initial.materials[geoms]])
     return np.maximum((roots**2).mean(axis=1), 1e-3)
 
 

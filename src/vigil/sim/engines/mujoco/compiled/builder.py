@@ -1,0 +1,169 @@
+"""A MuJoCo model under construction: every thing is a mocap body, every joint of it another; nothing is simulated."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vigil.assets.kernel.materials import Material, material
+from vigil.assets.kernel.textures import texture
+from vigil.scene.things import Scene, Thing
+from vigil.sim.engines.mujoco.compiled import frames
+from vigil.sim.engines.mujoco.compiled.binding import NativeBody, NativeData, NativeModel, mujoco
+from vigil.sim.engines.mujoco.compiled.pieces import MeshPiece, Triangles, pieces_of
+from vigil.sim.engines.mujoco.compiled.structure import Shell, shells_of, tint_of
+
+STRUCTURE, THING, GLASS, HIDDEN, HELD, ONLY = range(6)
+"""Groups of geoms, which say what is drawn and what rays meet."""
+GROUPS = 6
+FOVY_DEG = 90.0
+GROUND_M = -0.02
+LAWN_HALF_M = 60.0
+Tint = tuple[float, float, float] | None
+
+
+@dataclass(slots=True, eq=False)
+class CompiledThing:
+    """Where a thing is found in the model."""
+
+    index: int
+    bodies: list[tuple[int, str | None]]
+    """(mocap index, joint or None for the body)"""
+    geoms: np.ndarray
+    joints: list[str | None]
+    """The joint that carries each geom."""
+    groups: np.ndarray
+    """The group of each geom while it is to be seen."""
+    shown_on: np.ndarray
+    """Whether each geom is drawn while toggled on, and ..."""
+    shown_off: np.ndarray
+    notices: np.ndarray
+    """Whether each geom is drawn while broken, and only then."""
+    materials_on: np.ndarray
+    """Material of each geom while toggled on, and ..."""
+    materials_off: np.ndarray
+
+    def place(self, thing: Thing, native: NativeModel, data: NativeData) -> None:
+        """Takes over the thing's place and state; `mj_kinematics` must follow."""
+        for mocap, joint in self.bodies:
+            position, matrix = frames.thing_place(thing, joint)
+            data.mocap_pos[mocap] = position
+            data.mocap_quat[mocap] = frames.quaternion(matrix)
+        shown = self.shown_on if thing.is_toggled else self.shown_off
+        if thing.is_broken:
+            shown = shown | self.notices
+        groups = HELD if thing.is_held else self.groups
+        native.geom_group[self.geoms] = np.where(shown & thing.is_present, groups, HIDDEN)
+        native.geom_matid[self.geoms] = self.materials_on if thing.is_toggled else self.materials_off
+
+
+class ModelBuilder:
+    """The structure and the things of a scene, in MuJoCo's form and in tables."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._spec = mujoco.MjSpec()
+        self._spec.compiler.autolimits = False
+        self._spec.stat.extent = 1.0
+        self._spec.stat.center = [0.0, 0.0, 0.0]
+        self._spec.stat.meansize = 1.0
+        self._spec.worldbody.add_camera(name="eye", fovy=FOVY_DEG)
+        self._meshes: dict[MeshPiece, dict[str, Any]] = {}
+        self._material_numbers: dict[tuple[str, Tint], int] = {}
+        self._mocaps = 0
+        self.materials: list[Material] = []
+        self.geom_things: list[int] = []
+        """Thing of each geom; -1 for structure."""
+        self.geom_roles: list[int] = []
+        self.shells = shells_of(scene)
+        """Structure, in the order of the first geoms; the ground follows."""
+        self.structure_kinds = (*(shell.kind for shell in self.shells), "ground")
+        for number, shell in enumerate(self.shells):
+            self._add_shell(f"structure{number}", shell)
+        ground = {
+            "type": mujoco.mjtGeom.mjGEOM_PLANE,
+            "size": [LAWN_HALF_M, LAWN_HALF_M, 1.0],
+            "pos": [0.0, 0.0, GROUND_M],
+        }
+        self._add_geom(self._spec.worldbody, self._material("grass"), STRUCTURE, (-1, 0), ground)
+        self.things = {thing.id: self._add_thing(index, thing) for index, thing in enumerate(scene.things.values())}
+
+    def compile(self) -> NativeModel:
+        """Return the model; its textures are drawn at the same time, since MuJoCo does not hold Python's lock."""
+        with ThreadPoolExecutor(1) as other:
+            compiling = other.submit(self._spec.compile)
+            for each in self.materials:
+                if each.texture_name is not None:
+                    texture(each.texture_name)
+            return compiling.result()
+
+    def _add_shell(self, name: str, shell: Shell) -> None:
+        look = self._material(shell.material.name, tint_of(shell.material))
+        mesh = self._add_mesh(name, shell.triangles, self.materials[look].metres)
+        self._add_geom(self._spec.worldbody, look, STRUCTURE, (-1, 0), mesh)
+
+    def _add_thing(self, index: int, thing: Thing) -> CompiledThing:
+        bodies: dict[str | None, NativeBody] = {}
+        mocaps: list[tuple[int, str | None]] = []
+        pieces = pieces_of(thing.asset)
+        first = len(self.geom_things)
+        for joint in dict.fromkeys([None, *(piece.joint for piece in pieces)]):
+            mocaps.append((self._mocaps, joint))
+            bodies[joint] = self._spec.worldbody.add_body(mocap=True)
+            self._mocaps += 1
+        # MuJoCo numbers geoms body by body, so pieces go in by the order of their bodies.
+        ordered = [piece for joint in bodies for piece in pieces if piece.joint == joint]
+        off = np.array([self._add_piece(bodies[piece.joint], piece, index) for piece in ordered], dtype=int)
+        on = [
+            look if piece.material_on is None else self._material(piece.material_on)
+            for piece, look in zip(ordered, off.tolist(), strict=True)
+        ]
+        return CompiledThing(
+            index,
+            mocaps,
+            np.arange(first, first + len(ordered)),
+            [piece.joint for piece in ordered],
+            np.array([GLASS if piece.is_glass else THING for piece in ordered], dtype=int),
+            np.array([piece.shown in ("always", "on") for piece in ordered], dtype=bool),
+            np.array([piece.shown in ("always", "off") for piece in ordered], dtype=bool),
+            np.array([piece.shown == "broken" for piece in ordered], dtype=bool),
+            np.array(on, dtype=int),
+            off,
+        )
+
+    def _add_piece(self, body: NativeBody, piece: MeshPiece, thing: int) -> int:
+        """Add a geom to a body. Return the number of its material."""
+        look = self._material(piece.material)
+        if piece not in self._meshes:
+            name = f"mesh{len(self._meshes)}"
+            self._meshes[piece] = self._add_mesh(name, piece.triangles, self.materials[look].metres)
+        self._add_geom(body, look, THING, (thing, piece.roles), self._meshes[piece])
+        return look
+
+    def _material(self, name: str, tint: Tint = None) -> int:
+        """Return the number of a material, adding it when it is new."""
+        key = name, tint
+        if key not in self._material_numbers:
+            number = self._material_numbers[key] = len(self.materials)
+            self.materials.append(material(name, tint))
+            self._spec.add_material(name=f"material{number}", rgba=list(self.materials[number].rgba))
+        return self._material_numbers[key]
+
+    def _add_mesh(self, name: str, triangles: Triangles, metres_per_repeat: float) -> dict[str, Any]:
+        """Add a mesh. Return the shape of a geom that shows it."""
+        # MuJoCo takes lists over in half the time of arrays.
+        self._spec.add_mesh(
+            name=name,
+            inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+            uservert=triangles.vertices.ravel().tolist(),
+            usernormal=triangles.normals.ravel().tolist(),
+            userface=triangles.faces.ravel().tolist(),
+            usertexcoord=(triangles.uvs / metres_per_repeat).ravel().tolist(),
+        )
+        return {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name}
+
+    def _add_geom(self, body: NativeBody, look: int, group: int, owner: tuple[int, int], shape: dict[str, Any]) -> None:
+        """Add a geom with the number of its material; `owner` is its thing and its roles."""
+        body.add_geom(**shape, material=f"material{look}", contype=0, conaffinity=0, group=group, mass=0)
+        self.geom_things.append(owner[0])
+        self.geom_roles.append(owner[1])

@@ -1,0 +1,119 @@
+"""What the renderer takes of a compiled model: its description as it was built, and its state at a moment."""
+
+import numpy as np
+
+from vigil.assets.kernel.materials import material
+from vigil.scene.portals import Portals
+from vigil.scene.things import Scene, Thing
+from vigil.sim.engines.mujoco.compiled.binding import NativeData, NativeModel
+from vigil.sim.engines.mujoco.compiled.builder import GLASS, HELD, HIDDEN, LAWN_HALF_M, THING, ModelBuilder
+from vigil.sim.engines.mujoco.compiled.casters import make_caster
+from vigil.sim.engines.mujoco.compiled.lights import Lamps
+from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh
+from vigil.sim.engines.mujoco.raster.scene import RenderScene, RenderState
+
+HANGING_M = 0.1
+"""A thing whose top is this near to the ceiling hangs from it."""
+THIN_M, OFF_FLOOR_M = 0.24, 0.3
+"""What hangs on a wall and is thinner than this along any side shades less than the light of walls is fine."""
+
+
+def render_state(native: NativeModel, data: NativeData, lamps: Lamps) -> RenderState:
+    """Return the present state of a model; poses and materials are views."""
+    return RenderState(
+        data.geom_xpos,
+        data.geom_xmat.reshape(-1, 3, 3),
+        data.xmat.reshape(-1, 3, 3),
+        native.geom_group != HIDDEN,
+        native.geom_group == HELD,
+        native.geom_matid,
+        lamps.strengths(),
+    )
+
+
+def render_scene(
+    scene: Scene, builder: ModelBuilder, native: NativeModel, data: NativeData, lamps: Lamps
+) -> RenderScene:
+    """Return the description of a model whose things are in their places."""
+    state = render_state(native, data, lamps).copy()
+    furniture, is_cased, is_door = np.full(native.ngeom, -1), np.zeros(native.ngeom, bool), np.zeros(native.ngeom, bool)
+    is_glass = np.zeros(native.ngeom, bool)
+    state.is_visible[:], state.is_held[:] = True, False
+    for thing in scene.things.values():
+        placed = builder.things[thing.id]
+        whole = builder.things.get(thing.parent or "", placed) if thing.is_drawer else placed
+        has_inside = any(surface.needs_opening for surface in thing.asset.surfaces)
+        furniture[placed.geoms] = whole.index
+        is_cased[placed.geoms] = has_inside
+        is_door[placed.geoms] = len(placed.bodies) > 1 and not has_inside
+        is_glass[placed.geoms] = placed.groups == GLASS
+        state.is_visible[placed.geoms] = placed.shown_off
+        state.materials[placed.geoms] = placed.materials_off
+    rooms = {room.id: number for number, room in enumerate(scene.rooms)}
+    shell_rooms = [rooms.get(shell.room_id or "", -1) for shell in builder.shells]
+    return RenderScene(
+        [*(_mesh(native, number) for number in range(native.nmesh)), _lawn()],
+        np.where(native.geom_dataid < 0, native.nmesh, native.geom_dataid),
+        builder.structure_kinds,
+        np.array([*shell_rooms, *[-1] * (native.ngeom - len(shell_rooms))]),
+        native.geom_bodyid,
+        furniture,
+        np.isin(furniture, furniture[is_cased]),
+        is_door,
+        is_glass,
+        native.geom_aabb,
+        np.where(native.geom_rbound > 0.0, native.geom_rbound, np.inf),  # 0: a plane without end
+        tuple(builder.materials),
+        lamps.places,
+        Portals(scene),
+        _static_occluders(scene, builder),
+        make_caster,
+        state,
+    )
+
+
+def _static_occluders(scene: Scene, builder: ModelBuilder) -> np.ndarray:
+    height = max(room.height for room in scene.rooms)
+    chosen = list(range(len(builder.shells)))
+    for thing in scene.things.values():
+        # What stands on furniture is too small for the light that is known at its vertices.
+        if thing.is_pickupable or thing.parent is not None or not thing.is_present or _shades_little(thing, height):
+            continue
+        placed = builder.things[thing.id]
+        # A door that leads outside has a leaf, but stays shut.
+        is_body = np.array([not thing.is_openable or joint is None for joint in placed.joints], dtype=bool)
+        chosen += placed.geoms[is_body & (placed.groups == THING) & placed.shown_on & placed.shown_off].tolist()
+    return np.array(chosen, dtype=int)
+
+
+def _shades_little(thing: Thing, height: float) -> bool:
+    """Whether a thing shall stop no light: it hangs from the ceiling, where the lamps are, or is thin, as a shelf."""
+    if thing.is_structure:
+        return False
+    size, half = thing.asset.size, thing.asset.size.y / 2
+    hangs = abs(thing.position.y + half - height) < HANGING_M and half < height / 4
+    return hangs or (min(size) < THIN_M and thing.position.y - half > OFF_FLOOR_M)
+
+
+def _mesh(native: NativeModel, number: int) -> DrawnMesh:
+    # Vertices, normals and texture places are numbered alike: `Triangles` gives one of each a vertex.
+    first, last = native.mesh_vertadr[number], native.mesh_vertadr[number] + native.mesh_vertnum[number]
+    face = native.mesh_faceadr[number]
+    return DrawnMesh(
+        native.mesh_vert[first:last],
+        native.mesh_normal[first:last],
+        native.mesh_texcoord[first:last],
+        native.mesh_face[face : face + native.mesh_facenum[number]],
+    )
+
+
+def _lawn() -> DrawnMesh:
+    """Return the ground, as large as the plane that rays meet."""
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32) * LAWN_HALF_M
+    up = np.broadcast_to(np.array([0, 0, 1], np.float32), (4, 3))
+    return DrawnMesh(
+        np.column_stack([corners, np.zeros(4, np.float32)]),
+        up,
+        corners / material("grass").metres,
+        np.array([[0, 1, 2], [0, 2, 3]], np.int32),
+    )

@@ -1,0 +1,107 @@
+"""The scene that is drawn: what does not change in it (`RenderScene`), and what does (`RenderState`).
+
+Lengths are metres in a right-handed frame: x right, y forward, z up. A geom is one surface of one material.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+from typing import Any, Protocol
+
+import numpy as np
+
+from vigil.assets.kernel.materials import Material
+from vigil.scene.portals import Portals
+from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh
+
+MAX_POINT_LIGHTS = 2
+"""Greatest number of point lights that the shader takes."""
+
+
+class RayCaster(Protocol):
+    """Rays into triangles that do not move. Two threads may cast at once."""
+
+    def cast(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Return the length (n,) float32 of rays (n, 3) float32 along unit directions; at least 100 m on a miss."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PointLight:
+    """The light of a lamp that is on."""
+
+    place: np.ndarray
+    """(3,) metres."""
+    colour: np.ndarray
+    """(3,) colour times strength."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RenderState:
+    """The poses and the looks of a scene's geoms at a moment; the arrays may be views."""
+
+    positions: np.ndarray
+    """(geoms, 3)"""
+    rotations: np.ndarray
+    """(geoms, 3, 3)"""
+    body_rotations: np.ndarray
+    """(bodies, 3, 3)"""
+    is_visible: np.ndarray
+    """(geoms,) bool"""
+    is_held: np.ndarray
+    """(geoms,) bool"""
+    materials: np.ndarray
+    """(geoms,) index of each geom's material."""
+    lamp_colours: np.ndarray
+    """(rooms, 3) colour times strength of each room's lamp."""
+
+    def copy(self) -> "RenderState":
+        """Return the state with arrays of its own."""
+        return RenderState(*(getattr(self, each.name).copy() for each in fields(self)))
+
+    def is_elsewhere(self, other: "RenderState") -> np.ndarray:
+        """Return whether each geom (geoms,) has another pose than in another state."""
+        is_turned = (self.rotations != other.rotations).any(axis=(1, 2))
+        return is_turned | (self.positions != other.positions).any(axis=1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RenderScene:
+    """What does not change in a scene. The first geoms are structure; arrays (geoms,) have an entry for each geom."""
+
+    meshes: list[DrawnMesh]
+    geom_meshes: np.ndarray
+    """(geoms,) index of each geom's mesh."""
+    structure_kinds: tuple[str, ...]
+    """Kind of each structural geom: `wall`, `floor`, `ceiling`, `skirting`, `exterior` or `ground`."""
+    structure_rooms: np.ndarray
+    """(geoms,) number of the only room from which a structural geom is visible; -1 for all others."""
+    bodies: np.ndarray
+    """(geoms,) index of the rigid body to which each geom belongs."""
+    furniture: np.ndarray
+    """(geoms,) number of the object to which each geom belongs, a drawer to its chest; -1 for structure."""
+    is_in_case: np.ndarray
+    """(geoms,) whether the object has room inside that is reached by opening it."""
+    is_door: np.ndarray
+    """(geoms,) whether the object has moving parts but no room inside, such as a door or a curtain."""
+    is_glass: np.ndarray
+    """(geoms,) bool"""
+    boxes: np.ndarray
+    """(geoms, 6) centre and half size of the box around each geom, in the geom's frame."""
+    radii: np.ndarray
+    """(geoms,) radius of the sphere around each geom; inf for an endless plane."""
+    materials: tuple[Material, ...]
+    lamps: np.ndarray
+    """(rooms, 3) position of each room's lamp."""
+    portals: Portals
+    static_occluders: np.ndarray
+    """Geoms that stop light: structure and the bodies of furniture; no part that opens, no glass, nothing on top."""
+    caster: Callable[[np.ndarray, np.ndarray], RayCaster]
+    """Makes a ray caster of vertices (n, 3) and faces (m, 3)."""
+    initial: RenderState
+    """Poses at the start; light is cast as if everything were present, whole and off."""
+    cache: dict[str, Any] = field(default_factory=dict)
+    """What the renderer derives from the scene once."""
+
+    def with_furniture(self, is_chosen: np.ndarray) -> np.ndarray:
+        """Return which geoms (geoms,) belong to an object of which any geom is chosen (geoms,)."""
+        return np.isin(self.furniture, self.furniture[is_chosen])
