@@ -27,6 +27,8 @@ A_SIMULATOR, AN_ENGINE = {"load", "reset", "step", "world"}, {"load", "update", 
 ONLY_IN = {
     "inspect_ai": "runner",
     "mujoco": "sim.engines.mujoco",
+    "embreex": "sim.engines.mujoco",
+    "moderngl": "rendering.context",
     "ai2thor": "sim.thor",
     "msgpack": "thor.wire.fifo",
     "prior": "authoring.drafting.procthor",

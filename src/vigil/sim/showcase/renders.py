@@ -8,12 +8,12 @@ from vigil.assets.kernel.asset import Asset
 from vigil.base.geometry import Vec3
 from vigil.protocol.house import MaterialRef
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Quality
+from vigil.rendering.viewer import Viewer
 from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim.engines.mujoco.camera import Camera
 from vigil.sim.engines.mujoco.compiled import frames
 from vigil.sim.engines.mujoco.compiled.builder import HIDDEN
 from vigil.sim.engines.mujoco.compiled.model import build
-from vigil.sim.engines.mujoco.raster.viewer import Viewer
 
 STAGE_FOVY_DEG = 32.0
 BIRD_FOVY_DEG = 40.0

@@ -2,8 +2,8 @@ import hashlib
 import subprocess
 import sys
 import threading
-from pathlib import Path
 
+import cabinet_scene
 import numpy as np
 import pytest
 from waiting import HANGS_AFTER_S
@@ -17,7 +17,6 @@ from vigil.sim.engines.mujoco.compiled.builder import FOVY_DEG
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 
 CABINET, CUBE = 0, 1
-HERE = Path(__file__).parent
 
 
 def pixel_rays(agent: Pose, stride: int = 1) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -177,12 +176,14 @@ def test_live_scenes_do_not_disturb_each_other(engine: MujocoEngine, scene: Scen
 
 SCRIPT = """
 import hashlib, importlib.util, sys
+from vigil.base.geometry import Pose, Vec3
+from vigil.sim.engines.mujoco.engine import MujocoEngine
 spec = importlib.util.spec_from_file_location("scenes", sys.argv[1])
 scenes = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(scenes)
-engine = scenes.MujocoEngine("fast")
+engine = MujocoEngine("fast")
 engine.load(scenes.make_scene())
-frame = engine.draw(scenes.Pose(position=scenes.Vec3(0.0, 0.0, -1.5), rotation=0.0, horizon=20.0), None)
+frame = engine.draw(Pose(position=Vec3(0.0, 0.0, -1.5), rotation=0.0, horizon=20.0), None)
 print(hashlib.sha256(frame.tobytes()).hexdigest(), *sorted({"scipy", "OpenGL.GL"} & set(sys.modules)))
 """
 
@@ -191,7 +192,7 @@ print(hashlib.sha256(frame.tobytes()).hexdigest(), *sorted({"scipy", "OpenGL.GL"
 def test_another_process_draws_the_same_bytes_and_leaves_quietly(engine: MujocoEngine, agent: Pose) -> None:
     """It needs none of the large libraries for it that take longest to load."""
     ours = hashlib.sha256(engine.draw(agent, None).tobytes()).hexdigest()
-    command = [sys.executable, "-W", "error", "-c", SCRIPT, str(HERE / "conftest.py")]
+    command = [sys.executable, "-W", "error", "-c", SCRIPT, cabinet_scene.__file__]
     other = subprocess.run(command, capture_output=True, text=True, timeout=HANGS_AFTER_S, check=False)
     assert other.stderr == ""
     assert other.returncode == 0

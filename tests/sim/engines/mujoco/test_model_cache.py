@@ -11,13 +11,13 @@ from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.actions import InteractPixel, Navigate
 from vigil.protocol.house import MaterialRef
 from vigil.protocol.world import Setup, WorldState
+from vigil.rendering import surfaces
+from vigil.rendering.culling import invisible_geoms
 from vigil.scene.things import Scene
 from vigil.sim import make_simulator
 from vigil.sim.conformance.reference_house import reference_house
 from vigil.sim.engines.mujoco.compiled import builder, model_cache
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
-from vigil.sim.engines.mujoco.raster import surfaces
-from vigil.sim.engines.mujoco.raster.culling import invisible_geoms
 from vigil.sim.privileged import PrivilegedSimulator
 
 

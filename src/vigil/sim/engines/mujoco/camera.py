@@ -13,6 +13,10 @@ import numpy as np
 from vigil.base.geometry import Pose
 from vigil.errors import SimulatorError
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Quality
+from vigil.rendering.context import GraphicsError
+from vigil.rendering.painter import Painter
+from vigil.rendering.scene import PointLight
+from vigil.rendering.viewer import HeldGeoms, Viewer
 from vigil.scene.things import Thing
 from vigil.sim.core.views import pose_of
 from vigil.sim.engines.mujoco import held
@@ -20,10 +24,6 @@ from vigil.sim.engines.mujoco.compiled import frames, gl
 from vigil.sim.engines.mujoco.compiled.binding import BACKEND, GL, GLContext
 from vigil.sim.engines.mujoco.compiled.builder import FOVY_DEG
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
-from vigil.sim.engines.mujoco.raster.context import GraphicsError
-from vigil.sim.engines.mujoco.raster.painter import Painter
-from vigil.sim.engines.mujoco.raster.scene import PointLight
-from vigil.sim.engines.mujoco.raster.viewer import HeldGeoms, Viewer
 from vigil.sim.scene_editor import NOTHING, STRUCTURES, CameraImage, CameraView, Layer
 
 SAMPLES: dict[Quality, int] = {"default": 4, "fast": 0}

@@ -10,12 +10,12 @@ import math
 import numpy as np
 
 from vigil.base.geometry import Pose, floor_distance
+from vigil.rendering.scene import MAX_POINT_LIGHTS, PointLight
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.sight import Lens, boxes_of, directions, farthest_m, window_of
 from vigil.sim.engines.mujoco import rays
 from vigil.sim.engines.mujoco.compiled.lights import point_light_of
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
-from vigil.sim.engines.mujoco.raster.scene import MAX_POINT_LIGHTS, PointLight
 
 MOST_RAYS = 64
 """So many of the pixels that a thing may cover are asked whether they show it."""

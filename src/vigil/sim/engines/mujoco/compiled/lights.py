@@ -12,10 +12,10 @@ import numpy as np
 import shapely
 
 from vigil.base.geometry import heading
+from vigil.rendering.scene import PointLight
 from vigil.scene.outlines import room_floor
 from vigil.scene.things import RoomShape, Scene, Thing
 from vigil.sim.engines.mujoco.compiled import frames
-from vigil.sim.engines.mujoco.raster.scene import PointLight
 
 SWITCH = "LightSwitch"
 ARM_M = 0.3

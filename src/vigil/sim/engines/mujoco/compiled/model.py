@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vigil.rendering.scene import RenderScene, RenderState
 from vigil.scene.things import Scene, Thing
 from vigil.sim.engines.mujoco.compiled import lights
 from vigil.sim.engines.mujoco.compiled.binding import NativeData, NativeModel, mujoco
 from vigil.sim.engines.mujoco.compiled.bounds import Bounds, geom_bounds, structure_bounds
 from vigil.sim.engines.mujoco.compiled.builder import CompiledThing, ModelBuilder
 from vigil.sim.engines.mujoco.compiled.render_scene import render_scene, render_state
-from vigil.sim.engines.mujoco.raster.scene import RenderScene, RenderState
 
 
 @dataclass(slots=True, eq=False)

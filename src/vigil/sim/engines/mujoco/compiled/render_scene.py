@@ -3,14 +3,14 @@
 import numpy as np
 
 from vigil.assets.kernel.materials import material
+from vigil.rendering.meshes import DrawnMesh
+from vigil.rendering.scene import RenderScene, RenderState
 from vigil.scene.portals import Portals
 from vigil.scene.things import Scene, Thing
 from vigil.sim.engines.mujoco.compiled.binding import NativeData, NativeModel
 from vigil.sim.engines.mujoco.compiled.builder import GLASS, HELD, HIDDEN, LAWN_HALF_M, THING, ModelBuilder
 from vigil.sim.engines.mujoco.compiled.casters import make_caster
 from vigil.sim.engines.mujoco.compiled.lights import Lamps
-from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh
-from vigil.sim.engines.mujoco.raster.scene import RenderScene, RenderState
 
 HANGING_M = 0.1
 """A thing whose top is this near to the ceiling hangs from it."""

@@ -5,14 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.raster.context import context_in, moderngl, program
-from vigil.sim.engines.mujoco.raster.light.lighting import Lighting
-from vigil.sim.engines.mujoco.raster.mirrors import MirrorTargets
-from vigil.sim.engines.mujoco.raster.scene import PointLight, RenderScene, RenderState
-from vigil.sim.engines.mujoco.raster.sky import SKY_PIXELS, sky
-from vigil.sim.engines.mujoco.raster.ssao import AmbientOcclusion, Canvas, release
-from vigil.sim.engines.mujoco.raster.surfaces import Surfaces
-from vigil.sim.engines.mujoco.raster.viewer import FAR_M, NEAR_M, HeldGeoms, Mirror, Viewer
+from vigil.rendering.context import context_in, moderngl, program
+from vigil.rendering.light.lighting import Lighting
+from vigil.rendering.mirrors import MirrorTargets
+from vigil.rendering.scene import PointLight, RenderScene, RenderState
+from vigil.rendering.sky import SKY_PIXELS, sky
+from vigil.rendering.ssao import AmbientOcclusion, Canvas, release
+from vigil.rendering.surfaces import Surfaces
+from vigil.rendering.viewer import FAR_M, NEAR_M, HeldGeoms, Mirror, Viewer
 
 _CLIP_DISTANCE = 0x3000
 """GL_CLIP_DISTANCE0, which moderngl has no name for."""

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from vigil.sim.engines.mujoco.raster.context import moderngl
+from vigil.rendering.context import moderngl
 
 SIDE = 256
 

@@ -10,8 +10,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from vigil.assets.kernel.materials import Material
+from vigil.rendering.meshes import DrawnMesh
 from vigil.scene.portals import Portals
-from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh
 
 MAX_POINT_LIGHTS = 2
 """Greatest number of point lights that the shader takes."""

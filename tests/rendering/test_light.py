@@ -1,25 +1,17 @@
-"""The light and the pictures of `vigil.sim.engines.mujoco.raster`."""
-
-from collections import Counter
-from dataclasses import replace
+"""The light that is cast on a scene."""
 
 import numpy as np
 import pytest
+from cabinet_scene import INSIDE, block, drawn_block, drawn_mesh
 
-from tests.sim.engines.mujoco.conftest import INSIDE, block, cube
-from vigil.assets.kernel.asset import Asset, Glow, Joint, Part, Surface
-from vigil.base.geometry import Pose, Vec3
-from vigil.protocol.observation import Quality
-from vigil.scene.things import Scene, Thing
-from vigil.sim.engines.mujoco.compiled import casters, model_cache
-from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
-from vigil.sim.engines.mujoco.engine import MujocoEngine
-from vigil.sim.engines.mujoco.raster.geometry import BOARD_EDGE_M, geometry_of
-from vigil.sim.engines.mujoco.raster.light import crevice_occlusion, irradiance, lightmap_atlas, occluders
-from vigil.sim.engines.mujoco.raster.light import lighting as lighting_module
-from vigil.sim.engines.mujoco.raster.light.irradiance import Samples
-from vigil.sim.engines.mujoco.raster.light.lighting import FULL, CastLight, Lighting
-from vigil.sim.engines.mujoco.raster.light.smoothing import (
+from vigil.assets.kernel.asset import Asset, Joint, Part, Surface
+from vigil.base.geometry import Vec3
+from vigil.rendering.geometry import BOARD_EDGE_M, geometry_of
+from vigil.rendering.light import crevice_occlusion, irradiance, lightmap_atlas, occluders
+from vigil.rendering.light import lighting as lighting_module
+from vigil.rendering.light.irradiance import Samples
+from vigil.rendering.light.lighting import FULL, CastLight, Lighting
+from vigil.rendering.light.smoothing import (
     INSET_M,
     are_on_strips,
     lightened,
@@ -27,61 +19,16 @@ from vigil.sim.engines.mujoco.raster.light.smoothing import (
     smooth_edges,
     smoothed,
 )
-from vigil.sim.engines.mujoco.raster.meshes import DrawnMesh, refined
-from vigil.sim.engines.mujoco.raster.mirrors import box_of
-from vigil.sim.engines.mujoco.raster.viewer import Viewer
-
-LOOK = Pose(position=Vec3(0.0, 0.0, -1.5), rotation=0.0, horizon=20.0)
-
-
-def drawn_block() -> DrawnMesh:
-    return drawn_mesh((-1.0, -0.2, -0.1), (1.0, 0.2, 0.1))
-
-
-def drawn_mesh(low: tuple[float, float, float], high: tuple[float, float, float]) -> DrawnMesh:
-    mesh = block(low, high)
-    return DrawnMesh(mesh.vertices, mesh.normals, mesh.uvs, mesh.faces)
+from vigil.rendering.meshes import refined
+from vigil.scene.things import Scene, Thing
+from vigil.sim.engines.mujoco.compiled import casters, model_cache
+from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 
 
 def occluders_at(height: float) -> occluders.Occluders:
     """Returns the block with its middle at a height, as what stops light."""
     block = drawn_block()
     return occluders.Occluders(casters.make_caster(block.vertices + np.array([0.0, 0.0, height]), block.faces))
-
-
-def areas(mesh: DrawnMesh) -> np.ndarray:
-    a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
-    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-
-
-@pytest.mark.parametrize("longest", [0.15, 0.5, 1.2])
-def test_refined_meshes_keep_their_surface_without_seams(longest: float) -> None:
-    before = drawn_block()
-    (after,) = refined([before], longest)
-    corners = after.vertices[after.faces]
-    assert np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max() <= longest + 1e-6
-    assert areas(after).sum() == pytest.approx(areas(before).sum())
-    assert (areas(after) > 0.0).all()
-    where = [tuple(point) for point in np.round(after.vertices, 5)]
-    edges = Counter(
-        tuple(sorted((where[face[side]], where[face[(side + 1) % 3]]))) for face in after.faces for side in range(3)
-    )
-    assert set(edges.values()) == {2}  # a closed surface stays closed
-
-
-def test_a_fine_mesh_is_left_as_it_is() -> None:
-    mesh = drawn_block()
-    assert refined([mesh], 3.0)[0] is mesh
-
-
-def test_meshes_are_refined_together_as_they_are_alone() -> None:
-    block = drawn_block()
-    meshes = [block, replace(block, vertices=0.1 * block.vertices), replace(block, vertices=2.0 * block.vertices)]
-    together = refined(meshes, 0.3)
-    for mesh, found in zip(meshes, together, strict=True):
-        (alone,) = refined([mesh], 0.3)
-        for each in ("vertices", "normals", "uvs", "faces"):
-            assert np.array_equal(getattr(found, each), getattr(alone, each))
 
 
 def test_planes_lie_apart_and_keep_their_points() -> None:
@@ -102,21 +49,6 @@ def test_planes_lie_apart_and_keep_their_points() -> None:
         assert (owner[top : top + tall, left : left + wide] == -1).all()
         owner[top : top + tall, left : left + wide] = number
     assert ((owner >= 0) == laid_out.is_used).all()
-
-
-@pytest.mark.skipif(casters.EmbreeScene is None, reason="Embree has no wheel for this platform")
-def test_both_ray_casters_measure_the_same() -> None:
-    mesh = drawn_block()
-    rng = np.random.default_rng(0)
-    origins = rng.uniform(-2.0, 2.0, (300, 3)).astype(np.float32)
-    ways = -origins + rng.normal(0.0, 0.3, (300, 3)).astype(np.float32)
-    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
-    first, second = (
-        np.minimum(caster(mesh.vertices, mesh.faces).cast(origins, ways), occluders.FAR_M)
-        for caster in (casters.EmbreeCaster, casters.MujocoCaster)
-    )
-    assert 50 < np.count_nonzero(first < occluders.FAR_M) < 300
-    assert first == pytest.approx(second, abs=1e-4)
 
 
 def test_little_light_reaches_what_is_under_something() -> None:
@@ -453,113 +385,6 @@ def test_a_room_is_drawn_darker_while_its_lamp_is_dim(scene: Scene) -> None:
     model.lamps.dim_rooms = frozenset()
     lighting.update(model.render_state(), every)
     assert np.array_equal(lighting.planes, bright)
-
-
-def draw(scene: Scene, agent: Pose = LOOK, held: str | None = None, quality: Quality = "default") -> np.ndarray:
-    engine = MujocoEngine(quality)
-    engine.load(scene)
-    try:
-        return engine.draw(agent, held)
-    finally:
-        engine.close()
-
-
-def is_red(frame: np.ndarray) -> np.ndarray:
-    red, green, blue = (frame[..., number].astype(int) for number in range(3))
-    return (red > 90) & (red > 2 * green) & (red > 2 * blue)
-
-
-@pytest.mark.usefixtures("drawing")
-@pytest.mark.parametrize("quality", ["default", "fast"])
-def test_frames_are_the_same_bytes_again(scene: Scene, quality) -> None:
-    assert np.array_equal(draw(scene, quality=quality), draw(scene, quality=quality))
-
-
-@pytest.mark.usefixtures("drawing")
-@pytest.mark.parametrize("quality", ["default", "fast"])
-def test_a_frame_does_not_depend_on_the_setups_drawn_before_it(scene: Scene, quality) -> None:
-    home, aside = scene.things["big"].position, Vec3(-1.2, 0.45, 1.2)
-    setups = [{"big": home}, {"big": aside}, {"big": aside, "cube": home}, {"big": home, "cube": aside}]
-    cube = scene.things["cube"].position
-
-    def frames(order: list[int]) -> dict[int, np.ndarray]:
-        model_cache.clear()
-        engine = MujocoEngine(quality)
-        engine.load(scene)
-        drawn = {}
-        for number in order:
-            for thing_id, position in ({"big": home, "cube": cube} | setups[number]).items():
-                scene.things[thing_id].position = position
-            engine.update(scene, {"big", "cube"})
-            drawn[number] = engine.draw(LOOK, None)
-        engine.close()
-        scene.things["big"].position, scene.things["cube"].position = home, cube
-        return drawn
-
-    fresh = [frames([number])[number] for number in range(len(setups))]
-    for order in ([0, 1, 2, 3], [3, 2, 1, 0]):
-        drawn = frames(order)
-        assert [np.array_equal(drawn[number], fresh[number]) for number in range(len(setups))] == [True] * len(setups)
-
-
-def test_of_a_mirrored_picture_only_what_is_seen_of_the_mirror_is_drawn() -> None:
-    viewer = Viewer(np.zeros(3), np.eye(3), 90.0, 640, 480)  # it looks along -z: 240 pixels for each metre at one
-    assert box_of(np.array([(0.002, 0.002, -1.0), (0.99, 0.49, -1.0)]), viewer) == (319, 239, 240, 120)
-    assert box_of(np.array([(0.0, 0.0, -1.0), (0.0, 0.0, 1.0)]), viewer) == (0, 0, 640, 480)
-    assert box_of(np.array([(9.0, 0.0, -1.0), (9.5, 0.5, -1.0)]), viewer)[2] == 0
-
-
-@pytest.mark.usefixtures("drawing")
-def test_a_mirror_shows_what_stands_before_it(scene: Scene) -> None:
-    pane = Part("pane", block((-0.6, -0.6, -0.01), (0.6, 0.6, 0.01)), "mirror")
-    mirror = Thing(
-        "mirror",
-        "Mirror",
-        Asset("Mirror", Vec3(1.2, 1.2, 0.02), (pane,), ()),
-        Vec3(0.0, 1.5, 1.9),
-        Vec3(0.0, 180.0, 0.0),
-    )
-    behind = Thing("red", "Cube", cube(0.5, "plastic/#dd1111"), Vec3(0.0, 1.5, -1.7), Vec3(0.0, 0.0, 0.0))
-    del scene.things["cabinet"], scene.things["big"], scene.things["cube"]
-    agent = Pose(position=Vec3(0.0, 0.0, 0.2), rotation=0.0)
-    scene.things["mirror"] = mirror
-    without = is_red(draw(scene, agent))
-    scene.things["red"] = behind
-    shown = is_red(draw(scene, agent))
-    assert not without.any()
-    assert shown.sum() > 500
-    _, columns = np.nonzero(shown)
-    assert abs(columns.mean() - 320) < 20
-    turned = Pose(position=Vec3(0.0, 0.0, 0.2), rotation=180.0)
-    assert is_red(draw(scene, turned)).sum() > shown.sum()  # nearer without the mirror
-
-
-@pytest.mark.usefixtures("drawing")
-@pytest.mark.parametrize("quality", ["default", "fast"])
-def test_what_is_held_is_between_the_fingers_of_a_hand(scene: Scene, quality) -> None:
-    def orange(frame: np.ndarray) -> int:
-        red, green, blue = (frame[300:, 120:520, number].astype(int) for number in range(3))
-        return int(((red > 140) & (green > 50) & (green < 0.6 * red) & (blue < 0.3 * red)).sum())
-
-    empty = draw(scene, quality=quality)
-    scene.things["cube"].is_held = True
-    held = draw(scene, held="cube", quality=quality)
-    assert orange(held) > orange(empty) + 150
-    assert not np.array_equal(held[400:, 200:440], empty[400:, 200:440])
-
-
-@pytest.mark.usefixtures("drawing")
-def test_a_lamp_that_is_on_lights_what_is_near(scene: Scene) -> None:
-    lamp = scene.things["cube"]
-    lamp.asset = replace(lamp.asset, glow=Glow(Vec3(0.0, 0.3, 0.0), (1.0, 0.9, 0.7), 1.0))
-    dark = draw(scene).astype(int)
-    lamp.is_toggled = True
-    lit = draw(scene).astype(int)
-    brighter = (lit - dark).sum(axis=2)
-    assert brighter.min() >= -6
-    assert np.count_nonzero(brighter > 20) > 2000
-    _, columns = np.nonzero(brighter > 0.7 * brighter.max())
-    assert columns.mean() < 320  # it stands to the left
 
 
 @pytest.mark.parametrize(("is_enclosed", "surfaces"), [(True, (INSIDE,)), (False, (INSIDE,)), (True, ())])

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.raster.geometry import Geometry
-from vigil.sim.engines.mujoco.raster.scene import RayCaster, RenderState
+from vigil.rendering.geometry import Geometry
+from vigil.rendering.scene import RayCaster, RenderState
 
 FAR_M = 100.0
 _SHORT_M = 1e-3

@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.raster.geometry import Geometry
-from vigil.sim.engines.mujoco.raster.scene import RenderState
-from vigil.sim.engines.mujoco.raster.ssao import release
-from vigil.sim.engines.mujoco.raster.viewer import NEAR_M, Mirror, Viewer
+from vigil.rendering.geometry import Geometry
+from vigil.rendering.scene import RenderState
+from vigil.rendering.ssao import release
+from vigil.rendering.viewer import NEAR_M, Mirror, Viewer
 
 MAX_MIRRORS = 2
 """The nearest in view mirror; others only shine."""

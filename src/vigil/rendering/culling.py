@@ -8,10 +8,10 @@ import itertools
 
 import numpy as np
 
+from vigil.rendering.scene import RenderScene, RenderState
+from vigil.rendering.viewer import Viewer
 from vigil.scene.portals import IN_ROOM_M, Place, Portals
 from vigil.scene.sectors import Sector, Spans
-from vigil.sim.engines.mujoco.raster.scene import RenderScene, RenderState
-from vigil.sim.engines.mujoco.raster.viewer import Viewer
 
 MARGIN_M = 0.01
 _SIGNS = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))

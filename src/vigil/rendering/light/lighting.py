@@ -14,12 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.raster.geometry import Geometry, geometry_of
-from vigil.sim.engines.mujoco.raster.light import crevice_occlusion, irradiance, lightmap_atlas, smoothing
-from vigil.sim.engines.mujoco.raster.light.irradiance import Samples
-from vigil.sim.engines.mujoco.raster.light.occluders import Occluders, occluders_of
-from vigil.sim.engines.mujoco.raster.light.smoothing import move_inward, smooth_edges, smoothed
-from vigil.sim.engines.mujoco.raster.scene import RenderScene, RenderState
+from vigil.rendering.geometry import Geometry, geometry_of
+from vigil.rendering.light import crevice_occlusion, irradiance, lightmap_atlas, smoothing
+from vigil.rendering.light.irradiance import Samples
+from vigil.rendering.light.occluders import Occluders, occluders_of
+from vigil.rendering.light.smoothing import move_inward, smooth_edges, smoothed
+from vigil.rendering.scene import RenderScene, RenderState
 
 BRIGHTEST = 2.0
 """Light of this strength is white; the shaders know it too."""

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.raster.meshes import LONGEST_EDGE_M, DrawnMesh, refined
-from vigil.sim.engines.mujoco.raster.scene import RenderScene, RenderState
+from vigil.rendering.meshes import LONGEST_EDGE_M, DrawnMesh, refined
+from vigil.rendering.scene import RenderScene, RenderState
 
 ATLAS_KINDS = ("wall", "floor", "ceiling")
 """Structure whose light is kept in a picture of its planes; all else has it at the vertices."""

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.raster.context import moderngl, program
-from vigil.sim.engines.mujoco.raster.viewer import FAR_M, NEAR_M, Viewer
+from vigil.rendering.context import moderngl, program
+from vigil.rendering.viewer import FAR_M, NEAR_M, Viewer
 
 
 class Canvas:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.raster.light.occluders import FAR_M, Occluders
+from vigil.rendering.light.occluders import FAR_M, Occluders
 
 DIRECTIONS = 32
 """Over the whole sphere; a point uses the half that it faces."""

@@ -10,7 +10,7 @@ with the light of the whole that it belongs to, on average over all sides.
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.raster.light.irradiance import Samples
+from vigil.rendering.light.irradiance import Samples
 
 ROUNDS = 3
 NEAR_M = 0.15

@@ -49,6 +49,6 @@ def program(backend: str, vertex: str, fragment: str, *definitions: str) -> Any:
 
 
 def _source(name: str, definitions: tuple[str, ...]) -> str:
-    text = resources.files("vigil.sim.engines.mujoco.raster").joinpath("shaders", name).read_text(encoding="utf-8")
+    text = resources.files("vigil.rendering").joinpath("shaders", name).read_text(encoding="utf-8")
     first, _, rest = text.partition("\n")
     return "\n".join([first, *(f"#define {each}" for each in definitions), rest])

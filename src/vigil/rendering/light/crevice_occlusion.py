@@ -6,10 +6,10 @@ What has no inside, as a curtain or a door between rooms, has nothing to shine.
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.raster.geometry import Geometry
-from vigil.sim.engines.mujoco.raster.light.irradiance import Samples
-from vigil.sim.engines.mujoco.raster.light.occluders import Occluders, occluders_of
-from vigil.sim.engines.mujoco.raster.scene import RenderScene, RenderState
+from vigil.rendering.geometry import Geometry
+from vigil.rendering.light.irradiance import Samples
+from vigil.rendering.light.occluders import Occluders, occluders_of
+from vigil.rendering.scene import RenderScene, RenderState
 
 LIFT_M = 0.0005
 GAP_M, INSIDE_M = 0.05, 0.6

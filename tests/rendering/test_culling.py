@@ -4,12 +4,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cabinet_scene import block, cube
 
-from tests.sim.engines.mujoco.conftest import block, cube
 from vigil.assets.kernel.asset import Asset, Part
 from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.house import MaterialRef
 from vigil.protocol.observation import Quality
+from vigil.rendering.culling import invisible_geoms
+from vigil.rendering.mirrors import box_of
+from vigil.rendering.surfaces import Surfaces
+from vigil.rendering.viewer import Mirror, Viewer
 from vigil.scene.portals import Portals
 from vigil.scene.sectors import Sector, Spans
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
@@ -17,10 +21,6 @@ from vigil.sim.core.sight import Sight
 from vigil.sim.engines.mujoco.compiled import frames
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 from vigil.sim.engines.mujoco.engine import MujocoEngine
-from vigil.sim.engines.mujoco.raster.culling import invisible_geoms
-from vigil.sim.engines.mujoco.raster.mirrors import box_of
-from vigil.sim.engines.mujoco.raster.surfaces import Surfaces
-from vigil.sim.engines.mujoco.raster.viewer import Mirror, Viewer
 
 EYE_M = 1.5
 DOOR = Hole(0.1, 1.0, 0.0, 2.0)

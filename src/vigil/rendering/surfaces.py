@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from vigil.sim.engines.mujoco.raster.context import context_in, moderngl, program
-from vigil.sim.engines.mujoco.raster.culling import invisible_geoms
-from vigil.sim.engines.mujoco.raster.light import crevice_occlusion
-from vigil.sim.engines.mujoco.raster.light.lighting import Lighting
-from vigil.sim.engines.mujoco.raster.mirrors import mirrors_before
-from vigil.sim.engines.mujoco.raster.scene import PointLight, RenderScene, RenderState
-from vigil.sim.engines.mujoco.raster.texture_array import TextureArray
-from vigil.sim.engines.mujoco.raster.viewer import HeldGeoms, Mirror, Viewer
+from vigil.rendering.context import context_in, moderngl, program
+from vigil.rendering.culling import invisible_geoms
+from vigil.rendering.light import crevice_occlusion
+from vigil.rendering.light.lighting import Lighting
+from vigil.rendering.mirrors import mirrors_before
+from vigil.rendering.scene import PointLight, RenderScene, RenderState
+from vigil.rendering.texture_array import TextureArray
+from vigil.rendering.viewer import HeldGeoms, Mirror, Viewer
 
 GLOSSY = 0.35
 """From this gloss on a surface shows its surroundings."""
