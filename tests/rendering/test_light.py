@@ -445,9 +445,9 @@ def test_a_gap_between_leaves_is_dim_at_its_lips_and_dark_behind(scene: Scene) -
         shares = crevice_occlusion.light_shares(
             geometry, model.render_state(), np.full(len(points), geom), Samples(points, normals)
         )
-        from_middle = np.abs((points - model.data.xpos[case]) @ axes[:, crevice_occlusion.BESIDE[0]])
+        from_middle = np.abs((points - model.data.xpos[case]) @ axes[:, crevice_occlusion.SIDES[0]])
         lips.append(
-            set(shares[(np.abs(normals @ axes[:, crevice_occlusion.BESIDE[0]]) > 0.9) & (from_middle < 0.003)].tolist())
+            set(shares[(np.abs(normals @ axes[:, crevice_occlusion.SIDES[0]]) > 0.9) & (from_middle < 0.003)].tolist())
         )
         fronts.append(set(shares[normals @ axes[:, crevice_occlusion.FRONT] > 0.9].tolist()))
     assert [crevice_occlusion.LIP_SHARE in lip for lip in lips] == [True, False, True]

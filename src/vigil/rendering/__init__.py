@@ -1,4 +1,4 @@
-"""Draws compiled scenes with shaders of its own, lit by rays that are cast once: soft, and without a shadow pass.
+"""Frames of a scene, drawn by OpenGL shaders; the light is cast once by rays, so no shadow pass is needed.
 
-`painter.Painter` is the entry point. moderngl is imported by `context` alone, the ray caster by `occluders`.
+`painter.Painter` is the entry point; `scene` defines what it draws. Only `context` imports moderngl.
 """

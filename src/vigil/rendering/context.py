@@ -1,4 +1,4 @@
-"""moderngl in the OpenGL context of this process. The only module that imports it."""
+"""moderngl in the OpenGL context of this process."""
 
 import ctypes
 from functools import cache
@@ -9,22 +9,22 @@ import moderngl as package
 
 moderngl: Any = package
 GraphicsError: type[Exception] = package.Error
-"""What OpenGL cannot do here."""
+"""Error of a missing OpenGL feature."""
 
 
 class _Loader:
-    """Finds OpenGL's functions for the context that is current, whoever made it."""
+    """Addresses of OpenGL's functions in the current context."""
 
     def __init__(self, library: str, function: str) -> None:
         address = getattr(ctypes.CDLL(library), function)
         self._address_of = ctypes.cast(address, ctypes.CFUNCTYPE(ctypes.c_size_t, ctypes.c_char_p))
 
     def load_opengl_function(self, name: str) -> int:
-        """Return the address of a function, 0 when there is none of that name."""
+        """Return the address of a function, 0 if the name is unknown."""
         return self._address_of(name.encode()) or 0
 
     def release(self) -> None:
-        """Does nothing: whoever made the context frees it."""
+        """Do nothing: the maker of the context frees it."""
 
 
 _LOADERS = {"egl": ("libEGL.so.1", "eglGetProcAddress"), "osmesa": ("libOSMesa.so.8", "OSMesaGetProcAddress")}
@@ -32,17 +32,17 @@ _LOADERS = {"egl": ("libEGL.so.1", "eglGetProcAddress"), "osmesa": ("libOSMesa.s
 
 @cache
 def context_in(backend: str) -> Any:
-    """Return moderngl's view of the current context, which `backend` (egl, osmesa, native) made."""
+    """Return moderngl's view of the current context, made by `backend` (egl, osmesa, native). Raises GraphicsError."""
     try:
         package.init_context(_Loader(*_LOADERS[backend]) if backend in _LOADERS else None)
-    except (RuntimeError, ImportError, OSError) as error:  # of looking for a window
+    except (RuntimeError, ImportError, OSError) as error:  # moderngl's, when it finds no window
         raise GraphicsError(str(error)) from error
     return package.get_context()
 
 
 @cache
 def program(backend: str, vertex: str, fragment: str, *definitions: str) -> Any:
-    """Return a program of two shader files, made with preprocessor definitions."""
+    """Return the program of two shader files with preprocessor definitions."""
     return context_in(backend).program(
         vertex_shader=_source(vertex, definitions), fragment_shader=_source(fragment, definitions)
     )

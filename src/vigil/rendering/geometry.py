@@ -1,4 +1,4 @@
-"""All triangles of a compiled scene in one list, with the geom to which each belongs."""
+"""All triangles of a scene in one list, with the geom to which each belongs."""
 
 import itertools
 from dataclasses import dataclass
@@ -9,17 +9,16 @@ from vigil.rendering.meshes import LONGEST_EDGE_M, DrawnMesh, refined
 from vigil.rendering.scene import RenderScene, RenderState
 
 ATLAS_KINDS = ("wall", "floor", "ceiling")
-"""Structure whose light is kept in a picture of its planes; all else has it at the vertices."""
-
+"""Structure whose light is stored in the lightmap atlas; that of all other geoms is stored at their vertices."""
 HAND_BOXES = 4
 BOARD_EDGE_M = 0.12
-"""The longest edge of a skirting board: a short one with ends alone, in a corner and beside a frame, is dark."""
+"""Longest edge of a skirting board. A short board with vertices only at its ends, both in corners, would be dark."""
 _LONGEST_EDGES_M = {**dict.fromkeys((*ATLAS_KINDS, "ground"), np.inf), "skirting": BOARD_EDGE_M}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Geometry:
-    """Vertices in the frames of their geoms, and faces."""
+    """Vertices in the frames of their geoms, and faces; after the scene's geoms come the boxes of the hand."""
 
     scene: RenderScene
     vertices: np.ndarray
@@ -29,19 +28,20 @@ class Geometry:
     uvs: np.ndarray
     """(n, 2) float32, in repeats of the texture."""
     geoms: np.ndarray
-    """(n,) int32."""
+    """(n,) int32, the geom of each vertex."""
     faces: np.ndarray
     """(m, 3) int32."""
     vertex_slices: list[slice]
+    """Vertices of each geom."""
     face_slices: list[slice]
-    """Of each geom."""
+    """Faces of each geom."""
     is_in_atlas: np.ndarray
     """(geoms,) bool."""
     hand: np.ndarray
-    """The boxes of the gripper, numbered after the model's geoms; each has sides of 1 m about its middle."""
+    """Numbers of the boxes of the hand; each is a cube of 1 m about the origin."""
 
     def world(self, state: RenderState, geom: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the points and normals of a geom where it is now, each (k, 3) float32."""
+        """Return the points and normals of a geom in a state, each (k, 3) float32."""
         part = self.vertex_slices[geom]
         turn = state.rotations[geom].astype(np.float32)
         return self.vertices[part] @ turn.T + state.positions[geom].astype(np.float32), self.normals[part] @ turn.T

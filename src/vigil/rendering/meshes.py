@@ -1,4 +1,4 @@
-"""Triangles for drawing: fine enough that light, which is known at the vertices, may bend on large faces."""
+"""Triangles for drawing, small enough that light known at the vertices can vary across a large face."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -10,7 +10,7 @@ LONGEST_EDGE_M = 0.5
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DrawnMesh:
-    """Triangles with one normal and one texture place a vertex."""
+    """Triangles with one normal and one texture coordinate for each vertex."""
 
     vertices: np.ndarray
     """(n, 3) float32 metres."""
@@ -23,10 +23,10 @@ class DrawnMesh:
 
 
 def refined(meshes: Sequence[DrawnMesh], longest: float = LONGEST_EDGE_M) -> list[DrawnMesh]:
-    """Return the same surfaces with every edge halved until none is longer than `longest` metres.
+    """Return the same surfaces with edges halved until none is longer than `longest` metres.
 
-    Whether an edge is halved depends on that edge alone, so neighbours agree and no seam opens. Many meshes at once
-    take a fraction of the time that each by itself would.
+    Whether an edge is halved depends only on that edge, so that neighbours agree and no seam opens. Refining many
+    meshes together is much faster than one at a time.
     """
     is_coarse = [_longest_possible(mesh) > longest for mesh in meshes]
     coarse = [mesh for mesh, chosen in zip(meshes, is_coarse, strict=True) if chosen]
@@ -37,7 +37,7 @@ def refined(meshes: Sequence[DrawnMesh], longest: float = LONGEST_EDGE_M) -> lis
 
 
 def _longest_possible(mesh: DrawnMesh) -> float:
-    """Return the diagonal of the box round a mesh, in metres."""
+    """Return the diagonal of the box around a mesh, in metres."""
     return float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))) if len(mesh.vertices) else 0.0
 
 
@@ -52,7 +52,7 @@ def _together(meshes: Sequence[DrawnMesh]) -> DrawnMesh:
 
 
 def _refined_together(mesh: DrawnMesh, longest: float) -> tuple[DrawnMesh, np.ndarray]:
-    """Return the refined mesh, and for each of its vertices (n,) one of the first mesh that it lies connected with."""
+    """Return the refined mesh, and for each of its vertices (n,) a connected vertex of the first mesh."""
     origins = np.arange(len(mesh.vertices))
     done = []
     while True:
@@ -67,7 +67,7 @@ def _refined_together(mesh: DrawnMesh, longest: float) -> tuple[DrawnMesh, np.nd
 
 
 def _apart(mesh: DrawnMesh, origins: np.ndarray, counts: list[int]) -> Iterator[DrawnMesh]:
-    """Return the meshes of so many vertices each at first that were refined together."""
+    """Yield the meshes that were refined together; `counts` are their numbers of vertices before."""
     owners = np.repeat(np.arange(len(counts)), counts)[origins]
     order = np.argsort(owners, kind="stable")
     places = np.empty(len(order), dtype=np.int32)
@@ -83,9 +83,9 @@ def _apart(mesh: DrawnMesh, origins: np.ndarray, counts: list[int]) -> Iterator[
 
 
 def _halved(mesh: DrawnMesh, is_long: np.ndarray) -> tuple[DrawnMesh, np.ndarray]:
-    """Return the mesh with the marked edges (m, 3) cut in the middle; edge i runs from corner i to corner i + 1.
+    """Return the mesh with the marked edges (m, 3) halved, and an end (k,) of the edge of each new vertex.
 
-    With it goes an end (k,) of the edge on which each new vertex lies.
+    Edge i runs from corner i to corner i + 1.
     """
     faces = mesh.faces
     first, last = faces[is_long].astype(np.int64), np.roll(faces, -1, axis=1)[is_long].astype(np.int64)
@@ -106,14 +106,14 @@ def _halved(mesh: DrawnMesh, is_long: np.ndarray) -> tuple[DrawnMesh, np.ndarray
 
 
 def _pieces(faces: np.ndarray, middles: np.ndarray) -> np.ndarray:
-    """Return the triangles into which each falls: one to four."""
+    """Return the triangles (k, 3) after cutting each face at its middles (m, 3; -1: not cut) into one to four."""
     count = (middles >= 0).sum(axis=1)
     parts = [faces[count == 0]]
     for number, first in ((1, 0), (2, 1), (3, 0)):
         chosen = count == number
         if not chosen.any():
             continue
-        # Turned so that a single cut edge comes first, and of two the uncut one last.
+        # Turn the corners so that a single cut edge comes first, and of two cut edges the uncut one last.
         turn = np.argmax(middles[chosen] >= 0, axis=1) if first == 0 else np.argmax(middles[chosen] < 0, axis=1) + 1
         order = (turn[:, None] + np.arange(3)) % 3
         a, b, c = np.take_along_axis(faces[chosen], order, axis=1).T

@@ -1,4 +1,4 @@
-"""Mirrors: what lies before them is drawn from behind, and laid onto them."""
+"""Mirrors: the scene before a mirror is drawn by a camera behind it, and the picture is laid onto the mirror."""
 
 from typing import Any
 
@@ -10,12 +10,12 @@ from vigil.rendering.ssao import release
 from vigil.rendering.viewer import NEAR_M, Mirror, Viewer
 
 MAX_MIRRORS = 2
-"""The nearest in view mirror; others only shine."""
+"""Number of mirrors that show a picture, the nearest in view; others only shine."""
 _FLAT = 0.99
 
 
 def mirrors_before(geometry: Geometry, state: RenderState, geoms: np.ndarray, viewer: Viewer) -> list[Mirror]:
-    """Return the nearest mirrors among the geoms (nearest first) whose face the viewer sees."""
+    """Return the nearest mirrors among geoms (nearest first) whose face the viewer sees, at most `MAX_MIRRORS`."""
     found = []
     for geom in geoms.tolist():
         if not geometry.scene.materials[state.materials[geom]].is_mirror:
@@ -27,7 +27,7 @@ def mirrors_before(geometry: Geometry, state: RenderState, geoms: np.ndarray, vi
 
 
 def _mirror(geometry: Geometry, state: RenderState, geom: int, viewer: Viewer) -> Mirror | None:
-    """Return the plane of most of the surface that faces the eye; None when all of it is turned away."""
+    """Return the plane of most of the surface that faces the eye; None if no part of it does."""
     points, normals = geometry.world(state, geom)
     eye = viewer.eye
     faces = geometry.faces[geometry.face_slices[geom]] - geometry.vertex_slices[geom].start
@@ -44,9 +44,9 @@ def _mirror(geometry: Geometry, state: RenderState, geom: int, viewer: Viewer) -
 
 
 def box_of(points: np.ndarray, viewer: Viewer) -> tuple[int, int, int, int]:
-    """Return the part of the frame (left, lower edge, width, height) in which points (n, 3) lie, in pixels.
+    """Return the part of the frame (left, lower edge, width, height; pixels) that contains points (n, 3).
 
-    It is a pixel wider on each side, and all of the frame when one of them is beside or behind the eye.
+    A margin of one pixel is added. It is the whole frame if a point is level with the eye or behind it.
     """
     size = np.array([viewer.width, viewer.height])
     placed = np.column_stack([points, np.ones(len(points))]) @ viewer.matrix().T
@@ -62,7 +62,7 @@ def box_of(points: np.ndarray, viewer: Viewer) -> tuple[int, int, int, int]:
 
 
 class MirrorTargets:
-    """Where mirrored pictures of one size are drawn: with several samples a pixel, then with one."""
+    """Framebuffers of mirrored pictures of one size: with several samples for each pixel, then with one."""
 
     def __init__(self, context: Any, size: tuple[int, int], samples: int) -> None:
         self.pictures = [context.texture(size, 4) for _ in range(MAX_MIRRORS)]
@@ -72,6 +72,6 @@ class MirrorTargets:
         self.flat = [context.framebuffer([each]) for each in self.pictures]
 
     def release(self) -> None:
-        """Frees all of it."""
+        """Free the framebuffers."""
         for each in (self.drawn, *self.flat):
             release(each)

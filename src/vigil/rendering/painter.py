@@ -1,5 +1,6 @@
-"""Draws a scene: its surfaces, the sky behind the windows, glass, and at last the shade where things meet."""
+"""Draws a scene: its surfaces, the sky, glass, and at last the ambient occlusion where surfaces meet."""
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -15,7 +16,7 @@ from vigil.rendering.surfaces import Surfaces
 from vigil.rendering.viewer import FAR_M, NEAR_M, HeldGeoms, Mirror, Viewer
 
 _CLIP_DISTANCE = 0x3000
-"""GL_CLIP_DISTANCE0, which moderngl has no name for."""
+"""GL_CLIP_DISTANCE0, for which moderngl does not have a name."""
 
 
 class Painter:
@@ -25,12 +26,10 @@ class Painter:
         self._context, self._backend = context_in(backend), backend
         self._samples, self._has_ssao = samples, has_ssao
         with ThreadPoolExecutor(1) as other:
-            lighting = other.submit(Lighting, scene)  # which needs no OpenGL
+            lighting = other.submit(Lighting, scene)  # does not need OpenGL
             self._sky = _Sky(self._context, backend)
             self._surfaces = Surfaces(backend, lighting.result())
-        self._canvases: dict[tuple[int, int], Canvas] = {}
-        self._ssao_passes: dict[tuple[int, int], AmbientOcclusion] = {}
-        self._mirror_targets: dict[tuple[int, int], MirrorTargets] = {}
+        self._targets: dict[tuple[Callable[..., Any], tuple[int, int]], Any] = {}
 
     def paint(
         self,
@@ -40,7 +39,7 @@ class Painter:
         point_lights: list[PointLight],
         held: HeldGeoms | None = None,
     ) -> np.ndarray:
-        """Return the picture (height, width, 3) uint8, the first row on top; `lamp` is the place of the room's."""
+        """Return the picture (height, width, 3) uint8, top row first; `lamp` is the position of the room's lamp."""
         self._surfaces.place(state, held)
         if held is not None:
             self._surfaces.hold(viewer, held)
@@ -49,10 +48,10 @@ class Painter:
         shown = np.setdiff1d(shown, [mirror.geom for mirror in mirrors])
         mirrored = [self._mirrored(viewer.behind(mirror), mirror) for mirror in mirrors]
         self._surfaces.light(np.unique(np.concatenate([shown, *(sight for _, sight in mirrored)])))
-        targets = self._mirror_targets_for(viewer) if mirrors else None
+        targets = self._target(MirrorTargets, viewer, self._samples) if mirrors else None
         if targets is not None:
             self._reflect(mirrored, targets, lamp, point_lights)
-        canvas = self._canvas(viewer)
+        canvas = self._target(Canvas, viewer, self._samples)
         canvas.drawn.use()
         canvas.drawn.clear(depth=1.0)
         self._begin()
@@ -64,14 +63,14 @@ class Painter:
         self._context.copy_framebuffer(canvas.flat, canvas.drawn)
         if not self._has_ssao:
             return _read(canvas.flat, viewer)
-        ssao = self._ssao(viewer)
+        ssao = self._target(AmbientOcclusion, viewer, self._backend)
         ssao.apply(canvas, viewer, lamp)
         return _read(ssao.shaded, viewer)
 
     def identify(
         self, state: RenderState, viewer: Viewer, held: HeldGeoms | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the geom (height, width) int32 that each pixel shows, -1 for none, and its depth in metres."""
+        """Return the geom (height, width) int32 of each pixel, -1 for none, and its depth in metres (inf for none)."""
         self._surfaces.place(state, held)
         size = viewer.width, viewer.height
         target = self._context.framebuffer(
@@ -89,18 +88,12 @@ class Painter:
         return geoms, np.where(far >= 1.0, np.inf, metres).astype(np.float32)
 
     def close(self) -> None:
-        """Frees what the graphics side keeps."""
-        for each in [
-            self._surfaces,
-            self._sky,
-            *self._canvases.values(),
-            *self._ssao_passes.values(),
-            *self._mirror_targets.values(),
-        ]:
+        """Free the OpenGL objects."""
+        for each in (self._surfaces, self._sky, *self._targets.values()):
             each.release()
 
     def _mirrored(self, behind: Viewer, mirror: Mirror) -> tuple[Viewer, np.ndarray]:
-        """Return a camera behind a mirror with the geoms that may be in view."""
+        """Return a camera behind a mirror with the geoms that may be in its view."""
         return behind, np.setdiff1d(self._surfaces.shown(behind), [mirror.geom])
 
     def _reflect(
@@ -110,11 +103,11 @@ class Painter:
         lamp: np.ndarray,
         point_lights: list[PointLight],
     ) -> None:
-        """Draws what each mirror shows."""
+        """Draw the picture of each mirror."""
         self._context.enable_direct(_CLIP_DISTANCE)
         self._context.front_face = "cw"
         for (behind, shown), flat in zip(mirrored, targets.flat, strict=False):
-            targets.drawn.scissor = behind.box  # nothing else of it is looked at
+            targets.drawn.scissor = behind.box  # the rest of the picture is not used
             targets.drawn.use()
             targets.drawn.clear(depth=1.0)
             self._begin()
@@ -128,27 +121,16 @@ class Painter:
         self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         self._context.depth_func = "<"
 
-    def _canvas(self, viewer: Viewer) -> Canvas:
+    def _target(self, make: Callable[..., Any], viewer: Viewer, *arguments: Any) -> Any:
+        """Return the target that `make` makes for pictures of the viewer's size, made once."""
         size = viewer.width, viewer.height
-        if size not in self._canvases:
-            self._canvases[size] = Canvas(self._context, size, self._samples)
-        return self._canvases[size]
-
-    def _mirror_targets_for(self, viewer: Viewer) -> MirrorTargets:
-        size = viewer.width, viewer.height
-        if size not in self._mirror_targets:
-            self._mirror_targets[size] = MirrorTargets(self._context, size, self._samples)
-        return self._mirror_targets[size]
-
-    def _ssao(self, viewer: Viewer) -> AmbientOcclusion:
-        size = viewer.width, viewer.height
-        if size not in self._ssao_passes:
-            self._ssao_passes[size] = AmbientOcclusion(self._context, self._backend, size)
-        return self._ssao_passes[size]
+        if (make, size) not in self._targets:
+            self._targets[make, size] = make(self._context, size, *arguments)
+        return self._targets[make, size]
 
 
 class _Sky:
-    """What lies behind everything."""
+    """The sky and the landscape, behind everything else."""
 
     def __init__(self, context: Any, backend: str) -> None:
         self._context = context
@@ -157,7 +139,7 @@ class _Sky:
         self._screen = context.vertex_array(self._program, [])
 
     def draw(self, viewer: Viewer) -> None:
-        """Draws it where nothing has been drawn."""
+        """Draw the sky where nothing else has been drawn."""
         self._context.enable_only(moderngl.DEPTH_TEST)
         self._context.depth_func = "<="
         self._cube.use(3)
@@ -167,7 +149,7 @@ class _Sky:
         self._screen.render(vertices=3)
 
     def release(self) -> None:
-        """Frees it."""
+        """Free the OpenGL objects."""
         self._screen.release()
         self._cube.release()
 

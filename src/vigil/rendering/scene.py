@@ -66,7 +66,7 @@ class RenderState:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RenderScene:
-    """What does not change in a scene. The first geoms are structure; arrays (geoms,) have an entry for each geom."""
+    """What does not change in a scene. The first geoms are its structure."""
 
     meshes: list[DrawnMesh]
     geom_meshes: np.ndarray

@@ -1,4 +1,4 @@
-"""The last passes of a frame: where things meet, little light reaches, and the picture is darkened."""
+"""The last passes of a frame: ambient occlusion darkens the picture where surfaces are near each other."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from vigil.rendering.viewer import FAR_M, NEAR_M, Viewer
 
 
 class Canvas:
-    """Where pictures of one size are drawn: with several samples a pixel, then with one."""
+    """Framebuffers of pictures of one size: with several samples for each pixel, then with one."""
 
     def __init__(self, context: Any, size: tuple[int, int], samples: int) -> None:
         self.colours, self.depth = context.texture(size, 4), context.depth_texture(size)
@@ -21,18 +21,18 @@ class Canvas:
         self.flat = context.framebuffer([self.colours], self.depth)
 
     def release(self) -> None:
-        """Frees all of it."""
+        """Free the framebuffers."""
         for target in (self.drawn, self.flat):
             release(target)
 
 
 class AmbientOcclusion:
-    """Darkens pictures of one size where their surfaces are near to each other."""
+    """Screen-space ambient occlusion for pictures of one size."""
 
-    def __init__(self, context: Any, backend: str, size: tuple[int, int]) -> None:
+    def __init__(self, context: Any, size: tuple[int, int], backend: str) -> None:
         self._context = context
         half = (size[0] + 1) // 2, (size[1] + 1) // 2
-        # Each pass reads what the one before wrote: openness and distance.
+        # Each pass reads what the last one wrote: openness and distance.
         self._halves = [context.texture(half, 2, dtype="f4") for _ in range(2)]
         for each in self._halves:
             each.filter = moderngl.NEAREST, moderngl.NEAREST
@@ -44,7 +44,7 @@ class AmbientOcclusion:
         self._screens = [context.vertex_array(each, []) for each in self._programs]
 
     def apply(self, canvas: Canvas, viewer: Viewer, lamp: np.ndarray) -> None:
-        """Darkens what is on the canvas, into `shaded`; `lamp` is the place of the room's."""
+        """Write the darkened picture of a canvas into `shaded`; `lamp` is the position of the room's lamp."""
         self._context.enable_only(moderngl.NOTHING)
         distance, nearness, smooth, combine = self._programs
         canvas.depth.use(4)
@@ -66,14 +66,14 @@ class AmbientOcclusion:
             screen.render(vertices=3)
 
     def release(self) -> None:
-        """Frees all of it."""
+        """Free the OpenGL objects."""
         for each in [*self._screens, *self._targets, *self._halves]:
             each.release()
         release(self.shaded)
 
 
 def release(target: Any) -> None:
-    """Frees a framebuffer and what it draws into."""
+    """Free a framebuffer and its attachments."""
     for part in (*target.color_attachments, target.depth_attachment):
         if part is not None:
             part.release()

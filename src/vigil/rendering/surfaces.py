@@ -1,4 +1,4 @@
-"""A scene's triangles on the graphics side, and how each kind of surface is drawn."""
+"""A scene's triangles in OpenGL, and how each kind of surface is drawn."""
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -17,28 +17,28 @@ from vigil.rendering.texture_array import TextureArray
 from vigil.rendering.viewer import HeldGeoms, Mirror, Viewer
 
 GLOSSY = 0.35
-"""From this gloss on a surface shows its surroundings."""
+"""Least gloss of a surface that reflects its surroundings."""
 OWN_LIGHT = 0.9
-"""Of what a material that shines says."""
+"""Scale applied to an emissive material's value."""
 GRIPPER_COLOURS = np.array([[0.24, 0.25, 0.27, 1.0]] * 2 + [[0.93, 0.46, 0.12, 1.0]] * 2, np.float32)
-"""Of the fingers and of the pads at their tips."""
+"""Colours of the two fingers, and of the pads at their tips."""
 _ROWS = 5
-"""Of the table of geoms: three of the matrix, two of the look."""
+"""Texels of a geom in the table: three rows of its matrix, two of its look."""
 _NO_CLIP = 0.0, 0.0, 0.0, 1.0
 textures = TextureArray()
 
 
 @dataclass(frozen=True, slots=True)
 class SurfaceKind:
-    """Surfaces that one program draws."""
+    """A kind of surfaces, all drawn by one program."""
 
     is_in_atlas: bool
     is_glossy: bool
 
     def definitions(self, point_lights: int) -> tuple[str, ...]:
-        """Return what the shaders are made with, for so many lamps that are on."""
-        names = ["CHARTED"] * self.is_in_atlas + ["GLOSSY"] * self.is_glossy
-        return (*names, f"GLOWS {point_lights}")
+        """Return the preprocessor definitions of the shaders for a number of point lights."""
+        names = ["IN_ATLAS"] * self.is_in_atlas + ["GLOSSY"] * self.is_glossy
+        return (*names, f"POINT_LIGHTS {point_lights}")
 
 
 KINDS = tuple(SurfaceKind(is_in_atlas, is_glossy) for is_in_atlas in (False, True) for is_glossy in (False, True))
@@ -46,7 +46,7 @@ _CLEAR = SurfaceKind(is_in_atlas=False, is_glossy=True)
 
 
 class Surfaces:
-    """What is drawn of one scene."""
+    """The surfaces of one scene."""
 
     def __init__(self, backend: str, lighting: Lighting) -> None:
         self._backend, self._context = backend, context_in(backend)
@@ -69,11 +69,11 @@ class Surfaces:
         self._table.filter = moderngl.NEAREST, moderngl.NEAREST
 
     def hold(self, viewer: Viewer, held: HeldGeoms) -> None:
-        """Takes over how what is held is lit."""
+        """Write the light on what is held."""
         self._write_light(self._lighting.in_hand(self._state, held.geoms, viewer.axes[:, 1]))
 
     def place(self, state: RenderState, held: HeldGeoms | None) -> None:
-        """Takes over where everything is now and how it looks."""
+        """Write the poses and the looks of all geoms."""
         self._state, count = state, len(state.positions)
         table = np.zeros((len(self._geometry.face_slices), _ROWS, 4), np.float32)
         table[:count, :3, :3] = state.rotations
@@ -98,17 +98,14 @@ class Surfaces:
         return mirrors_before(self._geometry, self._state, shown[np.argsort(away, kind="stable")], viewer)
 
     def draw_mirrored(self, mirror: Mirror, picture: Any, viewer: Viewer) -> None:
-        """Draws a mirror with the picture that it shows."""
-        ((start, count),) = self._write_corners([np.array([mirror.geom])])
-        array = self._array("mirror.frag")
-        array.program["view_projection"].write(_matrix(viewer))
-        array.program["geoms"].value, array.program["mirrored"].value = 0, 3
-        array.program["size"].value = viewer.width, viewer.height
+        """Draw a mirror with its picture."""
+        made = self._array("mirror.frag").program
+        made["mirrored"].value, made["size"].value = 3, (viewer.width, viewer.height)
         picture.use(3)
-        array.render(vertices=count, first=start)
+        self._draw_plain("mirror.frag", np.array([mirror.geom]), viewer)
 
     def light(self, shown: np.ndarray) -> None:
-        """Takes over the light that falls on geoms now, before they are drawn."""
+        """Cast and write the light on geoms before they are drawn."""
         has_new_planes, changed = self._cast(shown)
         if has_new_planes:
             self._planes.write(self._lighting.planes.tobytes())
@@ -117,9 +114,7 @@ class Surfaces:
     def draw(
         self, viewer: Viewer, shown: np.ndarray, lamp: np.ndarray, point_lights: list[PointLight]
     ) -> Iterator[bool]:
-        """Draws what is solid of the geoms shown, then yields for what lies behind everything, then draws what is seen
-        through.
-        """
+        """Draw the opaque geoms, then yield for the background, then draw the transparent geoms."""
         groups = self._groups(viewer, shown)
         starts = self._write_corners(list(groups.values()))
         textures.texture(self._context).use(1)
@@ -139,21 +134,25 @@ class Surfaces:
         self._context.fbo.depth_mask = True
 
     def draw_owners(self, viewer: Viewer) -> None:
-        """Draws the number of each geom, whatever it is made of."""
-        ((start, count),) = self._write_corners([self.shown(viewer)])
-        array = self._array("identity.frag")
+        """Draw the number of each geom."""
+        self._draw_plain("identity.frag", self.shown(viewer), viewer)
+
+    def _draw_plain(self, fragment: str, geoms: np.ndarray, viewer: Viewer) -> None:
+        """Draw geoms with a fragment shader that needs only positions."""
+        ((start, count),) = self._write_corners([geoms])
+        array = self._array(fragment)
         array.program["view_projection"].write(_matrix(viewer))
         array.program["geoms"].value = 0
         array.render(vertices=count, first=start)
 
     def release(self) -> None:
-        """Frees what the graphics side keeps."""
+        """Free the OpenGL objects."""
         for each in [*self._arrays.values(), self._vertices, self._owners, self._light, self._corners, self._planes]:
             each.release()
         self._table.release()
 
     def _cast(self, shown: np.ndarray) -> tuple[bool, list[slice]]:
-        """Casts light on geoms, while textures that are new are taken over: light needs no OpenGL."""
+        """Cast light on geoms, and meanwhile write new textures, since light does not need OpenGL."""
         if textures.is_complete:
             return self._lighting.update(self._state, shown)
         with ThreadPoolExecutor(1) as other:
@@ -166,7 +165,7 @@ class Surfaces:
             self._light.write(self._lighting.vertices[part].tobytes(), offset=4 * part.start)
 
     def _groups(self, viewer: Viewer, shown: np.ndarray) -> dict[SurfaceKind | None, np.ndarray]:
-        """Return the geoms of each kind, near ones first; at last, under None, those seen through, far ones first."""
+        """Return the opaque geoms of each kind, near ones first; at last, under None, the others, far ones first."""
         looks = self._looks[self._state.materials]
         is_shown = np.zeros(len(looks), dtype=bool)
         is_shown[shown] = True
@@ -184,7 +183,7 @@ class Surfaces:
         return groups
 
     def _write_corners(self, groups: list[np.ndarray]) -> list[tuple[int, int]]:
-        """Puts together the corners of the geoms of each group. Returns where each group starts, and its length."""
+        """Write the corners of the geoms of each group. Return where each group starts, and its length."""
         slices, faces = self._geometry.face_slices, self._geometry.faces
         parts = [[faces[slices[geom]] for geom in group] for group in groups]
         counts = [3 * sum(len(each) for each in part) for part in parts]
@@ -193,7 +192,7 @@ class Surfaces:
         return list(zip(np.cumsum([0, *counts[:-1]]).tolist(), counts, strict=True))
 
     def _array(self, kind: SurfaceKind | str, point_lights: int = 0) -> Any:
-        """Return the vertices with the program for a kind of surface, or with one that needs nothing but places."""
+        """Return the vertex array for a kind of surface, or for a fragment shader that needs only positions."""
         if (kind, point_lights) not in self._arrays:
             owners = self._owners, "1i", "geom"
             if isinstance(kind, str):
@@ -211,12 +210,12 @@ class Surfaces:
 
 
 def _set(made: Any, viewer: Viewer, lamp: np.ndarray, point_lights: list[PointLight]) -> None:
-    pixel_m = 2.0 * viewer.slopes[1] / viewer.height  # what it covers at one metre
+    pixel_m = 2.0 * viewer.slopes[1] / viewer.height  # its size at one metre
     values: dict[str, Any] = {
         "gaps_dark_m": crevice_occlusion.WIDTH_M / pixel_m,
         "eye": tuple(viewer.eye), "lamp": tuple(lamp), "geoms": 0, "pictures": 1, "planes": 2,
-        "glow_places": [tuple(glow.place) for glow in point_lights],
-        "glow_colours": [tuple(glow.colour) for glow in point_lights],
+        "light_places": [tuple(light.place) for light in point_lights],
+        "light_colours": [tuple(light.colour) for light in point_lights],
     }  # fmt: skip
     made["view_projection"].write(_matrix(viewer))
     made["clip"].value = _NO_CLIP if viewer.clip is None else tuple(viewer.clip)
@@ -230,7 +229,7 @@ def _matrix(viewer: Viewer) -> bytes:
 
 
 def _looks(scene: RenderScene) -> np.ndarray:
-    """Return (materials, 2, 4): colour with opacity; layer of the texture, own light, gloss, whether it is metal."""
+    """Return (materials, 2, 4): colour and opacity; layer of the texture, emission, gloss, metalness."""
     looks = np.zeros((len(scene.materials), 2, 4), np.float32)
     for number, look in enumerate(scene.materials):
         looks[number, 0] = look.rgba

@@ -1,4 +1,4 @@
-"""The textures of all scenes of this process, in one array of pictures that the shaders look into."""
+"""The textures of all scenes of this process, as the layers of one array texture."""
 
 from typing import Any
 
@@ -11,32 +11,32 @@ SIDE = 256
 
 
 class TextureArray:
-    """Layers of one size; the first is white, for materials without a texture."""
+    """Layers of `SIDE` by `SIDE` pixels; the first is white, for materials without a texture."""
 
     def __init__(self) -> None:
         self._layers: dict[int, int] = {}
-        self._kept: list[np.ndarray] = []
+        self._pictures: list[np.ndarray] = []
         self._bytes = [np.full((SIDE, SIDE, 4), 255, np.uint8).tobytes()]
         self._texture: Any = None
         self._count = 0
 
     def layer_of(self, picture: np.ndarray | None) -> int:
-        """Return the layer of a picture (h, w, 3) uint8, adding it when it is new; it stays alive from then on."""
+        """Return the layer of a picture (h, w, 3) uint8; a new one is added, and never freed."""
         if picture is None:
             return 0
         if id(picture) not in self._layers:
             self._layers[id(picture)] = len(self._bytes)
-            self._kept.append(picture)
+            self._pictures.append(picture)
             self._bytes.append(_fitted(picture).tobytes())
         return self._layers[id(picture)]
 
     @property
     def is_complete(self) -> bool:
-        """Whether all layers added so far are on the graphics side."""
+        """Whether all layers added so far are in OpenGL."""
         return self._count == len(self._bytes)
 
     def texture(self, context: Any) -> Any:
-        """Return the array on the graphics side, with all layers added so far."""
+        """Return the OpenGL texture with all layers added so far."""
         if not self.is_complete:
             if self._texture is not None:
                 self._texture.release()
@@ -49,9 +49,9 @@ class TextureArray:
 
 
 def _fitted(picture: np.ndarray) -> np.ndarray:
-    """Return the picture (`SIDE`, `SIDE`, 4), its first row at the bottom, as v = 0 asks for.
+    """Return the picture (`SIDE`, `SIDE`, 4) with its first row at the bottom, where v is 0.
 
-    Four channels, for software renderers read three much more slowly.
+    It has four channels because software renderers read three much more slowly.
     """
     if picture.shape[:2] != (SIDE, SIDE):
         picture = np.asarray(Image.fromarray(picture).resize((SIDE, SIDE), Image.Resampling.BOX))

@@ -1,4 +1,4 @@
-"""From where a picture is taken, and what is held in front of it."""
+"""The camera of a picture, and what is held before it. Coordinates are those of `vigil.rendering.scene`."""
 
 from dataclasses import dataclass, replace
 
@@ -9,36 +9,36 @@ NEAR_M, FAR_M = 0.03, 90.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Mirror:
-    """A flat surface that mirrors, in MuJoCo's frame."""
+    """A flat surface that mirrors."""
 
     geom: int
     point: np.ndarray
-    """(3,) on it."""
+    """(3,) a point of the plane."""
     normal: np.ndarray
     """(3,) unit."""
     box: tuple[int, int, int, int]
-    """Left, lower edge, width and height of the part of the frame, in pixels, outside of which it is not seen."""
+    """Left, lower edge, width and height (pixels) of the part of the frame that contains it."""
     points: np.ndarray
-    """(n, 3): all of it lies between them."""
+    """(n, 3) vertices; the mirror lies within their convex hull."""
 
     @property
     def face(self) -> np.ndarray:
-        """Its points (n, 3), each carried straight to the plane that mirrors."""
+        """Its points (n, 3), projected onto the plane."""
         return self.points - self._heights() * self.normal
 
     @property
     def reach(self) -> np.ndarray:
-        """Points (2n, 3) between which what it shows passes: its own, and as it mirrors them."""
+        """Its points and their mirror images (2n, 3); every line of sight by way of the mirror passes between them."""
         return np.concatenate([self.points, self.points - 2.0 * self._heights() * self.normal])
 
     def _heights(self) -> np.ndarray:
-        """Return how far its points are before the plane that mirrors, (n, 1)."""
+        """Return the distance of its points before the plane, (n, 1) metres."""
         return ((self.points - self.point) @ self.normal)[:, None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Viewer:
-    """A camera, in MuJoCo's frame."""
+    """A camera."""
 
     eye: np.ndarray
     """(3,) metres."""
@@ -48,16 +48,16 @@ class Viewer:
     width: int
     height: int
     mirror: Mirror | None = None
-    """What it looks through from behind; only what is before it is drawn."""
+    """The mirror that it looks through from behind; only what is before the mirror is drawn."""
 
     @property
     def slopes(self) -> tuple[float, float]:
-        """Half of what is seen across and up, at one metre."""
+        """Half the width and half the height (m) of the view at a distance of one metre."""
         up = float(np.tan(np.radians(self.fovy_deg) / 2))
         return up * self.width / self.height, up
 
     def matrix(self) -> np.ndarray:
-        """Return the matrix (4, 4) from the world to the clip space of OpenGL."""
+        """Return the matrix (4, 4) from the world to OpenGL's clip space."""
         across, up = self.slopes
         depth = FAR_M - NEAR_M
         lens = np.array(
@@ -74,18 +74,18 @@ class Viewer:
 
     @property
     def clip(self) -> np.ndarray | None:
-        """(4,): only points with clip · (x, y, z, 1) > 0 are drawn, by a camera behind a mirror."""
+        """Plane (4,) of a camera behind a mirror: only points with clip · (x, y, z, 1) > 0 are drawn; else None."""
         if self.mirror is None:
             return None
         return np.array([*self.mirror.normal, -float(self.mirror.normal @ self.mirror.point)])
 
     @property
     def box(self) -> tuple[int, int, int, int]:
-        """Left, lower edge, width and height of the part of the picture that is looked at, in pixels."""
+        """Left, lower edge, width and height (pixels) of the part of the picture that is used."""
         return (0, 0, self.width, self.height) if self.mirror is None else self.mirror.box
 
     def sides(self) -> np.ndarray:
-        """Return planes (n, 4), side · (x, y, z, 1) > 0 for all that is looked at, and its distance in metres."""
+        """Return the planes (n, 4) around the view; side · (x, y, z, 1) is the distance inside of one, in metres."""
         right, up, backward = self.axes.T
         size, box = np.array([self.width, self.height]), np.array(self.box)
         low, high = ((2.0 * at / size - 1.0) * self.slopes for at in (box[:2], box[:2] + box[2:]))
@@ -103,7 +103,7 @@ class Viewer:
         return planes if self.clip is None else np.vstack([planes, self.clip])
 
     def behind(self, mirror: Mirror) -> "Viewer":
-        """Return the camera as a mirror shows it; what it sees is turned left to right."""
+        """Return the mirror image of the camera; its picture is flipped left to right."""
         turned = np.eye(3) - 2.0 * np.outer(mirror.normal, mirror.normal)
         eye = self.eye - 2.0 * float((self.eye - mirror.point) @ mirror.normal) * mirror.normal
         return replace(self, eye=eye, axes=turned @ self.axes, mirror=mirror)
@@ -111,10 +111,10 @@ class Viewer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeldGeoms:
-    """What is in the hand: geoms, each point of which is drawn at `scale` times its place plus `shift`."""
+    """The geoms in the hand, each point of which is drawn at `scale` times its position plus `shift`."""
 
     geoms: np.ndarray
     scale: float
     shift: np.ndarray
     gripper: np.ndarray
-    """(boxes, 3, 4): where the boxes of the hand are, from their own places to the world's."""
+    """(boxes, 3, 4) matrices from the frame of each box of the hand to the world."""

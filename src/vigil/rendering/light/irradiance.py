@@ -1,7 +1,7 @@
-"""How much light falls on points of a scene: from the room around them, through the windows, and from the lamps.
+"""The light that falls on points of a scene: from the room around them, through the windows, and from the lamps.
 
-Every ray that leaves a point brings what it meets: a wall, dimmer the nearer it is (little light reaches a corner);
-the sky, where it leaves through a window. Lamps are small discs, of which a point sees all, a part or nothing.
+Each ray from a point brings the light of what it meets: a wall, dimmer the nearer it is (corners get little light), or
+the sky, through a window. Lamps are small discs, visible from a point entirely, in part or not at all.
 """
 
 from collections.abc import Iterator
@@ -12,42 +12,42 @@ import numpy as np
 from vigil.rendering.light.occluders import FAR_M, Occluders
 
 DIRECTIONS = 32
-"""Over the whole sphere; a point uses the half that it faces."""
+"""Number of directions over the whole sphere; a point uses the half that it faces."""
 BATCHES = 4
-"""So many parts of them are cast one after the other: all at once take too much memory."""
+"""Number of parts of the directions that are cast in turn, to limit memory."""
 LEAST_FACING = 0.05
-"""Cosine between a normal and a direction that is faced."""
+"""Least cosine between a normal and a direction that it faces."""
 LAMP_RAYS = 4
 LIFT_M = 0.012
-"""Rays start this far off the surface."""
+"""Distance from the surface at which rays start."""
 BURIED_M, BURIED_SHARE = 0.03, 0.6
-"""A point is buried when more than this share of its rays end this soon."""
+"""A point is buried if more than this share of its rays are shorter than this."""
 HALF_M = 0.3
-"""A wall this near brings half of its light."""
+"""Distance of a wall that brings half of its light."""
 FROM_ABOVE, FROM_SIDES, FROM_BELOW = 1.0, 0.85, 0.75
-"""What ceilings, walls and floors send back."""
+"""Light reflected by ceilings, walls and floors."""
 SKY, LAWN = (2.65, 2.9, 3.2), (0.95, 1.0, 0.95)
-"""What comes through a window from above and from below the horizon."""
+"""Light through a window from above and from below the horizon."""
 AMBIENT, LAMP = 0.33, 1.07
-"""Most light comes from the lamp: rooms lit evenly from all sides look flat. What turns away from it is still seen."""
+"""Strengths; most light comes from the lamp, because a room lit evenly from all sides looks flat."""
 ASIDE = np.array([0.6, 0.12, -0.25], np.float32)
-"""By how much more comes from one side than from all: walls that meet differ, and floors light ceilings."""
+"""Additional light by direction: it tells walls that meet apart, and lights ceilings from the floor."""
 LAMP_ASIDE = np.array([0.1, 0.02, 0.0], np.float32)
-"""The same of the light that comes from lamps, which are no points."""
+"""Additional light of lamps by direction, since lamps are not points."""
 LAMP_RADIUS_M = 0.2
 FALLOFF = 0.06
 WRAP = 0.15
-"""Lamps light surfaces that turn a little away from them: rooms send light back."""
+"""How far a surface may turn away from a lamp and still be lit, since rooms reflect light."""
 CEILING, ON_CEILING = 0.9, 0.1
-"""What turns down more than this is a ceiling, which takes no more of a lamp's light than what turns this far to it."""
+"""Least downward part of a ceiling's normal; greatest cosine to a lamp with which ceilings are lit."""
 REACH_M = 9.0
 SPILL_M = 0.5
-"""This far from the room of a lamp half of its light is left."""
+"""Distance from the room of a lamp at which half of its light is left."""
 LEAST_SHARE = 0.02
-"""Of a lamp's light; less is not seen."""
+"""Least share of a lamp's light that is visible."""
 BOUNCED_SHARE, OWN_SHARE = 0.35, 0.99
-"""Share of a lamp's light that the walls of its own room send behind whatever stands in its way: the shade of something
-that is out of the picture would be a dark patch without a cause.
+"""Share of a lamp's light that its room reflects into shadows; least share of it in that room. A darker shadow of
+something outside the picture would look like a patch without a cause.
 """
 _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
 
@@ -67,14 +67,14 @@ class Samples:
 
     @property
     def origins(self) -> np.ndarray:
-        """Where rays start."""
+        """Points (n, 3) at which rays start."""
         return self.points + np.float32(LIFT_M) * self.normals
 
 
 def ambient(scene: Occluders, samples: Samples) -> tuple[np.ndarray, np.ndarray]:
-    """Return the light (n, 3) float32 that comes from all around, with no lamp counted, and which are buried (n,).
+    """Return the light (n, 3) float32 from all around, without lamps, and which samples are buried (n,).
 
-    What is buried lies inside something else, where a corner of the one runs into the other.
+    A buried sample lies inside another object, where a corner of one reaches into the other.
     """
     total = np.zeros((3, len(samples.points)), np.float32)
     weights, stopped = np.zeros((2, len(samples.points)), np.float32)
@@ -93,7 +93,7 @@ def ambient(scene: Occluders, samples: Samples) -> tuple[np.ndarray, np.ndarray]
 def _distances(
     scene: Occluders, origins: np.ndarray, ways: np.ndarray, shares: list[np.ndarray]
 ) -> Iterator[np.ndarray]:
-    """Yield for each of some directions (k, 3) how far rays go from the points (n, 3) with a share; 0 for others."""
+    """Yield for each direction (k, 3) the length of rays from the points (n, 3) with a share; 0 for other points."""
     chosen = [np.flatnonzero(share) for share in shares]
     counts = [len(each) for each in chosen]
     met = scene.distances(origins[np.concatenate(chosen)], np.repeat(ways, counts, axis=0))
@@ -104,20 +104,20 @@ def _distances(
 
 
 def ambient_facing_shares(samples: Samples) -> np.ndarray:
-    """Return how much of the light from all around comes to the points (n,) float32 by the way that they face."""
+    """Return the factors (n,) float32 of the light from all around by the direction that the points face."""
     return 1.0 + _along(samples.normals, ASIDE)
 
 
 def _along(normals: np.ndarray, way: np.ndarray) -> np.ndarray:
     """Return the product (n,) of each normal (n, 3) with a direction (3,).
 
-    By the matrix product its last digit depends on how many normals there are: on what else is lit at the same time.
+    The last digit of a matrix product would depend on the number of normals, hence on what else is lit.
     """
     return normals[:, 0] * way[0] + normals[:, 1] * way[1] + normals[:, 2] * way[2]
 
 
 def _sphere() -> np.ndarray:
-    """Return unit directions (n, 3), evenly over the sphere."""
+    """Return unit directions (n, 3), spread evenly over the sphere."""
     number = np.arange(DIRECTIONS)
     up = 1.0 - (2.0 * number + 1.0) / DIRECTIONS
     across = np.sqrt(1.0 - up * up)
@@ -125,7 +125,7 @@ def _sphere() -> np.ndarray:
 
 
 def _add_brought(total: np.ndarray, share: np.ndarray, far: np.ndarray, up: float) -> None:
-    """Adds to the light (3, n) what rays bring that go so far (n,) in a direction that rises so steeply."""
+    """Add to the light (3, n) that of rays of lengths `far` (n,) whose direction has the vertical part `up`."""
     room = FROM_SIDES + up * (FROM_ABOVE - FROM_SIDES) if up > 0 else FROM_SIDES - up * (FROM_BELOW - FROM_SIDES)
     brought = share * (np.float32(room) * far / (far + np.float32(HALF_M)))
     outside = np.flatnonzero(far >= FAR_M)
@@ -135,9 +135,9 @@ def _add_brought(total: np.ndarray, share: np.ndarray, far: np.ndarray, up: floa
 
 
 def from_lamp(scene: Occluders, lamp: np.ndarray, samples: Samples, shares: np.ndarray) -> np.ndarray:
-    """Return the light (n,) float32 that a lamp at a place (3,) of strength 1 sends to the points, faced or not.
+    """Return the light (n,) float32 at the points from a lamp of strength 1, whichever way the points face.
 
-    It is counted by shares (n,), and not at all where next to nothing of it counts.
+    It is multiplied by `shares` (n,), and is 0 where the share is not visible.
     """
     far, cosines = _distances_and_cosines(lamp, samples)
     total = np.zeros(len(far), np.float32)
@@ -150,7 +150,7 @@ def from_lamp(scene: Occluders, lamp: np.ndarray, samples: Samples, shares: np.n
 
 
 def _disc_about(lamp: np.ndarray) -> np.ndarray:
-    """Return the points (n, 3) float32 of a lamp to which rays go."""
+    """Return the points (n, 3) float32 of a lamp at which rays are aimed."""
     number = np.arange(LAMP_RAYS)
     radius, angle = LAMP_RADIUS_M * np.sqrt((number + 0.5) / LAMP_RAYS), number * _GOLDEN
     disc = np.stack([radius * np.cos(angle), radius * np.sin(angle), np.zeros(LAMP_RAYS)], axis=1)
@@ -158,17 +158,17 @@ def _disc_about(lamp: np.ndarray) -> np.ndarray:
 
 
 def spill_shares(outside: np.ndarray) -> np.ndarray:
-    """Return the share of a lamp's light that is left so many metres outside of its room, 1 in it.
+    """Return the share of a lamp's light at distances (metres) outside its room; 1 inside.
 
-    What comes through a doorway would be a bright patch on a wall far from any lamp in view.
+    Otherwise light through a doorway would be a bright patch on a wall far from any lamp in view.
     """
     return (1.0 / (1.0 + (outside / SPILL_M) ** 2)).astype(np.float32)
 
 
 def lamp_facing_shares(lamp: np.ndarray, samples: Samples) -> np.ndarray:
-    """Return the share (n,) float32 of a lamp's light that the points take by how far they turn from it.
+    """Return the share (n,) float32 of a lamp's light that the points receive by how far they turn from it.
 
-    Ceilings are lit from all over the room: under a lamp alone there would be a spot.
+    Ceilings are lit evenly; otherwise there would be a spot above a lamp.
     """
     cosines = _distances_and_cosines(lamp, samples)[1]
     cosines = np.where(samples.normals[:, 2] < -CEILING, np.minimum(cosines, ON_CEILING), cosines)
@@ -176,7 +176,7 @@ def lamp_facing_shares(lamp: np.ndarray, samples: Samples) -> np.ndarray:
 
 
 def _distances_and_cosines(lamp: np.ndarray, samples: Samples) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far (n,) a lamp is from the points, and the cosine between the way to it and their normals."""
+    """Return the distance (n,) of a lamp from the points, and the cosine between its direction and their normals."""
     way = lamp.astype(np.float32) - samples.points
     far = np.sqrt(np.einsum("ij,ij->i", way, way))
     return far, np.einsum("ij,ij->i", way, samples.normals) / np.maximum(far, 1e-6)

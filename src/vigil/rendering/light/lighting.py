@@ -1,9 +1,9 @@
-"""The light of a scene: cast on what is looked at for the first time, and anew on whatever has moved since.
+"""The light of a scene: cast on geoms when they are first in view, and again on objects that have moved.
 
-What stands still (structure, furniture without its leaves) stops light from where it stood when the scene was loaded:
-moving one thing changes no light on another that has stayed. What can move stops none, so it leaves no shade behind;
-its own contact with what is around it is darkened when a frame is drawn. Furniture that has been moved or taken away
-stops no light on what has been moved too, which may stand in its old place.
+Structure and furniture without its doors stop light, from where they were when the scene was loaded. So moving one
+object does not change the light on others. Objects that can move do not stop light and leave no shadow behind; ambient
+occlusion darkens what they touch when a frame is drawn. Furniture that has been moved or removed does not stop light on
+other moved objects, since one may be in its old place.
 """
 
 from collections.abc import Callable, Sequence
@@ -22,35 +22,35 @@ from vigil.rendering.light.smoothing import move_inward, smooth_edges, smoothed
 from vigil.rendering.scene import RenderScene, RenderState
 
 BRIGHTEST = 2.0
-"""Light of this strength is white; the shaders know it too."""
+"""Light of this strength is white; `surface.frag` repeats it."""
 GRID_M = 0.03
-"""Vertices this near to each other that face the same way get the same light."""
+"""Size of the cells in which vertices with similar normals get the same light."""
 FACINGS = 4
-"""Steps of a normal's coordinates between 0 and 1, within which it faces the same way."""
+"""Number of steps between 0 and 1 to which the coordinates of similar normals are rounded."""
 IN_HAND = 0.75
-"""Light on the sides of what is held."""
+"""Light on the sides of held objects."""
 PART_POINTS = 12000
-"""Light is cast on so many points at a time, on two threads."""
+"""Number of points on which light is cast at a time, on each of two threads."""
 FULL = 255
-"""All of the light, as a byte."""
+"""The whole light, as a byte."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CastLight:
-    """Light as it was cast: from around (n, 3), and the share of each lamp's (lamps, n)."""
+    """Light that was cast on points: from all around (n, 3), and the share of each lamp's (lamps, n)."""
 
     ambient: np.ndarray
     reach: np.ndarray
 
     @staticmethod
     def empty(lamps: int, count: int) -> "CastLight":
-        """Return room for the light on so many points."""
+        """Return arrays of zeros for the light on `count` points."""
         return CastLight(np.zeros((count, 3), np.float16), np.zeros((lamps, count), np.float16))
 
     def smoothed(self, samples: Samples, is_known: np.ndarray, edges: np.ndarray, owners: np.ndarray) -> "CastLight":
-        """Return the light averaged along the edges (m, 2), of one surface each, between the points that it fell on.
+        """Return the light averaged along edges (m, 2) of one surface each.
 
-        Where it is not known (n,), it is that of what is near, or else of all that belongs to the same owner (n,).
+        Unknown light (n,) is taken from points nearby, or else is the mean over the same owner (n,).
         """
         light = np.column_stack([self.ambient, self.reach.T]) * is_known[:, None]
         near = smoothed(light, is_known, samples.points, edges)
@@ -60,7 +60,7 @@ class CastLight:
         return CastLight(light[:, :3], light[:, 3:].T)
 
     def shaded(self, samples: Samples, lamps: list[np.ndarray]) -> "CastLight":
-        """Return what the points take of the light by the way that they face: the form of a thing, exactly."""
+        """Return the light that the points receive by the direction that they face; it shows the exact form."""
         shares = [irradiance.lamp_facing_shares(lamp, samples) for lamp in lamps]
         return CastLight(
             self.ambient * irradiance.ambient_facing_shares(samples)[:, None],
@@ -68,21 +68,21 @@ class CastLight:
         )
 
     def lightened(self, is_strip: np.ndarray, owners: np.ndarray) -> tuple["CastLight", np.ndarray]:
-        """Return the light as strips (n,) of owners (n,) have it from afar, and the share (n,) left near by."""
+        """Return the light with brighter strips (n,) of owners (n,), and the share (n,) left at short range."""
         afar, near_by = smoothing.lightened(np.column_stack([self.ambient, self.reach.T]), is_strip, owners)
         return CastLight(afar[:, :3], afar[:, 3:].T), near_by
 
     def dimmed(self, shares: np.ndarray) -> "CastLight":
-        """Return the light with these shares (n,) of it left."""
+        """Return the light multiplied by shares (n,)."""
         return CastLight(self.ambient * shares[:, None], self.reach * shares)
 
-    def mixed(self, strengths: np.ndarray, part: slice | np.ndarray) -> np.ndarray:
-        """Return the light (k, 3) on some points with the lamps at their strengths (lamps, 3)."""
-        return self.ambient[part].astype(np.float32) + self.reach[:, part].astype(np.float32).T @ strengths
+    def mixed(self, lamp_colours: np.ndarray, part: slice | np.ndarray) -> np.ndarray:
+        """Return the light (k, 3) on some points, with colours (lamps, 3) of the lamps."""
+        return self.ambient[part].astype(np.float32) + self.reach[:, part].astype(np.float32).T @ lamp_colours
 
 
 class BakedLight:
-    """The light of a scene as it stood at first, cast for what is looked at."""
+    """The light of a scene in its initial state, cast on geoms when they are first in view."""
 
     def __init__(self, scene: RenderScene) -> None:
         self.geometry = geometry_of(scene)
@@ -92,13 +92,13 @@ class BakedLight:
         self._is_cast = np.zeros(len(scene.bodies), dtype=bool)
         self.vertices = CastLight.empty(len(self._lamps), len(self.geometry.vertices))
         self.detail_weight = np.full(len(self.geometry.vertices), FULL, np.uint8)
-        """(n,): the root of the share of their light that vertices keep where gaps are wider than a pixel."""
+        """(n,) root of the share of their light that vertices have where gaps are wider than a pixel."""
         self.planes = CastLight.empty(len(self._lamps), self.lightmap_atlas.is_used.size)
         self.is_open = np.zeros(self.lightmap_atlas.is_used.size, dtype=bool)
-        """Which places on the planes lie behind nothing."""
+        """Whether each texel of the planes is not buried."""
 
     def ensure(self, state: RenderState, geoms: np.ndarray) -> None:
-        """Casts light on geoms, which are where they were at first, unless that was done before."""
+        """Cast light on geoms in their initial poses, once."""
         missing = geoms[~self._is_cast[geoms]]
         if not len(missing):
             return
@@ -111,10 +111,10 @@ class BakedLight:
     def cast_on(
         self, state: RenderState, geoms: np.ndarray, occluders: Occluders, into: tuple[CastLight, np.ndarray]
     ) -> None:
-        """Casts light on the vertices of geoms where they are now, into the light and `detail_weight` (n,)."""
+        """Cast light on the vertices of geoms in a state, into the light and `detail_weight` (n,)."""
         if not len(geoms):
             return
-        light, near = into
+        light, detail_weight = into
         places = [self.geometry.world(state, geom) for geom in geoms.tolist()]
         points, normals = (np.concatenate(each) for each in zip(*places, strict=True))
         counts = [len(each) for each, _ in places]
@@ -133,17 +133,17 @@ class BakedLight:
         afar = crevice_occlusion.distant_light_shares(self.geometry.scene, geoms[owners[first]], shares)
         is_strip = self._on_strips(geoms, owners)[first]
         cast, near_by = cast.dimmed(afar).lightened(is_strip, owners[first])
-        kept = (np.sqrt(shares / afar * near_by) * FULL + 0.5).astype(np.uint8)
+        weight = (np.sqrt(shares / afar * near_by) * FULL + 0.5).astype(np.uint8)
         start = 0
         for geom, count in zip(geoms.tolist(), counts, strict=True):
             part, stop = self.geometry.vertex_slices[geom], start + count
             light.ambient[part] = cast.ambient[which[start:stop]]
             light.reach[:, part] = cast.reach[:, which[start:stop]]
-            near[part] = kept[which[start:stop]]
+            detail_weight[part] = weight[which[start:stop]]
             start = stop
 
     def _on_strips(self, geoms: np.ndarray, owners: np.ndarray) -> np.ndarray:
-        """Return which vertices (n,) of geoms are of the narrow sides of doors; `owners` (n,) are numbers of geoms."""
+        """Return whether vertices (n,) of geoms are on the narrow sides of doors; `owners` (n,) index the geoms."""
         parts = [self.geometry.vertex_slices[geom] for geom in geoms.tolist()]
         found = self.geometry.scene.is_door[geoms][owners]
         points, normals = (
@@ -154,7 +154,7 @@ class BakedLight:
         return found
 
     def _faces(self, geoms: np.ndarray, counts: list[int]) -> np.ndarray:
-        """Return the triangles (m, 3) of geoms with so many vertices each, these numbered one geom after the other."""
+        """Return the triangles (m, 3) of geoms; `counts` are their numbers of vertices, which are numbered in turn."""
         slices, owned = self.geometry.vertex_slices, self.geometry.face_slices
         shifts = np.cumsum([0, *counts[:-1]]) - [slices[geom].start for geom in geoms]
         return np.concatenate(
@@ -162,10 +162,10 @@ class BakedLight:
         )
 
     def boxes_of(self, geoms: np.ndarray) -> list[tuple[int, int, int, int]]:
-        """Return where the planes of geoms lie in the picture of all planes."""
+        """Return the boxes of the planes of geoms in the atlas."""
         wanted = set(geoms.tolist())
-        laid_out = self.lightmap_atlas
-        return [box for box, owner in zip(laid_out.boxes, laid_out.owners, strict=True) if owner in wanted]
+        atlas = self.lightmap_atlas
+        return [box for box, owner in zip(atlas.boxes, atlas.owners, strict=True) if owner in wanted]
 
     def _cast_planes(self, geoms: np.ndarray) -> None:
         numbers = np.arange(self.lightmap_atlas.is_used.size).reshape(self.lightmap_atlas.is_used.shape)
@@ -182,7 +182,7 @@ class BakedLight:
         self.planes.ambient[chosen], self.planes.reach[:, chosen] = cast.ambient, cast.reach
 
     def _cast(self, samples: Samples, occluders: Occluders) -> tuple[CastLight, np.ndarray]:
-        """Return the light that comes to samples, whichever way they face, and which of them are buried."""
+        """Return the light at samples, whichever way they face, and which of them are buried (n,)."""
         starts = range(0, len(samples.points), PART_POINTS)
         parts = [samples.part(slice(start, start + PART_POINTS)) for start in starts]
         found = run_in_parallel([partial(self._cast_part, part, occluders) for part in parts])
@@ -190,7 +190,7 @@ class BakedLight:
         return CastLight(np.concatenate(ambient), np.concatenate(reach, axis=1)), np.concatenate(is_buried)
 
     def _cast_part(self, samples: Samples, occluders: Occluders) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the light from around (n, 3) and from each lamp (lamps, n), and which samples are buried (n,)."""
+        """Return the light from all around (n, 3) and from each lamp (lamps, n), and which samples are buried (n,)."""
         ambient, is_buried = irradiance.ambient(occluders, samples)
         places = samples.origins[:, :2]
         reach = [
@@ -203,14 +203,14 @@ class BakedLight:
 
 
 def baked_light(scene: RenderScene) -> BakedLight:
-    """Return the light of a scene, always the same."""
+    """Return the light of a scene, made once."""
     if "light" not in scene.cache:
         scene.cache["light"] = BakedLight(scene)
     return scene.cache["light"]
 
 
 class Lighting:
-    """Light on the vertices and planes that are looked at; it follows what moves."""
+    """The light on the vertices and the planes that are in view, as objects move and lamps are switched."""
 
     def __init__(self, scene: RenderScene) -> None:
         self._scene, self._baked = scene, baked_light(scene)
@@ -220,27 +220,27 @@ class Lighting:
         self._state = scene.initial
         """The state of the last update."""
         self._displaced, self._occluders = np.zeros(len(scene.static_occluders), dtype=bool), self._baked.occluders
-        """Which furniture has been moved, and what stops light on things that have been: all else."""
+        """Which furniture has been moved or removed, and what stops light on moved objects: all other furniture."""
         self._is_lit = np.zeros(len(scene.bodies), dtype=bool)
         """Whether each geom has been lit since its object last moved."""
         self._lamp_colours = np.zeros(0)
         self._detail_weight = np.full(count, FULL, np.uint8)
         self.vertices = np.full((count, 4), (0, 0, 0, FULL), np.uint8)
-        """(n, 4): the square root of the light on each vertex, and of the share of it that is left near by."""
+        """(n, 4) square root of the light on each vertex, and of the share of it at short range."""
         self.planes = np.zeros((*self._baked.lightmap_atlas.is_used.shape, 4), np.uint8)
-        """(height, width, 4): the same for the planes."""
+        """(height, width, 4) square root of the light on the planes."""
         for geom in self.geometry.hand:
             self._light_by_hand(geom, self.geometry.normals[self.geometry.vertex_slices[geom], 1])
 
     @property
     def places(self) -> np.ndarray:
-        """Where the vertices of charted geoms are found on the planes, (k, 2), in their order."""
+        """Positions (k, 2) in the atlas of the vertices of its geoms, in their order."""
         return self._baked.lightmap_atlas.places
 
     def update(self, state: RenderState, shown: np.ndarray) -> tuple[bool, list[slice]]:
-        """Casts light on geoms that are looked at for the first time, or have moved since.
+        """Cast light on geoms that are in view for the first time, or have moved.
 
-        Returns whether the planes, and which vertices have changed.
+        Return whether the planes have changed, and which vertices have.
         """
         if not np.array_equal(state.lamp_colours, self._lamp_colours):
             self._lamp_colours = state.lamp_colours
@@ -255,17 +255,17 @@ class Lighting:
         is_moved = self._scene.with_furniture(is_elsewhere)[stale]
         self._baked.ensure(state, stale[~is_moved])
         self._baked.cast_on(state, stale[is_moved], self._occluders, (self._cast, self._detail_weight))
+        baked = self._baked.vertices, self._baked.detail_weight
         for geom, moved in zip(stale[~is_in_atlas].tolist(), is_moved[~is_in_atlas].tolist(), strict=True):
             part = self.geometry.vertex_slices[geom]
-            cast, near = (
-                (self._cast, self._detail_weight) if moved else (self._baked.vertices, self._baked.detail_weight)
-            )
-            self.vertices[part, :3], self.vertices[part, 3] = encoded(cast.mixed(self._lamp_colours, part)), near[part]
+            light, weight = (self._cast, self._detail_weight) if moved else baked
+            self.vertices[part, :3] = encoded(light.mixed(state.lamp_colours, part))
+            self.vertices[part, 3] = weight[part]
         self._mix_planes(stale[is_in_atlas])
         return bool(is_in_atlas.any()), [self.geometry.vertex_slices[geom] for geom in stale[~is_in_atlas].tolist()]
 
     def _update_occluders(self, state: RenderState, is_gone: np.ndarray) -> None:
-        """Let furniture that is not where it was stop no light on things that have moved, and all other furniture."""
+        """Let all furniture stop light on moved objects, except what is gone (geoms,)."""
         displaced = is_gone[self._scene.static_occluders]
         if np.array_equal(displaced, self._displaced):
             return
@@ -274,14 +274,14 @@ class Lighting:
         self._occluders = occluders_of(self.geometry, state, left) if displaced.any() else self._baked.occluders
 
     def in_hand(self, state: RenderState, geoms: np.ndarray, up: np.ndarray) -> list[slice]:
-        """Lights what is held, from above the one who holds it. Returns which vertices have changed."""
+        """Light held geoms from above, `up` (3,) of the camera. Return which vertices have changed."""
         for geom in geoms.tolist():
             self._light_by_hand(geom, self.geometry.world(state, geom)[1] @ up)
             self._is_lit[geom] = False
         return [self.geometry.vertex_slices[geom] for geom in geoms.tolist()]
 
     def _light_by_hand(self, geom: int, rising: np.ndarray) -> None:
-        """Lights a geom by how far its normals (n,) turn up."""
+        """Light a geom by the upward part of its normals (n,)."""
         light = IN_HAND * (1.0 + 0.35 * rising)
         part = self.geometry.vertex_slices[geom]
         self.vertices[part, :3], self.vertices[part, 3] = encoded(light)[:, None], FULL
@@ -296,20 +296,20 @@ class Lighting:
 
 
 def encoded(light: np.ndarray) -> np.ndarray:
-    """Return light as bytes: the square root of its share of the brightest."""
+    """Return the square root of light, as bytes."""
     return (np.sqrt(np.clip(light / BRIGHTEST, 0.0, 1.0)) * 255.0 + 0.5).astype(np.uint8)
 
 
 def run_in_parallel(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
-    """Return the results of tasks of which none needs another's, done on as many threads as may cast rays."""
+    """Return the results of independent tasks, done on two threads."""
     if len(tasks) == 1:
         return [tasks[0]()]
-    with ThreadPoolExecutor(2) as pool:  # of its own: a process may be forked after it has cast light
-        return [doing.result() for doing in [pool.submit(task) for task in tasks]]
+    with ThreadPoolExecutor(2) as pool:  # a new pool, since the process may be forked later
+        return [future.result() for future in [pool.submit(task) for task in tasks]]
 
 
 def _merge_similar(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return one vertex of each group of an owner's that is alike, and the group of each vertex."""
+    """Return one vertex of each group of similar vertices of an owner, and the group of each vertex."""
     key = owners.astype(np.int64)
     for values, steps in ((points / GRID_M, 4096), (normals * FACINGS, 2 * FACINGS + 1)):
         for column in np.round(values).astype(np.int64).T:
@@ -319,9 +319,9 @@ def _merge_similar(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) 
 
 
 def _atlas_of(geometry: Geometry) -> tuple[lightmap_atlas.LightmapAtlas, Samples]:
-    """Return the planes of the structure, and where the light of each of their texels is cast."""
+    """Return the atlas of the structure, and the points of its texels on which light is cast."""
     geoms = np.flatnonzero(geometry.is_in_atlas)
     places = [geometry.world(geometry.scene.initial, geom) for geom in geoms.tolist()]
     points, normals = (np.concatenate(each) for each in zip(*places, strict=True))
-    laid_out = lightmap_atlas.pack_atlas(points, normals, np.repeat(geoms, [len(each) for each, _ in places]))
-    return laid_out, Samples(laid_out.points.reshape(-1, 3), laid_out.normals.reshape(-1, 3))
+    atlas = lightmap_atlas.pack_atlas(points, normals, np.repeat(geoms, [len(each) for each, _ in places]))
+    return atlas, Samples(atlas.points.reshape(-1, 3), atlas.normals.reshape(-1, 3))

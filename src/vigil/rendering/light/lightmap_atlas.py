@@ -1,4 +1,4 @@
-"""Where the light of walls, floors and ceilings is kept: one picture of all their planes, side by side."""
+"""The lightmap atlas: one picture with the light of all planes of walls, floors and ceilings, side by side."""
 
 from dataclasses import dataclass
 
@@ -9,29 +9,29 @@ BORDER = 2
 WIDTH = 512
 _BLUR = np.array([1, 4, 6, 4, 1], np.float32) / 16
 INSET_M = 0.02
-"""Light at the edge of a plane is taken this far inside it, off the neighbour."""
+"""Distance from the edge of a plane at which the edge's light is taken, off the neighbouring plane."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LightmapAtlas:
-    """The planes, laid out."""
+    """The layout of the planes."""
 
     places: np.ndarray
-    """(n, 2) place of each vertex in the picture, 0..1."""
+    """(n, 2) position of each vertex in the picture, 0..1."""
     points: np.ndarray
-    """(height, width, 3) metres."""
+    """(height, width, 3) metres, the point of each texel."""
     normals: np.ndarray
-    """(height, width, 3); 0 where no plane lies."""
+    """(height, width, 3) unit; 0 outside the planes."""
     is_used: np.ndarray
-    """(height, width): whether a plane lies there."""
+    """(height, width) whether each texel belongs to a plane."""
     boxes: list[tuple[int, int, int, int]]
     """(row, column, height, width) of each plane, border included."""
     owners: list[int]
-    """Whose each plane is."""
+    """Owner of each plane."""
 
 
 def pack_atlas(vertices: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> LightmapAtlas:
-    """Lays out the planes to which vertices (n, 3) belong, those of each owner (n,) by themselves."""
+    """Return the layout of the planes to which vertices (n, 3) belong; each owner (n,) has planes of its own."""
     heights = (vertices * normals).sum(axis=1, keepdims=True)
     keys = np.concatenate([np.round(normals * 50), np.round(heights * 100), owners[:, None]], axis=1)
     _, first, plane = np.unique(keys, axis=0, return_index=True, return_inverse=True)
@@ -66,12 +66,12 @@ def pack_atlas(vertices: np.ndarray, normals: np.ndarray, owners: np.ndarray) ->
 
 
 def _inside(places: np.ndarray, low: float, high: float) -> np.ndarray:
-    move_inward = min(INSET_M, (high - low) / 4)
-    return np.clip(places, low + move_inward, high - move_inward)
+    inset = min(INSET_M, (high - low) / 4)
+    return np.clip(places, low + inset, high - inset)
 
 
 def _axes(normal: np.ndarray) -> np.ndarray:
-    """Return two unit directions (2, 3) along the plane."""
+    """Return two unit directions (2, 3) along a plane."""
     up = np.array([0.0, 0.0, 1.0]) if abs(normal[2]) < 0.7 else np.array([0.0, 1.0, 0.0])
     across = np.cross(up, normal)
     across /= np.linalg.norm(across)
@@ -79,7 +79,7 @@ def _axes(normal: np.ndarray) -> np.ndarray:
 
 
 def _packed(boxes: list[np.ndarray]) -> tuple[list[tuple[int, int]], int]:
-    """Return the upper left corner of each box, in rows of falling height, and the height of all."""
+    """Return the upper left corner of each box, in rows of decreasing height, and the total height."""
     corners: list[tuple[int, int]] = [(0, 0)] * len(boxes)
     left = top = row = 0
     for number in sorted(range(len(boxes)), key=lambda one: (-boxes[one][1], one)):
@@ -92,7 +92,7 @@ def _packed(boxes: list[np.ndarray]) -> tuple[list[tuple[int, int]], int]:
 
 
 def smoothed(light: np.ndarray, is_known: np.ndarray) -> np.ndarray:
-    """Return the light (height, width, 3) of one plane, averaged over neighbours where it is known (height, width)."""
+    """Return the light (height, width, 3) of a plane, averaged over neighbours whose light is known (height, width)."""
     sums = _blurred(np.where(is_known[..., None], light, 0.0))
     known = _blurred(is_known[..., None].astype(np.float32))
     return np.where(known > 0.0, sums / np.maximum(known, 1e-6), light)

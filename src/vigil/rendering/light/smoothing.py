@@ -1,11 +1,10 @@
-"""Light that was cast on the vertices of a surface, averaged along its edges.
+"""Smoothing of the light that was cast on the vertices of a surface, along its edges.
 
-Few rays are cast from a vertex, and a face shows what its corners got: without this, one corner that happens to see
-less of a lamp darkens half a door.
+Few rays are cast from a vertex, and the light of a face comes from its corners. Without smoothing, one corner with a
+partly hidden lamp would darken half a door.
 
-The narrow sides of a door's panels and frame have their own light from near by alone. A strip that is narrower than a
-pixel is met by some of its samples and missed by others, and a dark one would be a row of dashes; so it is drawn there
-with the light of the whole that it belongs to, on average over all sides.
+The narrow sides of a door's panels and frame have their own light only at short range. Only some samples of a pixel
+meet a strip narrower than the pixel, so a dark strip would be a row of dashes. It has the mean light of the door there.
 """
 
 import numpy as np
@@ -14,21 +13,21 @@ from vigil.rendering.light.irradiance import Samples
 
 ROUNDS = 3
 NEAR_M = 0.15
-"""A neighbour this far away along an edge counts half."""
+"""Length of the edge to a neighbour that has half the weight."""
 SAME_SURFACE_COSINE = 0.7
-"""Cosine between the normals of two corners that are still of one smooth surface."""
+"""Least cosine between the normals of neighbouring corners of one smooth surface."""
 INSET_SHARE, INSET_M = 0.3, 0.05
-"""How far inward light is cast of a corner: this share of the way to its neighbours, at most so far."""
+"""How far inward of a corner its light is cast: a share of the way to its neighbours, and the most."""
 STRIP_WIDTH_M, STRIP_LENGTH_M = 0.05, 0.25
-"""A flat side that is narrower and longer is a strip: doors are thinner, and their panels hide most of it."""
+"""Greatest width and least length of a strip, which is a flat side of a door's panel or frame."""
 FLAT = 0.99
-"""Cosine between the normal of such a side and an axis of its part."""
+"""Least cosine between the normal of a strip and an axis of its part."""
 PLANE_M = 0.001
-"""Corners no farther apart across are on one side."""
+"""Greatest distance between corners across one flat side."""
 
 
 def smooth_edges(normals: np.ndarray, edges: np.ndarray) -> np.ndarray:
-    """Return those edges (k, 2) of some (m, 2), each once, whose corners with normals (n, 3) are of one surface."""
+    """Return the distinct edges (k, 2) among `edges` (m, 2) whose corners with normals (n, 3) are of one surface."""
     count = len(normals)
     once = np.unique(edges.min(axis=1).astype(np.int64) * count + edges.max(axis=1))
     first, last = np.divmod(once, count)
@@ -37,9 +36,9 @@ def smooth_edges(normals: np.ndarray, edges: np.ndarray) -> np.ndarray:
 
 
 def move_inward(samples: Samples, edges: np.ndarray) -> Samples:
-    """Return samples moved from the rims of their surfaces inward, along edges (k, 2) of one surface each.
+    """Return samples moved inward from the rims of their surfaces, along edges (k, 2) of one surface each.
 
-    In the corner of a rim little light comes; a large face would show it all over.
+    The corner of a rim gets little light, which would darken the whole of a large face.
     """
     first, last = edges.T
     count = len(samples.points)
@@ -56,7 +55,7 @@ def move_inward(samples: Samples, edges: np.ndarray) -> Samples:
 def smoothed(light: np.ndarray, is_known: np.ndarray, points: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """Return the light (n, k) on corners at points (n, 3), averaged along edges (m, 2) of one surface each.
 
-    Where it is not known (n,), it comes from corners where it is; it is not a number where none of those is near.
+    Unknown light (n,) is taken from corners nearby whose light is known; it is nan if there is none.
     """
     count = len(light)
     first, last = edges.T
@@ -67,7 +66,7 @@ def smoothed(light: np.ndarray, is_known: np.ndarray, points: np.ndarray, edges:
     weights = np.concatenate([np.ones(count), near, near])[order, None].astype(np.float32)
     begins = np.concatenate([[0], np.cumsum(1 + np.bincount(np.append(first, last), minlength=count))[:-1]])
     shares = 1.0 / np.add.reduceat(weights, begins)
-    # The last column is how much of the average is known.
+    # The last column is the known share of the average.
     sums = np.column_stack([light * is_known[:, None], is_known]).astype(np.float32)
     for _ in range(ROUNDS):
         sums = np.add.reduceat(weights * sums[sources], begins) * shares
@@ -76,8 +75,8 @@ def smoothed(light: np.ndarray, is_known: np.ndarray, points: np.ndarray, edges:
 
 
 def are_on_strips(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> np.ndarray:
-    """Return which corners (n,) at points (n, 3) with normals (n, 3), both in the frame of their owner (n,), belong to
-    a long and narrow flat side of it."""
+    """Return whether corners (n,) are on a long and narrow flat side; points and normals (n, 3) are in their owner's
+    frame (n,)."""
     axis = np.abs(normals).argmax(axis=1)
     rows = np.arange(len(points))
     facing, depth = normals[rows, axis], np.round(points[rows, axis] / PLANE_M).astype(np.int64)
@@ -94,8 +93,8 @@ def are_on_strips(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -
 
 
 def lightened(light: np.ndarray, chosen: np.ndarray, owners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the light (n, k) with no less than their owner's (n,) mean on the chosen (n,), and the share of
-    it (n,) that they have from near by."""
+    """Return the light (n, k), on the chosen corners (n,) at least their owner's (n,) mean, and the share (n,) of it
+    that they have at short range."""
     counts = np.maximum(np.bincount(owners), 1)
     means = np.stack([np.bincount(owners, column) / counts for column in light.T], axis=1)[owners]
     afar = np.where(chosen[:, None], np.maximum(light, means), light)

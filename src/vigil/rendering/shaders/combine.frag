@@ -1,5 +1,5 @@
 #version 330
-// The picture, darker where little is open.
+// The picture, darker where its surroundings are less open.
 const float DARKEST = 0.42;
 uniform sampler2D picture;
 uniform sampler2D nearness;

@@ -1,5 +1,5 @@
 #version 330
-// The distance of what each pixel shows, at half the size: the nearest of four.
+// The distance of each pixel at half the size: the nearest of four pixels.
 uniform sampler2D depth;
 uniform vec2 planes;  // near, far
 in vec2 place;

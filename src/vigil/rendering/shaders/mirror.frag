@@ -1,5 +1,5 @@
 #version 330
-// What the mirror shows, which has been drawn already, as it would be seen through the mirror's place.
+// The picture of the mirror, which has been drawn before, where the mirror is.
 uniform sampler2D mirrored;
 uniform vec2 size;
 out vec4 seen;

@@ -1,19 +1,19 @@
 #version 330
-// How open the surroundings of each point are: 1, or less where something is near and in front of it, above all where
-// that keeps off light from above; and less where something small stands between it and the lamp: on what lies level as far
-// as such things are high, on walls and fronts no farther than handles and frames stand out. Farther it would be a smudge.
+// How open the surroundings of each point are: 1, or less where something is near and in front of it, most of all where it
+// stops light from above, and where something small is between the point and the lamp. Shadows are longer on level
+// surfaces than on walls and fronts, where only handles and frames stand out; longer ones would look like smudges.
 const int TAPS = 9;
 const float REACH = 0.2;  // metres
 const float STRENGTH = 1.7;
 const int STEPS = 10;
-const float SHADE_REACH = 0.8, SHORT_REACH = 0.22;  // metres towards the lamp, of what lies level and of what stands
+const float SHADE_REACH = 0.8, SHORT_REACH = 0.22;  // metres towards the lamp, from level and from upright surfaces
 const float SHADE = 0.5;
-const float FLAT = 0.5, LEVEL = 0.9;  // cosine of what stands, and of what lies level; below -FLAT are ceilings
-const float THIN = 0.03, THICK = 0.12;  // metres that something stands out from a wall
-const float THICKNESS = 0.25;  // metres: what is farther in front of a point is no neighbour
+const float FLAT = 0.5, LEVEL = 0.9;  // cosines of upright and of level surfaces; below -FLAT are ceilings
+const float THIN = 0.03, THICK = 0.12;  // metres by which something stands out from a wall
+const float THICKNESS = 0.25;  // metres: surfaces farther in front of a point are not neighbours
 uniform sampler2D distances;
-uniform vec2 slopes;  // half of what is seen across and up, at one metre
-uniform vec3 upward;  // as the eye sees it: right, up, ahead
+uniform vec2 slopes;  // half the width and height of the view at one metre
+uniform vec3 upward;  // in the camera's frame: right, up, ahead
 uniform vec3 lamp;
 in vec2 place;
 out vec2 seen;
@@ -23,7 +23,7 @@ vec3 at(vec2 p) {
     return vec3((p * 2.0 - 1.0) * slopes * z, z);
 }
 
-// How much what stands out so far from a point counts: nearly nothing of frames and boards where it does not lie level.
+// The weight of something that stands out from a point: nearly 0 for frames and boards unless the point's surface is level.
 float counted(float lies, float out_m) {
     return mix(smoothstep(THIN, THICK, out_m), 1.0, lies);
 }
@@ -44,13 +44,13 @@ float nearness(vec3 here, vec3 normal, float turn, float lies) {
     return hidden * STRENGTH / float(TAPS);
 }
 
-// Follows the way to the lamp, as far as it can be seen.
+// Follows the way to the lamp as far as the picture shows it.
 float shade(vec3 here, vec3 normal, float turn, float lies) {
     vec3 way = normalize(lamp - here);
     float facing = smoothstep(0.0, 0.35, dot(way, normal));
-    if (facing <= 0.0 || dot(normal, upward) < -FLAT)  // a lamp's mount darkens no ceiling
+    if (facing <= 0.0 || dot(normal, upward) < -FLAT)  // a lamp's mount does not darken the ceiling
         return 0.0;
-    float reach = mix(SHORT_REACH, SHADE_REACH, lies);  // ceilings are left out above
+    float reach = mix(SHORT_REACH, SHADE_REACH, lies);
     float least = 0.008 + 0.006 * here.z, stopped = 0.0;
     for (int i = 0; i < STEPS; i++) {
         float far = reach * (float(i) + 0.3 + turn) / float(STEPS);

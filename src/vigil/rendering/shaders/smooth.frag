@@ -1,5 +1,5 @@
 #version 330
-// Averages over the four by four pixels among which the taps turn, where they are as far away.
+// Averages over the four by four pixels among which the taps rotate, if they are equally far away.
 uniform sampler2D nearness;
 in vec2 place;
 out vec2 seen;

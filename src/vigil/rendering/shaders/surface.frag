@@ -1,16 +1,16 @@
 #version 330
-const float BRIGHTEST_ROOT = 1.41421356;  // of `lighting.BRIGHTEST`
-const float GLOW_REACH_SQUARE = 12.0;  // metres
+const float BRIGHTEST_ROOT = 1.41421356;  // square root of `lighting.BRIGHTEST`
+const float LIGHT_REACH_SQUARE = 12.0;  // metres
 uniform sampler2DArray pictures;
 uniform sampler2D planes;
 uniform vec3 eye;
 uniform vec3 lamp;
-#if GLOWS > 0
-uniform vec3 glow_places[GLOWS];
-uniform vec3 glow_colours[GLOWS];
+#if POINT_LIGHTS > 0
+uniform vec3 light_places[POINT_LIGHTS];
+uniform vec3 light_colours[POINT_LIGHTS];
 #endif
-#ifdef CHARTED
-in vec2 chart_place;
+#ifdef IN_ATLAS
+in vec2 atlas_place;
 #else
 centroid in vec3 vertex_light;
 #endif
@@ -27,7 +27,7 @@ vec3 surroundings(vec3 way) {
                        : mix(middle, vec3(0.26, 0.24, 0.22), smoothstep(0.0, 0.6, -way.z));
 }
 
-// From the square root of light to what is shown: bright places keep their form, dark ones are lifted.
+// From the square root of light to the picture: bright surfaces keep their form, dark ones are lifted.
 vec3 toned(vec3 root) {
     root = min(root * (1.13 - 0.16 * root * root), 1.0);
     vec3 dark = 1.0 - root;
@@ -35,25 +35,25 @@ vec3 toned(vec3 root) {
 }
 
 void main() {
-    // Colours and light are kept as square roots.
+    // Colours and light are stored as square roots.
     vec3 root = colour.rgb * texture(pictures, vec3(texture_place, finish.x)).rgb;
-#ifdef CHARTED
-    vec3 light_root = texture(planes, chart_place).rgb * BRIGHTEST_ROOT;
+#ifdef IN_ATLAS
+    vec3 light_root = texture(planes, atlas_place).rgb * BRIGHTEST_ROOT;
 #else
     vec3 light_root = vertex_light * BRIGHTEST_ROOT;
 #endif
-#if !defined(GLOSSY) && GLOWS == 0
+#if !defined(GLOSSY) && POINT_LIGHTS == 0
     seen = vec4(toned(root * light_root), colour.a);
 #else
     vec3 albedo = root * root, light = light_root * light_root;
     vec3 normal = normalize(facing);
-#if GLOWS > 0
-    for (int i = 0; i < GLOWS; i++) {
-        vec3 way = glow_places[i] - world;
+#if POINT_LIGHTS > 0
+    for (int i = 0; i < POINT_LIGHTS; i++) {
+        vec3 way = light_places[i] - world;
         float square = dot(way, way);
         float facing_it = max(dot(normal, way) * inversesqrt(square) * 0.8 + 0.2, 0.0);
-        float fading = max(1.0 - square / GLOW_REACH_SQUARE, 0.0);
-        light += glow_colours[i] * facing_it * fading * fading / (0.25 + square);
+        float fading = max(1.0 - square / LIGHT_REACH_SQUARE, 0.0);
+        light += light_colours[i] * facing_it * fading * fading / (0.25 + square);
     }
 #endif
 #ifdef GLOSSY

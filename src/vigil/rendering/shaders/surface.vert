@@ -6,15 +6,15 @@ in vec3 position;
 in vec3 normal;
 in vec2 uv;
 in int geom;
-#ifdef CHARTED
+#ifdef IN_ATLAS
 in vec2 place;
-out vec2 chart_place;
+out vec2 atlas_place;
 #else
-// Of what is dim and seen edge on, and narrower than a pixel: a dark line there would be a row of dots.
+// Brightens dim surfaces seen edge on, narrower than a pixel: a dark line would be a row of dots.
 const float EDGE_ON = 1.25;
 uniform vec3 eye;
-uniform float gaps_dark_m;  // nearer than this gaps are wider than a pixel
-in vec4 light;  // with the share of it that is left in a gap
+uniform float gaps_dark_m;  // distance up to which gaps are wider than a pixel
+in vec4 light;  // and the share of it that is left in a gap
 centroid out vec3 vertex_light;
 #endif
 out vec3 world;
@@ -33,14 +33,14 @@ void main() {
     colour = texelFetch(geoms, ivec2(3, geom), 0);
     finish = texelFetch(geoms, ivec2(4, geom), 0);
     texture_place = uv;
-#ifdef CHARTED
-    chart_place = place;
+#ifdef IN_ATLAS
+    atlas_place = place;
 #else
     vertex_light = light.rgb;
 #endif
     gl_ClipDistance[0] = dot(clip, vec4(world, 1.0));
     gl_Position = view_projection * vec4(world, 1.0);
-#ifndef CHARTED
+#ifndef IN_ATLAS
     float aside = abs(dot(facing, normalize(eye - world)));
     float bright = smoothstep(0.35, 0.6, max(max(light.r, light.g), light.b));
     vertex_light *= mix(EDGE_ON, 1.0, max(bright, smoothstep(0.04, 0.16, aside)));
