@@ -12,8 +12,8 @@ from vigil.base.geometry import Pose, Vec3
 from vigil.errors import SimulatorError
 from vigil.scene.things import Scene
 from vigil.sim.core.engine import BEARS_OPEN, BEARS_TOGGLE
+from vigil.sim.engines.mujoco.camera import FOVY_DEG
 from vigil.sim.engines.mujoco.compiled import frames
-from vigil.sim.engines.mujoco.compiled.builder import FOVY_DEG
 from vigil.sim.engines.mujoco.engine import MujocoEngine
 
 CABINET, CUBE = 0, 1

@@ -57,7 +57,7 @@ def test_what_is_on_shines_from_where_it_is(scene: Scene) -> None:
     # The cabinet is turned by half, so what is in front of its middle lies towards -z (MuJoCo's -y).
     assert point_light_of(cabinet).place == pytest.approx((0.0, 0.4, 0.7))
     assert point_light_of(cabinet).colour[0] > point_light_of(cabinet).colour[2] > 0
-    with pytest.raises(ValueError, match="gives no light"):
+    with pytest.raises(ValueError, match="is not a lamp"):
         point_light_of(scene.things["cube"])
 
 

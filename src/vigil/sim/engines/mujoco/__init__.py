@@ -1,4 +1,4 @@
-"""The embedded simulator's engine on MuJoCo: kinematic, drawn by OpenGL, clicked and seen by rays.
+"""The embedded simulator's engine on MuJoCo: kinematic scenes, frames drawn by `vigil.rendering`, and rays.
 
-`engine.MujocoEngine` is the entry point. MuJoCo itself is imported by `binding` alone.
+`engine.MujocoEngine` is the entry point. Only `compiled.binding` imports MuJoCo.
 """

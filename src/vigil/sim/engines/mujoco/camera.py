@@ -1,4 +1,4 @@
-"""Frames: one OpenGL context per process, one painter per live scene."""
+"""Frames: one OpenGL context for each process, one painter for each live scene."""
 
 import atexit
 import ctypes
@@ -22,16 +22,17 @@ from vigil.sim.core.views import pose_of
 from vigil.sim.engines.mujoco import held
 from vigil.sim.engines.mujoco.compiled import frames, gl
 from vigil.sim.engines.mujoco.compiled.binding import BACKEND, GL, GLContext
-from vigil.sim.engines.mujoco.compiled.builder import FOVY_DEG
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 from vigil.sim.scene_editor import NOTHING, STRUCTURES, CameraImage, CameraView, Layer
 
 SAMPLES: dict[Quality, int] = {"default": 4, "fast": 0}
-"""Samples a pixel."""
+"""Number of samples for each pixel."""
+FOVY_DEG = 90.0
+"""Vertical field of view of the agent's camera."""
 
 
 class _Window:
-    """The process's OpenGL context; it belongs to the thread that first draws."""
+    """The OpenGL context of the process; it belongs to the thread that first draws."""
 
     def __init__(self) -> None:
         gl.demand(BACKEND)
@@ -39,20 +40,20 @@ class _Window:
         try:
             self.context = GLContext(FRAME_WIDTH, FRAME_HEIGHT)
             self.context.make_current()
-        except Exception as error:  # MuJoCo, PyOpenGL and GLFW each raise errors of their own
-            raise _no_picture("was found but gives no context", error) from error
+        except Exception as error:  # MuJoCo, PyOpenGL and GLFW raise different errors
+            raise _no_picture("was found but does not provide a context", error) from error
 
     def enter(self) -> None:
-        """Makes the context current. Raises SimulatorError in another thread than the first."""
+        """Make the context current. Raises SimulatorError in a second thread and in a fork."""
         if os.getpid() != self.process:
             raise SimulatorError(
-                "A MuJoCo frame was asked for in a fork of a process that has drawn already; OpenGL does not survive "
+                "A MuJoCo frame was requested in a fork of a process that has already drawn; OpenGL does not survive "
                 "a fork. Start worker processes with the `spawn` or `forkserver` method."
             )
         if threading.get_ident() != self.thread:
             raise SimulatorError(
-                "A MuJoCo frame was asked for in a second thread; OpenGL allows one per process. "
-                "Draw in one thread, or give each thread a process of its own."
+                "A MuJoCo frame was requested in a second thread; OpenGL allows one per process. "
+                "Draw in one thread, or in several processes."
             )
         self.context.make_current()
 
@@ -71,7 +72,7 @@ def _enter() -> _Window:
 
 @contextmanager
 def _drawing() -> Iterator[None]:
-    """Makes the context current, and names what the environment sets when OpenGL cannot do what is asked of it."""
+    """Make the context current; an error of OpenGL becomes a SimulatorError that names environment variables."""
     _enter()
     try:
         yield
@@ -80,8 +81,8 @@ def _drawing() -> Iterator[None]:
 
 
 def _no_picture(what: str, error: Exception) -> SimulatorError:
-    said = " ".join(str(error).split()).rstrip(".")
-    return SimulatorError(f"OpenGL ({BACKEND.name}) {what}: {said}. {BACKEND.advice}.")
+    reason = " ".join(str(error).split()).rstrip(".")
+    return SimulatorError(f"OpenGL ({BACKEND.name}) {what}: {reason}. {BACKEND.advice}.")
 
 
 def _close_window() -> None:
@@ -95,7 +96,7 @@ _KINDS = {"wall": "wall", "skirting": "wall", "floor": "floor", "ceiling": "ceil
 
 
 class Camera:
-    """Draws one model."""
+    """A camera in one model."""
 
     def __init__(self, model: CompiledModel, quality: Quality) -> None:
         self._model = model
@@ -104,17 +105,14 @@ class Camera:
         _cameras.add(self)
 
     def draw(self, agent: Pose, point_lights: list[PointLight], in_hand: list[Thing]) -> np.ndarray:
-        """Return the frame that the agent sees, (480, 640, 3) uint8.
-
-        `point_lights` are what shines into it; `in_hand` is what is held, with what that carries after it.
-        """
-        viewer = _viewer(agent, FOVY_DEG, FRAME_WIDTH, FRAME_HEIGHT)
+        """Return the agent's frame, (480, 640, 3) uint8; `in_hand` is the held thing, followed by what it carries."""
+        viewer = _agent_viewer(agent)
         return self._paint(viewer, point_lights, self._hold(viewer.eye, agent, in_hand))
 
     def render_view(
         self, view: CameraView, layers: frozenset[Layer], point_lights: list[PointLight], in_hand: list[Thing]
     ) -> CameraImage:
-        """Return the layers of what a camera sees; `in_hand` is what it holds, with what that carries after it."""
+        """Return layers of a camera's picture; `in_hand` is the held thing, followed by what it carries."""
         looker = pose_of(view)
         viewer = _viewer(looker, view.fovy_deg, view.width, view.height)
         things_held = self._hold(viewer.eye, looker, in_hand)
@@ -127,18 +125,17 @@ class Camera:
         return CameraImage(rgb, depth if "depth" in layers else None, things if "things" in layers else None)
 
     def draw_from(self, viewer: Viewer) -> np.ndarray:
-        """Return a picture from anywhere, (height, width, 3) uint8: every room is lit, and nothing shines into it."""
+        """Return a picture (height, width, 3) uint8 with every room lit, and no other lamps."""
         self._model.lamps.update_switches([])
         return self._paint(viewer, [], None)
 
     def segment(self, agent: Pose) -> np.ndarray:
-        """Return the geom that each pixel shows, (480, 640) int32, -1 for none: a check on the rays."""
+        """Return the geom of each pixel, (480, 640) int32, -1 for none; tests compare it with rays."""
         with _drawing():
-            viewer = _viewer(agent, FOVY_DEG, FRAME_WIDTH, FRAME_HEIGHT)
-            return self._painter.identify(self._model.render_state(), viewer)[0]
+            return self._painter.identify(self._model.render_state(), _agent_viewer(agent))[0]
 
     def close(self) -> None:
-        """Frees what the graphics side keeps."""
+        """Free the OpenGL objects."""
         _enter()
         _cameras.discard(self)
         self._painter.close()
@@ -158,12 +155,16 @@ class Camera:
         return HeldGeoms(geoms, *held.shrink_towards_eye(eye, in_hand), gripper)
 
 
+def _agent_viewer(agent: Pose) -> Viewer:
+    return _viewer(agent, FOVY_DEG, FRAME_WIDTH, FRAME_HEIGHT)
+
+
 def _viewer(looker: Pose, fovy_deg: float, width: int, height: int) -> Viewer:
     return Viewer(frames.points(np.array(looker.eye)), frames.camera_axes(looker), fovy_deg, width, height)
 
 
 def gl_strings() -> dict[str, str]:
-    """Return what the OpenGL driver says of itself: vendor, renderer and version."""
+    """Return the OpenGL driver's vendor, renderer and version."""
     _enter()
     names = {"vendor": GL.GL_VENDOR, "renderer": GL.GL_RENDERER, "version": GL.GL_VERSION}
     found = {name: GL.glGetString(key) for name, key in names.items()}
@@ -171,7 +172,7 @@ def gl_strings() -> dict[str, str]:
 
 
 def _things_of(model: CompiledModel) -> np.ndarray:
-    """Return the thing of each geom, structure as the negative number of its kind; nothing in the last place."""
+    """Return (geoms + 1,) the thing of each geom, or the negative number of its kind; the last stands for no geom."""
     table = model.geom_things.copy()
     for geom, kind in enumerate(model.render_scene.structure_kinds):
         table[geom] = -2 - STRUCTURES.index(_KINDS[kind]) if kind in _KINDS else NOTHING

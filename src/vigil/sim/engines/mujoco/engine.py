@@ -1,4 +1,4 @@
-"""MujocoEngine: draws scenes and casts rays into them with MuJoCo."""
+"""The engine on MuJoCo: draws scenes and casts rays into them."""
 
 import math
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ from vigil.sim.scene_editor import CameraImage, CameraView, Layer
 
 
 class MujocoEngine:
-    """A live scene in MuJoCo. The picture is set up when first asked for, so that rays need no OpenGL."""
+    """A live scene in MuJoCo. The camera is made when first used, so that rays do not need OpenGL."""
 
     def __init__(self, quality: Quality = "default") -> None:
         self.name = f"mujoco {mujoco.__version__} ({quality})"
@@ -32,16 +32,16 @@ class MujocoEngine:
         model_cache.register_engine(self)
 
     def load(self, scene: Scene) -> None:
-        """Builds `scene`, replacing any earlier one."""
+        """Load `scene` in place of the last one."""
         self.close()
         self._scene, self._model = scene, model_cache.model_of(scene)
 
     def prepare(self, scene: Scene) -> None:
-        """Compiles a model of `scene`, which is kept for a while."""
+        """Compile a model of `scene` into the cache."""
         model_cache.prepare(scene)
 
     def update(self, scene: Scene, ids: set[str]) -> None:
-        """Takes over the present places and states of the named things."""
+        """Update the poses and states of the named things."""
         model = self._loaded
         for thing_id in sorted(ids):
             model.place(scene.things[thing_id])
@@ -57,7 +57,7 @@ class MujocoEngine:
         without: Sequence[str] = (),
         within_m: float = math.inf,
     ) -> RayHits:
-        """Casts rays along unit `directions` (n, 3), in THOR's frame (see `Engine.cast`)."""
+        """Cast rays along unit `directions` (n, 3), in THOR's frame (see `Engine.cast`)."""
         return rays.cast(
             self._loaded,
             origin,
@@ -69,25 +69,25 @@ class MujocoEngine:
         )
 
     def draw(self, agent: Pose, held: str | None) -> np.ndarray:
-        """Return the egocentric frame, (480, 640, 3) uint8, with the held thing at the bottom centre."""
+        """Return the egocentric frame, (480, 640, 3) uint8, with the held object at the bottom centre."""
         in_hand = self._in_hand(held)
         return self.camera.draw(agent, self._point_lights(agent, AGENT_LENS, in_hand), in_hand)
 
     def render_view(self, view: CameraView, layers: frozenset[Layer], held: str | None) -> CameraImage:
-        """Return what a camera sees; with `held`, that thing is drawn in the hand of who looks."""
+        """Return the layers of a camera's picture, with the object `held` before the camera."""
         in_hand = self._in_hand(held)
         point_lights = self._point_lights(pose_of(view), lens_of(view), in_hand) if "rgb" in layers else []
         return self.camera.render_view(view, layers, point_lights, in_hand)
 
     def renderer(self) -> str:
-        """Return the GL renderer string; "none" when there is no GL."""
+        """Return OpenGL's renderer and version, "none" without OpenGL."""
         if BACKEND.fault:
             return "none"
         strings = gl_strings()
         return f"{strings['renderer']}; {strings['version']}"
 
     def close(self) -> None:
-        """Frees the scene."""
+        """Free the scene."""
         if self._camera is not None:
             self._camera.close()
         self._scene = self._model = self._camera = None
@@ -111,7 +111,7 @@ class MujocoEngine:
         return self._model
 
     def _point_lights(self, looker: Pose, lens: Lens, in_hand: list[Thing]) -> list[PointLight]:
-        """Return what shines into a picture; the lamps of rooms follow the switches that are in it."""
+        """Return the lamps that light a picture; set the lamps of rooms by the switches in it."""
         if self._scene is None:
             return []
         light_sources.update_room_lamps(self._loaded, self._scene, looker, lens)

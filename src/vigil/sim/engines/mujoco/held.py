@@ -1,4 +1,4 @@
-"""The thing in the hand: drawn at the bottom centre of the frame, near the camera, in front of everything."""
+"""The held object: drawn at the bottom centre of the frame, near the camera, in front of everything."""
 
 from dataclasses import dataclass
 
@@ -10,17 +10,16 @@ from vigil.sim.engines.mujoco.compiled import frames
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 
 AHEAD_M = 0.5
-"""Where its size is taken from: as large as it looks at arm's length, unless that is too large."""
-WIDTH = 0.23
-"""Share of the frame's width that it takes at most; a quarter is promised."""
-HEIGHT = 0.32
+"""Distance of the held object, which gives its size in the frame unless that is too large."""
+WIDTH, HEIGHT = 0.23, 0.32
+"""Greatest shares of the frame's width and height that it covers; the protocol promises a quarter of the width."""
 MARGIN = 0.02
 NEARER = 0.24
-"""It is then drawn this much nearer and smaller, which looks the same and never touches a wall."""
+"""Factor by which it is then drawn nearer and smaller, which looks the same but never touches a wall."""
 FINGER_M, PAD_M = 0.02, 0.035
-"""Width of a finger of the hand; length of the pad at its tip."""
+"""Width of a finger; length of the pad at its tip."""
 GRIP = 0.25
-"""Share of half the thing's height, from its middle up, to which the fingers reach."""
+"""How far the fingers reach above the object's middle, as a share of half its height."""
 TURN_DEG, TILT_DEG = 20.0, 18.0
 _ASPECT = 640 / 480
 _SIGNS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
@@ -28,19 +27,18 @@ _SIGNS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class InHand:
-    """How a thing is held, at arm's length and in MuJoCo's frame."""
+    """The pose of a held object at arm's length, in MuJoCo's frame."""
 
     center: np.ndarray
     matrix: np.ndarray
     smaller: float
-    """The factor to draw it smaller by."""
+    """Factor of its drawn size."""
     half: np.ndarray
-    """(3,) half of the box that it takes up across, up and away from the camera, in metres."""
+    """(3,) half size (m) of its box across, up and away from the camera."""
 
 
 def pose_in_hand(thing: Thing, agent: Pose) -> InHand:
-    """Return how the agent holds a thing."""
-    right, up, back = frames.camera_axes(agent).T
+    """Return the pose in which the agent holds a thing."""
     facing_the_eye = np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
     tilt, turn = frames.turn(np.array([1.0, 0.0, 0.0]), TILT_DEG), frames.turn(np.array([0.0, 0.0, 1.0]), TURN_DEG)
     local = tilt @ facing_the_eye @ turn
@@ -49,22 +47,21 @@ def pose_in_hand(thing: Thing, agent: Pose) -> InHand:
     smaller = min([1.0, *(share * AHEAD_M / (length + share * depth / 2) for share, length in limits)])
     corners = (frames.points(np.array(thing.asset.size)) / 2 * _SIGNS) @ local.T * smaller
     drop = float(np.min((1.0 - 2 * MARGIN) * (AHEAD_M - corners[:, 2]) + corners[:, 1]))
-    eye = frames.points(np.array(agent.eye))
-    axes = np.stack([right, up, back], axis=1)
-    center = eye + axes @ np.array([0.0, -drop, -AHEAD_M])
+    axes = frames.camera_axes(agent)
+    center = frames.points(np.array(agent.eye)) + axes @ np.array([0.0, -drop, -AHEAD_M])
     return InHand(center, axes @ local, smaller, np.abs(corners).max(axis=0))
 
 
 def shrink_towards_eye(eye: np.ndarray, in_hand: InHand) -> tuple[float, np.ndarray]:
-    """Return (scale, shift) that make things smaller about the thing's centre, then about the eye."""
+    """Return (scale, shift) that shrink the object about its centre, then about the eye."""
     smaller = in_hand.smaller
     return NEARER * smaller, NEARER * (1.0 - smaller) * in_hand.center + (1.0 - NEARER) * eye
 
 
 def gripper(eye: np.ndarray, axes: np.ndarray, in_hand: InHand) -> np.ndarray:
-    """Return where the hand's unit boxes are, (boxes, 3, 4): two fingers beside the thing, and a pad on each.
+    """Return the matrices (boxes, 3, 4) of the hand's unit boxes: a finger on each side, and a pad on each.
 
-    They come from below the frame, so that what is held cannot be taken for what lies behind it.
+    They reach down to the lower edge of the frame, so that the object is not mistaken for one on the ground.
     """
     across, up, _ = in_hand.half
     _, level, _ = axes.T @ (in_hand.center - eye)
@@ -80,7 +77,7 @@ def gripper(eye: np.ndarray, axes: np.ndarray, in_hand: InHand) -> np.ndarray:
 
 
 def put_in_hand(model: CompiledModel, things: list[Thing], center: np.ndarray, matrix: np.ndarray) -> None:
-    """Moves the bodies of the first thing to the hand, and those of what it carries along with it."""
+    """Move the bodies of the first thing to the hand, together with the things that it carries."""
     first_position, first_matrix = frames.thing_place(things[0])
     relative = matrix @ first_matrix.T
     for thing in things:

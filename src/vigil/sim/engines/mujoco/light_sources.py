@@ -1,7 +1,7 @@
-"""What lights a picture besides the lamps of its rooms: things that are on and switches that are off, if it shows them.
+"""The lamps and light switches that affect a picture: only those that it shows.
 
-A picture tells nothing of what is out of it: a lamp behind the camera, or behind a wall, does not shine into it. What
-is seen is decided by rays through the middles of pixels, as is everything that is scored.
+A picture must not reveal what is outside it, so a lamp behind the camera or behind a wall does not light it. Visibility
+is decided by rays through the middles of pixels, like everything that is scored.
 """
 
 import itertools
@@ -18,12 +18,12 @@ from vigil.sim.engines.mujoco.compiled.lights import point_light_of
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 
 MOST_RAYS = 64
-"""So many of the pixels that a thing may cover are asked whether they show it."""
+"""Greatest number of pixels that are tested for one object."""
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 def update_room_lamps(model: CompiledModel, scene: Scene, looker: Pose, lens: Lens) -> None:
-    """Has the lamps of rooms follow the switches that are seen, and no others."""
+    """Set the lamps of rooms by the visible switches only."""
     switches = [scene.things[thing_id] for thing_id in model.lamps.switches]
     model.lamps.update_switches([switch for switch in switches if is_seen(model, switch, looker, lens)])
 
@@ -31,7 +31,7 @@ def update_room_lamps(model: CompiledModel, scene: Scene, looker: Pose, lens: Le
 def point_lights_of(
     model: CompiledModel, scene: Scene, looker: Pose, lens: Lens, in_hand: list[Thing]
 ) -> list[PointLight]:
-    """Return the light of the nearest things that are on and seen; what is `in_hand` always is."""
+    """Return the light of the nearest lamps that are on and visible or in the hand, at most `MAX_POINT_LIGHTS`."""
     glowing = [thing for thing in scene.things.values() if thing.is_toggled and thing.asset.glow is not None]
     glowing.sort(key=lambda thing: floor_distance(thing.position, looker.position))
     held = {thing.id for thing in in_hand}
@@ -40,7 +40,7 @@ def point_lights_of(
 
 
 def is_seen(model: CompiledModel, thing: Thing, looker: Pose, lens: Lens) -> bool:
-    """Whether any of some pixels shows a thing, with panes seen through. What is held or absent is not seen."""
+    """Return whether any tested pixel shows an object, through glass or not; a held or absent object is not visible."""
     if not thing.is_present or thing.is_held:
         return False
     boxes = boxes_of([thing])
@@ -48,7 +48,7 @@ def is_seen(model: CompiledModel, thing: Thing, looker: Pose, lens: Lens) -> boo
     if window is None or _is_behind_walls(model, boxes, looker):
         return False
     pixels = window.pixels()
-    if len(pixels) > MOST_RAYS:  # spread evenly over the rows, and over the columns
+    if len(pixels) > MOST_RAYS:  # spread evenly over rows and columns
         pixels = pixels[(np.arange(MOST_RAYS) * _GOLDEN % 1.0 * len(pixels)).astype(int)]
     within_m = farthest_m(looker.eye, boxes)
     ways = directions(looker, pixels, lens)
@@ -57,7 +57,7 @@ def is_seen(model: CompiledModel, thing: Thing, looker: Pose, lens: Lens) -> boo
 
 
 def _is_behind_walls(model: CompiledModel, boxes: list[np.ndarray], looker: Pose) -> bool:
-    """Whether walls alone hide boxes, each of corners (8, 3): this is sooner known than what rays meet."""
+    """Return whether walls hide boxes of corners (8, 3); this is faster than rays."""
     corners, eye = np.concatenate(boxes)[:, [0, 2, 1]], looker.eye
     portals = model.render_scene.portals
     extent = portals.extent(corners.min(axis=0).tolist(), corners.max(axis=0).tolist())

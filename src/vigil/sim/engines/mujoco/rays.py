@@ -1,4 +1,4 @@
-"""Rays into a model, answered as things and roles."""
+"""Rays into a model."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -14,7 +14,7 @@ from vigil.sim.engines.mujoco.compiled.builder import GLASS, GROUPS, HELD, HIDDE
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel
 
 PRUNED_FROM = 8
-"""So many rays are worth the search for what they cannot meet."""
+"""Least number of rays for which geoms that they cannot meet are searched."""
 
 
 def cast(
@@ -27,15 +27,15 @@ def cast(
     without: Sequence[str] = (),
     within_m: float = math.inf,
 ) -> RayHits:
-    """Casts rays along unit `directions` (n, 3) from `origin`, in THOR's frame (see `Engine.cast`)."""
+    """Cast rays along unit `directions` (n, 3) from `origin`, in THOR's frame (see `Engine.cast`)."""
     count = len(directions)
     geoms, distances = np.full(count, -1, dtype=np.int32), np.full(count, -1.0)
     if count:
         eye, rays = frames.points(np.array(origin, dtype=np.float64)), frames.points(directions)
-        aside = np.empty(0, dtype=np.int64)
+        outside = np.empty(0, dtype=np.int64)
         if only is None and count >= PRUNED_FROM:
-            aside = _geoms_rays_cannot_meet(model, eye, rays, within_m)
-        hidden = np.concatenate([aside, *(model.things[thing_id].geoms for thing_id in without)])
+            outside = _geoms_rays_cannot_meet(model, eye, rays, within_m)
+        hidden = np.concatenate([outside, *(model.things[thing_id].geoms for thing_id in without)])
         with _only(model, only, through_glass), _without(model, hidden):
             mujoco.mj_multiRay(
                 model.native,
@@ -55,7 +55,7 @@ def cast(
 
 
 def _geoms_rays_cannot_meet(model: CompiledModel, eye: np.ndarray, rays: np.ndarray, within_m: float) -> np.ndarray:
-    """Return the geoms that no ray can meet: they lie beside the box around the rays."""
+    """Return the geoms that no ray can meet, because they are outside the box around the rays."""
     ends = eye + min(within_m, mujoco.mjMAXVAL) * rays
     low, high = np.minimum(eye, ends.min(axis=0)), np.maximum(eye, ends.max(axis=0))
     return np.flatnonzero(model.bounds().geoms_outside(low, high, model.native.ngeom))
@@ -63,7 +63,7 @@ def _geoms_rays_cannot_meet(model: CompiledModel, eye: np.ndarray, rays: np.ndar
 
 @contextmanager
 def _without(model: CompiledModel, geoms: np.ndarray) -> Iterator[None]:
-    """Hides some geoms for the time being."""
+    """Hide geoms within the context."""
     before = model.native.geom_group[geoms]
     model.native.geom_group[geoms] = HIDDEN
     try:
@@ -84,7 +84,7 @@ def _mask(through_glass: bool, is_only: bool) -> np.ndarray:
 
 @contextmanager
 def _only(model: CompiledModel, thing_id: str | None, through_glass: bool) -> Iterator[None]:
-    """Puts one thing's visible geoms into a group of their own for the time being."""
+    """Put one thing's visible geoms into the group `ONLY` within the context."""
     if thing_id is None:
         yield
         return

@@ -1,6 +1,6 @@
-"""The only module that imports MuJoCo, after the OpenGL library has been found.
+"""MuJoCo, imported after the OpenGL library has been found; no other module imports it.
 
-MuJoCo's extension modules carry no types, so its objects go by the names below.
+MuJoCo's extension modules do not have types, so its objects have the aliases below.
 """
 
 # ruff: noqa: E402
@@ -16,22 +16,22 @@ BACKEND = gl.prepare()
 
 import mujoco as package
 
-# MuJoCo has read it. Processes that this one starts judge what the user said, not what was made of it.
+# MuJoCo has read the variable. Child processes must judge the user's setting, not the one made of it.
 if _given is None:
     os.environ.pop("MUJOCO_GL", None)
 else:
     os.environ["MUJOCO_GL"] = _given
 
 mujoco: Any = package
-"""The package."""
+"""The package `mujoco`."""
 GLContext: Any = None
-"""The class of OpenGL contexts; None when nothing can be drawn."""
+"""The class of OpenGL contexts; None without OpenGL."""
 GL: Any = None
-"""PyOpenGL's functions of OpenGL 1.0 to 1.4, without the 140 modules of `OpenGL.GL`; None when nothing can be drawn."""
+"""PyOpenGL's functions of OpenGL 1.0 to 1.4, without the 140 modules of `OpenGL.GL`; None without OpenGL."""
 
 if BACKEND.fault is None:
-    # By name, for somebody may have imported MuJoCo before, with another backend; and before PyOpenGL, which
-    # chooses its platform when it is imported.
+    # Imported by name, because MuJoCo may have been imported before with another backend; and before PyOpenGL,
+    # which chooses its platform on import.
     try:
         GLContext = importlib.import_module(f"mujoco.{BACKEND.module}").GLContext
         versions = [vars(importlib.import_module(f"OpenGL.raw.GL.VERSION.GL_1_{minor}")) for minor in (0, 1, 3, 4)]
@@ -39,8 +39,6 @@ if BACKEND.fault is None:
     except (ImportError, AttributeError, RuntimeError, OSError) as error:
         BACKEND = gl.broken(BACKEND, error)
 
-NativeSpec: TypeAlias = Any
 NativeBody: TypeAlias = Any
 NativeModel: TypeAlias = Any
 NativeData: TypeAlias = Any
-RenderContext: TypeAlias = Any

@@ -1,6 +1,6 @@
-"""Boxes along the house's axes around all that rays may meet: what lies beside them all need not be cast at.
+"""Boxes along the house's axes around all geoms; a geom whose boxes rays do not reach is left out of their cast.
 
-Walls and floors are each one mesh that spans a room or the whole house, so they have a box for each piece of theirs.
+Walls and floors are meshes that span a room or the whole house, so they have a box for each of their pieces.
 """
 
 from dataclasses import dataclass
@@ -10,23 +10,24 @@ import numpy as np
 from vigil.sim.engines.mujoco.compiled.binding import NativeData, NativeModel
 
 PIECE_M = 2.0
-"""Triangles whose middles are in one cube of this size share a box."""
+"""Size of the cubes; triangles whose centres are in one cube share a box."""
 SLACK_M = 0.001
-"""How much larger a box is than what it holds: far more than an error of rounding."""
+"""Margin of a box, far more than an error of rounding."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bounds:
-    """Boxes (n) with the geoms that they are around; a geom lies within its boxes. In MuJoCo's frame."""
+    """Boxes around geoms, in MuJoCo's frame; a geom lies within its boxes."""
 
     geoms: np.ndarray
-    """(n,)"""
+    """(n,) geom of each box."""
     lows: np.ndarray
-    """(3, n)"""
+    """(3, n) lower corners."""
     highs: np.ndarray
+    """(3, n) upper corners."""
 
     def joined(self, others: "Bounds") -> "Bounds":
-        """Return these boxes and others."""
+        """Return these boxes together with others."""
         return Bounds(
             np.concatenate([self.geoms, others.geoms]),
             np.concatenate([self.lows, others.lows], axis=1),
@@ -34,15 +35,15 @@ class Bounds:
         )
 
     def geoms_outside(self, low: np.ndarray, high: np.ndarray, count: int) -> np.ndarray:
-        """Return which of `count` geoms have no box that overlaps the one between two corners."""
+        """Return whether each of `count` geoms is without a box that overlaps the box between two corners."""
         is_near = ((self.lows <= high[:, None]) & (self.highs >= low[:, None])).all(axis=0)
-        is_beside = np.ones(count, dtype=bool)
-        is_beside[self.geoms[is_near]] = False
-        return is_beside
+        is_outside = np.ones(count, dtype=bool)
+        is_outside[self.geoms[is_near]] = False
+        return is_outside
 
 
 def geom_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -> Bounds:
-    """Return one box around each of some geoms where they are now; one without end around a plane."""
+    """Return a box around each geom where it is now; the box of a plane is endless."""
     turns, boxes = data.geom_xmat[geoms].reshape(-1, 3, 3), native.geom_aabb[geoms]
     middles = data.geom_xpos[geoms] + np.einsum("nij,nj->ni", turns, boxes[:, :3])
     halves = np.einsum("nij,nj->ni", np.abs(turns), boxes[:, 3:]) + SLACK_M
@@ -51,7 +52,7 @@ def geom_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -> Bou
 
 
 def structure_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -> Bounds:
-    """Return boxes around the pieces of geoms that are meshes, and without end around planes."""
+    """Return boxes around the pieces of meshes where they are now, and endless boxes around planes."""
     is_mesh = native.geom_dataid[geoms] >= 0
     found = geom_bounds(native, data, geoms[~is_mesh])
     for geom in geoms[is_mesh]:
@@ -68,7 +69,7 @@ def structure_bounds(native: NativeModel, data: NativeData, geoms: np.ndarray) -
 
 
 def _triangles(native: NativeModel, mesh: int) -> np.ndarray:
-    """Return the corners (n, 3, 3) of a mesh's triangles, in its own frame."""
+    """Return the corners (n, 3, 3) of a mesh's triangles, in its frame."""
     vertex, face = native.mesh_vertadr[mesh], native.mesh_faceadr[mesh]
     vertices = native.mesh_vert[vertex : vertex + native.mesh_vertnum[mesh]].astype(np.float64)
     return vertices[native.mesh_face[face : face + native.mesh_facenum[mesh]]]

@@ -1,4 +1,4 @@
-"""A MuJoCo model under construction: every thing is a mocap body, every joint of it another; nothing is simulated."""
+"""The construction of a MuJoCo model: each thing is a mocap body, and so is each of its joints."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -15,37 +15,38 @@ from vigil.sim.engines.mujoco.compiled.pieces import MeshPiece, Triangles, piece
 from vigil.sim.engines.mujoco.compiled.structure import Shell, shells_of, tint_of
 
 STRUCTURE, THING, GLASS, HIDDEN, HELD, ONLY = range(6)
-"""Groups of geoms, which say what is drawn and what rays meet."""
+"""Groups of geoms, which decide what is drawn and what rays meet."""
 GROUPS = 6
-FOVY_DEG = 90.0
-GROUND_M = -0.02
-LAWN_HALF_M = 60.0
+GROUND_M, LAWN_HALF_M = -0.02, 60.0
+"""Height of the ground; half of its size."""
 Tint = tuple[float, float, float] | None
 
 
 @dataclass(slots=True, eq=False)
 class CompiledThing:
-    """Where a thing is found in the model."""
+    """The bodies and the geoms of a thing; arrays have an entry for each geom."""
 
     index: int
     bodies: list[tuple[int, str | None]]
-    """(mocap index, joint or None for the body)"""
+    """(mocap index, joint) of each body; the joint is None for the first."""
     geoms: np.ndarray
     joints: list[str | None]
-    """The joint that carries each geom."""
+    """Joint that carries each geom; None for the first body."""
     groups: np.ndarray
-    """The group of each geom while it is to be seen."""
+    """Group while the geom is visible."""
     shown_on: np.ndarray
-    """Whether each geom is drawn while toggled on, and ..."""
+    """Whether the geom is drawn while the thing is on."""
     shown_off: np.ndarray
+    """Whether the geom is drawn while the thing is off."""
     notices: np.ndarray
-    """Whether each geom is drawn while broken, and only then."""
+    """Whether the geom is drawn only while the thing is broken."""
     materials_on: np.ndarray
-    """Material of each geom while toggled on, and ..."""
+    """Number of the material while the thing is on."""
     materials_off: np.ndarray
+    """Number of the material while the thing is off."""
 
     def place(self, thing: Thing, native: NativeModel, data: NativeData) -> None:
-        """Takes over the thing's place and state; `mj_kinematics` must follow."""
+        """Write the thing's pose and state; `mj_kinematics` must follow."""
         for mocap, joint in self.bodies:
             position, matrix = frames.thing_place(thing, joint)
             data.mocap_pos[mocap] = position
@@ -59,15 +60,10 @@ class CompiledThing:
 
 
 class ModelBuilder:
-    """The structure and the things of a scene, in MuJoCo's form and in tables."""
+    """A model of a scene under construction, with tables of its geoms."""
 
     def __init__(self, scene: Scene) -> None:
         self._spec = mujoco.MjSpec()
-        self._spec.compiler.autolimits = False
-        self._spec.stat.extent = 1.0
-        self._spec.stat.center = [0.0, 0.0, 0.0]
-        self._spec.stat.meansize = 1.0
-        self._spec.worldbody.add_camera(name="eye", fovy=FOVY_DEG)
         self._meshes: dict[MeshPiece, dict[str, Any]] = {}
         self._material_numbers: dict[tuple[str, Tint], int] = {}
         self._mocaps = 0
@@ -76,7 +72,7 @@ class ModelBuilder:
         """Thing of each geom; -1 for structure."""
         self.geom_roles: list[int] = []
         self.shells = shells_of(scene)
-        """Structure, in the order of the first geoms; the ground follows."""
+        """Structure in the order of the first geoms; the ground follows."""
         self.structure_kinds = (*(shell.kind for shell in self.shells), "ground")
         for number, shell in enumerate(self.shells):
             self._add_shell(f"structure{number}", shell)
@@ -89,7 +85,7 @@ class ModelBuilder:
         self.things = {thing.id: self._add_thing(index, thing) for index, thing in enumerate(scene.things.values())}
 
     def compile(self) -> NativeModel:
-        """Return the model; its textures are drawn at the same time, since MuJoCo does not hold Python's lock."""
+        """Return the model. Its textures are drawn meanwhile, since MuJoCo does not hold Python's lock."""
         with ThreadPoolExecutor(1) as other:
             compiling = other.submit(self._spec.compile)
             for each in self.materials:
@@ -111,7 +107,7 @@ class ModelBuilder:
             mocaps.append((self._mocaps, joint))
             bodies[joint] = self._spec.worldbody.add_body(mocap=True)
             self._mocaps += 1
-        # MuJoCo numbers geoms body by body, so pieces go in by the order of their bodies.
+        # MuJoCo numbers geoms body by body, so pieces are added in the order of their bodies.
         ordered = [piece for joint in bodies for piece in pieces if piece.joint == joint]
         off = np.array([self._add_piece(bodies[piece.joint], piece, index) for piece in ordered], dtype=int)
         on = [
@@ -141,7 +137,7 @@ class ModelBuilder:
         return look
 
     def _material(self, name: str, tint: Tint = None) -> int:
-        """Return the number of a material, adding it when it is new."""
+        """Return the number of a material; a new one is added."""
         key = name, tint
         if key not in self._material_numbers:
             number = self._material_numbers[key] = len(self.materials)
@@ -150,7 +146,7 @@ class ModelBuilder:
         return self._material_numbers[key]
 
     def _add_mesh(self, name: str, triangles: Triangles, metres_per_repeat: float) -> dict[str, Any]:
-        """Add a mesh. Return the shape of a geom that shows it."""
+        """Add a mesh. Return the arguments of a geom of this shape."""
         # MuJoCo takes lists over in half the time of arrays.
         self._spec.add_mesh(
             name=name,

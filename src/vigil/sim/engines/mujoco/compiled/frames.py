@@ -1,8 +1,7 @@
-"""THOR's frame and MuJoCo's: the only place that knows how the axes go over.
+"""Conversions between THOR's frame and MuJoCo's.
 
-THOR: x right, y up, z forward, left-handed. MuJoCo: x right, y forward, z up, right-handed. The change swaps y
-and z, so it is a mirror: points and directions swap two numbers, triangles swap two corners, and angles change
-their sign.
+THOR: x right, y up, z forward, left-handed. MuJoCo: x right, y forward, z up, right-handed. The conversion swaps y and
+z, so it is a reflection: points and directions swap two numbers, triangles swap two corners, angles change their sign.
 """
 
 import math
@@ -16,28 +15,28 @@ _SWAP = [0, 2, 1]
 
 
 def points(thor: np.ndarray) -> np.ndarray:
-    """Return points or directions (..., 3) with y and z swapped; its own inverse."""
+    """Return points or directions (..., 3) with y and z swapped; the function is its own inverse."""
     return np.asarray(thor)[..., _SWAP]
 
 
 def faces(triangles: np.ndarray) -> np.ndarray:
-    """Return triangles (m, 3) that wind the other way, so that they still face outward."""
+    """Return triangles (m, 3) with reversed winding, so that they still face outward."""
     return np.asarray(triangles)[:, _SWAP]
 
 
 def rotation(thor: np.ndarray) -> np.ndarray:
-    """Return a rotation matrix (3, 3) of the one frame in the other; its own inverse."""
+    """Return a rotation matrix (3, 3) in the other frame; the function is its own inverse."""
     return np.asarray(thor)[_SWAP][:, _SWAP]
 
 
 def thor_rotation(euler_deg: Vec3) -> np.ndarray:
-    """Return the matrix of Euler angles in THOR's frame, applied z, then x, then y."""
+    """Return the matrix of Euler angles (degrees) in THOR's frame, applied z, then x, then y."""
     about_x, about_y, about_z = (turn(axis, angle) for axis, angle in zip(np.eye(3), euler_deg, strict=True))
     return about_y @ about_x @ about_z
 
 
 def turn(axis: np.ndarray, angle_deg: float) -> np.ndarray:
-    """Return the matrix of Rodrigues' formula about a unit axis, in the coordinates given."""
+    """Return the matrix of a rotation about a unit axis, by Rodrigues' formula."""
     x, y, z = (float(number) for number in axis)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     angle = math.radians(angle_deg)
@@ -45,7 +44,7 @@ def turn(axis: np.ndarray, angle_deg: float) -> np.ndarray:
 
 
 def joint_transform(thing: Thing, joint_name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return (rotation, shift) in the asset frame that the joint applies at the thing's openness."""
+    """Return the joint's (rotation, shift) in the asset's frame at the thing's openness."""
     joint = next(joint for joint in thing.asset.joints if joint.name == joint_name)
     axis, origin = np.array(joint.axis, dtype=float), np.array(joint.origin, dtype=float)
     if joint.kind == "slide":
@@ -55,7 +54,7 @@ def joint_transform(thing: Thing, joint_name: str) -> tuple[np.ndarray, np.ndarr
 
 
 def thing_place(thing: Thing, joint_name: str | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Return (position, rotation matrix) in MuJoCo's frame of a thing's body, or of one of its joints."""
+    """Return (position, rotation matrix) of a thing's body or of one of its joints, in MuJoCo's frame."""
     matrix, position = thor_rotation(thing.rotation), np.array(thing.position, dtype=float)
     if joint_name is not None:
         inner, shift = joint_transform(thing, joint_name)
@@ -64,7 +63,7 @@ def thing_place(thing: Thing, joint_name: str | None = None) -> tuple[np.ndarray
 
 
 def camera_axes(agent: Pose) -> np.ndarray:
-    """Return the camera's matrix in MuJoCo's frame; its columns are right, up and backward."""
+    """Return the camera's matrix in MuJoCo's frame, with the columns right, up and backward."""
     matrix = turn(np.array([0.0, 1.0, 0.0]), agent.rotation) @ turn(np.array([1.0, 0.0, 0.0]), agent.horizon)
     right, up, forward = points(matrix.T)
     return np.stack([right, up, -forward], axis=1)

@@ -1,7 +1,7 @@
-"""Finds an OpenGL library before MuJoCo is imported, because MuJoCo chooses its backend while it is imported.
+"""The search for an OpenGL library before MuJoCo is imported, because MuJoCo chooses its backend on import.
 
-On Linux that is EGL (with a GPU's driver or Mesa's) or OSMesa. Without either, MuJoCo is imported without
-drawing: scenes load and rays are cast, and only asking for a frame is an error, which names the missing packages.
+On Linux the library is EGL (with a GPU's driver or Mesa's) or OSMesa. Without either, scenes load and rays are cast;
+only a request for a frame is an error, which names the missing packages.
 """
 
 import ctypes
@@ -19,39 +19,40 @@ _LIBRARIES = {"egl": ("libEGL.so.1", "libGL.so.1"), "osmesa": ("libOSMesa.so.8",
 _ALTERNATIVES = {"libOSMesa.so.8": ("libOSMesa.so.6", "libOSMesa.so")}
 _OFF = ("disable", "disabled", "off", "false", "0")
 _WINDOWS = ("glfw", "glx", "enable", "enabled", "on", "true", "1")
-"""What MuJoCo opens a window for."""
+"""Values of MUJOCO_GL for which MuJoCo opens a window."""
 _READ_BY_OPENGL = (
     *("MUJOCO_", "PYOPENGL_", "LIBGL_", "MESA_", "GALLIUM_", "EGL_", "__EGL_", "__GL", "DRI_", "LD_"),
     "CUDA_VISIBLE_DEVICES",
 )
-"""How the names of environment variables begin that change what OpenGL does, or where it is found."""
+"""Prefixes of environment variables that change OpenGL or where it is found."""
 
 
 @dataclass(frozen=True, slots=True)
 class GLBackend:
-    """What MuJoCo draws with."""
+    """The OpenGL library that MuJoCo uses."""
 
     name: str
     """`egl`, `osmesa`, `glfw`, `native` (not Linux), or `none`."""
     fault: str | None = None
-    """Why nothing can be drawn; None when it can."""
+    """Reason why nothing can be drawn; None if it can."""
     is_chosen_by_user: bool = False
+    """Whether an environment variable names it."""
     settings: str = field(default="", compare=False)
-    """What the user's environment says to OpenGL, as a sentence and a space; empty when it says nothing."""
+    """The environment variables that OpenGL reads, as a sentence and a space; empty if there are none."""
 
     @property
     def advice(self) -> str:
-        """What to do when it was found and cannot draw."""
+        """Advice for the case that the library was found but cannot draw."""
         return _advice(self.settings)
 
     @property
     def module(self) -> str:
-        """The module of MuJoCo that makes its contexts."""
+        """MuJoCo's module that makes its contexts."""
         return self.name if self.name in _LIBRARIES else "gl_context"
 
 
 def prepare() -> GLBackend:
-    """Sets MUJOCO_GL to a backend whose libraries are here, and returns it; keeps a user's own setting."""
+    """Set MUJOCO_GL to a backend whose libraries are installed, and return it; the user's setting has priority."""
     if not sys.platform.startswith("linux"):
         return GLBackend("native")
     asked = [name for name in ("MUJOCO_GL", "PYOPENGL_PLATFORM") if os.environ.get(name, "").strip()]
@@ -62,18 +63,18 @@ def prepare() -> GLBackend:
 
 
 def demand(backend: GLBackend) -> None:
-    """Raises SimulatorError when the backend cannot draw."""
+    """Raise SimulatorError if the backend cannot draw."""
     if backend.fault:
         raise SimulatorError(f"The MuJoCo simulator cannot draw a frame: {backend.fault}.")
 
 
 def broken(backend: GLBackend, error: Exception) -> GLBackend:
-    """Return in place of a backend that was found, and that then failed to load, none."""
+    """Return the backend `none` in place of one that was found but failed to load."""
     return replace(backend, name="none", fault=f"OpenGL ({backend.name}) does not load: {error}. {backend.advice}")
 
 
 def _advice(settings: str) -> str:
-    return f"{settings}Unset what was not meant, or {ADVICE}" if settings else f"To draw, {ADVICE}"
+    return f"{settings}Unset what you did not intend, or {ADVICE}" if settings else f"To draw, {ADVICE}"
 
 
 def _settings() -> str:
@@ -91,7 +92,7 @@ def _first_found() -> GLBackend:
 
 
 def _judge(variable: str) -> GLBackend:
-    """Return the backend that a variable of the environment asks for."""
+    """Return the backend that an environment variable names."""
     given = os.environ[variable].strip()
     name, said = given.lower(), f"{variable} is set to {given!r}"
     fault: str | None = None
@@ -101,17 +102,17 @@ def _judge(variable: str) -> GLBackend:
         missing, wrong = _fault_of(name), _wrong_setting(name)
         fault = wrong or (f"{said}, but {missing}: {ADVICE}, or unset it" if missing else None)
     elif variable != "MUJOCO_GL" or name not in _WINDOWS:
-        fault = f"{said}, which is nothing to draw with: set it to egl or osmesa, or unset it"
+        fault = f"{said}, which cannot draw: set it to egl or osmesa, or unset it"
     return GLBackend("none" if fault else name, fault, is_chosen_by_user=True)
 
 
 def _wrong_setting(name: str) -> str | None:
-    """Return which variable of the environment keeps MuJoCo from drawing with a library that is here."""
+    """Return which environment variable keeps MuJoCo from using an installed library; None if none does."""
     platform, device = os.environ.get("PYOPENGL_PLATFORM"), os.environ.get("MUJOCO_EGL_DEVICE_ID")
     if platform and platform.lower() != name:
         return f"PYOPENGL_PLATFORM is set to {platform!r}, but MUJOCO_GL to {name!r}: unset one of them"
     if name == "egl" and device is not None and not _is_number(device):
-        return f"MUJOCO_EGL_DEVICE_ID is set to {device!r}, which is no number of a device (from 0 on): unset it"
+        return f"MUJOCO_EGL_DEVICE_ID is set to {device!r}, which is not the number of a device (0, 1, ...): unset it"
     return None
 
 
@@ -127,7 +128,7 @@ def _fault_of(name: str) -> str | None:
     if missing:
         return f"{name}: {' and '.join(missing)} cannot be loaded"
     if name == "egl" and not _egl_devices():
-        return "egl: the library offers no device (Mesa's driver, libegl-mesa0, is missing or too old)"
+        return "egl: the library does not offer a device (Mesa's driver, libegl-mesa0, is missing or too old)"
     return None
 
 

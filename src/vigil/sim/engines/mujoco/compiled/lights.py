@@ -1,7 +1,7 @@
-"""Lights: one lamp in every room, and things that shine while they are on.
+"""Lights: one lamp in every room, and objects that shine while they are on.
 
-A room whose light switches are off is dim, not dark: there is daylight. Which things shine into a picture, and which
-switches count in it, is for whoever draws it to say (`vigil.sim.engines.mujoco.light_sources`).
+A room whose light switches are off is dim rather than dark, because of daylight. `light_sources` decides which objects
+and switches affect a picture.
 """
 
 import itertools
@@ -19,53 +19,53 @@ from vigil.sim.engines.mujoco.compiled import frames
 
 SWITCH = "LightSwitch"
 ARM_M = 0.3
-"""A switch belongs to the room this far in front of it."""
+"""Distance in front of a switch at which its room is found."""
 POINT_LIGHT_STRENGTH = 0.5
 PALER = 0.2
-"""How far the colour of a room's light is moved to white."""
+"""Share of white in the colour of a room's light."""
 DIM_SHARE = 0.4
-"""What is left of a lamp whose switches are off."""
-USUAL_HEIGHT_M = 2.6
-GAIN_PER_M2 = 0.02
-"""Lamps are stronger the higher they hang."""
+"""Share of a lamp's light while its switches are off."""
+USUAL_HEIGHT_M, GAIN_PER_M2 = 2.6, 0.02
+"""Height of a room above which its lamp is stronger; increase for each square metre of squared height."""
 DROP_M = 0.06
-"""Lamps hang this far under the ceiling."""
+"""Distance of a lamp below the ceiling."""
 KERNEL_EDGE_M = 0.3
+"""Least distance of a lamp from the edge of the area from which the whole room is visible."""
 
 
 @dataclass(slots=True, eq=False)
 class Lamps:
-    """The lights of a model, and the rooms that they belong to."""
+    """The lamps of a model's rooms."""
 
     rooms: list[shapely.Polygon]
     places: np.ndarray
     """(rooms, 3) metres, in MuJoCo's frame."""
     colors: np.ndarray
-    """(rooms, 3), 1 for white light of the usual strength."""
+    """(rooms, 3); 1 is white light of the usual strength."""
     switches: dict[str, int]
-    """Light switch -> its room."""
+    """Room of each light switch."""
     dim_rooms: frozenset[int] = frozenset()
     """Rooms whose switches are all off."""
 
     def update_switches(self, switches: Iterable[Thing]) -> None:
-        """Takes over how some light switches stand; no others count."""
+        """Set the dim rooms by the given light switches only."""
         off, on = set[int](), set[int]()
         for switch in switches:
             (on if switch.is_toggled else off).add(self.switches[switch.id])
         self.dim_rooms = frozenset(off - on)
 
     def strengths(self) -> np.ndarray:
-        """Return the colour of each room's lamp (rooms, 3) as its switches stand."""
+        """Return the colour (rooms, 3) of each room's lamp, dim if its switches are off."""
         dimmed = [DIM_SHARE if room in self.dim_rooms else 1.0 for room in range(len(self.rooms))]
         return self.colors * np.array(dimmed)[:, None]
 
     def place_over(self, eye: np.ndarray) -> np.ndarray:
-        """Return the place of the lamp (3,) of the room that is nearest to the eye (MuJoCo's frame)."""
+        """Return the position (3,) of the lamp of the room nearest to the eye, in MuJoCo's frame."""
         return self.places[int(np.argmin(shapely.distance(self.rooms, shapely.Point(eye[0], eye[1]))))]
 
 
 def lamps_of(scene: Scene) -> Lamps:
-    """Return the lights of a scene."""
+    """Return the lamps of a scene's rooms."""
     rooms = [room_floor(room) for room in scene.rooms]
     return Lamps(
         rooms,
@@ -76,30 +76,30 @@ def lamps_of(scene: Scene) -> Lamps:
 
 
 def point_light_of(thing: Thing) -> PointLight:
-    """Return the light of a thing that is on. Raises ValueError when it never shines."""
+    """Return the light of a thing that is on. Raises ValueError if it is not a lamp."""
     glow = thing.asset.glow
     if glow is None:
-        raise ValueError(f"{thing.id} gives no light.")
+        raise ValueError(f"{thing.id} is not a lamp.")
     position, matrix = frames.thing_place(thing)
     place = position + matrix @ frames.points(np.array(glow.position))
     return PointLight(place, np.array(glow.rgb) * min(glow.intensity, 1.0) * POINT_LIGHT_STRENGTH)
 
 
 def _room_of(thing: Thing, rooms: list[shapely.Polygon]) -> int:
-    """Return the room that a thing on the wall looks into."""
+    """Return the room that a thing on the wall faces."""
     x, z = heading(thing.rotation.y)
     front = shapely.Point(thing.position.x + ARM_M * x, thing.position.z + ARM_M * z)
     return int(np.argmin(shapely.distance(rooms, front)))
 
 
 def _color(room: RoomShape) -> np.ndarray:
-    """Return the lamp's colour, a little paler than the room's, and stronger the higher it hangs."""
+    """Return the lamp's colour: paler than the room's, and stronger in a high room."""
     further = GAIN_PER_M2 * (room.height**2 - USUAL_HEIGHT_M**2)
     return (PALER + (1.0 - PALER) * np.array(room.light_rgb)) * (1.0 + max(further, 0.0))
 
 
 def _place(room: RoomShape) -> tuple[float, float]:
-    """Return where (x, z) the lamp hangs: the room's light, moved to where it reaches every corner if one can."""
+    """Return the lamp's position (x, z): the room's light, moved to where it reaches every corner if possible."""
     light, seen_from = shapely.Point(room.light.x, room.light.z), _kernel(room_floor(room))
     inner = shapely.buffer(seen_from, -min(KERNEL_EDGE_M, np.sqrt(shapely.area(seen_from)) / 4))
     if inner.is_empty or inner.contains(light):
@@ -109,7 +109,7 @@ def _place(room: RoomShape) -> tuple[float, float]:
 
 
 def _kernel(polygon: shapely.Polygon) -> shapely.Geometry:
-    """Return the part of a room from which all of it is seen; empty when there is none."""
+    """Return the area from which the whole room is visible, which may be empty."""
     corners = np.array(shapely.geometry.polygon.orient(polygon).exterior.coords)
     reach = 4.0 * float(np.hypot(*(corners.max(axis=0) - corners.min(axis=0))))
     kernel: shapely.Geometry = polygon

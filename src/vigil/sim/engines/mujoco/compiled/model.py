@@ -1,4 +1,4 @@
-"""Scene -> MuJoCo model with the tables that lead back to the scene."""
+"""The MuJoCo model of a scene, with the tables that lead back to the scene."""
 
 import copy
 from dataclasses import dataclass, replace
@@ -16,50 +16,51 @@ from vigil.sim.engines.mujoco.compiled.render_scene import render_scene, render_
 
 @dataclass(slots=True, eq=False)
 class CompiledModel:
-    """A compiled scene with the tables that lead back to it."""
+    """A compiled scene."""
 
     native: NativeModel
     data: NativeData
     things: dict[str, CompiledThing]
     geom_things: np.ndarray
-    """(ngeom + 1,) int32: thing of each geom, -1 for structure and for "no geom" in the last place."""
+    """(geoms + 1,) int32 thing of each geom, -1 for structure; the last entry, -1, stands for no geom."""
     geom_roles: np.ndarray
+    """(geoms + 1,) uint8 bits of `vigil.sim.core.engine`; the last entry, 0, stands for no geom."""
     lamps: lights.Lamps
     structure_bounds: Bounds
-    """Boxes around what never moves."""
+    """Boxes around the structure, which never moves."""
     render_scene: RenderScene
-    """What the renderer needs to know of the model as it was built; its copies share it."""
+    """The renderer's description of the model as it was built; copies share it."""
     _bounds: Bounds | None = None
-    """Around everything where it is now; None until it is asked for."""
+    """Boxes around all geoms where they are now; None until first used."""
 
     @property
     def triangles(self) -> int:
-        """How many triangles the scene has, hidden looks of its things included."""
+        """Number of triangles, including those that are hidden."""
         meshes = self.native.geom_dataid[self.native.geom_dataid >= 0]
         return int(self.native.mesh_facenum[meshes].sum())
 
     def place(self, thing: Thing) -> None:
-        """Takes over a thing's place and state; `update_kinematics` must follow."""
+        """Write a thing's pose and state; `update_kinematics` must follow."""
         self.things[thing.id].place(thing, self.native, self.data)
 
     def render_state(self) -> RenderState:
-        """Return where everything is now and how it looks."""
+        """Return the present state for the renderer."""
         return render_state(self.native, self.data, self.lamps)
 
     def copy(self) -> "CompiledModel":
-        """Return a model of the same scene, everything where it is now, that changes by itself."""
+        """Return an independent copy of the model in its present state."""
         native = copy.copy(self.native)
         data = mujoco.MjData(native)
         mujoco.mj_copyData(data, native, self.data)
         return replace(self, native=native, data=data, lamps=replace(self.lamps))
 
     def update_kinematics(self) -> None:
-        """Carries the places over to everything derived from them."""
+        """Update everything that is derived from the poses."""
         mujoco.mj_kinematics(self.native, self.data)
         self._bounds = None
 
     def bounds(self) -> Bounds:
-        """Return boxes around everything where it is now."""
+        """Return boxes around all geoms where they are now."""
         if self._bounds is None:
             placed = geom_bounds(self.native, self.data, np.flatnonzero(self.geom_things[:-1] >= 0))
             self._bounds = self.structure_bounds.joined(placed)
@@ -67,7 +68,7 @@ class CompiledModel:
 
 
 def build(scene: Scene) -> CompiledModel:
-    """Return the scene's model, every thing in its place."""
+    """Return the model of a scene in its present state."""
     builder = ModelBuilder(scene)
     native = builder.compile()
     data = mujoco.MjData(native)

@@ -1,7 +1,7 @@
-"""Models compiled lately: to load the same scene again costs a copy.
+"""A cache of compiled models: loading an equal scene again costs only a copy.
 
-A scene is known by all that it consists of, not by a name, so a model is only handed out for the scene that it was made
-of. What is handed out is a copy: live scenes never share what changes in them.
+A scene is identified by everything that it consists of, not by a name. Each caller gets a copy, so that live scenes do
+not share what changes in them.
 """
 
 import math
@@ -18,14 +18,14 @@ from vigil.scene.things import Scene
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 
 MAX_CACHED_PER_ENGINE = 4
-"""Models kept at most for each engine of the process; that of a house of four rooms takes 16 MB."""
+"""Greatest number of models in the cache for each live engine; that of a house of four rooms takes 16 MB."""
 
 _lock = threading.Lock()
 _engines: WeakSet[Any] = WeakSet()
 
 
 class _Models(LRUCache[Hashable, CompiledModel]):
-    """As many as all engines together may keep; each may find there what another one has built."""
+    """A cache shared by all engines; its size depends on their number."""
 
     def __setitem__(self, key: Hashable, value: CompiledModel) -> None:
         super().__setitem__(key, value)
@@ -34,12 +34,12 @@ class _Models(LRUCache[Hashable, CompiledModel]):
 
 
 def register_engine(engine: object) -> None:
-    """Has more models kept as long as an engine lives."""
+    """Let the cache hold more models as long as an engine lives."""
     _engines.add(engine)
 
 
 def _identity(scene: Scene) -> Hashable:
-    """Return all that a scene consists of; its assets stand for themselves, since equal ones are made once."""
+    """Return everything that a scene consists of; assets are compared by identity, since equal ones are made once."""
     return tuple(_values(part) for parts in (scene.rooms, scene.panels, scene.things.values()) for part in parts)
 
 
@@ -59,17 +59,17 @@ def _cached_model(scene: Scene) -> CompiledModel:
 
 
 def model_of(scene: Scene) -> CompiledModel:
-    """Return a model of the scene as it is now, the caller's own."""
+    """Return a new copy of the model of a scene in its present state."""
     model = _cached_model(scene)
     with _lock:
         return model.copy()
 
 
 def prepare(scene: Scene) -> None:
-    """Compiles a model of the scene, unless it is kept."""
+    """Compile the model of a scene, unless it is in the cache."""
     _cached_model(scene)
 
 
 def clear() -> None:
-    """Drops all models kept."""
+    """Empty the cache."""
     _cached_model.cache_clear()

@@ -1,4 +1,4 @@
-"""Meshes as MuJoCo takes them: an asset's parts merged by joint, material and role, in MuJoCo's frame."""
+"""Meshes for MuJoCo: an asset's parts in MuJoCo's frame, merged by joint, material and role."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -14,19 +14,21 @@ from vigil.sim.engines.mujoco.compiled import frames
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Triangles:
-    """A mesh in MuJoCo's frame; uvs in metres."""
+    """A mesh in MuJoCo's frame."""
 
     vertices: np.ndarray
-    """(n, 3) float64"""
+    """(n, 3) float64, metres."""
     normals: np.ndarray
+    """(n, 3) unit."""
     faces: np.ndarray
-    """(m, 3) int32, counter-clockwise seen from outside"""
+    """(m, 3) int32, counter-clockwise when seen from outside."""
     uvs: np.ndarray
+    """(n, 2) metres."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MeshPiece:
-    """What one geom shows of an asset."""
+    """The parts of an asset that form one geom."""
 
     triangles: Triangles
     joint: str | None
@@ -38,7 +40,7 @@ class MeshPiece:
 
 
 def merge(meshes: list[Triangles]) -> Triangles:
-    """Return several meshes as one."""
+    """Return meshes as one."""
     if len(meshes) == 1:
         return meshes[0]
     starts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes[:-1]])
@@ -52,7 +54,7 @@ def merge(meshes: list[Triangles]) -> Triangles:
 
 @lru_cache(maxsize=2048)
 def pieces_of(asset: Asset) -> tuple[MeshPiece, ...]:
-    """Return the asset's geoms, its notice included: as few as its joints, materials and roles allow."""
+    """Return the asset's pieces, with its notice: as few as joints, materials and roles allow."""
     groups: dict[tuple, list[Part]] = {}
     for part in (*asset.parts, *notice_parts(asset)):
         groups.setdefault(

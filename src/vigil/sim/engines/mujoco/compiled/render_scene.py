@@ -1,4 +1,4 @@
-"""What the renderer takes of a compiled model: its description as it was built, and its state at a moment."""
+"""The scene and its state for the renderer, made from a compiled model."""
 
 import numpy as np
 
@@ -13,13 +13,13 @@ from vigil.sim.engines.mujoco.compiled.casters import make_caster
 from vigil.sim.engines.mujoco.compiled.lights import Lamps
 
 HANGING_M = 0.1
-"""A thing whose top is this near to the ceiling hangs from it."""
+"""Greatest distance from the ceiling to the top of a thing that hangs from it."""
 THIN_M, OFF_FLOOR_M = 0.24, 0.3
-"""What hangs on a wall and is thinner than this along any side shades less than the light of walls is fine."""
+"""A thing above this height that is thinner than this casts a shadow finer than the lightmap of walls."""
 
 
 def render_state(native: NativeModel, data: NativeData, lamps: Lamps) -> RenderState:
-    """Return the present state of a model; poses and materials are views."""
+    """Return the present state of a model; the poses and materials are views."""
     return RenderState(
         data.geom_xpos,
         data.geom_xmat.reshape(-1, 3, 3),
@@ -34,7 +34,7 @@ def render_state(native: NativeModel, data: NativeData, lamps: Lamps) -> RenderS
 def render_scene(
     scene: Scene, builder: ModelBuilder, native: NativeModel, data: NativeData, lamps: Lamps
 ) -> RenderScene:
-    """Return the description of a model whose things are in their places."""
+    """Return the description of a model whose things have been placed."""
     state = render_state(native, data, lamps).copy()
     furniture, is_cased, is_door = np.full(native.ngeom, -1), np.zeros(native.ngeom, bool), np.zeros(native.ngeom, bool)
     is_glass = np.zeros(native.ngeom, bool)
@@ -62,7 +62,7 @@ def render_scene(
         is_door,
         is_glass,
         native.geom_aabb,
-        np.where(native.geom_rbound > 0.0, native.geom_rbound, np.inf),  # 0: a plane without end
+        np.where(native.geom_rbound > 0.0, native.geom_rbound, np.inf),  # 0: an endless plane
         tuple(builder.materials),
         lamps.places,
         Portals(scene),
@@ -76,18 +76,18 @@ def _static_occluders(scene: Scene, builder: ModelBuilder) -> np.ndarray:
     height = max(room.height for room in scene.rooms)
     chosen = list(range(len(builder.shells)))
     for thing in scene.things.values():
-        # What stands on furniture is too small for the light that is known at its vertices.
+        # Objects on furniture are too small for light that is stored at vertices.
         if thing.is_pickupable or thing.parent is not None or not thing.is_present or _shades_little(thing, height):
             continue
         placed = builder.things[thing.id]
-        # A door that leads outside has a leaf, but stays shut.
+        # The door to the outside has a leaf but does not open.
         is_body = np.array([not thing.is_openable or joint is None for joint in placed.joints], dtype=bool)
         chosen += placed.geoms[is_body & (placed.groups == THING) & placed.shown_on & placed.shown_off].tolist()
     return np.array(chosen, dtype=int)
 
 
 def _shades_little(thing: Thing, height: float) -> bool:
-    """Whether a thing shall stop no light: it hangs from the ceiling, where the lamps are, or is thin, as a shelf."""
+    """Return whether a thing hangs from the ceiling, where the lamps are, or is thin, such as a shelf."""
     if thing.is_structure:
         return False
     size, half = thing.asset.size, thing.asset.size.y / 2
@@ -96,7 +96,7 @@ def _shades_little(thing: Thing, height: float) -> bool:
 
 
 def _mesh(native: NativeModel, number: int) -> DrawnMesh:
-    # Vertices, normals and texture places are numbered alike: `Triangles` gives one of each a vertex.
+    # Vertices, normals and uvs have the same numbers, as in `Triangles`.
     first, last = native.mesh_vertadr[number], native.mesh_vertadr[number] + native.mesh_vertnum[number]
     face = native.mesh_faceadr[number]
     return DrawnMesh(
@@ -108,7 +108,7 @@ def _mesh(native: NativeModel, number: int) -> DrawnMesh:
 
 
 def _lawn() -> DrawnMesh:
-    """Return the ground, as large as the plane that rays meet."""
+    """Return the ground, as large as its plane."""
     corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], np.float32) * LAWN_HALF_M
     up = np.broadcast_to(np.array([0, 0, 1], np.float32), (4, 3))
     return DrawnMesh(

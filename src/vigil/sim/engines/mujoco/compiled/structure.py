@@ -1,7 +1,7 @@
 """Walls with holes, floors, ceilings and skirting of a scene, as meshes.
 
-Light is computed at the vertices, so large surfaces are cut into cells. All of them are cut along the same
-lines, and walls reach a little below the floor and above the ceiling, so that no seam opens where they meet.
+Surfaces are cut into cells along common lines, and walls reach a little below the floor and above the ceiling, so that
+no seam opens where surfaces meet.
 """
 
 from dataclasses import dataclass
@@ -18,9 +18,11 @@ from vigil.sim.engines.mujoco.compiled.frames import points
 from vigil.sim.engines.mujoco.compiled.pieces import Triangles, merge
 
 CELL_M = 0.5
+"""Size of the cells."""
 OVERLAP_M = 0.02
+"""How far walls reach below the floor and above the ceiling."""
 BEHIND_FRAME_M = 0.002
-"""How far walls reach behind the frame in a hole, so that no ray slips between the two."""
+"""How far walls reach behind the frame in a hole, so that no ray passes between them."""
 SKIRTING_HEIGHT_M = 0.09
 SKIRTING_DEPTH_M = 0.012
 SKIRTING = MaterialRef(name="plastic/#e9e6df")
@@ -29,18 +31,18 @@ CEILING = MaterialRef(name="plaster/white")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shell:
-    """One structural surface."""
+    """A structural surface."""
 
     kind: str
     """`wall`, `floor`, `ceiling`, `skirting` or `exterior`."""
     triangles: Triangles
     material: MaterialRef
     room_id: str | None = None
-    """The room from which alone it is seen; None when there is no such room."""
+    """The only room from which it is visible; None if there is no such room."""
 
 
 def shells_of(scene: Scene) -> list[Shell]:
-    """Return the scene's structure, merged by room and material, in a fixed order."""
+    """Return the structure of a scene, merged by room and material, in a fixed order."""
     shells = _walls(scene)
     for room in scene.rooms:
         shells.append(Shell("floor", _slab(room, 0.0, is_floor=True), room.floor_material, room.id))
@@ -53,7 +55,7 @@ def shells_of(scene: Scene) -> list[Shell]:
 
 
 def tint_of(material: MaterialRef) -> tuple[float, float, float] | None:
-    """Return the colour that a house gives a material; None without one."""
+    """Return the colour that a house gives to a material, or None."""
     color = material.color
     return None if color is None else (color.r, color.g, color.b)
 
@@ -84,7 +86,7 @@ def _cuts(ends: list[float], scene: Scene) -> np.ndarray:
 
 
 def _behind_frame(panel: WallPanel, hole: Hole) -> Hole:
-    """Return a hole a little smaller at every side that a frame covers."""
+    """Return a hole, smaller on each side that a frame covers."""
     bottom = hole.bottom if hole.bottom <= panel.bottom + 0.01 else hole.bottom + BEHIND_FRAME_M
     return Hole(hole.left + BEHIND_FRAME_M, hole.right - BEHIND_FRAME_M, bottom, hole.top - BEHIND_FRAME_M)
 
@@ -121,7 +123,7 @@ def _wall(panel: WallPanel, heights: np.ndarray) -> Triangles:
 
 
 def _grid(vertices: np.ndarray, keep: np.ndarray, normal: np.ndarray, uvs: np.ndarray) -> Triangles:
-    """Return the kept cells of a grid of THOR vertices (a, b, 3), facing along `normal`."""
+    """Return the cells `keep` of a grid of vertices (a, b, 3) in THOR's frame, facing along `normal`."""
     rows, columns = vertices.shape[:2]
     index = np.arange(rows * columns).reshape(rows, columns)
     corners = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1)[keep]
@@ -140,7 +142,7 @@ def _facing(vertices: np.ndarray, triangles: np.ndarray, normal: np.ndarray, uvs
 
 
 def _slab(room: RoomShape, height: float, *, is_floor: bool) -> Triangles:
-    """Return a floor or ceiling cut into cells."""
+    """Return a floor or ceiling, cut into cells."""
     polygon = room_floor(room)
     low, high = room.polygon.min(axis=0), room.polygon.max(axis=0)
     cuts = [
@@ -175,7 +177,7 @@ def _ears(polygon: shapely.Polygon, height: float, normal: np.ndarray) -> Triang
 
 
 def _skirting(panel: WallPanel) -> list[Triangles]:
-    """Return the boards along the foot of a wall, between the holes that reach the floor."""
+    """Return the boards along the foot of a wall, between holes that reach the floor."""
     start, end = np.array(panel.start), np.array(panel.end)
     length = float(np.linalg.norm(end - start))
     gaps = sorted((hole.left, hole.right) for hole in panel.holes if hole.bottom < panel.bottom + SKIRTING_HEIGHT_M)
