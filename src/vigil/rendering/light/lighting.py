@@ -36,49 +36,18 @@ FULL = 255
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CastLight:
-    """Light that was cast on points: from all around (n, 3), and the share of each lamp's (lamps, n)."""
+class VertexLight:
+    """Light that was cast on vertices."""
 
-    ambient: np.ndarray
-    reach: np.ndarray
+    light: np.ndarray
+    """(n, 3 + lamps) float16: the light from all around, and the share of each lamp's light."""
+    detail_weight: np.ndarray
+    """(n,) uint8 root of the share of their light that vertices have where gaps are wider than a pixel."""
 
     @staticmethod
-    def empty(lamps: int, count: int) -> "CastLight":
-        """Return arrays of zeros for the light on `count` points."""
-        return CastLight(np.zeros((count, 3), np.float16), np.zeros((lamps, count), np.float16))
-
-    def smoothed(self, samples: Samples, is_known: np.ndarray, edges: np.ndarray, owners: np.ndarray) -> "CastLight":
-        """Return the light averaged along edges (m, 2) of one surface each.
-
-        Unknown light (n,) is taken from points nearby, or else is the mean over the same owner (n,).
-        """
-        light = np.column_stack([self.ambient, self.reach.T]) * is_known[:, None]
-        near = smoothed(light, is_known, samples.points, edges)
-        counts = np.maximum(np.bincount(owners, is_known), 1.0)
-        means = np.stack([np.bincount(owners, column) / counts for column in light.T], axis=1)
-        light = np.where(np.isnan(near), means[owners], near)
-        return CastLight(light[:, :3], light[:, 3:].T)
-
-    def shaded(self, samples: Samples, lamps: list[np.ndarray]) -> "CastLight":
-        """Return the light that the points receive by the direction that they face; it shows the exact form."""
-        shares = [irradiance.lamp_facing_shares(lamp, samples) for lamp in lamps]
-        return CastLight(
-            self.ambient * irradiance.ambient_facing_shares(samples)[:, None],
-            self.reach * np.array(shares, np.float32).reshape(self.reach.shape),
-        )
-
-    def lightened(self, is_strip: np.ndarray, owners: np.ndarray) -> tuple["CastLight", np.ndarray]:
-        """Return the light with brighter strips (n,) of owners (n,), and the share (n,) left at short range."""
-        afar, near_by = smoothing.lightened(np.column_stack([self.ambient, self.reach.T]), is_strip, owners)
-        return CastLight(afar[:, :3], afar[:, 3:].T), near_by
-
-    def dimmed(self, shares: np.ndarray) -> "CastLight":
-        """Return the light multiplied by shares (n,)."""
-        return CastLight(self.ambient * shares[:, None], self.reach * shares)
-
-    def mixed(self, lamp_colours: np.ndarray, part: slice | np.ndarray) -> np.ndarray:
-        """Return the light (k, 3) on some points, with colours (lamps, 3) of the lamps."""
-        return self.ambient[part].astype(np.float32) + self.reach[:, part].astype(np.float32).T @ lamp_colours
+    def empty(count: int, lamps: int) -> "VertexLight":
+        """Return arrays for the light on `count` vertices."""
+        return VertexLight(np.zeros((count, 3 + lamps), np.float16), np.full(count, FULL, np.uint8))
 
 
 class BakedLight:
@@ -90,10 +59,9 @@ class BakedLight:
         self._lamps, self._portals = list(scene.lamps), scene.portals
         self.occluders = occluders_of(self.geometry, scene.initial, scene.static_occluders)
         self._is_cast = np.zeros(len(scene.bodies), dtype=bool)
-        self.vertices = CastLight.empty(len(self._lamps), len(self.geometry.vertices))
-        self.detail_weight = np.full(len(self.geometry.vertices), FULL, np.uint8)
-        """(n,) root of the share of their light that vertices have where gaps are wider than a pixel."""
-        self.planes = CastLight.empty(len(self._lamps), self.lightmap_atlas.is_used.size)
+        self.vertices = VertexLight.empty(len(self.geometry.vertices), len(self._lamps))
+        self.planes = np.zeros((self.lightmap_atlas.is_used.size, 3 + len(self._lamps)), np.float16)
+        """(texels, 3 + lamps): as `VertexLight.light`."""
         self.is_open = np.zeros(self.lightmap_atlas.is_used.size, dtype=bool)
         """Whether each texel of the planes is not buried."""
 
@@ -105,16 +73,13 @@ class BakedLight:
         self._is_cast[missing] = True
         is_in_atlas = self.geometry.is_in_atlas[missing]
         meshes, planes = missing[~is_in_atlas], missing[is_in_atlas]
-        on_meshes = partial(self.cast_on, state, meshes, self.occluders, (self.vertices, self.detail_weight))
+        on_meshes = partial(self.cast_on, state, meshes, self.occluders, self.vertices)
         run_in_parallel([on_meshes, partial(self._cast_planes, planes)])
 
-    def cast_on(
-        self, state: RenderState, geoms: np.ndarray, occluders: Occluders, into: tuple[CastLight, np.ndarray]
-    ) -> None:
-        """Cast light on the vertices of geoms in a state, into the light and `detail_weight` (n,)."""
+    def cast_on(self, state: RenderState, geoms: np.ndarray, occluders: Occluders, into: VertexLight) -> None:
+        """Cast light on the vertices of geoms in a state, and write it into the light of all vertices."""
         if not len(geoms):
             return
-        light, detail_weight = into
         places = [self.geometry.world(state, geom) for geom in geoms.tolist()]
         points, normals = (np.concatenate(each) for each in zip(*places, strict=True))
         counts = [len(each) for each, _ in places]
@@ -125,21 +90,19 @@ class BakedLight:
         samples = Samples(points[first], normals[first])
         along = smooth_edges(samples.normals, edges)
         in_gaps = partial(crevice_occlusion.light_shares, self.geometry, state, geoms[owners[first]], samples)
-        (cast, is_buried), shares = run_in_parallel(
+        (light, is_buried), shares = run_in_parallel(
             [partial(self._cast, move_inward(samples, along), occluders), in_gaps]
         )
-        cast = cast.smoothed(samples, ~is_buried, along, owners[first]).shaded(samples, self._lamps)
+        light = shaded(_smoothed(light, samples, ~is_buried, along, owners[first]), samples, self._lamps)
         shares = np.where(crevice_occlusion.without_long_gradients(shares < 1.0, samples.points, edges), shares, 1.0)
         afar = crevice_occlusion.distant_light_shares(self.geometry.scene, geoms[owners[first]], shares)
         is_strip = self._on_strips(geoms, owners)[first]
-        cast, near_by = cast.dimmed(afar).lightened(is_strip, owners[first])
+        light, near_by = smoothing.lightened(light * afar[:, None], is_strip, owners[first])
         weight = (np.sqrt(shares / afar * near_by) * FULL + 0.5).astype(np.uint8)
         start = 0
         for geom, count in zip(geoms.tolist(), counts, strict=True):
             part, stop = self.geometry.vertex_slices[geom], start + count
-            light.ambient[part] = cast.ambient[which[start:stop]]
-            light.reach[:, part] = cast.reach[:, which[start:stop]]
-            detail_weight[part] = weight[which[start:stop]]
+            into.light[part], into.detail_weight[part] = light[which[start:stop]], weight[which[start:stop]]
             start = stop
 
     def _on_strips(self, geoms: np.ndarray, owners: np.ndarray) -> np.ndarray:
@@ -176,30 +139,24 @@ class BakedLight:
             [numbers[top : top + tall, left : left + wide].ravel() for top, left, tall, wide in boxes]
         )
         samples = Samples(self._samples.points[chosen], self._samples.normals[chosen])
-        cast, is_buried = self._cast(samples, self.occluders)
-        cast = cast.shaded(samples, self._lamps)
-        self.is_open[chosen] = ~is_buried
-        self.planes.ambient[chosen], self.planes.reach[:, chosen] = cast.ambient, cast.reach
+        light, is_buried = self._cast(samples, self.occluders)
+        self.planes[chosen], self.is_open[chosen] = shaded(light, samples, self._lamps), ~is_buried
 
-    def _cast(self, samples: Samples, occluders: Occluders) -> tuple[CastLight, np.ndarray]:
-        """Return the light at samples, whichever way they face, and which of them are buried (n,)."""
+    def _cast(self, samples: Samples, occluders: Occluders) -> tuple[np.ndarray, np.ndarray]:
+        """Return the light (n, 3 + lamps) at samples, whichever way they face, and which of them are buried (n,)."""
         starts = range(0, len(samples.points), PART_POINTS)
         parts = [samples.part(slice(start, start + PART_POINTS)) for start in starts]
         found = run_in_parallel([partial(self._cast_part, part, occluders) for part in parts])
-        ambient, reach, is_buried = zip(*found, strict=True)
-        return CastLight(np.concatenate(ambient), np.concatenate(reach, axis=1)), np.concatenate(is_buried)
+        light, is_buried = zip(*found, strict=True)
+        return np.concatenate(light), np.concatenate(is_buried)
 
-    def _cast_part(self, samples: Samples, occluders: Occluders) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the light from all around (n, 3) and from each lamp (lamps, n), and which samples are buried (n,)."""
+    def _cast_part(self, samples: Samples, occluders: Occluders) -> tuple[np.ndarray, np.ndarray]:
         ambient, is_buried = irradiance.ambient(occluders, samples)
-        places = samples.origins[:, :2]
-        reach = [
-            irradiance.from_lamp(
-                occluders, lamp, samples, irradiance.spill_shares(self._portals.distances_from(room, places))
-            )
-            for room, lamp in enumerate(self._lamps)
-        ]
-        return ambient, np.array(reach, np.float32).reshape(len(reach), -1), is_buried
+        lamps = []
+        for room, lamp in enumerate(self._lamps):
+            outside = self._portals.distances_from(room, samples.origins[:, :2])
+            lamps.append(irradiance.from_lamp(occluders, lamp, samples, irradiance.spill_shares(outside)))
+        return np.column_stack([ambient, *lamps]), is_buried
 
 
 def baked_light(scene: RenderScene) -> BakedLight:
@@ -216,7 +173,8 @@ class Lighting:
         self._scene, self._baked = scene, baked_light(scene)
         self.geometry = self._baked.geometry
         count = len(self.geometry.vertices)
-        self._cast = CastLight.empty(len(scene.lamps), count)
+        self._moved = VertexLight.empty(count, len(scene.lamps))
+        """Light on objects that have moved."""
         self._state = scene.initial
         """The state of the last update."""
         self._displaced, self._occluders = np.zeros(len(scene.static_occluders), dtype=bool), self._baked.occluders
@@ -224,7 +182,6 @@ class Lighting:
         self._is_lit = np.zeros(len(scene.bodies), dtype=bool)
         """Whether each geom has been lit since its object last moved."""
         self._lamp_colours = np.zeros(0)
-        self._detail_weight = np.full(count, FULL, np.uint8)
         self.vertices = np.full((count, 4), (0, 0, 0, FULL), np.uint8)
         """(n, 4) square root of the light on each vertex, and of the share of it at short range."""
         self.planes = np.zeros((*self._baked.lightmap_atlas.is_used.shape, 4), np.uint8)
@@ -254,13 +211,12 @@ class Lighting:
         is_in_atlas = self.geometry.is_in_atlas[stale]
         is_moved = self._scene.with_furniture(is_elsewhere)[stale]
         self._baked.ensure(state, stale[~is_moved])
-        self._baked.cast_on(state, stale[is_moved], self._occluders, (self._cast, self._detail_weight))
-        baked = self._baked.vertices, self._baked.detail_weight
+        self._baked.cast_on(state, stale[is_moved], self._occluders, self._moved)
         for geom, moved in zip(stale[~is_in_atlas].tolist(), is_moved[~is_in_atlas].tolist(), strict=True):
             part = self.geometry.vertex_slices[geom]
-            light, weight = (self._cast, self._detail_weight) if moved else baked
-            self.vertices[part, :3] = encoded(light.mixed(state.lamp_colours, part))
-            self.vertices[part, 3] = weight[part]
+            cast = self._moved if moved else self._baked.vertices
+            self.vertices[part, :3] = encoded(mixed(cast.light[part], state.lamp_colours))
+            self.vertices[part, 3] = cast.detail_weight[part]
         self._mix_planes(stale[is_in_atlas])
         return bool(is_in_atlas.any()), [self.geometry.vertex_slices[geom] for geom in stale[~is_in_atlas].tolist()]
 
@@ -290,9 +246,21 @@ class Lighting:
         width = self._baked.lightmap_atlas.is_used.shape[1]
         for top, left, tall, wide in self._baked.boxes_of(geoms):
             numbers = (np.arange(top, top + tall)[:, None] * width + np.arange(left, left + wide)).ravel()
-            light = self._baked.planes.mixed(self._lamp_colours, numbers).reshape(tall, wide, 3)
+            light = mixed(self._baked.planes[numbers], self._lamp_colours).reshape(tall, wide, 3)
             smooth = lightmap_atlas.smoothed(light, self._baked.is_open[numbers].reshape(tall, wide))
             self.planes[top : top + tall, left : left + wide, :3] = encoded(smooth)
+
+
+def shaded(light: np.ndarray, samples: Samples, lamps: list[np.ndarray]) -> np.ndarray:
+    """Return the light (n, 3 + lamps) that samples receive by the direction that they face; it shows their form."""
+    shares = [irradiance.lamp_facing_shares(lamp, samples) for lamp in lamps]
+    return light * np.stack([*[irradiance.ambient_facing_shares(samples)] * 3, *shares], axis=1).astype(np.float32)
+
+
+def mixed(light: np.ndarray, lamp_colours: np.ndarray) -> np.ndarray:
+    """Return the light (n, 3) of cast light (n, 3 + lamps), with colours (lamps, 3) of the lamps."""
+    exact = light.astype(np.float32)
+    return exact[:, :3] + exact[:, 3:] @ lamp_colours
 
 
 def encoded(light: np.ndarray) -> np.ndarray:
@@ -306,6 +274,20 @@ def run_in_parallel(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
         return [tasks[0]()]
     with ThreadPoolExecutor(2) as pool:  # a new pool, since the process may be forked later
         return [future.result() for future in [pool.submit(task) for task in tasks]]
+
+
+def _smoothed(
+    light: np.ndarray, samples: Samples, is_known: np.ndarray, edges: np.ndarray, owners: np.ndarray
+) -> np.ndarray:
+    """Return the light (n, k) averaged along edges (m, 2) of one surface each.
+
+    Unknown light (n,) is taken from samples nearby, or else is the mean over the same owner (n,).
+    """
+    light = light * is_known[:, None]
+    near = smoothed(light, is_known, samples.points, edges)
+    counts = np.maximum(np.bincount(owners, is_known), 1.0)
+    means = np.stack([np.bincount(owners, column) / counts for column in light.T], axis=1)
+    return np.where(np.isnan(near), means[owners], near)
 
 
 def _merge_similar(points: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
