@@ -21,7 +21,7 @@ def invisible_geoms(scene: RenderScene, state: RenderState, viewer: Viewer) -> n
     """Return whether each geom (geoms,) is certainly not in the picture."""
     sides = viewer.sides()
     farthest_in = state.positions @ sides[:, :3].T + sides[:, 3] + scene.radii[:, None] + MARGIN_M
-    is_unseen = (farthest_in < 0.0).any(axis=1)
+    is_unseen = np.asarray((farthest_in < 0.0).any(axis=1))
     asked = np.flatnonzero(~is_unseen & np.isfinite(scene.radii))
     corners = _corners(scene.boxes[asked], state, asked)
     is_out = ((corners @ sides[:, :3].T + sides[:, 3]).max(axis=0) < 0.0).any(axis=1)

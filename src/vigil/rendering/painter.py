@@ -52,9 +52,7 @@ class Painter:
         if targets is not None:
             self._reflect(mirrored, targets, lamp, point_lights)
         canvas = self._target(Canvas, viewer, self._samples)
-        canvas.drawn.use()
-        canvas.drawn.clear(depth=1.0)
-        self._begin()
+        self._begin(canvas.drawn)
         if targets is not None:
             for mirror, picture in zip(mirrors, targets.pictures, strict=False):
                 self._surfaces.draw_mirrored(mirror, picture, viewer)
@@ -76,9 +74,7 @@ class Painter:
         target = self._context.framebuffer(
             [self._context.texture(size, 1, dtype="i4")], self._context.depth_texture(size)
         )
-        target.use()
-        target.clear(depth=1.0)
-        self._begin()
+        self._begin(target)
         self._surfaces.draw_owners(viewer)
         owners, depth = target.color_attachments[0], target.depth_attachment
         geoms = np.frombuffer(owners.read(), np.int32).reshape(size[::-1])[::-1] - 1
@@ -108,16 +104,17 @@ class Painter:
         self._context.front_face = "cw"
         for (behind, shown), flat in zip(mirrored, targets.flat, strict=False):
             targets.drawn.scissor = behind.box  # the rest of the picture is not used
-            targets.drawn.use()
-            targets.drawn.clear(depth=1.0)
-            self._begin()
+            self._begin(targets.drawn)
             for _ in self._surfaces.draw(behind, shown, lamp, point_lights):
                 self._sky.draw(behind)
             self._context.copy_framebuffer(flat, targets.drawn)
         self._context.front_face = "ccw"
         self._context.disable_direct(_CLIP_DISTANCE)
 
-    def _begin(self) -> None:
+    def _begin(self, target: Any) -> None:
+        """Clear a framebuffer and draw into it from now on."""
+        target.use()
+        target.clear(depth=1.0)
         self._context.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         self._context.depth_func = "<"
 

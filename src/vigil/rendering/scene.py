@@ -1,4 +1,4 @@
-"""The scene that is drawn: what does not change in it (`RenderScene`), and what does (`RenderState`).
+"""The scene that is drawn: its unchanging description (`RenderScene`) and its changing state (`RenderState`).
 
 Lengths are metres in a right-handed frame: x right, y forward, z up. A geom is one surface of one material.
 """
@@ -46,16 +46,16 @@ class RenderState:
     body_rotations: np.ndarray
     """(bodies, 3, 3)"""
     is_visible: np.ndarray
-    """(geoms,) bool"""
+    """(geoms,) whether each geom is drawn where it is in view."""
     is_held: np.ndarray
-    """(geoms,) bool"""
+    """(geoms,) whether each geom is in the hand."""
     materials: np.ndarray
     """(geoms,) index of each geom's material."""
     lamp_colours: np.ndarray
     """(rooms, 3) colour times strength of each room's lamp."""
 
     def copy(self) -> "RenderState":
-        """Return the state with arrays of its own."""
+        """Return the state with copied arrays."""
         return RenderState(*(getattr(self, each.name).copy() for each in fields(self)))
 
     def is_elsewhere(self, other: "RenderState") -> np.ndarray:
@@ -66,7 +66,7 @@ class RenderState:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RenderScene:
-    """What does not change in a scene. The first geoms are its structure."""
+    """The unchanging description of a scene. The first geoms are its structure."""
 
     meshes: list[DrawnMesh]
     geom_meshes: np.ndarray
@@ -84,7 +84,7 @@ class RenderScene:
     is_door: np.ndarray
     """(geoms,) whether the object has moving parts but no room inside, such as a door or a curtain."""
     is_glass: np.ndarray
-    """(geoms,) bool"""
+    """(geoms,) whether each geom is a pane."""
     boxes: np.ndarray
     """(geoms, 6) centre and half size of the box around each geom, in the geom's frame."""
     radii: np.ndarray
@@ -94,13 +94,13 @@ class RenderScene:
     """(rooms, 3) position of each room's lamp."""
     portals: Portals
     static_occluders: np.ndarray
-    """Geoms that stop light: structure and the bodies of furniture; no part that opens, no glass, nothing on top."""
+    """Geoms that stop light: structure and the fixed parts of furniture, except glass and objects on top."""
     caster: Callable[[np.ndarray, np.ndarray], RayCaster]
     """Makes a ray caster of vertices (n, 3) and faces (m, 3)."""
     initial: RenderState
-    """Poses at the start; light is cast as if everything were present, whole and off."""
+    """The poses at the start, with everything visible as if it were present, whole and off."""
     cache: dict[str, Any] = field(default_factory=dict)
-    """What the renderer derives from the scene once."""
+    """Results that the renderer computes from the scene once."""
 
     def with_furniture(self, is_chosen: np.ndarray) -> np.ndarray:
         """Return which geoms (geoms,) belong to an object of which any geom is chosen (geoms,)."""

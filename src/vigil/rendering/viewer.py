@@ -23,16 +23,16 @@ class Mirror:
 
     @property
     def face(self) -> np.ndarray:
-        """Its points (n, 3), projected onto the plane."""
+        """The vertices (n, 3), projected onto the plane."""
         return self.points - self._heights() * self.normal
 
     @property
     def reach(self) -> np.ndarray:
-        """Its points and their mirror images (2n, 3); every line of sight by way of the mirror passes between them."""
+        """The vertices and their mirror images (2n, 3); each line of sight by way of the mirror passes between them."""
         return np.concatenate([self.points, self.points - 2.0 * self._heights() * self.normal])
 
     def _heights(self) -> np.ndarray:
-        """Return the distance of its points before the plane, (n, 1) metres."""
+        """Return the distance of the vertices before the plane, (n, 1) metres."""
         return ((self.points - self.point) @ self.normal)[:, None]
 
 

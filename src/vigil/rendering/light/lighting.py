@@ -220,9 +220,9 @@ class Lighting:
         self._mix_planes(stale[is_in_atlas])
         return bool(is_in_atlas.any()), [self.geometry.vertex_slices[geom] for geom in stale[~is_in_atlas].tolist()]
 
-    def _update_occluders(self, state: RenderState, is_gone: np.ndarray) -> None:
-        """Let all furniture stop light on moved objects, except what is gone (geoms,)."""
-        displaced = is_gone[self._scene.static_occluders]
+    def _update_occluders(self, state: RenderState, is_displaced: np.ndarray) -> None:
+        """Let all furniture stop light on moved objects, except displaced geoms (geoms,)."""
+        displaced = is_displaced[self._scene.static_occluders]
         if np.array_equal(displaced, self._displaced):
             return
         self._displaced, self._is_lit[:] = displaced, False

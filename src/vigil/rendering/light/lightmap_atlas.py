@@ -31,7 +31,7 @@ class LightmapAtlas:
 
 
 def pack_atlas(vertices: np.ndarray, normals: np.ndarray, owners: np.ndarray) -> LightmapAtlas:
-    """Return the layout of the planes to which vertices (n, 3) belong; each owner (n,) has planes of its own."""
+    """Return the layout of the planes to which vertices (n, 3) belong; the owners (n,) do not share planes."""
     heights = (vertices * normals).sum(axis=1, keepdims=True)
     keys = np.concatenate([np.round(normals * 50), np.round(heights * 100), owners[:, None]], axis=1)
     _, first, plane = np.unique(keys, axis=0, return_index=True, return_inverse=True)

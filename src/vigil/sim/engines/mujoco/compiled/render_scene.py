@@ -36,39 +36,37 @@ def render_scene(
 ) -> RenderScene:
     """Return the description of a model whose things have been placed."""
     state = render_state(native, data, lamps).copy()
-    furniture, is_cased, is_door = np.full(native.ngeom, -1), np.zeros(native.ngeom, bool), np.zeros(native.ngeom, bool)
-    is_glass = np.zeros(native.ngeom, bool)
+    furniture = np.full(native.ngeom, -1)
+    has_inside, is_door, is_glass = np.zeros((3, native.ngeom), dtype=bool)
     state.is_visible[:], state.is_held[:] = True, False
     for thing in scene.things.values():
         placed = builder.things[thing.id]
         whole = builder.things.get(thing.parent or "", placed) if thing.is_drawer else placed
-        has_inside = any(surface.needs_opening for surface in thing.asset.surfaces)
-        furniture[placed.geoms] = whole.index
-        is_cased[placed.geoms] = has_inside
-        is_door[placed.geoms] = len(placed.bodies) > 1 and not has_inside
-        is_glass[placed.geoms] = placed.groups == GLASS
-        state.is_visible[placed.geoms] = placed.shown_off
-        state.materials[placed.geoms] = placed.materials_off
+        geoms = placed.geoms
+        furniture[geoms], is_glass[geoms] = whole.index, placed.groups == GLASS
+        has_inside[geoms] = any(surface.needs_opening for surface in thing.asset.surfaces)
+        is_door[geoms] = len(placed.bodies) > 1 and not has_inside[geoms].any()
+        state.is_visible[geoms], state.materials[geoms] = placed.shown_off, placed.materials_off
     rooms = {room.id: number for number, room in enumerate(scene.rooms)}
     shell_rooms = [rooms.get(shell.room_id or "", -1) for shell in builder.shells]
     return RenderScene(
-        [*(_mesh(native, number) for number in range(native.nmesh)), _lawn()],
-        np.where(native.geom_dataid < 0, native.nmesh, native.geom_dataid),
-        builder.structure_kinds,
-        np.array([*shell_rooms, *[-1] * (native.ngeom - len(shell_rooms))]),
-        native.geom_bodyid,
-        furniture,
-        np.isin(furniture, furniture[is_cased]),
-        is_door,
-        is_glass,
-        native.geom_aabb,
-        np.where(native.geom_rbound > 0.0, native.geom_rbound, np.inf),  # 0: an endless plane
-        tuple(builder.materials),
-        lamps.places,
-        Portals(scene),
-        _static_occluders(scene, builder),
-        make_caster,
-        state,
+        meshes=[*(_mesh(native, number) for number in range(native.nmesh)), _lawn()],
+        geom_meshes=np.where(native.geom_dataid < 0, native.nmesh, native.geom_dataid),
+        structure_kinds=builder.structure_kinds,
+        structure_rooms=np.array([*shell_rooms, *[-1] * (native.ngeom - len(shell_rooms))]),
+        bodies=native.geom_bodyid,
+        furniture=furniture,
+        is_in_case=np.isin(furniture, furniture[has_inside]),
+        is_door=is_door,
+        is_glass=is_glass,
+        boxes=native.geom_aabb,
+        radii=np.where(native.geom_rbound > 0.0, native.geom_rbound, np.inf),  # 0: an endless plane
+        materials=tuple(builder.materials),
+        lamps=lamps.places,
+        portals=Portals(scene),
+        static_occluders=_static_occluders(scene, builder),
+        caster=make_caster,
+        initial=state,
     )
 
 
