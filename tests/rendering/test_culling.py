@@ -31,7 +31,7 @@ NO_WALL = Hole(0.0, 4.0, 0.0, 2.5)
 
 
 def rooms(*doors: Hole | None) -> Scene:
-    """Returns rooms of 4 m in a row, "a" first, with a hole or none in each wall between two."""
+    """Return rooms of 4 m in a row, "a" first, with a hole or none in each wall between two."""
     plaster = MaterialRef(name="plaster/white")
     corners = np.array([(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0)])
     shapes, panels = [], []
@@ -55,7 +55,7 @@ def rooms(*doors: Hole | None) -> Scene:
 
 
 def seen(scene: Scene, x: float, z: float, height: float = EYE_M) -> set[int]:
-    """Returns which rooms are seen from a place, in any direction; all when nothing is left out."""
+    """Return which rooms are seen from a place, in any direction; all when nothing is left out."""
     found = Portals(scene).visible_rooms((x, z, height))
     return set(range(len(scene.rooms))) if found is None else {room for room, _ in found}
 
@@ -192,7 +192,7 @@ def test_whatever_walls_stand_nothing_in_sight_is_left_out(seed: int) -> None:
 
 
 def random_house(rng: np.random.Generator) -> Scene:
-    """Returns nine rooms of 3 m, between which stand walls with or without holes, low ones, parts of one, or none."""
+    """Return nine rooms of 3 m, between which stand walls with or without holes, low ones, parts of one, or none."""
     scene = rooms(None)
     room, panel = scene.rooms[0], scene.panels[0]
     square = np.array([(0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (0.0, 3.0)])
@@ -222,7 +222,7 @@ def random_house(rng: np.random.Generator) -> Scene:
 
 
 def in_sight(scene: Scene, eye: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Returns which points (n, 3) no wall hides from an eye (3,), each as (x, z, height)."""
+    """Return which points (n, 3) no wall hides from an eye (3,), each as (x, z, height)."""
     is_seen, way = np.ones(len(points), dtype=bool), points - eye
     for panel in scene.panels:
         start, along = np.array(panel.start), np.array(panel.end) - panel.start
@@ -301,7 +301,7 @@ def put(scene: Scene, name: str, x: float, z: float, height: float = 0.5) -> Non
 
 
 def left_out(model: CompiledModel, looker: Pose) -> set[str]:
-    """Returns the things of which nothing is drawn."""
+    """Return the things of which nothing is drawn."""
     eye, axes = frames.points(np.array(looker.eye)), frames.camera_axes(looker)
     gone = invisible_geoms(model.render_scene, model.render_state(), Viewer(eye, axes, 80.0, 640, 480))
     return {name for name, placed in model.things.items() if gone[placed.geoms].all()}
@@ -321,7 +321,7 @@ def test_of_the_next_room_only_what_is_in_line_with_the_doorway_is_drawn() -> No
 
 
 def mirrored_scene() -> Scene:
-    """Returns two rooms with a mirror of 0.6 m on the wall that is farthest from the door."""
+    """Return two rooms with a mirror of 0.6 m on the wall that is farthest from the door."""
     scene = rooms(DOOR)
     pane = Part("pane", block((-0.3, -0.3, -0.01), (0.3, 0.3, 0.01)), "mirror")
     scene.things["mirror"] = Thing(
@@ -342,7 +342,7 @@ LOOKER = Pose(position=Vec3(1.2, 0.0, 0.7), rotation=-90.0)
 
 
 def drawn_behind(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> tuple[np.ndarray, set[str], set[str]]:
-    """Returns a frame, and the things drawn of it as it is and as the mirror shows it."""
+    """Return a frame, and the things drawn of it as it is and as the mirror shows it."""
     names: list[set[str]] = []
     things = {name: placed.geoms for name, placed in build(scene).things.items()}
 

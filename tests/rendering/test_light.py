@@ -26,7 +26,7 @@ from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 
 
 def occluders_at(height: float) -> occluders.Occluders:
-    """Returns the block with its middle at a height, as what stops light."""
+    """Return the block with its middle at a height, as what stops light."""
     block = drawn_block()
     return occluders.Occluders(casters.make_caster(block.vertices + np.array([0.0, 0.0, height]), block.faces))
 
@@ -221,7 +221,7 @@ def test_a_leaf_stops_light_unless_it_opens(scene: Scene) -> None:
 
 
 def case(*, is_enclosed: bool, surfaces: tuple[Surface, ...]) -> Asset:
-    """Returns a leaf 0.8 m wide and high before a back, with or without sides between them."""
+    """Return a leaf 0.8 m wide and high before a back, with or without sides between them."""
     back = Part("body", block((-0.4, -0.4, -0.2), (0.4, 0.4, -0.15)), "plastic/#8888aa")
     sides = [
         ((-0.4, -0.4), (-0.38, 0.4)),

@@ -10,7 +10,7 @@ from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
 
 
 def block(low: tuple[float, float, float], high: tuple[float, float, float]) -> Mesh:
-    """Returns a box with sharp edges between two corners."""
+    """Return a box with sharp edges between two corners."""
     low_corner, high_corner = np.array(low, dtype=float), np.array(high, dtype=float)
     vertices, normals, faces = [], [], []
     for axis in range(3):
@@ -31,7 +31,7 @@ INSIDE = Surface("shelf", Vec3(0.0, -0.3, 0.0), 0.6, 0.2, clearance=0.6, is_insi
 
 
 def cabinet() -> Asset:
-    """Returns a box 0.8 m wide and high, 0.4 m deep, its front half a leaf and half a pane, a screen on top."""
+    """Return a box 0.8 m wide and high, 0.4 m deep, its front half a leaf and half a pane, a screen on top."""
     body = Part("body", block((-0.4, -0.4, -0.2), (0.4, 0.4, 0.1)), "plastic/#8888aa")
     leaf = Part("leaf", block((-0.4, -0.4, 0.15), (0.0, 0.4, 0.2)), "plastic/#aa4444", joint="leaf", bears_open=True)
     pane = Part("pane", block((0.0, -0.4, 0.18), (0.4, 0.4, 0.2)), "glass", is_glass=True)
@@ -46,14 +46,14 @@ def cabinet() -> Asset:
 
 
 def cube(size: float, material: str) -> Asset:
-    """Returns a cube."""
+    """Return a cube."""
     half = size / 2
     part = Part("cube", block((-half, -half, -half), (half, half, half)), material)
     return Asset("Cube", Vec3(size, size, size), (part,), ())
 
 
 def make_scene() -> Scene:
-    """Returns the scene; the agent of `agent` sees all of it."""
+    """Return the scene; the agent of `agent` sees all of it."""
     corners = [(-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)]
     room = RoomShape(
         "room", "Kitchen", np.array(corners), 2.5, MaterialRef(name="planks/oak"), None,

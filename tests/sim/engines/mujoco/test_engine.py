@@ -20,7 +20,7 @@ CABINET, CUBE = 0, 1
 
 
 def pixel_rays(agent: Pose, stride: int = 1) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Returns rows, columns and unit directions (n, 3) in THOR's frame of every `stride`th pixel."""
+    """Return rows, columns and unit directions (n, 3) in THOR's frame of every `stride`th pixel."""
     v, u = (index.ravel() for index in np.mgrid[0:480:stride, 0:640:stride])
     focal = 240.0 / np.tan(np.radians(FOVY_DEG / 2))
     right, up, back = frames.camera_axes(agent).T

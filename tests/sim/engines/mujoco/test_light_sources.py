@@ -28,13 +28,13 @@ SHINING = Glow(Vec3(0.0, 0.0, 0.0), (1.0, 0.9, 0.7), 1.0)
 
 
 def light_switch() -> Thing:
-    """Returns a switch on the far wall, opposite the agent."""
+    """Return a switch on the far wall, opposite the agent."""
     size = CATALOG["LightSwitch"].typical_size
     return Thing("switch", "LightSwitch", make("LightSwitch", size, 0), Vec3(-0.8, 1.2, 1.98), Vec3(0.0, 180.0, 0.0))
 
 
 def frames(scene: Scene, thing_id: str, agent: Pose, held: str | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Returns the frames in which a thing is off and on."""
+    """Return the frames in which a thing is off and on."""
     engine, found = MujocoEngine("fast"), []
     engine.load(scene)
     for is_toggled in (False, True):
@@ -46,7 +46,7 @@ def frames(scene: Scene, thing_id: str, agent: Pose, held: str | None = None) ->
 
 
 def with_lamp(scene: Scene, position: Vec3) -> Scene:
-    """Returns the scene with its cube as a lamp somewhere."""
+    """Return the scene with its cube as a lamp somewhere."""
     cube = scene.things["cube"]
     cube.asset, cube.position = replace(cube.asset, glow=SHINING), position
     return scene

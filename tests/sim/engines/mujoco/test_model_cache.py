@@ -54,7 +54,7 @@ def test_a_model_is_the_same_when_pieces_are_made_anew_for_every_thing(scene: Sc
 
 
 def _shape(model: CompiledModel, geom: int) -> np.ndarray:
-    """Returns the vertices of a geom's mesh."""
+    """Return the vertices of a geom's mesh."""
     mesh = model.native.geom_dataid[geom]
     first = model.native.mesh_vertadr[mesh]
     return model.native.mesh_vert[first : first + model.native.mesh_vertnum[mesh]]
@@ -130,7 +130,7 @@ def test_only_the_latest_scenes_are_kept(scene: Scene, monkeypatch) -> None:
 
 
 def _play(simulator: PrivilegedSimulator, *, drawn: bool) -> tuple[list[WorldState], list[bytes]]:
-    """Returns the states and frames of a short walk with some opening, picking and dropping."""
+    """Return the states and frames of a short walk with some opening, picking and dropping."""
     house = reference_house()
     simulator.load(house)
     simulator.reset(Pose(position=Vec3(1.4, 0.0, 3.2), rotation=180.0, horizon=30.0), Setup())
