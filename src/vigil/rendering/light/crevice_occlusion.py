@@ -58,6 +58,7 @@ def light_shares(geometry: Geometry, state: RenderState, geoms: np.ndarray, samp
             wholes[number] = occluders_of(geometry, state, parts)
         rest, whole = occluders_of(geometry, state, others), wholes[number]
         axes = state.body_rotations[case].astype(np.float32)
+        sides = axes[:, SIDES].T
         normals = samples.normals[chosen]
         origins = samples.points[chosen] + np.float32(LIFT_M) * normals
         ahead = np.broadcast_to(axes[:, FRONT], normals.shape)
@@ -70,12 +71,14 @@ def light_shares(geometry: Geometry, state: RenderState, geoms: np.ndarray, samp
             is_front = normals @ axes[:, FRONT] >= FACES_FRONT
             is_behind = (before < INSIDE_M) & ~is_front
             asked = np.flatnonzero(is_front & ~is_shut & (before < GAP_M))
-            is_shut[asked] = _touches(rest, origins[asked], axes[:, SIDES].T)
+            # A strip that covers the gap between two doors from behind belongs to one and reaches behind the other.
+            is_shut[asked] = (_distances_along(rest, origins[asked], sides) < STRIP_M).any(axis=0)
             asked = np.flatnonzero(is_behind & ~is_shut & (before < GAP_M))
             is_shut[asked] = _is_next(rest, whole, origins[asked], -ahead[asked])
         is_lip = is_shut & (before >= INSIDE_M)
         asked = np.flatnonzero(is_behind & ~is_shut)
-        is_shut[asked] = _enclosed(whole if body == case else rest, origins[asked], axes[:, SIDES].T)
+        around = _distances_along(whole if body == case else rest, origins[asked], sides)
+        is_shut[asked] = (around < FARTHEST_SIDE_M).all(axis=0)
         shares[chosen] = np.where(is_lip, LIP_SHARE, np.where(is_shut, CLOSED_SHARE, 1.0))
     return shares
 
@@ -115,17 +118,6 @@ def _is_next(others: Occluders, whole: Occluders, origins: np.ndarray, direction
     return (far < GAP_M) & (far <= whole.distances(origins, directions))
 
 
-def _touches(others: Occluders, origins: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """Return whether the others are near each of points (n, 3), along any direction of the axes (k, 3).
-
-    A strip that covers the gap between two doors from behind belongs to one door and reaches behind the other.
-    """
-    touches = np.zeros(len(origins), dtype=bool)
-    for way in (*axes, *-axes):
-        touches |= others.distances(origins, np.broadcast_to(way, origins.shape)) < STRIP_M
-    return touches
-
-
 def without_long_gradients(is_shut: np.ndarray, points: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """Return `is_shut` (n,) without the points (n, 3) at an end of a long edge (m, 2) to a point that is not shut.
 
@@ -140,9 +132,7 @@ def without_long_gradients(is_shut: np.ndarray, points: np.ndarray, edges: np.nd
     return found
 
 
-def _enclosed(case: Occluders, origins: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """Return whether points (n, 3) have the case on both sides along each axis (k, 3)."""
-    enclosed = np.ones(len(origins), dtype=bool)
-    for way in (*axes, *-axes):
-        enclosed &= case.distances(origins, np.broadcast_to(way, origins.shape)) < FARTHEST_SIDE_M
-    return enclosed
+def _distances_along(others: Occluders, origins: np.ndarray, axes: np.ndarray) -> np.ndarray:
+    """Return the distances (2k, n) of the others from points (n, 3), along both directions of each axis (k, 3)."""
+    ways = [np.broadcast_to(way, origins.shape) for way in (*axes, *-axes)]
+    return np.stack([others.distances(origins, way) for way in ways])
