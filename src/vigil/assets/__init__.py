@@ -6,12 +6,14 @@
 
 import zlib
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
 from vigil.assets.catalog import CATALOG, CEILING, FLOOR, WALL, Category
 from vigil.assets.kernel.arrange import Maker
 from vigil.assets.kernel.asset import Asset
+from vigil.assets.kernel.rows import makers_in
 from vigil.assets.makers import placeholder
 from vigil.assets.makers.fittings import (
     appliances,
@@ -27,13 +29,9 @@ from vigil.assets.makers.fittings import (
 from vigil.assets.makers.furniture import beds, seating, sofas, storage, tables
 from vigil.assets.makers.objects import (
     containers,
-    cookware,
-    crockery,
     decor,
     food,
-    household,
     kettles,
-    ornaments,
     personal,
     textiles,
     vessels,
@@ -46,19 +44,15 @@ _MODULES = (
     bathroom,
     beds,
     containers,
-    cookware,
-    crockery,
     decor,
     electronics,
     food,
-    household,
     kettles,
     kitchen,
     kitchen_machines,
     laundry,
     lighting,
     openings,
-    ornaments,
     personal,
     sanitary,
     seating,
@@ -70,6 +64,8 @@ _MODULES = (
 )
 
 MAKERS: dict[str, Maker] = {name: maker for module in _MODULES for name, maker in module.MAKERS.items()}
+for _path in sorted((Path(__file__).parent / "makers" / "rows").glob("*.toml")):
+    MAKERS |= makers_in(_path)
 
 _SMALLEST_M = 0.002
 

@@ -12,33 +12,6 @@ from vigil.assets.kernel.palette import one_of
 from vigil.base.geometry import Vec3
 
 
-def apple(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a red, green or yellow apple with a stem and usually a leaf."""
-    builder = Builder("Apple", size)
-    width, height, depth = size
-    name, tint = one_of(rng, (("red", "#b3202a"), ("red", "#8f1d24"), ("green", "#86b23c"), ("yellow", "#dcb63c")))
-    flesh = [
-        (0.0, 0.05),
-        (0.25, 0.0),
-        (0.5, 0.04),
-        (0.8, 0.24),
-        (0.98, 0.52),
-        (0.96, 0.7),
-        (0.78, 0.87),
-        (0.45, 0.93),
-        (0.2, 0.89),
-        (0.0, 0.8),
-    ]
-    ball = shapes.lathe([(radius / 2, y) for radius, y in flesh], segments=16)
-    builder.add(f"skin/{tint}", shapes.scale(ball, (width, height, depth)))
-    stem = [(0, 0.8 * height, 0), (0.01 * width, 0.92 * height, 0), (0.06 * width, height, 0)]
-    builder.add("plastic/#4a3421", shapes.tube(stem, 0.028 * width, 5))
-    if rng.random() < 0.7:
-        leaf = shapes.ellipsoid((0.34 * width, 0.02 * height, 0.16 * depth), segments=8, rings=4)
-        builder.add("plastic/#4d8b3a", shapes.translate(shapes.rotate(leaf, "z", 18), (0.2 * width, 0.94 * height, 0)))
-    return builder.build([name])
-
-
 def tomato(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
     """Return a tomato: ribbed, with a green star of sepals."""
     builder = Builder("Tomato", size)
@@ -53,17 +26,6 @@ def tomato(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> As
         builder.add(green, shapes.translate(shapes.rotate(leaf, "y", 72 * k + 10), (0, 0.925 * height, 0)))
     builder.add(green, shapes.cylinder(0.03 * width, 0.08 * height, (0, 0.96 * height, 0), segments=6))
     return builder.build(["red"])
-
-
-def egg(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return an egg, its broad end down or, in a long box, to the back."""
-    builder = Builder("Egg", size)
-    name, tint = one_of(rng, (("white", "#f2ede1"), ("brown", "#c08a5e"), ("cream", "#e6cfae")))
-    angles = np.linspace(-np.pi / 2, np.pi / 2, 11)
-    shell = shapes.lathe([(max(np.cos(a), 0) * (1 - 0.16 * np.sin(a)) / 2, np.sin(a) / 2) for a in angles], segments=16)
-    shell = shapes.scale(shell, (size.x, size.y, size.z))
-    builder.add(f"ceramic/{tint}", shapes.translate(shell, (0, size.y / 2, 0)))
-    return builder.build([name])
 
 
 def potato(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
@@ -171,9 +133,7 @@ def _flat_bottom(part: shapes.Mesh) -> shapes.Mesh:
 
 
 MAKERS: dict[str, Maker] = {
-    "Apple": apple,
     "Bread": lengthwise(bread),
-    "Egg": egg,
     "Lettuce": lettuce,
     "Potato": potato,
     "Tomato": tomato,

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import Maker, along_longest, lengthwise
+from vigil.assets.kernel.arrange import Maker, lengthwise
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.materials import material
@@ -80,114 +80,6 @@ def newspaper(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) ->
     return builder.build(["folded"])
 
 
-def pen(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a pen with a tip to +z, a cap or a button, and a clip."""
-    builder = Builder("Pen", size)
-    width, height, length = size
-    name, tint = colour(rng, "blue", "black", "red", "green", "purple")
-    bright = ("plastic/#ecebe6", "metal/brushed")
-    barrel = one_of(rng, bright if name == "black" else (f"plastic/{tint}", *bright))
-    thick = 0.86 * height
-    pieces = (
-        (f"plastic/{tint}", -0.5, -0.1, 1.0, 1.0),
-        (barrel, -0.1, 0.4, 0.92, 0.92),
-        ("metal/brushed", 0.4, 0.48, 0.9, 0.25),
-        (f"plastic/{tint}", 0.48, 0.5, 0.2, 0.08),
-    )
-    for look, start, end, first, last in pieces:
-        rod = shapes.tube([(0, 0, start * length), (0, 0, end * length)], [first / 2, last / 2], 10)
-        builder.add(look, shapes.translate(shapes.scale(rod, (width, thick, 1)), (0, thick / 2, 0)))
-    clip = shapes.box((0.2 * width, 0.12 * height, 0.26 * length), (0, height - 0.06 * height, -0.34 * length))
-    builder.add("metal/brushed", clip)
-    return builder.build([name] if barrel == f"plastic/{tint}" else [])
-
-
-def pencil(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a six-sided pencil with a sharpened tip to +z and an eraser."""
-    builder = Builder("Pencil", size)
-    width, height, length = size
-    name, tint = colour(rng, "yellow", "yellow", "green", "red", "blue", "orange")
-    pieces = (
-        ("plastic/#d98ea3", -0.5, -0.46, 0.9, 0.9),
-        ("metal/brass", -0.46, -0.41, 1.0, 1.0),
-        (f"plastic/{tint}", -0.41, 0.38, 1.0, 1.0),
-        ("wood/pale", 0.38, 0.47, 1.0, 0.3),
-        ("plastic/#2b2b2e", 0.47, 0.5, 0.3, 0.05),
-    )
-    for look, start, end, first, last in pieces:
-        rod = shapes.tube([(0, 0, start * length), (0, 0, end * length)], [first / 2, last / 2], 6)
-        builder.add(look, shapes.translate(shapes.scale(rod, (width, height, 1)), (0, height / 2, 0)))
-    return builder.build([name])
-
-
-def credit_card(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a bank card, face up, with its chip, number and a coloured corner."""
-    builder = Builder("CreditCard", size)
-    width, height, depth = size
-    name, tint = colour(rng, "blue", "red", "green", "black", "teal", "yellow", "grey", "purple")
-    builder.add(f"plastic/{tint}", shapes.slab((width, 0.9 * height, depth), (0, 0.45 * height, 0), 0.08 * depth))
-    level = 0.92 * height + 1e-4
-    bits = (
-        ("metal/gold", (0.15, 0.2), (-0.28, -0.05)),
-        ("plastic/#ecebe6", (0.72, 0.07), (-0.05, 0.2)),
-        ("plastic/#ecebe6", (0.3, 0.05), (-0.26, 0.36)),
-        ("plastic/#ecebe6", (0.34, 0.09), (-0.24, -0.33)),
-    )
-    for look, (w, d), (x, z) in bits:
-        builder.add(look, shapes.panel(w * width, d * depth, (x * width, level, z * depth), "+y"))
-    for x, tone in ((0.28, "#d3242c"), (0.36, "#e2a13b")):
-        spot = shapes.cylinder(0.13 * depth, 0.1 * height, (x * width, 0.95 * height, 0.3 * depth), segments=12)
-        builder.add(f"plastic/{tone}", spot)
-    return builder.build([name])
-
-
-def key_chain(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return keys on a ring, with a coloured fob."""
-    builder = Builder("KeyChain", size)
-    length, height, width = size.z, size.y, size.x
-    name, tint = colour(rng, "red", "blue", "black", "green", "yellow", "orange")
-    radius = 0.14 * length
-    ring_z = -0.08 * length
-    angles = np.linspace(0, 2 * np.pi, 17)
-    ring = np.c_[radius * np.sin(angles), np.full(17, 0.5 * height), ring_z + radius * np.cos(angles)]
-    builder.add("chrome", shapes.tube(ring, 0.14 * height, 5))
-    for look, angle, lift in (("metal/brass", -24, 0.2), ("metal/brushed", 0, 0.45), ("metal/brushed", 26, 0.7)):
-        reach = 0.5 * length - ring_z - 0.7 * radius
-        key = _key(reach, 0.28 * width, 0.22 * height)
-        key = shapes.rotate(shapes.translate(key, (0, lift * height, 0.7 * radius)), "y", angle)
-        builder.add(look, shapes.translate(key, (0, 0, ring_z)))
-    fob_length = 0.5 * length + ring_z - radius * 0.8
-    fob = shapes.slab(
-        (0.5 * width, 0.9 * height, fob_length), (0, 0.45 * height, -0.5 * length + fob_length / 2), 0.2 * width
-    )
-    builder.add(f"leather/{tint}", fob)
-    return builder.build([f"{name} fob"])
-
-
-def _key(length: float, width: float, thick: float) -> shapes.Mesh:
-    """Return a key along z from 0 to `length`: bow, blade and teeth."""
-    bow = width / 2
-    outline = [
-        (-bow, 0.1 * length),
-        (-0.6 * bow, 0.0),
-        (0.6 * bow, 0.0),
-        (bow, 0.1 * length),
-        (bow, 0.24 * length),
-        (0.35 * bow, 0.36 * length),
-        (0.35 * bow, 0.55 * length),
-        (0.7 * bow, 0.6 * length),
-        (0.35 * bow, 0.66 * length),
-        (0.7 * bow, 0.76 * length),
-        (0.35 * bow, 0.84 * length),
-        (0.6 * bow, 0.9 * length),
-        (0.0, length),
-        (-0.35 * bow, 0.94 * length),
-        (-0.35 * bow, 0.36 * length),
-        (-bow, 0.24 * length),
-    ]
-    return shapes.extrude(outline, -thick / 2, thick / 2)
-
-
 def watch(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
     """Return a wrist watch, closed and lying on its strap, the dial on top."""
     builder = Builder("Watch", size)
@@ -236,38 +128,8 @@ def _outward(part: shapes.Mesh, *, inside: bool) -> shapes.Mesh:
     return shapes.Mesh(part.vertices, part.faces[:, ::-1], -part.normals, part.uvs)
 
 
-def tissue_box(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a box of tissues with one tissue out of the slot."""
-    builder = Builder("TissueBox", size)
-    width, height, depth = size
-    name, tint = colour(rng, "light blue", "pink", "green", "teal", "purple", "orange", "white")
-    top = 0.66 * height
-    kind = one_of(rng, ("paper", "dots", "stripes"))
-    builder.add(f"{kind}/{tint}", shapes.span((-width / 2, 0, -depth / 2), (width / 2, top, depth / 2), 0.003))
-    slot = shapes.scale(shapes.disc(0.5, segments=18), (0.62 * width, 1, 0.42 * depth))
-    builder.add("plastic/#55585c", shapes.translate(slot, (0, top + 3e-4, 0)))
-    angles = np.linspace(0, 2 * np.pi, 13)
-    rings = []
-    for level, spread in ((0.0, 0.7), (0.45, 0.55), (0.8, 0.95), (1.0, 0.5)):
-        wave = 1 + 0.28 * np.sin(3 * angles + 3 * level)
-        rings.append(
-            np.c_[
-                0.2 * width * spread * wave * np.cos(angles) + 0.06 * width * level,
-                top + (height - top) * (level - 0.1 * level * np.cos(2 * angles)),
-                0.13 * depth * spread * wave * np.sin(angles),
-            ]
-        )
-    builder.add("paper/#fbfaf7", shapes.loft(np.array(rings)))
-    return builder.build([name])
-
-
 MAKERS: dict[str, Maker] = {
     "Book": book,
-    "CreditCard": credit_card,
-    "KeyChain": lengthwise(key_chain),
     "Newspaper": lengthwise(newspaper),
-    "Pen": along_longest(pen),
-    "Pencil": along_longest(pencil),
-    "TissueBox": tissue_box,
     "Watch": watch,
 }
