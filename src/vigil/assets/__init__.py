@@ -17,7 +17,6 @@ from vigil.assets.kernel.rows import makers_in
 from vigil.assets.makers import placeholder
 from vigil.assets.makers.fittings import (
     appliances,
-    bathroom,
     electronics,
     kitchen,
     kitchen_machines,
@@ -41,7 +40,6 @@ from vigil.errors import SettingError, did_you_mean
 
 _MODULES = (
     appliances,
-    bathroom,
     beds,
     containers,
     decor,
