@@ -7,6 +7,7 @@ length.
 
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import reduce
 from inspect import Parameter, signature
 from itertools import product
 from pathlib import Path
@@ -95,7 +96,14 @@ ADDITIONS: dict[str, Callable[..., Any]] = {
 }
 """What a row adds besides parts; the first argument is the value of the name."""
 _STYLE = ("look", "lit", "joint", "shown", "toggles")
-_MOVES = ("stretch", "turn", "move", "crease", "bend")
+CHANGES: dict[str, Callable[[shapes.Mesh, Any], shapes.Mesh]] = {
+    "bend": bend,
+    "crease": lambda part, is_sharp: creased(part) if is_sharp else part,
+    "move": shapes.translate,
+    "stretch": shapes.scale,
+    "turn": lambda part, turns: reduce(lambda turned, turn: shapes.rotate(turned, *turn), turns, part),
+}
+"""What is done to a part after it is made."""
 
 
 def _text(raw: Any, known: Known, axis: str) -> Value:
@@ -194,8 +202,16 @@ READERS: dict[str, Callable[[Any, Known, str], Value]] = {
     "turns": lambda raw, known, axis: _numbers(raw, known, (None,) * 3),
     "rgb": lambda raw, known, axis: _numbers(raw, known, (None,) * 3),
     "turn": lambda raw, known, axis: _turns(raw, known),
+    "bend": lambda raw, known, axis: _lift(raw, known),
+    "crease": _constant,
 }
 """Argument of a shape or an addition -> what reads it; the others are plain numbers or formulas."""
+
+
+def _lift(raw: Any, known: Known) -> Value:
+    """Return the function from z to a height that a formula of `z` describes."""
+    height = formula(raw, known | {"z"})
+    return lambda names: lambda z: height({**names, "z": z})
 
 
 def _turns(raw: Any, known: Known) -> Value:
@@ -239,30 +255,18 @@ def _arguments(call: Callable[..., Any], verb: str, entry: Row, known: Known, sk
 
 
 def _part(verb: str, entry: Row, known: Known) -> Step:
-    """Return the step that adds one mesh: made, then stretched, turned, moved and creased as the entry says."""
+    """Return the step that adds one mesh: made, then changed in the order in which the entry says how."""
     if "look" not in entry:
         raise ValueError(f"{verb!r} needs 'look'")
-    own = {key: raw for key, raw in entry.items() if key not in (*_STYLE, *_MOVES)}
+    own = {key: raw for key, raw in entry.items() if key not in (*_STYLE, *CHANGES)}
     make, arguments = SHAPES[verb], _arguments(SHAPES[verb], verb, own, known)
     style = {key: _text(entry[key], known, "y") for key in _STYLE if key in entry}
-    stretch, turn, move = (
-        READERS[key](entry[key], known, "y") if key in entry else None for key in ("stretch", "turn", "move")
-    )
-    lift = formula(entry["bend"], known | {"z"}) if "bend" in entry else None
-    is_creased = entry.get("crease", False)
+    changes = [(CHANGES[key], READERS[key](entry[key], known, "y")) for key in entry if key in CHANGES]
 
     def add(builder: Builder, names: Names) -> None:
         part = make(**arguments(names))
-        if is_creased:
-            part = creased(part)
-        if lift:
-            part = bend(part, lambda z: lift({**names, "z": z}))
-        if stretch:
-            part = shapes.scale(part, stretch(names))
-        for turned in turn(names) if turn else ():
-            part = shapes.rotate(part, *turned)
-        if move:
-            part = shapes.translate(part, move(names))
+        for change, value in changes:
+            part = change(part, value(names))
         builder.add(_style(**{key: value(names) for key, value in style.items()}), part)
 
     return add

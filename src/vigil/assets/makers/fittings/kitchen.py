@@ -5,21 +5,19 @@ from collections.abc import Sequence
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.asset import Asset, Glow
-from vigil.assets.kernel.builder import Builder, PartStyle, Range
+from vigil.assets.kernel.asset import Asset
+from vigil.assets.kernel.builder import Builder, Range
 from vigil.assets.kernel.furniture_parts import (
     HANDLES,
     WOODS,
     Corner,
     Finish,
-    add_case,
     front_board,
     handle,
     hollow,
-    lining,
     paint,
 )
-from vigil.assets.kernel.palette import HOT, one_of
+from vigil.assets.kernel.palette import one_of
 from vigil.base.geometry import Vec3
 
 _RUN_M = 0.61
@@ -35,12 +33,6 @@ _BASINS = (
 
 _BOWL = ((0.02, 0.06), (0.6, 0.08), (0.84, 0.25), (0.96, 0.62), (1.0, 1.0))
 """Profile of an oval bowl from its drain to its edge, as shares of its half width and of its depth."""
-_COIL_TURNS = 4
-_KNOBS = (
-    ("plastic/#232528", "plastic/#f4f4f0"),
-    ("metal/steel", "plastic/#232528"),
-    ("plastic/#ecebe6", "plastic/#5c5f63"),
-)
 """Materials of a stove knob's grip and pointer; neither has a colour that could be taken for heat."""
 
 
@@ -222,132 +214,7 @@ def _sink_stand(builder: Builder, rng: np.random.Generator, floor: float) -> Non
     builder.solid((x0 + 0.02, 0, z0), (x1 - 0.02, floor, z1 - 0.02))
 
 
-def stove(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a cooker: four plates that glow, knobs in front, an oven behind a glass door that folds down."""
-    builder = Builder("Stove", size)
-    shell = one_of(
-        rng, (Finish("plastic/#f1f1ee", "white"), Finish("metal/steel", "steel"), Finish("plastic/#2a2c2f", "black"))
-    )
-    (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
-    face = z1 - 0.05
-    low, high = 0.12, height - 0.14
-    oven_front = face - 0.03
-    add_case(builder, shell.material, (x0, low, z0), (x1, high, oven_front), 0.05)
-    builder.block(shell.material, (x0, x1), (0.0, low), (z0, face - 0.02))
-    builder.block("plastic/#1b1c1e", (x0 + 0.02, x1 - 0.02), (0.01, 0.02), (z0, face - 0.01))
-    builder.block(shell.material, (x0, x1), (high, height - 0.022), (z0, face), 0.004)
-    builder.block("plastic/#17181a", (x0, x1), (height - 0.022, height - 0.004), (z0, face), 0.003)
-    inner_low, inner_high = (x0 + 0.051, low + 0.051, z0 + 0.051), (x1 - 0.051, high - 0.051, oven_front)
-    builder.add("metal/#3d4044", lining(inner_low, inner_high))
-    rack = low + 0.4 * (high - low)
-    wires = np.linspace(inner_low[0] + 0.02, inner_high[0] - 0.02, 9)
-    wire, middle = (0.005, 0.005, oven_front - z0 - 0.12), (z0 + oven_front) / 2
-    builder.add("chrome", *(shapes.box(wire, (x, rack - 0.0025, middle)) for x in wires))
-    room = (x1 - x0 - 0.14, oven_front - z0 - 0.14)
-    builder.surface("rack", (0, rack, middle), room, high - rack - 0.06, needs_opening=True)
-    _plates(builder, face)
-    _oven_door(builder, shell, (low + 0.01, high - 0.004), (oven_front, face))
-    for index in range(5):
-        x = x0 + (index + 0.5) * (x1 - x0) / 5
-        builder.add("plastic/#2b2d30", shapes.cylinder(0.022, 0.026, (x, height - 0.08, face + 0.013), "z", 14))
-        builder.block(
-            "plastic/#e6e6e2", (x - 0.003, x + 0.003), (height - 0.08, height - 0.06), (face + 0.02, face + 0.028)
-        )
-    lamp = shapes.cylinder(0.007, 0.008, (x0 + 0.02, height - 0.05, face + 0.002), "z", 10)
-    builder.add(PartStyle("plastic/#5a2320", on="glow/#ff3b20", bears_toggle=True), lamp)
-    builder.solid((x0, 0, z0), (x1, low, face - 0.02))
-    builder.solid((x0, high, z0), (x1, height, face))
-    builder.surface("hob", (0, height, (z0 + face) / 2), (x1 - x0 - 0.06, face - z0 - 0.06))
-    builder.glow = Glow(Vec3(0, height + 0.05, 0), (1.0, 0.45, 0.2), 0.08)
-    return builder.build((shell.word,))
-
-
-def _plates(builder: Builder, face: float) -> None:
-    """Add four hot plates on the hob, two large and two small."""
-    (x0, x1), z0, height = builder.across, builder.through[0], builder.height
-    plates, rings = [], []
-    for index, (part_x, part_z) in enumerate(((0.27, 0.27), (0.73, 0.27), (0.27, 0.74), (0.73, 0.74))):
-        radius = 0.1 if index in (1, 2) else 0.08
-        at = (x0 + part_x * (x1 - x0), height - 0.004, z0 + part_z * (face - z0))
-        plates.append(shapes.lathe([(0, 0), (radius, 0), (radius, 0.003), (0, 0.003)], at, 20))
-        rings.append(shapes.lathe([(radius, 0), (radius + 0.008, 0), (radius + 0.008, 0.004), (radius, 0.004)], at, 20))
-    builder.add(PartStyle("metal/#4d5053", on=HOT, bears_toggle=True), *plates)
-    builder.add("metal/#8d9195", *rings)
-
-
-def _oven_door(builder: Builder, shell: Finish, y: Range, z: Range) -> None:
-    """Add the oven's door, hinged at its foot."""
-    (x0, x1), (y0, y1), (z0, z1) = builder.across, y, z
-    joint = builder.hinge("oven", (1, 0, 0), (0, y0, z0), 88.0)
-    frame = PartStyle(shell.material, joint, bears_open=True)
-    rim = 0.16 * (y1 - y0)
-    builder.block(frame, (x0 + 0.006, x1 - 0.006), (y0, y0 + rim), z)
-    builder.block(frame, (x0 + 0.006, x1 - 0.006), (y1 - 1.6 * rim, y1), z)
-    builder.block(frame, (x0 + 0.006, x0 + 0.08), (y0 + rim, y1 - 1.6 * rim), z)
-    builder.block(frame, (x1 - 0.08, x1 - 0.006), (y0 + rim, y1 - 1.6 * rim), z)
-    pane = PartStyle("glass/#101214", joint, bears_open=True, is_glass=True)
-    builder.block(pane, (x0 + 0.08, x1 - 0.08), (y0 + rim, y1 - 1.6 * rim), (z1 - 0.014, z1 - 0.004))
-    bar = PartStyle("chrome", joint, bears_open=True)
-    builder.add(bar, shapes.cylinder(0.011, 0.78 * (x1 - x0), (0, y1 - 0.7 * rim, z1 + 0.036), "x", 10))
-    for side in (-1, 1):
-        builder.add(bar, shapes.box((0.014, 0.014, 0.04), (side * 0.36 * (x1 - x0), y1 - 0.7 * rim, z1 + 0.018)))
-    builder.solid((x0, y0, z0), (x1, y1, z1), joint)
-
-
-def stove_burner(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return one hot plate: a coil in a dish, or a solid plate; it glows while on."""
-    builder = Builder("StoveBurner", size)
-    height, radius = size.y, 0.5
-    dish = shapes.lathe(
-        [(0, 0), (0.98 * radius, 0), (radius, 0.35 * height), (0.9 * radius, 0.4 * height), (0, 0.3 * height)],
-        segments=24,
-    )
-    builder.add("chrome", shapes.scale(dish, (size.x, 1, size.z)))
-    hot = PartStyle("metal/#3a3c3f", on=HOT, bears_toggle=True)
-    if rng.random() < 0.6:
-        turns = np.linspace(0, 2 * np.pi * _COIL_TURNS, 16 * _COIL_TURNS + 1)
-        reach = np.minimum(0.16 + 0.88 * turns / turns[-1], 0.82)  # the last turn is a ring
-        thick = min(0.3 * height, 0.032 * size.x)
-        level = np.full(len(turns), height - thick)
-        coil = np.c_[reach * size.x / 2 * np.cos(turns), level, reach * size.z / 2 * np.sin(turns)]
-        builder.add(hot, shapes.tube(coil, thick, 4))
-        builder.add("metal/#6f7377", shapes.cylinder(0.06 * size.x, 0.5 * height, (0, 0.55 * height, 0), segments=12))
-    else:
-        plate = [(0, 0.3 * height), (0.42, 0.3 * height), (0.42, 0.9 * height), (0.4, height), (0.3, height),
-                 (0.29, 0.9 * height), (0.27, 0.9 * height), (0.26, height), (0.13, height), (0.11, 0.85 * height),
-                 (0, 0.85 * height)]  # fmt: skip
-        builder.add(hot, shapes.scale(shapes.lathe(plate, segments=24), (size.x, 1, size.z)))
-    builder.surface("plate", (0, height, 0), (0.7 * size.x, 0.7 * size.z))
-    builder.glow = Glow(Vec3(0, height, 0), (1.0, 0.45, 0.2), 0.05)
-    return builder.build()
-
-
-def stove_knob(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a round knob with a ridge for the fingers: upright while off; while on it lies across a glowing dial."""
-    builder = Builder("StoveKnob", size)
-    width, height, depth = size
-    grip, mark = one_of(rng, _KNOBS)
-    dial = shapes.cylinder(0.5, 0.15 * depth, (0, 0, 0.075 * depth), "z", 24)
-    builder.add(PartStyle("metal/#777b80", on=HOT, bears_toggle=True), _oval(dial, width, height))
-    cap = shapes.cylinder(0.4, 0.6 * depth, (0, 0, 0.45 * depth), "z", 24, top=0.36)
-    builder.add(grip, _oval(cap, width, height))
-    ridge = shapes.rounded_box((0.24, 0.74, 0.4 * depth), (0, 0, 0.8 * depth), 0.06)
-    line = shapes.box((0.12, 0.34, 0.02 * depth), (0, 0.17, 0.995 * depth))
-    for shown, degrees in (("off", 0.0), ("on", 90.0)):
-        for look, part in ((grip, ridge), (mark, line)):
-            style = PartStyle(look, bears_toggle=True, shown="on" if shown == "on" else "off")
-            builder.add(style, _oval(shapes.rotate(part, "z", degrees), width, height))
-    return builder.build()
-
-
-def _oval(part: shapes.Mesh, width: float, height: float) -> shapes.Mesh:
-    return shapes.translate(shapes.scale(part, (width, height, 1)), (0, height / 2, 0))
-
-
 MAKERS = {
     "CounterTop": counter_top,
     "Sink": sink,
-    "Stove": stove,
-    "StoveBurner": stove_burner,
-    "StoveKnob": stove_knob,
 }
