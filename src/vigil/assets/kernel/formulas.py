@@ -1,15 +1,18 @@
 """Formulas in rows of makers: arithmetic and conditions over named values, without any other Python."""
 
 import ast
-from collections.abc import Callable, Collection
+from collections.abc import Callable
+from string import Formatter
 from typing import Any
 
 import numpy as np
 
+from vigil.errors import did_you_mean
+
 Names = dict[str, Any]
-"""Values that a formula may use, by name."""
-Value = Callable[[Names], Any]
-"""Function that computes one value from named values."""
+"""Values by name."""
+Known = frozenset[str]
+"""Names that have a value at one place of a row."""
 
 
 def points(*columns: Any) -> np.ndarray:
@@ -17,25 +20,30 @@ def points(*columns: Any) -> np.ndarray:
     return np.stack(np.broadcast_arrays(*columns), axis=-1)
 
 
-FUNCTIONS: dict[str, Any] = {
-    **{
-        name: getattr(np, name)
-        for name in ("arctan2", "clip", "cos", "degrees", "flip", "interp", "linspace", "maximum", "pi")
-    },
-    **{name: getattr(np, name) for name in ("radians", "sin", "sqrt")},
-    "max": max,
-    "min": min,
-    "points": points,
-    "round": round,
-}
+_OF_NUMPY = (
+    "arctan2",
+    "clip",
+    "cos",
+    "degrees",
+    "flip",
+    "interp",
+    "linspace",
+    "maximum",
+    "pi",
+    "radians",
+    "sin",
+    "sqrt",
+)
+FUNCTIONS: Names = {name: getattr(np, name) for name in _OF_NUMPY} | {"max": max, "min": min, "points": points}
+"""What formulas may call or use, by name."""
 _NODES = (
     ast.Expression, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.Call, ast.Name, ast.Constant,
     ast.Tuple, ast.operator, ast.unaryop, ast.boolop, ast.cmpop, ast.expr_context,
 )  # fmt: skip
 
 
-def formula(text: str, known: Collection[str]) -> Value:
-    """Return the function that computes a formula. Raises ValueError if it is not arithmetic over known names."""
+def formula(text: str, known: Known) -> str:
+    """Return a formula as a Python expression. Raises ValueError if it is not arithmetic over known names."""
     try:
         tree = ast.parse(text, mode="eval")
     except SyntaxError as error:
@@ -44,9 +52,25 @@ def formula(text: str, known: Collection[str]) -> Value:
         if not isinstance(node, _NODES):
             raise ValueError(f"{text!r} is not a formula: {type(node).__name__} is not allowed")
         if isinstance(node, ast.Name) and node.id not in known and node.id not in FUNCTIONS:
-            raise ValueError(f"{text!r} uses {node.id!r}, which is not known; known are {', '.join(sorted(known))}")
-    code = compile(tree, "<formula>", "eval")
-    return lambda names: eval(code, _GLOBALS, names)  # only arithmetic is left
+            raise ValueError(f"{text!r} uses {node.id!r}, which has no value here.{did_you_mean(node.id, known)}")
+    return f"({text})"
 
 
-_GLOBALS = {"__builtins__": {}, **FUNCTIONS}
+def text(raw: Any, known: Known) -> str:
+    """Return a text with names in braces as a Python expression; "{name}" alone is the value of the name."""
+    if not isinstance(raw, str):
+        raise ValueError(f"{raw!r} is not a text")
+    fields = [field for _, field, _, _ in Formatter().parse(raw) if field is not None]
+    for field in fields:
+        if field not in known:
+            raise ValueError(f"{raw!r} names {field!r}, which has no value here.{did_you_mean(field, known)}")
+    return fields[0] if fields and raw == f"{{{fields[0]}}}" else f"f{raw!r}" if fields else repr(raw)
+
+
+def compiled(expression: str) -> Callable[[Names], Any]:
+    """Return the function that computes an expression, made of formulas and texts, from `GLOBALS` and more values."""
+    code = compile(expression, "<row>", "eval")
+    return lambda names: eval(code, names)  # nothing but arithmetic is left
+
+
+GLOBALS: Names = {"__builtins__": {}, **FUNCTIONS}

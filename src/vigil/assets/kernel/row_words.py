@@ -1,0 +1,111 @@
+"""The words of rows (`vigil.assets.kernel.rows`): shapes, what is done to them, what else a row adds, and its draws.
+
+The first argument of a shape or an addition is the value of its own word; the names of the others are keys in the row.
+"""
+
+from collections.abc import Callable
+from functools import reduce
+from typing import Any
+
+import numpy as np
+
+from vigil.assets.kernel import shapes
+from vigil.assets.kernel.arrange import bend, creased, drape, lathed_oval, strip
+from vigil.assets.kernel.asset import Glow
+from vigil.assets.kernel.builder import UNBOUNDED_M, Builder, PartStyle
+from vigil.assets.kernel.furniture_parts import add_case, add_legs, cloth, lining, paint, wood
+from vigil.assets.kernel.meshes import ORIGIN
+from vigil.assets.kernel.palette import COLOURS, one_of
+from vigil.base.geometry import Vec3
+
+Pairs = list[tuple[float, float]]
+
+
+def _turned(profile: Pairs, wide: float, deep: float, tall: float, at: Any = ORIGIN, segments: int = 18) -> shapes.Mesh:
+    return _moved(lathed_oval([(radius, y * tall) for radius, y in profile], wide, deep, segments), at)
+
+
+def _moved(part: shapes.Mesh, at: Any) -> shapes.Mesh:
+    return part if at is ORIGIN else shapes.translate(part, at)
+
+
+SHAPES: dict[str, Callable[..., shapes.Mesh]] = {
+    "ball": lambda size, at=ORIGIN, segments=16, bands=8: shapes.ellipsoid(size, at, segments, bands),
+    "box": lambda size, at=ORIGIN, bevel=0.0: shapes.box(size, at, bevel),
+    "cushion": lambda size, at=ORIGIN: shapes.cushion(size, at),
+    "cylinder": lambda radius, length, at=ORIGIN, axis="y", segments=16, top=None: shapes.cylinder(
+        radius, length, at, axis, segments, top
+    ),
+    "disc": lambda radius, at=ORIGIN, axis="y", segments=18: shapes.disc(radius, at, axis, segments),
+    "drape": lambda area, waves, thick, cloth, at=ORIGIN: _moved(drape(*area, waves, thick, thickness=cloth), at),
+    "extrude": lambda outline, between, axis="y", at=ORIGIN: _moved(shapes.extrude(outline, *between, axis), at),
+    "lathe": lambda points, at=ORIGIN, segments=18: shapes.lathe(points, at, segments),
+    "lining": lambda ends: lining(*ends),
+    "loft": lambda rings: shapes.loft(np.array(rings)),
+    "panel": lambda area, at=ORIGIN, facing="+z", fit=True: shapes.panel(*area, at, facing, fit),
+    "rounded": lambda size, at=ORIGIN, bevel=0.02, puff=0.0: shapes.rounded_box(size, at, bevel, puff),
+    "slab": lambda size, at=ORIGIN, bevel=0.05: shapes.slab(size, at, bevel),
+    "span": lambda ends, bevel=0.0: shapes.span(*ends, bevel),
+    "strip": lambda sides, thick, level=0.0, at=ORIGIN: _moved(strip(sides, thick, level), at),
+    "tube": lambda path, radius, segments=8: shapes.tube(path, radius, segments),
+    "turned": _turned,
+}
+
+CHANGES: dict[str, Callable[[shapes.Mesh, Any], shapes.Mesh]] = {
+    "bend": bend,
+    "crease": lambda part, is_sharp: creased(part) if is_sharp else part,
+    "move": shapes.translate,
+    "stretch": shapes.scale,
+    "turn": lambda part, turns: reduce(lambda turned, turn: shapes.rotate(turned, *turn), turns, part),
+}
+"""What is done to a shape, in the order in which the row says it."""
+
+
+def style(
+    look: str, lit: str | None = None, joint: str | None = None, shown: Any = "always", toggles: bool = False
+) -> PartStyle:
+    """Return the style of a part.
+
+    A part on a joint tells open from closed, one that is `lit` while on or only `shown` on or off tells on from off.
+    """
+    is_glass = look.partition("/")[0] == "glass"
+    bears_toggle = toggles or lit is not None or shown != "always"
+    return PartStyle(look, joint, lit, joint is not None, bears_toggle, is_glass, shown)
+
+
+def _surface(
+    builder: Builder, name: str, at: Any, area: Any, clearance: float = UNBOUNDED_M,
+    inside: bool = False, opening: bool = False, joint: str | None = None,
+) -> None:  # fmt: skip
+    builder.surface(name, at, area, clearance, is_inside=inside, needs_opening=opening, joint=joint)
+
+
+def _glow(builder: Builder, rgb: Any, at: Any, strength: float) -> None:
+    builder.glow = Glow(Vec3(*map(float, at)), rgb, strength)
+
+
+ADDITIONS: dict[str, Callable[..., Any]] = {
+    "case": lambda builder, ends, look, wall, open="+z": add_case(builder, look, *ends, wall, missing=open),
+    "column": lambda builder, radius, between: builder.column(radius, *between),
+    "glow": _glow,
+    "hinge": lambda builder, name, about, at, degrees: builder.hinge(name, about, at, degrees),
+    "legs": lambda builder, area, look, length, thick, style: add_legs(builder, look, area, length, thick, style),
+    "octagon": lambda builder, area, between: builder.octagon(*area, *between),
+    "solid": lambda builder, ends, joint=None: builder.solid(*ends, joint),
+    "surface": _surface,
+    "walls": lambda builder, area, floor, middle=0.0: builder.walls(*area, floor, 0.0, middle),
+}
+"""What a row adds besides shapes."""
+
+DRAWS: dict[str, Callable[[np.random.Generator, Any], Any]] = {
+    "chance": lambda rng, share: bool(rng.random() < share),
+    "choice": lambda rng, options: float(rng.choice(options)),
+    "colours": lambda rng, words: (word := one_of(rng, words), COLOURS[word]),
+    "finish": lambda rng, kind: (found := FINISHES[kind](rng), (found.word, found.material))[1],
+    "integers": lambda rng, count: int(rng.integers(count)),
+    "of": one_of,
+    "paint": lambda rng, words: (found := paint(rng, *words), (found.word, found.material))[1],
+    "uniform": lambda rng, ends: float(rng.uniform(*ends)),
+}
+"""Values that are drawn at random; colours, finishes and paints are a word and a colour or material."""
+FINISHES = {"cloth": cloth, "wood": wood}
