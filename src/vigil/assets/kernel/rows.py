@@ -208,7 +208,9 @@ def _done(word: str, entry: Row, known: Known) -> Step:
         return _steps([inherited | each for each in entry["parts"]], known)
     if word in SHAPES:
         return _shape(word, entry, known)
-    add, arguments = ADDITIONS[word], compiled(_arguments(ADDITIONS[word], word, entry, known, skipped=1))
+    add = ADDITIONS[word]
+    own = {key: raw for key, raw in entry.items() if key not in _STYLE or key in signature(add).parameters}
+    arguments = compiled(_arguments(add, word, own, known, skipped=1))
     return lambda builder, names: add(builder, **arguments(names))
 
 

@@ -113,8 +113,9 @@ def _box_topology() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
 
 
 _BOX_SIGNS, _BOX_AXES, _BOX_FLAT, _BOX_BEVELS = _box_topology()
-_BOX_ALL = np.concatenate([_BOX_FLAT, _BOX_BEVELS])
-_BOX_NORMALS = _BOX_SIGNS * np.eye(3)[_BOX_AXES]
+_BOX_FACES = _BOX_FLAT.astype(np.int32), np.concatenate([_BOX_FLAT, _BOX_BEVELS]).astype(np.int32)
+"""Faces of a box without and with bevels."""
+_BOX_NORMALS = (_BOX_SIGNS * np.eye(3)[_BOX_AXES]).astype(np.float32)
 _BOX_IS_FACED = _BOX_AXES[:, None] == np.arange(3)
 
 
@@ -125,7 +126,7 @@ def box(size: Point3, center: Point3 = ORIGIN, bevel: float = 0.0) -> Mesh:
     inset = np.where(_BOX_IS_FACED, half, half - cut)
     vertices = _BOX_SIGNS * inset + np.asarray(center, np.float64)
     uvs = vertices.take(_box_uvs(*(half[1:] > half[:-1]).tolist(), bool(half[2] > half[0])))
-    return mesh(vertices, _BOX_ALL if cut > 0 else _BOX_FLAT, _BOX_NORMALS, uvs)
+    return Mesh(vertices.astype(np.float32), _BOX_FACES[bool(cut > 0)], _BOX_NORMALS, uvs.astype(np.float32))
 
 
 def boxes(sizes: Sequence[Point3], centers: Sequence[Point3]) -> Mesh:
@@ -280,7 +281,7 @@ def panel(width: float, height: float, center: Point3 = ORIGIN, facing: str = "+
     right, up, outward = _sight(facing[1], -1 if facing[0] == "-" else 1)
     vertices = _SQUARE[:, :1] * width * right + _SQUARE[:, 1:] * height * up + np.asarray(center, np.float64)
     uvs = _SQUARE + 0.5 if fit else _SQUARE * [width, height]
-    return mesh(vertices, _SQUARE_FACES, np.broadcast_to(outward, (4, 3)), uvs)
+    return mesh(vertices, _SQUARE_FACES, np.tile(outward, (4, 1)), uvs)
 
 
 @cache

@@ -6,15 +6,10 @@ import numpy as np
 
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.kernel.builder import Builder, PartStyle, Range
-from vigil.assets.kernel.furniture_parts import CLOTHS, Corner, Finish, add_case, lining, shelf_heights, wood
+from vigil.assets.kernel.builder import Builder, PartStyle
+from vigil.assets.kernel.furniture_parts import CLOTHS, Finish, shelf_heights, wood
 from vigil.assets.kernel.palette import COLOURS, one_of
 from vigil.base.geometry import Vec3
-
-_CARDS = (
-    ("brown", "#b98e5f"), ("brown", "#a97c4e"), ("light brown", "#cba878"), ("white", "#e4dfd4"), ("blue", "#5b7ea6"),
-    ("red", "#a8504a"),
-)  # fmt: skip
 
 _HAMPER_FOOT = 0.94
 """Ratio of a hamper's width at its bottom to that at its top."""
@@ -25,37 +20,6 @@ _SHIRT = (
 """Outline of a shirt, the sign for laundry, as shares of its width and of a hamper's height."""
 _SOCK, _LINEN = "fabric/#3c4048", "fabric/#efe9dc"
 _SLEEVES = tuple(f"fabric/{COLOURS[name]}" for name in ("red", "blue", "teal", "yellow", "pink"))
-
-
-def box(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a cardboard box whose four flaps fold out."""
-    builder = Builder("Box", size)
-    word, code = one_of(rng, _CARDS)
-    card = f"cardboard/{code}"
-    (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
-    wall, top = 0.005, builder.height - 0.008
-    add_case(builder, card, (x0, 0, z0), (x1, top, z1), wall, missing="+y")
-    builder.surface("bottom", (0, wall, 0), (x1 - x0 - 0.04, z1 - z0 - 0.04), top - wall, needs_opening=True)
-    builder.add("print/label", shapes.panel(0.34 * size.x, 0.3 * height, (0.12 * size.x, 0.55 * height, z1 + 0.0004)))
-    for side, z in ((-1, z0), (1, z1)):
-        joint = builder.hinge(f"flap{'-+'[side > 0]}z", (1, 0, 0), (0, top, z), side * 125.0)
-        inner = z - side * 0.42 * (z1 - z0)
-        look = PartStyle(card, joint, bears_open=True)
-        low, high = (x0 + wall, top, min(z, inner)), (x1 - wall, top + 0.003, max(z, inner))
-        builder.add(look, shapes.span(low, high))
-        builder.solid(low, high, joint)
-    tape = PartStyle("plastic/#c9a368", "flap-x", bears_open=True)
-    for side, x in ((-1, x0), (1, x1)):
-        joint = builder.hinge(f"flap{'-+'[side > 0]}x", (0, 0, 1), (x, top + 0.004, 0), -side * 125.0)
-        builder.block(
-            PartStyle(card, joint, bears_open=True),
-            (min(x, 0.0), max(x, 0.0)),
-            (top + 0.004, height - 0.0005),
-            (z0, z1),
-        )
-        builder.solid((min(x, 0.0), top + 0.004, z0), (max(x, 0.0), height, z1), joint)
-    builder.block(tape, (-0.06 * size.x, -0.001), (height - 0.001, height), (z0, z1))
-    return builder.build((word, "cardboard"))
 
 
 def laundry_hamper(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
@@ -200,75 +164,6 @@ def garbage_can(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -
     return builder.build((kind.word,))
 
 
-def safe(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a steel safe: a thick door with a dial or keypad and a wheel handle."""
-    builder = Builder("Safe", size)
-    word, code = one_of(rng, (("grey", "#63676c"), ("black", "#2d3033"), ("green", "#3f5448"), ("white", "#d9d9d5")))
-    steel = f"metal/{code}"
-    (x0, x1), (z0, z1), height = builder.across, builder.through, builder.height
-    door, wall = 0.05, 0.035
-    face = z1 - 0.045
-    body = face - door
-    add_case(builder, steel, (x0, 0.015, z0), (x1, height, body), wall)
-    for x in (x0 + 0.04, x1 - 0.04):
-        for z in (z0 + 0.04, body - 0.02):
-            builder.add("rubber", shapes.cylinder(0.02, 0.016, (x, 0.008, z), segments=8))
-    low, high = (x0 + wall + 0.001, 0.016 + wall, z0 + wall + 0.001), (x1 - wall - 0.001, height - wall - 0.001, body)
-    builder.add("fabric/#a8443c", lining(low, high))
-    room = (high[0] - low[0] - 0.02, high[2] - low[2] - 0.02)
-    builder.surface("floor", (0, low[1] + 0.001, (low[2] + high[2]) / 2), room, high[1] - low[1], needs_opening=True)
-    builder.surface("top", (0, height, (z0 + body) / 2), (x1 - x0 - 0.03, body - z0 - 0.03))
-    joint = builder.hinge("door", (0, 1, 0), (x1, 0, face), 100.0)
-    look, metal = PartStyle(steel, joint, bears_open=True), PartStyle("chrome", joint, bears_open=True)
-    builder.block(look, (x0, x1), (0.015, height), (body, face), 0.008)
-    _boltwork(builder, joint, (x0, x1), body)
-    for y in (0.2 * height, 0.8 * height):
-        builder.add("chrome", shapes.cylinder(0.013, 0.14 * height, (x1 - 0.013, y, face + 0.004), segments=10))
-    builder.block(look, (x0 + 0.045, x1 - 0.045), (0.06, height - 0.045), (face - 0.001, face + 0.006), 0.003)
-    x, y = x0 + 0.35 * size.x, 0.55 * height
-    spokes = [
-        shapes.rotate(shapes.box((0.11, 0.012, 0.012), (x, y, face + 0.03), 0.003), "z", angle, (x, y, 0))
-        for angle in (0, 60, 120)
-    ]
-    hub = shapes.cylinder(0.022, 0.045, (x, y, face + 0.0225), "z", 12)
-    builder.add(metal, hub, *spokes)
-    if rng.random() < 0.5:
-        x = 0.18 * size.x
-        builder.add(metal, shapes.cylinder(0.045, 0.03, (x, y, face + 0.015), "z", 20))
-        mark = shapes.box((0.006, 0.025, 0.004), (x, y + 0.028, face + 0.031))
-        builder.add(PartStyle("plastic/#f2f2f0", joint, bears_open=True), mark)
-    else:
-        _keypad(builder, joint, (0.2 * size.x, y, face))
-    builder.solid((x0, 0, body), (x1, height, face), joint)
-    return builder.build((word,))
-
-
-def _boltwork(builder: Builder, joint: str, x: Range, back: float) -> None:
-    """Add the visible parts of an open safe's door: a bright plate on its inside, and bolts at its free edge."""
-    x0, x1 = x
-    height, wall = builder.height, 0.045
-    plate = PartStyle("metal/#b9bcc0", joint, bears_open=True)
-    builder.block(plate, (x0 + wall, x1 - wall), (0.015 + wall, height - wall), (back - 0.012, back + 0.001), 0.003)
-    bolt = PartStyle("chrome", joint, bears_open=True)
-    for y in (0.3, 0.5, 0.7):
-        builder.add(bolt, shapes.cylinder(0.014, 0.05, (x0 + wall, y * height, back - 0.016), "x", 10))
-    wheel = shapes.cylinder(0.2 * (x1 - x0), 0.006, ((x0 + x1) / 2, 0.5 * height, back - 0.013), "z", 18)
-    builder.add(PartStyle("metal/#6f7478", joint, bears_open=True), wheel)
-
-
-def _keypad(builder: Builder, joint: str, at: Corner) -> None:
-    """Add twelve keys on a pad."""
-    x, y, face = at
-    pad = shapes.box((0.1, 0.13, 0.014), (x, y, face + 0.007), 0.003)
-    builder.add(PartStyle("plastic/#1d1f22", joint, bears_open=True), pad)
-    keys = [
-        shapes.box((0.018, 0.018, 0.006), (x + i * 0.027, y - 0.045 + j * 0.027, face + 0.016))
-        for i in (-1, 0, 1)
-        for j in range(4)
-    ]
-    builder.add(PartStyle("plastic/#b9bcc0", joint, bears_open=True), *keys)
-
-
 def cart(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
     """Return a trolley: trays with raised edges between four posts on large castors, and push bars above them."""
     builder = Builder("Cart", size)
@@ -312,9 +207,7 @@ def cart(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset
 
 
 MAKERS = {
-    "Box": box,
     "Cart": cart,
     "GarbageCan": garbage_can,
     "LaundryHamper": laundry_hamper,
-    "Safe": safe,
 }

@@ -13,68 +13,7 @@ from vigil.assets.kernel.palette import colour, one_of
 from vigil.assets.makers.objects.vessels import VASE_FORMS
 from vigil.base.geometry import Vec3
 
-FRAMES = ("wood/oak", "wood/walnut", "wood/black", "wood/white", "metal/gold", "metal/black")
 PLASTIC_SOIL = "carpet/#4a3526"
-PAINTED_PICTURES = 24
-
-
-def painting(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a framed picture on the wall (-z), with or without a mat, or a canvas without frame."""
-    builder = Builder("Painting", size)
-    width, height, depth = size
-    border = 0.0 if rng.random() < 0.2 else float(rng.uniform(0.05, 0.1)) * min(width, height)
-    picture = f"picture/{rng.integers(PAINTED_PICTURES)}"
-    back, front = -depth / 2, depth / 2
-    inner = (width - 2 * border, height - 2 * border)
-    if not border:
-        builder.add("fabric/#ecebe6", shapes.span((-width / 2, 0, back), (width / 2, height, front - 5e-4)))
-        builder.add(picture, shapes.panel(width, height, (0, height / 2, front)))
-        return builder.build(["canvas"])
-    frame = one_of(rng, FRAMES)
-    _frame(builder, frame, border)
-    level = back + 0.55 * depth
-    builder.add("paper/#f3f1ea", shapes.panel(*inner, (0, height / 2, level)))
-    mat = 0.0 if rng.random() < 0.5 else 0.12 * min(inner)
-    builder.add(picture, shapes.panel(inner[0] - 2 * mat, inner[1] - 2 * mat, (0, height / 2, level + 5e-4)))
-    return builder.build(["framed"])
-
-
-def _frame(builder: Builder, look: str, border: float) -> None:
-    width, height, depth = builder.width, builder.height, builder.depth
-    for y in (border / 2, height - border / 2):
-        builder.add(look, shapes.box((width, border, depth), (0, y, 0), 0.12 * border))
-    for x in (-(width - border) / 2, (width - border) / 2):
-        builder.add(look, shapes.box((border, height - 2 * border, depth), (x, height / 2, 0), 0.12 * border))
-
-
-def mirror(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a mirror on the wall (-z): framed, oval, or a bare glass."""
-    builder = Builder("Mirror", size)
-    width, height, depth = size
-    kind = one_of(rng, ("framed", "framed", "oval", "bare"))
-    back, front = -depth / 2, depth / 2
-    if kind == "oval":
-        for look, share, level in ((one_of(rng, FRAMES), 1.0, front - 0.3 * depth), ("mirror", 0.9, front)):
-            plate = shapes.cylinder(0.5, level - back, axis="z", segments=28)
-            part = shapes.scale(plate, (share * width, share * height, 1))
-            builder.add(look, shapes.translate(part, (0, height / 2, (level + back) / 2)))
-    elif kind == "framed":
-        border = 0.07 * min(width, height)
-        _frame(builder, one_of(rng, FRAMES), border)
-        glass = shapes.span(
-            (border - width / 2, border, back), (width / 2 - border, height - border, back + 0.5 * depth)
-        )
-        builder.add("mirror", glass)
-    else:
-        builder.add("plastic/#8b8d90", shapes.span((-width / 2, 0, back), (width / 2, height, front - 0.3 * depth)))
-        glass = shapes.span((-0.49 * width, 0.01 * height, back), (0.49 * width, 0.99 * height, front))
-        builder.add("mirror", glass)
-    if kind != "oval":
-        shine = shapes.extrude([(-0.2, 0.3), (-0.12, 0.3), (0.2, 0.85), (0.12, 0.85)], 0.0, 1e-3, "z")
-        level = back + 0.5 * depth if kind == "framed" else front
-        shine = shapes.translate(shapes.scale(shine, (width, height, 1)), (0, 0, level - 5e-4))
-        builder.add("gleam", shine)
-    return builder.build([kind])
 
 
 def house_plant(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
@@ -316,7 +255,5 @@ def room_decor(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -
 
 MAKERS: dict[str, Maker] = {
     "HousePlant": house_plant,
-    "Mirror": mirror,
-    "Painting": painting,
     "RoomDecor": room_decor,
 }

@@ -79,41 +79,6 @@ def cloth(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Ass
     return builder.build([name])
 
 
-def rug(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a rug: bordered, striped or round, often fringed."""
-    builder = Builder("Rug", size)
-    width, height, depth = size
-    name, tint = colour(rng, "red", "blue", "grey", "beige", "teal", "green", "navy", "cream")
-    _, other = colour(rng, "cream", "beige", "navy", "orange", "white", "brown")
-    kind = one_of(rng, ("bordered", "striped", "round" if 0.7 < width / depth < 1.4 else "bordered", "plain"))
-    if kind == "round":
-        for k, (share, tone) in enumerate(((1.0, tint), (0.8, other), (0.68, tint), (0.3, other))):
-            part = shapes.cylinder(0.5, height * (0.7 + 0.1 * k), segments=32)
-            part = shapes.scale(part, (share * width, 1, share * depth))
-            builder.add(f"carpet/{tone}", shapes.translate(part, (0, height * (0.35 + 0.05 * k), 0)))
-        return builder.build([kind], takes_room=False)
-    fringe = 0.03 * width if kind != "plain" else 0.0
-    body = width - 2 * fringe
-    builder.add(f"carpet/{tint}", shapes.box((body, 0.9 * height, depth), (0, 0.45 * height, 0)))
-    if kind == "bordered":
-        for share, tone in ((0.12, other), (0.16, tint), (0.3, other), (0.33, tint)):
-            inset = share * depth
-            level = height * (0.9 + 0.1 * share / 0.33)
-            piece = shapes.panel(body - 2 * inset, depth - 2 * inset, (0, level, 0), "+y", fit=False)
-            builder.add(f"carpet/{tone}", piece)
-    elif kind == "striped":
-        for k in range(-3, 4):
-            wide = (0.05 if k % 2 else 0.08) * body
-            piece = shapes.panel(wide, depth, (k * 0.135 * body, height, 0), "+y", fit=False)
-            builder.add(f"carpet/{other}", piece)
-    if fringe:
-        for side in (-1, 1):
-            for k in range(24):
-                spot = (side * (width / 2 - fringe / 2), 0.2 * height, (k - 11.5) * depth / 24)
-                builder.add("fabric/#e8e0cc", shapes.panel(1.1 * fringe, 0.5 * depth / 24, spot, "+y", fit=False))
-    return builder.build([kind] if kind == "striped" else [name, kind], takes_room=False)
-
-
 def curtains(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
     """Return a pair of drawn curtains on a rod; they open to both sides, three panels each."""
     builder = Builder("Curtains", size)
@@ -167,52 +132,9 @@ def _panels(builder: Builder, cloth_look: str, top: float, *, left: int, right: 
             builder.solid(low, high, joint)
 
 
-def teddy_bear(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asset:
-    """Return a sitting teddy bear that looks along +z."""
-    builder = Builder("TeddyBear", size)
-    name, tint = one_of(
-        rng,
-        (
-            ("brown", "#8a5a34"),
-            ("light brown", "#c2935a"),
-            ("cream", "#dcc7a0"),
-            ("grey", "#8f8f92"),
-            ("dark brown", "#5a3a25"),
-        ),
-    )
-    fur, pale = f"knit/{tint}", "knit/#e6d6b8" if name != "cream" else "knit/#f4ecd8"
-
-    def ball(look: str, at: tuple[float, float, float], extent: tuple[float, float, float], fine: int = 7) -> None:
-        builder.add(look, shapes.ellipsoid(extent, at, fine, 5 if fine > 6 else 4))
-
-    ball(fur, (0, 0.3, 0), (0.56, 0.6, 0.5), 10)
-    ball(pale, (0, 0.3, 0.06), (0.4, 0.46, 0.42), 7)
-    ball(fur, (0, 0.72, 0.02), (0.52, 0.46, 0.48), 10)
-    ball(pale, (0, 0.66, 0.2), (0.24, 0.18, 0.2), 6)
-    ball("plastic/#241c18", (0, 0.7, 0.3), (0.09, 0.06, 0.06), 6)
-    for side in (-1, 1):
-        ball(fur, (0.21 * side, 0.92, 0), (0.19, 0.19, 0.1), 6)
-        ball(pale, (0.21 * side, 0.92, 0.03), (0.12, 0.12, 0.08), 5)
-        ball("plastic/#241c18", (0.1 * side, 0.77, 0.225), (0.06, 0.07, 0.05), 5)
-        arm = shapes.ellipsoid((0.2, 0.42, 0.2), segments=7, rings=5)
-        builder.add(fur, shapes.translate(shapes.rotate(arm, "z", 32 * side), (0.33 * side, 0.38, 0.08)))
-        ball(fur, (0.22 * side, 0.1, 0.28), (0.22, 0.2, 0.46))
-        ball(pale, (0.22 * side, 0.1, 0.46), (0.15, 0.15, 0.12), 5)
-    if rng.random() < 0.6:
-        _, bow = colour(rng, "red", "blue", "green", "pink")
-        for side in (-1, 1):
-            wing = shapes.ellipsoid((0.16, 0.1, 0.05), segments=4, rings=3)
-            builder.add(
-                f"velvet/{bow}", shapes.translate(shapes.rotate(wing, "z", 20 * side), (0.09 * side, 0.5, 0.26))
-            )
-    return builder.build([name])
-
-
 MAKERS: dict[str, Maker] = {
     "Cloth": cloth,
     "Curtains": curtains,
     "Pillow": pillow,
-    "Rug": rug,
     "ShowerCurtain": shower_curtain,
-    "TeddyBear": teddy_bear,
 }
