@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vigil.assets.kernel.shapes import rounded_rectangle
 from vigil.errors import did_you_mean
 
 Names = dict[str, Any]
@@ -34,7 +35,12 @@ _OF_NUMPY = (
     "sin",
     "sqrt",
 )
-FUNCTIONS: Names = {name: getattr(np, name) for name in _OF_NUMPY} | {"max": max, "min": min, "points": points}
+FUNCTIONS: Names = {name: getattr(np, name) for name in _OF_NUMPY} | {
+    "max": max,
+    "min": min,
+    "oblong": rounded_rectangle,
+    "points": points,
+}
 """What formulas may call or use, by name."""
 _NODES = (
     ast.Expression, ast.BinOp, ast.UnaryOp, ast.BoolOp, ast.Compare, ast.IfExp, ast.Call, ast.Name, ast.Constant,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.asset import Asset, Glow
+from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle, Range
 from vigil.assets.kernel.furniture_parts import Corner, Finish, add_case, add_shelves, lining, shelf_heights
 from vigil.assets.kernel.palette import one_of
@@ -182,88 +182,4 @@ def _dispenser(builder: Builder, door: _Door, face: float) -> None:
     builder.add(metal, spout, tray)
 
 
-def microwave(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
-    """Return a microwave oven: a windowed door, a panel with keys and a clock, a turntable that lights up."""
-    builder = Builder("Microwave", size)
-    shell = one_of(rng, (*SHELLS[:3], *SHELLS, _RETRO[0]))
-    width, height, depth = size
-    (x0, x1), z0 = builder.across, builder.through[0]
-    wall, door = 0.02, 0.028
-    face = depth / 2 - 0.022
-    body, panel = face - door, x0 + 0.24 * width
-    foot = 0.012
-    add_case(builder, shell.material, (panel, foot, z0), (x1, height, body), wall)
-    builder.block(shell.material, (x0, panel), (foot, height), (z0, body))
-    for x in (x0 + 0.05, x1 - 0.05):
-        for z in (z0 + 0.05, body - 0.05):
-            builder.add("rubber", shapes.cylinder(0.014, foot, (x, foot / 2, z), segments=8))
-    _microwave_panel(builder, (x0, panel), (body, face))
-    low: Corner = (panel + wall + 0.001, foot + wall + 0.001, z0 + wall + 0.001)
-    high: Corner = (x1 - wall - 0.001, height - wall - 0.001, body)
-    lit = PartStyle("plastic/#d9d8d2", on="glow/#ffc45a", bears_toggle=True)
-    builder.add(lit, lining(low, high))
-    middle = ((low[0] + high[0]) / 2, (low[2] + high[2]) / 2)
-    radius = 0.42 * min(high[0] - low[0], high[2] - low[2])
-    plate = shapes.cylinder(radius, 0.008, (middle[0], low[1] + 0.01, middle[1]), segments=20)
-    builder.add(PartStyle("glass/#bcd2d8", is_glass=True), plate)
-    room = (high[0] - low[0] - 0.03, high[2] - low[2] - 0.03)
-    builder.surface("turntable", (middle[0], low[1] + 0.014, middle[1]), room,
-                    high[1] - low[1] - 0.016, needs_opening=True)  # fmt: skip
-    builder.surface("top", (0, height, (z0 + body) / 2), (width - 0.04, body - z0 - 0.04))
-    builder.solid((x0, 0, z0), (panel, height, face))
-    _microwave_door(builder, shell, (panel + 0.002, foot, body), (x1, height, face))
-    builder.glow = Glow(Vec3(middle[0], 0.6 * height, middle[1]), (1.0, 0.87, 0.6), 0.15)
-    return builder.build((shell.word,))
-
-
-def _microwave_panel(builder: Builder, x: tuple[float, float], z: tuple[float, float]) -> None:
-    """Add the control panel with its clock and keys."""
-    height = builder.height
-    dark, middle, wide = "plastic/#191b1e", (x[0] + x[1]) / 2, x[1] - x[0]
-    builder.block(dark, x, (0.012, height), z, 0.003)
-    clock = shapes.panel(0.74 * wide, 0.13 * height, (middle, 0.83 * height, z[1] + 0.0008))
-    builder.add(PartStyle("plastic/#0c0f0d", on="screen/green", bears_toggle=True), clock)
-    keys = [
-        shapes.box(
-            (0.17 * wide, 0.055 * height, 0.004), (middle + column * 0.25 * wide, (0.36 + 0.095 * row) * height, z[1])
-        )
-        for row in range(4)
-        for column in (-1, 0, 1)
-    ]
-    builder.add("plastic/#6d7175", *keys)
-    builder.block(
-        "plastic/#9da1a5",
-        (x[0] + 0.15 * wide, x[1] - 0.15 * wide),
-        (0.1 * height, 0.22 * height),
-        (z[1] - 0.002, z[1] + 0.006),
-        0.003,
-    )
-
-
-def _microwave_door(builder: Builder, shell: Finish, low: Corner, high: Corner) -> None:
-    """Add the door with its window, hinged at +x (the left, seen from the front)."""
-    (x0, y0, z0), (x1, y1, z1) = low, high
-    joint = builder.hinge("door", (0, 1, 0), (x1, 0, z0), 95.0)
-    rim = 0.16 * (y1 - y0)
-    frame = PartStyle("plastic/#202225" if shell.word != "white" else "plastic/#e4e4e0", joint, bears_open=True)
-    builder.block(frame, (x0, x0 + 0.9 * rim), (y0, y1), (z0, z1))
-    builder.block(frame, (x1 - 0.9 * rim, x1), (y0, y1), (z0, z1))
-    builder.block(frame, (x0 + 0.9 * rim, x1 - 0.9 * rim), (y0, y0 + rim), (z0, z1))
-    builder.block(frame, (x0 + 0.9 * rim, x1 - 0.9 * rim), (y1 - rim, y1), (z0, z1))
-    pane = PartStyle("glass/#15181a", joint, bears_open=True, is_glass=True)
-    builder.block(pane, (x0 + 0.9 * rim, x1 - 0.9 * rim), (y0 + rim, y1 - rim), (z1 - 0.012, z1 - 0.004))
-    grip = x0 + 0.4 * rim
-    metal = PartStyle("chrome", joint, bears_open=True)
-    builder.block(
-        metal,
-        (grip - 0.008, grip + 0.008),
-        (y0 + 0.12 * (y1 - y0), y1 - 0.12 * (y1 - y0)),
-        (z1 + 0.008, z1 + 0.022),
-        0.004,
-    )
-    for y in (y0 + 0.18 * (y1 - y0), y1 - 0.18 * (y1 - y0)):
-        builder.block(metal, (grip - 0.006, grip + 0.006), (y - 0.008, y + 0.008), (z1 - 0.002, z1 + 0.012))
-    builder.solid(low, high, joint)
-
-
-MAKERS = {"Fridge": fridge, "Microwave": microwave}
+MAKERS = {"Fridge": fridge}
