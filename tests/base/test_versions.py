@@ -55,6 +55,14 @@ def test_the_fingerprint_notices_a_moved_and_a_missing_thing(made, kind):
     assert shape_differences(made, other) == [f"Fridge: {kind}"]
 
 
+def test_a_new_category_is_not_a_change_of_shapes_but_a_missing_one_is(made):
+    other = {**made, "Globe": copy.deepcopy(made["Fridge"])}
+    assert shape_differences(made, other) == []
+    other["Fridge"] = {**made["Fridge"], "parts": [*made["Fridge"]["parts"][:-1], 7.0]}
+    assert shape_differences(made, other) == ["Fridge: parts"]
+    assert shape_differences({"Globe": other["Globe"]}, made) == [f"Globe: {kind}" for kind in sorted(other["Globe"])]
+
+
 def test_an_interior_that_becomes_a_top_is_another_shape(made):
     """The flag `is_inside` is in the sums of surfaces: place 7 after the count."""
     other = copy.deepcopy(made)

@@ -1,7 +1,8 @@
 """Assets: shapes of household things at any size, made on demand.
 
-`make` looks the maker of a category up in `MAKERS`. Each module of makers exports a `MAKERS` table and is listed in
-`_MODULES`. `register` adds a category from outside the package.
+`make` looks the maker of a category up in `MAKERS`. Makers are rows of data (`makers/rows/*.toml`, read by
+`vigil.assets.kernel.rows`) or, where a shape needs code, functions in the modules of `vigil.assets.makers`, each of
+which exports its table `MAKERS`. `register` adds a category from outside the package.
 """
 
 import zlib
@@ -14,50 +15,34 @@ from vigil.assets.catalog import CATALOG, CEILING, FLOOR, WALL, Category
 from vigil.assets.kernel.arrange import Maker
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.rows import makers_in
-from vigil.assets.makers import placeholder
-from vigil.assets.makers.fittings import (
-    appliances,
-    electronics,
-    kitchen,
-    laundry,
-    openings,
-    sanitary,
-)
-from vigil.assets.makers.furniture import beds, seating, sofas, storage, tables
-from vigil.assets.makers.objects import (
-    containers,
-    decor,
-    food,
-    personal,
-    textiles,
-    vessels,
-)
-from vigil.base.geometry import Vec3
-from vigil.errors import SettingError, did_you_mean
-
-_MODULES = (
+from vigil.assets.makers import (
     appliances,
     beds,
     containers,
     decor,
-    electronics,
+    fixtures,
     food,
-    kitchen,
-    laundry,
     openings,
     personal,
-    sanitary,
+    placeholder,
     seating,
-    sofas,
     storage,
     tables,
     textiles,
-    vessels,
 )
+from vigil.base.geometry import Vec3
+from vigil.errors import SettingError, did_you_mean
 
-MAKERS: dict[str, Maker] = {name: maker for module in _MODULES for name, maker in module.MAKERS.items()}
-for _path in sorted((Path(__file__).parent / "makers" / "rows").glob("*.toml")):
-    MAKERS |= makers_in(_path)
+ROWS = Path(__file__).parent / "makers" / "rows"
+"""Folder of the makers that are rows of data."""
+_MODULES = (
+    appliances, beds, containers, decor, fixtures, food, openings, personal, seating, storage, tables, textiles,
+)  # fmt: skip
+
+MAKERS: dict[str, Maker] = {
+    **{name: maker for module in _MODULES for name, maker in module.MAKERS.items()},
+    **{name: maker for path in sorted(ROWS.glob("*.toml")) for name, maker in makers_in(path).items()},
+}
 
 _SMALLEST_M = 0.002
 

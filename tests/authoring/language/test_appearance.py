@@ -5,10 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from vigil.assets import MAKERS
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.palette import nearest_word
-from vigil.assets.makers.fittings.kitchen import MAKERS as FITTINGS
-from vigil.assets.makers.furniture.seating import MAKERS as SEATING
 from vigil.authoring.language.appearance import (
     MIN_SEAT_COLOUR_SHARE,
     colour_shares,
@@ -76,8 +75,8 @@ def test_what_lies_on_an_open_shelf_is_said_to_lie_on_it() -> None:
 
 
 def test_the_legs_of_a_stool_do_not_give_it_its_colour() -> None:
-    shares = colour_shares(made(SEATING["Stool"], STOOL, PADDED))
-    assert made(SEATING["Stool"], STOOL, PADDED).tags == {"white"}
+    shares = colour_shares(made(MAKERS["Stool"], STOOL, PADDED))
+    assert made(MAKERS["Stool"], STOOL, PADDED).tags == {"white"}
     assert 0 < shares["white"] < MIN_SEAT_COLOUR_SHARE == min_colour_share("Stool")
     assert sum(shares.values()) == pytest.approx(1.0)
 
@@ -88,7 +87,7 @@ def test_the_nearest_word_is_found_however_far() -> None:
 
 
 def test_washbasins_stand_on_painted_cabinets_or_not() -> None:
-    tall = [made(FITTINGS["Sink"], Vec3(0.6, 0.85, 0.5), seed) for seed in range(12)]
+    tall = [made(MAKERS["Sink"], Vec3(0.6, 0.85, 0.5), seed) for seed in range(12)]
     painted = [any(part.material.startswith("paint/") for part in asset.parts) for asset in tall]
     assert any(painted)
     assert not all(painted)

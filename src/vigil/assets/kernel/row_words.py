@@ -13,7 +13,7 @@ from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import bend, creased, drape, lathed_oval, strip
 from vigil.assets.kernel.asset import Glow
 from vigil.assets.kernel.builder import UNBOUNDED_M, Builder, PartStyle
-from vigil.assets.kernel.furniture_parts import add_case, add_legs, cloth, lining, paint, wood
+from vigil.assets.kernel.furniture_parts import add_case, add_legs, cloth, lining, wood
 from vigil.assets.kernel.meshes import ORIGIN
 from vigil.assets.kernel.palette import COLOURS, one_of
 from vigil.base.geometry import Vec3
@@ -101,11 +101,11 @@ DRAWS: dict[str, Callable[[np.random.Generator, Any], Any]] = {
     "chance": lambda rng, share: bool(rng.random() < share),
     "choice": lambda rng, options: float(rng.choice(options)),
     "colours": lambda rng, words: (word := one_of(rng, words), COLOURS[word]),
-    "finish": lambda rng, kind: (found := FINISHES[kind](rng), (found.word, found.material))[1],
+    "finish": lambda rng, kind: (found := WORDS["finish"][kind](rng), (found.word, found.material))[1],
     "integers": lambda rng, count: int(rng.integers(count)),
     "of": one_of,
-    "paint": lambda rng, words: (found := paint(rng, *words), (found.word, found.material))[1],
     "uniform": lambda rng, ends: float(rng.uniform(*ends)),
 }
-"""Values that are drawn at random; colours, finishes and paints are a word and a colour or material."""
-FINISHES = {"cloth": cloth, "wood": wood}
+"""Values that are drawn at random; colours and finishes are a word and a colour or material."""
+WORDS: dict[str, dict[str, Any]] = {"colours": {**COLOURS}, "finish": {"cloth": cloth, "wood": wood}}
+"""Words that draws know."""

@@ -18,7 +18,7 @@ from vigil.assets.kernel.arrange import Maker, along_longest, lengthwise
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.formulas import GLOBALS, Known, Names, compiled, formula, text
-from vigil.assets.kernel.row_words import ADDITIONS, CHANGES, DRAWS, SHAPES, style
+from vigil.assets.kernel.row_words import ADDITIONS, CHANGES, DRAWS, SHAPES, WORDS, style
 from vigil.base.geometry import Vec3
 from vigil.errors import did_you_mean
 
@@ -149,9 +149,10 @@ def _arguments(call: Callable[..., Any], word: str, entry: Row, known: Known, sk
     missing = [key for key, each in parameters.items() if each.default is Parameter.empty and key not in given]
     if missing:
         raise ValueError(f"{word!r} needs {missing[0]!r}")
-    axis = entry.get("facing", entry.get("axis", "z" if word == "panel" else "y"))[-1]
+    named = entry.get("facing", entry.get("axis", "z" if word == "panel" else "y"))
+    axis = named[-1:]
     if axis not in ALONG:
-        raise ValueError(f"{axis!r} is not an axis: x, y or z")
+        raise ValueError(f"{named!r} is not an axis: x, y or z")
     return _dict({key: _read(key, raw, known, axis) for key, raw in given.items()})
 
 
@@ -188,8 +189,9 @@ def _step(entry: Any, known: Known) -> Step:
     rounds, own = _rounds(entry, known)
     words = [key for key in rest if key in SHAPES or key in ADDITIONS or key == "parts"]
     if len(words) != 1:
-        unknown = next((key for key in rest if key not in (*_STYLE, *READERS)), "")
-        raise ValueError(f"an entry is one shape, addition or 'parts'.{did_you_mean(unknown, {*SHAPES, *ADDITIONS})}")
+        held = ", ".join(words) or next((key for key in rest if key not in (*_STYLE, *READERS)), "none")
+        near = "" if words else did_you_mean(held, {*SHAPES, *ADDITIONS})
+        raise ValueError(f"an entry holds one shape, one addition or 'parts', not {held!r}.{near}")
     do = _done(words[0], rest, known | set(own))
     if not rounds:
         return do
@@ -280,7 +282,7 @@ def _value(keys: list[str], raw: Any, known: Known, shared: Row) -> Draw:
         return _table(table, known)
     kinds = [kind for kind in table if kind in DRAWS]
     if len(kinds) != 1 or set(table) - {"when", "without", *DRAWS}:
-        raise ValueError(f"{', '.join(keys)!r} is drawn as one of {', '.join(DRAWS)}, or looked up 'by' a value")
+        raise ValueError(f"it is drawn by one of {', '.join(DRAWS)}, or looked up 'by' another value")
     return _drawn(keys, kinds[0], table, known, shared)
 
 
@@ -288,6 +290,9 @@ def _drawn(keys: list[str], kind: str, table: Row, known: Known, shared: Row) ->
     draw, setting = DRAWS[kind], table[kind]
     if isinstance(setting, str) and setting in shared:
         setting = shared[setting]
+    for word in [setting] if isinstance(setting, str) else setting if kind in WORDS else ():
+        if kind in WORDS and word not in WORDS[kind]:
+            raise ValueError(f"{word!r} is not among {kind}.{did_you_mean(word, WORDS[kind])}")
     found = compiled(_options(keys, setting, known) if kind == "of" else repr(setting))
     condition = compiled(formula(table["when"], known)) if "when" in table else None
     is_code = kind == "colours" and len(keys) == 1
@@ -321,11 +326,16 @@ def maker_of(category: str, row: Row, shared: Row) -> Maker:
     for key in row:
         if key not in _KEYS:
             raise ValueError(f"a row takes no {key!r}.{did_you_mean(key, _KEYS)}")
+    if "about" not in row:
+        raise ValueError("a row needs 'about', which says what the thing is")
     known: Known = frozenset(("category", "width", "height", "depth"))
     values = []
     for key, raw in row.get("values", {}).items():
         names = key.split(", ")
-        values.append((names, _value(names, raw, known, shared)))
+        try:
+            values.append((names, _value(names, raw, known, shared)))
+        except ValueError as error:
+            raise ValueError(f"value {key!r}: {error}") from None
         known |= set(names)
     steps = _steps(row.get("parts", []), known)
     words = compiled(f"[{', '.join(text(word, known) for word in row.get('words', []))}]")

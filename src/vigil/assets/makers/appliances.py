@@ -1,7 +1,7 @@
-"""Washing machines and dryers: a drum behind a door in the front.
+"""Fridges, hollow behind their doors; washing machines and dryers, with a drum behind a door in the front.
 
-They differ as real ones do. A washing machine has a round door with a bulging glass, and a soap drawer. A dryer has a
-squarish, flat door, a lint filter below the opening and a vent grille at its foot, but not a soap drawer.
+The machines differ as real ones do. A washing machine has a round door with a bulging glass, and a soap drawer. A
+dryer has a squarish, flat door, a lint filter below the opening and a vent grille at its foot, but not a soap drawer.
 """
 
 from collections.abc import Sequence
@@ -10,12 +10,182 @@ from dataclasses import dataclass
 import numpy as np
 
 from vigil.assets.kernel import shapes
+from vigil.assets.kernel.arrange import Maker
 from vigil.assets.kernel.asset import Asset, Glow
 from vigil.assets.kernel.builder import Builder, PartStyle, Range
-from vigil.assets.kernel.furniture_parts import Finish
+from vigil.assets.kernel.furniture_parts import Corner, Finish, add_case, add_shelves, lining, shelf_heights
 from vigil.assets.kernel.palette import one_of
-from vigil.assets.makers.fittings.appliances import SHELLS
 from vigil.base.geometry import Vec3
+
+SHELLS = (
+    Finish("plastic/#f1f1ee", "white"),
+    Finish("metal/steel", "stainless steel"),
+    Finish("plastic/#26282b", "black"),
+    Finish("metal/#8f9398", "grey"),
+)
+_RETRO = (Finish("plastic/#a8322d", "red"), Finish("plastic/#e9dfc3", "cream"), Finish("plastic/#9cc4bd", "mint green"))
+_LINER = "plastic/#eef1f2"
+_FRIDGE_WALL, _FRIDGE_BASE = 0.045, 0.05
+_GLASS_SHELF = PartStyle("glass/#6f9aa6", is_glass=True)
+
+_NOTES_M, _DISPENSER_TOP_M = 1.5, 1.42
+"""Heights (m) up to which a fridge's notes and its dispenser reach."""
+_NOTES = (
+    ("paper/#f2e27a", 0.09, 0.09, 0.0, 0.0),
+    ("picture/4", 0.15, 0.12, 0.2, 0.06),
+    ("paper/#b9dcef", 0.11, 0.15, -0.04, 0.16),
+)
+"""For each note: its paper, width, height, offset to the side (as a share of the door's width) and distance from the
+top."""
+_MAGNETS = ("plastic/#c8322e", "plastic/#2f5ba0")
+
+
+@dataclass(frozen=True, slots=True)
+class _Door:
+    """A fridge's door: its joint, its extent, and the side (-1 or 1 along x) of its hinge."""
+
+    name: str
+    x: Range
+    y: Range
+    hinge: int
+
+
+def fridge(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Return a refrigerator: freezer above, freezer below, or side by side.
+
+    Every front has details: notes under magnets, a badge and often a water dispenser tell it from a wardrobe.
+    """
+    builder = Builder("Fridge", size)
+    shell = one_of(rng, (*SHELLS[:2], *SHELLS, *SHELLS[:2], *_RETRO))
+    width, height, depth = size
+    is_wide = width > 0.88
+    style = "double" if is_wide and rng.random() < 0.6 else one_of(rng, ("top", "bottom", "top"))
+    wall, door, grip = _FRIDGE_WALL, 0.055, 0.045
+    face = depth / 2 - grip
+    body = face - door
+    (x0, x1), z0 = builder.across, builder.through[0]
+    base = _FRIDGE_BASE
+    add_case(builder, shell.material, (x0, base, z0), (x1, height, body), wall)
+    builder.block("plastic/#1d1e20", (x0 + 0.02, x1 - 0.02), (0, base), (z0 + 0.02, body - 0.006))
+    slats = np.linspace(x0 + 0.05, x1 - 0.05, 16)
+    builder.add(
+        shell.material,
+        *(shapes.span((x - 0.004, 0.01, body - 0.006), (x + 0.004, base - 0.01, body)) for x in slats),
+    )
+    low: Corner = (x0 + wall + 0.001, base + wall + 0.001, z0 + wall + 0.001)
+    high: Corner = (x1 - wall - 0.001, height - wall - 0.001, body)
+    builder.add(_LINER, lining(low, high))
+    heights = shelf_heights(levels, low[1], high[1], 4 if height > 1.5 else 3)
+    add_shelves(builder, _GLASS_SHELF, low, (high[0], high[1], body - 0.11), heights, needs_opening=True)
+    builder.add(
+        _LINER, *(shapes.span((low[0], y - 0.022, body - 0.125), (high[0], y + 0.004, body - 0.11)) for y in heights)
+    )
+    if not levels:
+        _crisper(builder, low, (high[0], heights[0] - 0.04, body - 0.13))
+    builder.solid((x0, 0, z0), (x1, base, body))
+    builder.surface("top", (0, height, (z0 + body) / 2), (width - 0.04, body - z0 - 0.04))
+    doors = _fridge_doors(builder, shell, style, 1 if rng.random() < 0.5 else -1, (body, face))
+    has_dispenser = style == "double" or (shell not in _RETRO and bool(rng.random() < 0.6))
+    _fridge_front(builder, rng, doors, face, has_dispenser=has_dispenser)
+    return builder.build((shell.word,))
+
+
+def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Range) -> list[_Door]:
+    """Add one door, or two next to or above each other; return them, the largest first."""
+    (x0, x1), height, body = builder.across, builder.height, z[0]
+    base, wall, gap = _FRIDGE_BASE, _FRIDGE_WALL, 0.006
+    if style == "double":
+        doors = [
+            _Door("left", (0.5 * gap, x1), (base, height), 1),
+            _Door("right", (x0, -0.5 * gap), (base, height), -1),
+        ]
+        seal = PartStyle(_LINER, "left", bears_open=True)  # nothing shows through the gap between the doors
+        builder.block(seal, (-0.02, 0.02), (base + wall, height - wall), (body - 0.012, body + 0.006))
+    else:
+        split = {"top": 0.68, "bottom": 0.36}[style] * height
+        lower = _Door("lower", (x0, x1), (base, split - gap / 2), side)
+        upper = _Door("upper", (x0, x1), (split + gap / 2, height), side)
+        doors = [upper, lower] if style == "bottom" else [lower, upper]
+    for door in doors:
+        _fridge_door(builder, shell, door, z)
+    return doors
+
+
+def _crisper(builder: Builder, low: Corner, high: Corner) -> None:
+    """Add a clear vegetable drawer on a fridge's floor."""
+    if high[1] - low[1] > 0.08:
+        builder.add(_GLASS_SHELF, shapes.span((low[0] + 0.01, low[1], high[2] - 0.01), high))
+
+
+def _fridge_door(builder: Builder, shell: Finish, door: _Door, z: Range) -> None:
+    """Add a thick door with a handle and, on its inside, racks."""
+    (x0, x1), (y0, y1), (z0, z1), hinge = door.x, door.y, z, door.hinge
+    joint = builder.hinge(door.name, (0, 1, 0), (x1 if hinge > 0 else x0, 0, (z0 + z1) / 2), hinge * 92.0)
+    skin = PartStyle(shell.material, joint, bears_open=True)
+    builder.block(skin, (x0, x1), (y0, y1), (z0 + 0.006, z1), 0.012)
+    inner = PartStyle(_LINER, joint, bears_open=True)
+    builder.block(inner, (x0 + 0.05, x1 - 0.05), (y0 + 0.04, y1 - 0.04), (z0 - 0.012, z0 + 0.006))
+    for y in np.arange(y0 + 0.1, y1 - 0.2, 0.3):
+        builder.block(inner, (x0 + 0.06, x1 - 0.06), (y, y + 0.02), (z0 - 0.095, z0))
+        builder.block(inner, (x0 + 0.06, x1 - 0.06), (y + 0.02, y + 0.07), (z0 - 0.095, z0 - 0.088))
+    tall = y1 - y0
+    length = float(np.clip(0.4 * tall, 0.16, 0.6))
+    x = x0 + 0.06 if hinge > 0 else x1 - 0.06
+    y = y0 + 0.05 + length / 2 if y0 > 0.5 else y1 - 0.06 - length / 2 if y1 < 1.35 else y0 + 0.55 * tall
+    metal = PartStyle("chrome", joint, bears_open=True)
+    for end in (-1, 1):
+        builder.block(
+            metal,
+            (x - 0.01, x + 0.01),
+            (y + end * length / 2 - 0.012, y + end * length / 2 + 0.012),
+            (z1 - 0.002, z1 + 0.04),
+        )
+    builder.block(
+        metal, (x - 0.013, x + 0.013), (y - length / 2 - 0.02, y + length / 2 + 0.02), (z1 + 0.022, z1 + 0.045), 0.005
+    )
+    builder.solid((x0, y0, z0 - 0.01), (x1, y1, z1), joint)
+
+
+def _fridge_front(
+    builder: Builder, rng: np.random.Generator, doors: Sequence[_Door], face: float, *, has_dispenser: bool
+) -> None:
+    """Add details to a fridge's doors (largest first): a badge, notes under magnets, perhaps a dispenser."""
+    large, other = doors
+    badge = PartStyle("chrome", other.name, bears_open=True)
+    middle, top = sum(other.x) / 2, other.y[1] - 0.07
+    builder.block(badge, (middle - 0.05, middle + 0.05), (top, top + 0.022), (face - 0.002, face + 0.005))
+    if has_dispenser:
+        _dispenser(builder, large, face)
+    noted = other if has_dispenser else large
+    wide, high = noted.x[1] - noted.x[0], min(noted.y[1] - 0.12, _NOTES_M)
+    for index, (paper, width, height, aside, drop) in enumerate(_NOTES):
+        x = sum(noted.x) / 2 - (0.1 - aside) * noted.hinge * wide
+        y = high - drop - height / 2 + float(rng.uniform(-0.02, 0.02))
+        if y - height / 2 < noted.y[0] + 0.03:
+            continue
+        turn = float(rng.uniform(-7, 7))
+        sheet = shapes.rotate(shapes.panel(width, height, (x, y, face + 0.0015)), "z", turn, (x, y, 0))
+        builder.add(PartStyle(paper, noted.name, bears_open=True), sheet)
+        magnet = shapes.cylinder(0.017, 0.01, (x, y + 0.4 * height, face + 0.005), "z", 10)
+        builder.add(PartStyle(_MAGNETS[index % 2], noted.name, bears_open=True), magnet)
+
+
+def _dispenser(builder: Builder, door: _Door, face: float) -> None:
+    """Add a dark alcove with a lit display above, a spout and a tray."""
+    x, wide = sum(door.x) / 2, min(0.24, 0.5 * (door.x[1] - door.x[0]))
+    y1 = min(door.y[1] - 0.08, _DISPENSER_TOP_M)
+    y0 = y1 - 1.5 * wide
+    frame, dark, metal = (
+        PartStyle(look, door.name, bears_open=True) for look in ("plastic/#3a3d41", "plastic/#0f1011", "chrome")
+    )
+    builder.block(frame, (x - wide / 2, x + wide / 2), (y0, y1), (face - 0.002, face + 0.008), 0.003)
+    builder.add(dark, shapes.panel(0.8 * wide, 0.9 * wide, (x, y0 + 0.55 * wide, face + 0.009)))
+    display = shapes.panel(0.7 * wide, 0.2 * wide, (x, y1 - 0.22 * wide, face + 0.009))
+    builder.add(PartStyle("plastic/#9fd8f4", door.name, bears_open=True), display)
+    spout = shapes.cylinder(0.06 * wide, 0.25 * wide, (x, y0 + 0.87 * wide, face + 0.018), segments=8)
+    tray = shapes.span((x - 0.4 * wide, y0 + 0.08 * wide, face), (x + 0.4 * wide, y0 + 0.14 * wide, face + 0.03))
+    builder.add(metal, spout, tray)
+
 
 _PANEL_M, _FOOT_M, _WALL_M, _DOOR_M = 0.13, 0.05, 0.02, 0.045
 """Heights of the control panel and of the foot, and thicknesses of the shell and of the door (m)."""
@@ -217,4 +387,8 @@ def _framed(outer: np.ndarray, hole: np.ndarray) -> np.ndarray:
     return np.concatenate([outer, outer[:1], hole[:1], hole[:0:-1], hole[:1]])
 
 
-MAKERS = {"ClothesDryer": clothes_dryer, "WashingMachine": washing_machine}
+MAKERS: dict[str, Maker] = {
+    "ClothesDryer": clothes_dryer,
+    "Fridge": fridge,
+    "WashingMachine": washing_machine,
+}

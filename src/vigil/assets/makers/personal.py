@@ -1,11 +1,11 @@
-"""Small things that people carry, read and write with."""
+"""Books, newspapers, watches and laptops."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from vigil.assets.kernel import shapes
-from vigil.assets.kernel.arrange import Maker, lengthwise
+from vigil.assets.kernel.arrange import Maker, lengthwise, lowered_into
 from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.materials import material
@@ -128,8 +128,77 @@ def _outward(part: shapes.Mesh, *, inside: bool) -> shapes.Mesh:
     return shapes.Mesh(part.vertices, part.faces[:, ::-1], -part.normals, part.uvs)
 
 
+_BLACK = "plastic/#17181a"
+_OFF_SCREEN = "plastic/#0b0d11"
+
+
+def laptop(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Asset:
+    """Return a laptop whose lid with the screen opens by 110 degrees.
+
+    A box too high for a closed laptop was measured open: the laptop then fills it while open, and lies at its bottom
+    while shut.
+    """
+    if size.y > 0.25 * size.z:
+        thick, lean, depth = _measured_open(size)
+        flat = _laptop(Vec3(size.x, thick, depth), rng, 90.0 + lean)
+        return lowered_into(flat, size, forward=float(size.z - depth) / 2)
+    return _laptop(size, rng, 110.0)
+
+
+def _measured_open(size: Vec3) -> tuple[float, float, float]:
+    """Return the thickness (m), the lean of the lid (deg) and the depth (m) of a laptop that fills a box while open.
+
+    Its height is then 0.6 of its thickness and 0.99 of its depth; its depth 0.4 and 0.99 of them, and the lean.
+    """
+    thick = 0.085 * size.z
+    rise, run = size.y - 0.6 * thick, size.z - 0.4 * thick
+    if rise > run:
+        thick = float(np.clip(2.0 * (size.y - size.z), thick, 0.14 * size.z))
+        return thick, 0.0, (size.y + size.z - thick) / 1.98
+    lean = np.pi / 2 - 2 * np.arctan2(rise, run)
+    return thick, float(np.degrees(lean)), float(run / (0.99 * (1 + np.sin(lean))))
+
+
+def _laptop(size: Vec3, rng: np.random.Generator, opens_deg: float) -> Asset:
+    builder = Builder("Laptop", size)
+    width, height, depth = size
+    name, tint = one_of(rng, (("silver", "#b9bcc0"), ("black", "#232427"), ("grey", "#6c7076"), ("white", "#e8e8e6")))
+    case = f"plastic/{tint}"
+    seam = 0.6 * height
+    builder.add(case, shapes.slab((width, seam, depth), (0, seam / 2, 0), 0.04 * depth))
+    keys = (0.86 * width, 0.42 * depth)
+    builder.add(_BLACK, shapes.panel(*keys, (0, seam + 4e-4, -0.16 * depth), "+y"))
+    caps = "plastic/#d9d9d6" if name == "black" else "plastic/#3c3e42"
+    for row in range(5):
+        for column in range(12):
+            x = (column - 5.5) * keys[0] / 12.4
+            z = -0.16 * depth + (row - 2) * keys[1] / 5.3
+            builder.add(caps, shapes.panel(0.85 * keys[0] / 12.4, 0.8 * keys[1] / 5.3, (x, seam + 8e-4, z), "+y"))
+    builder.add("plastic/#8b8d90", shapes.panel(0.3 * width, 0.26 * depth, (0, seam + 4e-4, 0.29 * depth), "+y"))
+    lid = builder.hinge("lid", (1, 0, 0), (0, seam + 1e-3, -0.49 * depth), -opens_deg)
+    leaf = PartStyle(case, joint=lid, bears_open=True)
+    low = seam + 0.0015
+    builder.add(leaf, shapes.slab((width, height - low, depth), (0, (height + low) / 2, 0), 0.04 * depth))
+    face = shapes.rotate(shapes.panel(0.94 * width, 0.9 * depth, facing="-y"), "y", 180)
+    dark = shapes.panel(0.98 * width, 0.97 * depth, (0, low - 2e-4, 0), "-y")
+    builder.add(PartStyle(_BLACK, joint=lid, bears_open=True), dark)
+    on = one_of(rng, ("screen/desktop", "screen/desktop", "screen/0"))
+    glass = PartStyle(_OFF_SCREEN, joint=lid, on=on, bears_open=True, bears_toggle=True)
+    builder.add(glass, shapes.translate(face, (0, low - 6e-4, 0.01 * depth)))
+    logo = one_of(rng, ("#f2f2f0", "#2d2f33"))
+    badge = shapes.disc(0.06 * depth, (0, height, 0), segments=10)
+    builder.add(PartStyle(f"plastic/{logo}", joint=lid, bears_open=True), badge)
+    builder.solid((-width / 2, 0, -depth / 2), (width / 2, seam, depth / 2))
+    builder.solid((-width / 2, seam, -depth / 2), (width / 2, height, depth / 2), lid)
+    return builder.build([name])
+
+
+"""Colours into which light breaks, angles of two fans of narrow rays across a disc, and width of each ray."""
+
+
 MAKERS: dict[str, Maker] = {
     "Book": book,
+    "Laptop": laptop,
     "Newspaper": lengthwise(newspaper),
     "Watch": watch,
 }

@@ -1,1 +1,0 @@
-"""Makers of things that can be carried, and of decoration."""
