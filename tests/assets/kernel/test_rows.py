@@ -30,6 +30,13 @@ def test_each_row_is_read_and_says_what_it_describes(path: Path) -> None:
             assert row["about"].endswith(".")
 
 
+def test_the_row_on_the_page_is_the_plungers() -> None:
+    """The row of docs/assets.md."""
+    page = (Path(__file__).parents[3] / "docs" / "assets.md").read_text()
+    row = tomllib.loads(page.split("```toml\n")[1].split("```")[0])
+    assert row["Plunger"] == tomllib.loads((ROWS / "bathroom.toml").read_text())["Plunger"]
+
+
 def test_no_category_has_two_makers() -> None:
     names = [name for path in FILES for name in makers_in(path)]
     assert len(names) == len(set(names))
