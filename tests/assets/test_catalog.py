@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from vigil.assets import MAKERS, register
-from vigil.assets.catalog import CATALOG, CEILING, FLOOR, ROOM_TYPES, WALL, Category
+from vigil.assets.catalog import CATALOG, CEILING, FLOOR, ROOM_TYPES, WALL, Category, category_of
 from vigil.errors import SettingError
 
 CATEGORIES = sorted(CATALOG.values(), key=lambda row: row.name)
@@ -28,6 +28,21 @@ def test_row_is_consistent(row: Category) -> None:
     assert row.accepts is None or row.is_receptacle
     assert set(row.accepts or ()) <= {name for name, other in CATALOG.items() if other.is_pickupable}
     assert not row.runs_only_when_closed or (row.is_openable and row.is_toggleable)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"can": "pick hodl"}, "category Globe: 'hodl' is not among pick, move, .* Did you mean 'hold'"),
+        ({"room": "L"}, "category Globe: 'room' is not among called, .* Did you mean 'rooms'"),
+        ({"rooms": "LX"}, "category Globe: 'X' is not among K, L, B, W"),
+    ],
+)
+def test_a_row_that_says_what_nothing_means_is_refused(changed: dict[str, str], message: str) -> None:
+    row = {"called": "globe", "size": [0.2, 0.3, 0.2], "spread": 0.1, "rooms": "LB", "on": ["@tables"]}
+    assert category_of("Globe", row, {"tables": ["Desk"]}).rests_on == ("Desk",)
+    with pytest.raises(ValueError, match=message):
+        category_of("Globe", row | changed, {"tables": ["Desk"]})
 
 
 def test_a_category_that_cannot_be_is_not_registered() -> None:

@@ -34,69 +34,6 @@ _INCH, _FOOT = 0.0254, 0.3048
 _U_OVERHANG_M = 0.02
 """How much deeper than whole modules AI2-THOR's U-shaped countertops are; tells them from L-shaped ones."""
 
-_ALIASES = {
-    "alarm": "AlarmClock",
-    "basketball": "BasketBall",
-    "basin": "Sink",
-    "bathtowel": "Towel",
-    "bench": "Ottoman",
-    "bin": "GarbageCan",
-    "blackberry": "CellPhone",
-    "boot": "Boots",
-    "bookcase": "ShelvingUnit",
-    "bookshelf": "ShelvingUnit",
-    "bnydpepper": "PepperShaker",
-    "bnydsalt": "SaltShaker",
-    "butterknife": "ButterKnife",
-    "carpet": "Rug",
-    "cellphone": "CellPhone",
-    "clock": "AlarmClock",
-    "computer": "Desktop",
-    "couch": "Sofa",
-    "counter": "CounterTop",
-    "curtain": "Curtains",
-    "cushion": "Pillow",
-    "decorativebox": "Box",
-    "dryer": "ClothesDryer",
-    "fertilitystatue": "Statue",
-    "foil": "AluminumFoil",
-    "garbagebin": "GarbageCan",
-    "hamper": "LaundryHamper",
-    "handstatue": "Statue",
-    "keys": "KeyChain",
-    "lamp": "DeskLamp",
-    "lightfixture": "CeilingLamp",
-    "monitor": "Television",
-    "nightstand": "SideTable",
-    "oven": "Stove",
-    "papertowel": "PaperTowelRoll",
-    "phone": "CellPhone",
-    "photo": "Painting",
-    "picture": "Painting",
-    "plant": "HousePlant",
-    "racket": "TennisRacket",
-    "racquet": "TennisRacket",
-    "refrigerator": "Fridge",
-    "remote": "RemoteControl",
-    "shower": "ShowerHead",
-    "sponge": "DishSponge",
-    "switch": "LightSwitch",
-    "table": "DiningTable",
-    "teddy": "TeddyBear",
-    "tennisracquet": "TennisRacket",
-    "tissue": "TissueBox",
-    "tissues": "TissueBox",
-    "toiletbrush": "ScrubBrush",
-    "trashcan": "GarbageCan",
-    "tv": "Television",
-    "vacuum": "VacuumCleaner",
-    "walldecorpainting": "Painting",
-    "walldecorphoto": "Painting",
-    "wardrobe": "Dresser",
-    "washer": "WashingMachine",
-    "wine": "WineBottle",
-    "winebottle": "WineBottle",
-}
 _LONGEST_NAME_WORDS = 4
 _NON_WORDS = re.compile(
     r"(?<![A-Za-z\d])[\da-f]{8}(?:-[\da-f]{4}){3}-[\da-f]{12}"
@@ -296,7 +233,7 @@ def _names() -> dict[str, str]:
 def _cached_names(_count: int) -> dict[str, str]:
     names = {row.name.lower(): row.name for row in CATALOG.values()}
     names |= {row.display_name.replace(" ", "").lower(): row.name for row in CATALOG.values()}
-    return names | _ALIASES
+    return names | {name: row.name for row in CATALOG.values() for name in row.other_names}
 
 
 def _category_in(text: str) -> str | None:
