@@ -24,16 +24,20 @@ UNBOUNDED_M = 10.0
 
 @dataclass(frozen=True, slots=True)
 class PartStyle:
-    """Properties that the meshes of one part share; meshes with equal looks become one part."""
+    """Properties that the meshes of one part share; meshes with equal looks become one part.
+
+    A part on a joint tells open from closed. One that is `lit` while on, or `shown` only on or off, tells on from off.
+    """
 
     material: str
     joint: str | None = None
-    on: str | None = None
+    lit: str | None = None
     """Material while toggled on."""
-    bears_open: bool = False
-    bears_toggle: bool = False
-    is_glass: bool = False
     shown: Literal["always", "on", "off"] = "always"
+    opens: bool = False
+    """Whether a part that hangs on no joint tells open from closed too."""
+    toggles: bool = False
+    """Whether a part that stays the same tells on from off too."""
 
 
 class Builder:
@@ -148,11 +152,11 @@ def _part(name: str, look: PartStyle, whole: Mesh) -> Part:
         name=name,
         mesh=whole,
         material=look.material,
-        material_on=look.on,
+        material_on=look.lit,
         joint=look.joint,
-        bears_open=look.bears_open,
-        bears_toggle=look.bears_toggle,
-        is_glass=look.is_glass,
+        bears_open=look.opens or look.joint is not None,
+        bears_toggle=look.toggles or look.lit is not None or look.shown != "always",
+        is_glass=look.material.partition("/")[0] == "glass",
         shown=look.shown,
     )
 

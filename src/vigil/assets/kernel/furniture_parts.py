@@ -268,14 +268,14 @@ def add_drawer(
     """
     joint = builder.slide(name, (0, 0, 1), travel)
     board = (low[0], low[1], high[2] - BOARD_M)
-    builder.add(PartStyle(fronts.front, joint, bears_open=True), front_board(board, high, is_framed=fronts.is_framed))
+    builder.add(PartStyle(fronts.front, joint), front_board(board, high, is_framed=fronts.is_framed))
     x0, y0, z0 = low[0] + overlay, low[1] + overlay, low[2]
     x1, y1, z1 = high[0] - overlay, high[1] - overlay, high[2]
     rim = min(0.012, 0.1 * (y1 - y0))
     inner_low, inner_high = (x0 + 0.012, y0 + rim, z0), (x1 - 0.012, y1 - 0.12 * (y1 - y0) - rim, z1 - BOARD_M)
-    builder.add(PartStyle(fronts.inner, joint, bears_open=True), hollow(inner_low, inner_high, 0.01, "+y"))
+    builder.add(PartStyle(fronts.inner, joint), hollow(inner_low, inner_high, 0.01, "+y"))
     if fronts.knob != "none":
-        builder.add(PartStyle(fronts.metal, joint, bears_open=True), *_drawer_handles(low, high, fronts.knob))
+        builder.add(PartStyle(fronts.metal, joint), *_drawer_handles(low, high, fronts.knob))
     builder.surface(
         name,
         ((x0 + x1) / 2, y0 + rim + 0.01, (z0 + z1) / 2 - BOARD_M / 2),
@@ -304,12 +304,12 @@ def add_leaf(
     (x0, y0, _), (x1, y1, z1) = low, high
     origin = (x0 if hinge < 0 else x1, 0.0, z1 - 0.5 * (z1 - low[2]))
     joint = builder.hinge(name, (0, 1, 0), origin, hinge * degrees)
-    builder.add(PartStyle(fronts.front, joint, bears_open=True), front_board(low, high, is_framed=fronts.is_framed))
+    builder.add(PartStyle(fronts.front, joint), front_board(low, high, is_framed=fronts.is_framed))
     if fronts.knob != "none":
         inset = min(0.05, 0.2 * (x1 - x0))
         at = (x1 - inset if hinge < 0 else x0 + inset, y0 + 0.55 * (y1 - y0), z1)
         grip = handle(fronts.knob, at, min(0.16, 0.4 * (y1 - y0)), upright=True)
-        builder.add(PartStyle(fronts.metal, joint, bears_open=True), grip)
+        builder.add(PartStyle(fronts.metal, joint), grip)
     builder.solid(low, high, joint)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.arrange import bend, creased, drape, lathed_oval, strip
 from vigil.assets.kernel.asset import Glow
-from vigil.assets.kernel.builder import UNBOUNDED_M, Builder, PartStyle
+from vigil.assets.kernel.builder import UNBOUNDED_M, Builder
 from vigil.assets.kernel.furniture_parts import add_case, add_legs, cloth, lining, wood
 from vigil.assets.kernel.meshes import ORIGIN
 from vigil.assets.kernel.palette import COLOURS, one_of
@@ -59,18 +59,6 @@ CHANGES: dict[str, Callable[[shapes.Mesh, Any], shapes.Mesh]] = {
     "turn": lambda part, turns: reduce(lambda turned, turn: shapes.rotate(turned, *turn), turns, part),
 }
 """What is done to a shape, in the order in which the row says it."""
-
-
-def style(
-    look: str, lit: str | None = None, joint: str | None = None, shown: Any = "always", toggles: bool = False
-) -> PartStyle:
-    """Return the style of a part.
-
-    A part on a joint tells open from closed, one that is `lit` while on or only `shown` on or off tells on from off.
-    """
-    is_glass = look.partition("/")[0] == "glass"
-    bears_toggle = toggles or lit is not None or shown != "always"
-    return PartStyle(look, joint, lit, joint is not None, bears_toggle, is_glass, shown)
 
 
 def _surface(

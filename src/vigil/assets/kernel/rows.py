@@ -16,9 +16,9 @@ import numpy as np
 
 from vigil.assets.kernel.arrange import Maker, along_longest, lengthwise
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.kernel.builder import Builder
+from vigil.assets.kernel.builder import Builder, PartStyle
 from vigil.assets.kernel.formulas import GLOBALS, Known, Names, compiled, formula, text
-from vigil.assets.kernel.row_words import ADDITIONS, CHANGES, DRAWS, SHAPES, WORDS, style
+from vigil.assets.kernel.row_words import ADDITIONS, CHANGES, DRAWS, SHAPES, WORDS
 from vigil.base.geometry import Vec3
 from vigil.errors import did_you_mean
 
@@ -33,7 +33,8 @@ ALONG = {"x": "_x", "y": "_y", "z": "_z"}
 SIDES = ("_x", "_y", "_z")
 ACROSS = {"x": ("_z", "_y"), "y": ("_x", "_z"), "z": ("_x", "_y")}
 """Sides of the box along the two axes of what is flat across an axis."""
-_STYLE = tuple(signature(style).parameters)
+_STYLE = {"look": "material", "lit": "lit", "joint": "joint", "shown": "shown", "toggles": "toggles"}
+"""Keys of a row that make a part's style, and their names there."""
 _REPEATS = ("each", "let", "when")
 _KEYS = frozenset({"about", "lies", "parts", "room", "unit", "values", "words"})
 
@@ -164,11 +165,11 @@ def _shape(word: str, entry: Row, known: Known) -> Step:
     """Return the step that adds one shape: made, then changed in the order in which the entry says how."""
     if "look" not in entry:
         raise ValueError(f"{word!r} needs 'look'")
-    own = {key: raw for key, raw in entry.items() if key not in (*_STYLE, *CHANGES)}
-    looks = _dict({key: _read(key, entry[key], known) for key in _STYLE if key in entry})
+    shaped = {key: raw for key, raw in entry.items() if key not in (*_STYLE, *CHANGES)}
+    looks = _dict({own: _read(key, entry[key], known) for key, own in _STYLE.items() if key in entry})
     changes = [key for key in entry if key in CHANGES]
     changed = "".join(f"{_read(key, entry[key], known)}, " for key in changes)
-    read = compiled(f"({_arguments(SHAPES[word], word, own, known)}, {looks}, ({changed}))")
+    read = compiled(f"({_arguments(SHAPES[word], word, shaped, known)}, {looks}, ({changed}))")
     make, steps = SHAPES[word], [CHANGES[key] for key in changes]
 
     def add(builder: Builder, names: Names) -> None:
@@ -176,7 +177,7 @@ def _shape(word: str, entry: Row, known: Known) -> Step:
         part = make(**arguments)
         for change, value in zip(steps, values, strict=True):
             part = change(part, value)
-        builder.add(style(**look), part)
+        builder.add(PartStyle(**look), part)
 
     return add
 

@@ -26,7 +26,7 @@ SHELLS = (
 _RETRO = (Finish("plastic/#a8322d", "red"), Finish("plastic/#e9dfc3", "cream"), Finish("plastic/#9cc4bd", "mint green"))
 _LINER = "plastic/#eef1f2"
 _FRIDGE_WALL, _FRIDGE_BASE = 0.045, 0.05
-_GLASS_SHELF = PartStyle("glass/#6f9aa6", is_glass=True)
+_GLASS_SHELF = "glass/#6f9aa6"
 
 _NOTES_M, _DISPENSER_TOP_M = 1.5, 1.42
 """Heights (m) up to which a fridge's notes and its dispenser reach."""
@@ -99,7 +99,7 @@ def _fridge_doors(builder: Builder, shell: Finish, style: str, side: int, z: Ran
             _Door("left", (0.5 * gap, x1), (base, height), 1),
             _Door("right", (x0, -0.5 * gap), (base, height), -1),
         ]
-        seal = PartStyle(_LINER, "left", bears_open=True)  # nothing shows through the gap between the doors
+        seal = PartStyle(_LINER, "left")  # nothing shows through the gap between the doors
         builder.block(seal, (-0.02, 0.02), (base + wall, height - wall), (body - 0.012, body + 0.006))
     else:
         split = {"top": 0.68, "bottom": 0.36}[style] * height
@@ -121,9 +121,9 @@ def _fridge_door(builder: Builder, shell: Finish, door: _Door, z: Range) -> None
     """Add a thick door with a handle and, on its inside, racks."""
     (x0, x1), (y0, y1), (z0, z1), hinge = door.x, door.y, z, door.hinge
     joint = builder.hinge(door.name, (0, 1, 0), (x1 if hinge > 0 else x0, 0, (z0 + z1) / 2), hinge * 92.0)
-    skin = PartStyle(shell.material, joint, bears_open=True)
+    skin = PartStyle(shell.material, joint)
     builder.block(skin, (x0, x1), (y0, y1), (z0 + 0.006, z1), 0.012)
-    inner = PartStyle(_LINER, joint, bears_open=True)
+    inner = PartStyle(_LINER, joint)
     builder.block(inner, (x0 + 0.05, x1 - 0.05), (y0 + 0.04, y1 - 0.04), (z0 - 0.012, z0 + 0.006))
     for y in np.arange(y0 + 0.1, y1 - 0.2, 0.3):
         builder.block(inner, (x0 + 0.06, x1 - 0.06), (y, y + 0.02), (z0 - 0.095, z0))
@@ -132,7 +132,7 @@ def _fridge_door(builder: Builder, shell: Finish, door: _Door, z: Range) -> None
     length = float(np.clip(0.4 * tall, 0.16, 0.6))
     x = x0 + 0.06 if hinge > 0 else x1 - 0.06
     y = y0 + 0.05 + length / 2 if y0 > 0.5 else y1 - 0.06 - length / 2 if y1 < 1.35 else y0 + 0.55 * tall
-    metal = PartStyle("chrome", joint, bears_open=True)
+    metal = PartStyle("chrome", joint)
     for end in (-1, 1):
         builder.block(
             metal,
@@ -151,7 +151,7 @@ def _fridge_front(
 ) -> None:
     """Add details to a fridge's doors (largest first): a badge, notes under magnets, perhaps a dispenser."""
     large, other = doors
-    badge = PartStyle("chrome", other.name, bears_open=True)
+    badge = PartStyle("chrome", other.name)
     middle, top = sum(other.x) / 2, other.y[1] - 0.07
     builder.block(badge, (middle - 0.05, middle + 0.05), (top, top + 0.022), (face - 0.002, face + 0.005))
     if has_dispenser:
@@ -165,9 +165,9 @@ def _fridge_front(
             continue
         turn = float(rng.uniform(-7, 7))
         sheet = shapes.rotate(shapes.panel(width, height, (x, y, face + 0.0015)), "z", turn, (x, y, 0))
-        builder.add(PartStyle(paper, noted.name, bears_open=True), sheet)
+        builder.add(PartStyle(paper, noted.name), sheet)
         magnet = shapes.cylinder(0.017, 0.01, (x, y + 0.4 * height, face + 0.005), "z", 10)
-        builder.add(PartStyle(_MAGNETS[index % 2], noted.name, bears_open=True), magnet)
+        builder.add(PartStyle(_MAGNETS[index % 2], noted.name), magnet)
 
 
 def _dispenser(builder: Builder, door: _Door, face: float) -> None:
@@ -175,13 +175,11 @@ def _dispenser(builder: Builder, door: _Door, face: float) -> None:
     x, wide = sum(door.x) / 2, min(0.24, 0.5 * (door.x[1] - door.x[0]))
     y1 = min(door.y[1] - 0.08, _DISPENSER_TOP_M)
     y0 = y1 - 1.5 * wide
-    frame, dark, metal = (
-        PartStyle(look, door.name, bears_open=True) for look in ("plastic/#3a3d41", "plastic/#0f1011", "chrome")
-    )
+    frame, dark, metal = (PartStyle(look, door.name) for look in ("plastic/#3a3d41", "plastic/#0f1011", "chrome"))
     builder.block(frame, (x - wide / 2, x + wide / 2), (y0, y1), (face - 0.002, face + 0.008), 0.003)
     builder.add(dark, shapes.panel(0.8 * wide, 0.9 * wide, (x, y0 + 0.55 * wide, face + 0.009)))
     display = shapes.panel(0.7 * wide, 0.2 * wide, (x, y1 - 0.22 * wide, face + 0.009))
-    builder.add(PartStyle("plastic/#9fd8f4", door.name, bears_open=True), display)
+    builder.add(PartStyle("plastic/#9fd8f4", door.name), display)
     spout = shapes.cylinder(0.06 * wide, 0.25 * wide, (x, y0 + 0.87 * wide, face + 0.018), segments=8)
     tray = shapes.span((x - 0.4 * wide, y0 + 0.08 * wide, face), (x + 0.4 * wide, y0 + 0.14 * wide, face + 0.03))
     builder.add(metal, spout, tray)
@@ -293,7 +291,7 @@ def _controls(machine: _Machine, dial: tuple[float, float], wide: float) -> None
     builder.add("chrome", shapes.cylinder(share * tall, 0.022, (x, mid, z + 0.01), "z", 18))
     builder.block("plastic/#33363a", (x - 0.003, x + 0.003), (mid, mid + share * tall), (z + 0.018, z + 0.023))
     clock = shapes.panel(wide, 0.5 * tall, (builder.across[0] + 0.055 + wide / 2, mid, z + 0.001))
-    builder.add(PartStyle("plastic/#101314", on="screen/blue", bears_toggle=True), clock)
+    builder.add(PartStyle("plastic/#101314", lit="screen/blue"), clock)
 
 
 def _drum(machine: _Machine, light: str) -> None:
@@ -301,7 +299,7 @@ def _drum(machine: _Machine, light: str) -> None:
     builder, radius, front = machine.builder, machine.radius, machine.front
     depth = front - _WALL_M - builder.through[0] - 0.06
     drum = shapes.lathe([(radius, 0.0), (radius * 0.98, -depth), (0.0, -depth)], segments=20)
-    builder.add(PartStyle("metal/brushed", on=light, bears_toggle=True), machine.face(drum, front - 0.004))
+    builder.add(PartStyle("metal/brushed", lit=light), machine.face(drum, front - 0.004))
     bottom = (0, machine.middle - 0.8 * radius, front - 0.03 - depth / 2)
     builder.surface("drum", bottom, (radius, 0.8 * depth), 1.4 * radius, needs_opening=True)
 
@@ -366,14 +364,14 @@ def _door(machine: _Machine) -> str:
 
 
 def _looks(joint: str, frame: str, pane: str) -> tuple[PartStyle, PartStyle]:
-    return PartStyle(frame, joint, bears_open=True), PartStyle(pane, joint, bears_open=True, is_glass=True)
+    return PartStyle(frame, joint), PartStyle(pane, joint)
 
 
 def _grip(machine: _Machine, joint: str, length: float) -> None:
     """Add a door's handle; `length` is a share of half the door's side."""
     radius, z = _LID * machine.radius, machine.builder.through[1]
     grip = shapes.box((0.02, length * radius, 0.018), (-0.88 * radius, machine.middle, z - 0.009), 0.005)
-    machine.builder.add(PartStyle("plastic/#4b4e52", joint, bears_open=True), grip)
+    machine.builder.add(PartStyle("plastic/#4b4e52", joint), grip)
 
 
 def _circle(radius: float, segments: int = 20) -> np.ndarray:

@@ -38,7 +38,7 @@ def laundry_hamper(size: Vec3, rng: np.random.Generator, levels: Sequence[float]
         "bottom", (0, 0.02, 0), (inner * width - 0.06, inner * depth - 0.06), lid - 0.03, needs_opening=True
     )
     joint = builder.hinge("lid", (1, 0, 0), (0, lid, z0 + 0.01), -100.0)
-    look = PartStyle(kind.material, joint, bears_open=True)
+    look = PartStyle(kind.material, joint)
     builder.add(look, shapes.extrude(outline, lid + 0.004, height - 0.008), shapes.extrude(0.9 * outline, lid, height))
     if kind.material.startswith("plastic"):
         builder.add("plastic/#4b4f53", *_slots(builder, lid))

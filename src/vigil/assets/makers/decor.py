@@ -34,7 +34,7 @@ def vase(size: Vec3, rng: np.random.Generator, _levels: Sequence[float]) -> Asse
     outer = VASE_FORMS[form]
     mouth = outer[-1][0]
     inner = [(0.85 * mouth, 1.0), (0.75 * mouth, 0.85), (0.5 * mouth, 0.3), (0.0, 0.3)]
-    _turned(builder, PartStyle(material, is_glass=glass), [*outer, *inner])
+    _turned(builder, material, [*outer, *inner])
     if rng.random() < 0.45 and not glass:
         _, other = colour(rng, *names)
         k = len(outer) // 2

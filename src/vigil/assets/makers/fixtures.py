@@ -236,7 +236,7 @@ def toilet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     builder.add(seat, _ring(oval, 0.72, rim - 0.028, rim - 0.01))
     back = z0 + tank + 0.03
     joint = builder.hinge("lid", (1, 0, 0), (0, rim - 0.006, back + 0.015), -90.0)
-    lid = PartStyle(seat, joint, bears_open=True)
+    lid = PartStyle(seat, joint)
     low, high = rim - 0.01 + _LID_GAP_M, rim + 0.012
     tiers = ((0.97, low), (1.0, low + 0.004), (1.0, low + 0.009), (0.96, high - 0.003), (0.86, high))
     builder.add(lid, shapes.loft(np.stack([_closed(_shrunk(oval, share), y) for share, y in tiers])))
@@ -350,9 +350,9 @@ def shower_door(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -
         builder.solid((a, 0, -half), (b, height, half))
     builder.block(metal, (x0 + 0.03, x1 - 0.03), (height - 0.03, height), (-half, half))
     joint = builder.hinge("door", (0, 1, 0), (x0 + 0.034, 0, half), -90.0)
-    pane = PartStyle("glass", joint, bears_open=True, is_glass=True)
+    pane = PartStyle("glass", joint)
     builder.block(pane, (x0 + 0.034, x1 - 0.034), (0.012, height - 0.034), (-0.004, 0.004))
-    edge = PartStyle(metal, joint, bears_open=True)
+    edge = PartStyle(metal, joint)
     builder.block(edge, (x0 + 0.034, x0 + 0.05), (0.012, height - 0.034), (-0.008, 0.008))
     builder.block(edge, (x0 + 0.034, x1 - 0.034), (0.0, 0.014), (-0.008, 0.008))
     for side in (-1, 1):

@@ -60,7 +60,7 @@ def _leaf(builder: Builder, name: str, x: Range, hinge: int, looks: tuple[str, s
     style, material, metal = looks
     y0, y1, z1 = _FLOOR_GAP_M, builder.height - _JAMB_M - _GAP_M, _LEAF_M / 2
     joint = builder.hinge(name, (0, 1, 0), (x[0] if hinge < 0 else x[1], 0, z1), hinge * 90.0)
-    skin = PartStyle(material, joint, bears_open=True)
+    skin = PartStyle(material, joint)
     {"flush": _flush, "glazed": _glazed, "planks": _planked, "panels": _panelled}[style](builder, skin, x, (y0, y1))
     _seal(builder, skin, x, (y0, y1))
     at = x[1] - 0.07 if hinge < 0 else x[0] + 0.07
@@ -71,7 +71,7 @@ def _leaf(builder: Builder, name: str, x: Range, hinge: int, looks: tuple[str, s
         stem = shapes.cylinder(0.01, reach - 0.008, (at, 1.03, side * (z1 + reach / 2 - 0.004)), "z", 8)
         lever = shapes.box((0.12, 0.018, 0.014), (at + hinge * 0.05, 1.03, side * (z1 + reach - 0.007)), 0.005)
         grips += [plate, stem, lever]
-    builder.add(PartStyle(metal, joint, bears_open=True), *grips)
+    builder.add(PartStyle(metal, joint), *grips)
     builder.solid((x[0], y0, -z1), (x[1], y1, z1), joint)
 
 
@@ -128,7 +128,7 @@ def _glazed(builder: Builder, skin: PartStyle, x: Range, y: Range) -> None:
     rows = ((y[0] + 0.2, 0.42 * y[1]), (0.42 * y[1] + 0.12, y[1] - 0.12))
     _rails(builder, skin, x, y, [(across, row) for row in rows])
     builder.block(skin, across, rows[0], (-0.2 * _LEAF_M, 0.2 * _LEAF_M))
-    pane = PartStyle(_GLASS, skin.joint, bears_open=True, is_glass=True)
+    pane = PartStyle(_GLASS, skin.joint)
     builder.block(pane, across, rows[1], (-0.004, 0.004))
     middle, half = sum(across) / 2, sum(rows[1]) / 2
     builder.block(skin, (middle - 0.012, middle + 0.012), rows[1], (-0.012, 0.012))
@@ -184,7 +184,7 @@ def _panes(builder: Builder, material: str, area: tuple[Range, Range], grid: tup
     """Add a glass pane over an area with glazing bars between columns and rows."""
     (x0, x1), (y0, y1) = area
     z = sum(builder.through) / 2 - 0.1 * builder.depth
-    builder.block(PartStyle(_GLASS, is_glass=True), (x0, x1), (y0, y1), (z - 0.003, z + 0.003))
+    builder.block(_GLASS, (x0, x1), (y0, y1), (z - 0.003, z + 0.003))
     thick = min(0.018, 0.3 * builder.depth)
     for x in np.linspace(x0, x1, grid[0] + 1)[1:-1]:
         builder.block(material, (x - bar / 2, x + bar / 2), (y0, y1), (z - thick, z + thick))
@@ -207,7 +207,7 @@ def _bay(builder: Builder, material: str) -> None:
             return shapes.translate(shapes.rotate(part, "y", angle), middle)
 
         pane = shapes.box((length, height - 0.1, 0.006), (0, height / 2, 0.02))
-        builder.add(PartStyle(_GLASS, is_glass=True), place(pane))
+        builder.add(_GLASS, place(pane))
         for side in (-1, 1):
             post = shapes.box((0.05, height - 0.1, 0.04), (side * (length / 2 - 0.03), height / 2, 0.02))
             builder.add(material, place(post))
@@ -234,7 +234,7 @@ def blinds(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> Ass
     half = 0.3 * deep
     for group in range(groups):
         joint = builder.slide(f"slats{group}", (0, 1, 0), group * (tall - stacked) + (tall - stacked) * 0.5)
-        look = PartStyle(finish.material, joint, bears_open=True)
+        look = PartStyle(finish.material, joint)
         for index in range(slats):
             y = height - rail - group * tall - (index + 0.5) * tall / slats
             slat = shapes.box((x1 - x0 - 0.012, 0.0025, deep), (0, y, 0))

@@ -133,7 +133,7 @@ def cabinet(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) -> As
     if width > 0.55:
         add_leaf(builder, "leaf0", (-width / 2, 0.004, leaf), (-0.002, height - 0.004, front), fronts, hinge=-1)
         add_leaf(builder, "leaf1", (0.002, 0.004, leaf), (width / 2, height - 0.004, front), fronts, hinge=1)
-        lip = PartStyle(finish.material, "leaf0", bears_open=True)  # nothing shows through the gap between the leaves
+        lip = PartStyle(finish.material, "leaf0")  # nothing shows through the gap between the leaves
         builder.block(lip, (-0.012, 0.01), (BOARD_M, height - BOARD_M), (leaf - 0.008, leaf))
     else:
         side = 1 if rng.random() < 0.5 else -1

@@ -7,7 +7,7 @@ import numpy as np
 
 from vigil.assets.kernel import shapes
 from vigil.assets.kernel.asset import Asset
-from vigil.assets.kernel.builder import Builder, PartStyle
+from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.furniture_parts import (
     HANDLES,
     Finish,
@@ -125,7 +125,7 @@ def coffee_table(size: Vec3, rng: np.random.Generator, levels: Sequence[float]) 
     thick = min(0.035, 0.3 * height)
     under = height - thick
     if rng.random() < 0.25:
-        glass = PartStyle("glass", is_glass=True)
+        glass = "glass"
         rim = 0.05
         builder.block(
             glass, (-width / 2 + rim, width / 2 - rim), (height - 0.012, height), (-depth / 2 + rim, depth / 2 - rim)

@@ -127,7 +127,7 @@ def _panels(builder: Builder, cloth_look: str, top: float, *, left: int, right: 
             joint = None
             if k:
                 joint = builder.slide(f"panel_{'left' if side < 0 else 'right'}_{k}", (side, 0, 0), 0.97 * k * across)
-            builder.add(PartStyle(cloth_look, joint=joint, bears_open=True), shapes.translate(sheet, (middle, 0, z)))
+            builder.add(PartStyle(cloth_look, joint, opens=True), shapes.translate(sheet, (middle, 0, z)))
             low, high = (middle - across / 2, 0, z - deep / 2), (middle + across / 2, top, z + deep / 2)
             builder.solid(low, high, joint)
 
