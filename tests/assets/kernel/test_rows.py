@@ -112,6 +112,8 @@ WRONG_PARTS = {
     'look = "wax", box = [1, 1, "1 +"]': "'1 +' is not a formula: invalid syntax",
     'look = "wax", box = [1, 1, 1], when = "().real"': "'().real' is not a formula: Attribute is not allowed",
     'look = "wax", box = [1, 1, 1], each = {"x, z" = [[1]]}': "[1] does not give x, z",
+    'look = "wax", box = [1, 1, 1], each = {"x in y for z" = [1]}': "'x in y for z' cannot be the name of a value",
+    'look = "wax", box = [1, 1, 1], let = {sin = "1"}': "'sin' cannot be the name of a value",
     'parts = [{look = "wax", box = 1}]': "part 1: 1 is not a list of 3 numbers",
 }
 

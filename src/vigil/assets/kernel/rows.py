@@ -1,6 +1,6 @@
 """Makers as rows of data: things that are turned, boxed, bent or stacked from numbers and colours.
 
-`docs/extending.md` describes the rows. A number is a share of the box: of its width along x, of its height along y, of
+`docs/assets.md` describes the rows. A number is a share of the box: of its width along x, of its height along y, of
 its depth along z; a radius is a share of the width. A string in place of a number is a formula, in metres where it is a
 length. Rows become Python expressions (`vigil.assets.kernel.formulas`) when a category is made for the first time.
 """
@@ -239,14 +239,23 @@ def _rounds(entry: Row, known: Known) -> tuple[str, tuple[str, ...]]:
     """
     loops, names = [], []
     for key, raw in entry.get("each", {}).items():
-        loops.append(f"for {key} in {_options(key.split(', '), raw, known)}")
-        names += key.split(", ")
-    for name, raw in entry.get("let", {}).items():
-        loops.append(f"for {name} in ({_number(raw, known | set(names))},)")
-        names.append(name)
+        loops.append(f"for {key} in {_options(_names(key), raw, known)}")
+        names += _names(key)
+    for key, raw in entry.get("let", {}).items():
+        loops.append(f"for {key} in ({_number(raw, known | set(names))},)")
+        names += _names(key)
     if "when" in entry:
         loops.append(f"{'' if loops else 'for _ in (0,) '}if {formula(entry['when'], known | set(names))}")
     return " ".join(loops), tuple(names)
+
+
+def _names(key: str) -> list[str]:
+    """Return the names in a key such as "x, z". Raises ValueError if one is not a name or is that of a function."""
+    names = key.split(", ")
+    for name in names:
+        if not name.isidentifier() or name.startswith("_") or name in GLOBALS:
+            raise ValueError(f"{name!r} cannot be the name of a value")
+    return names
 
 
 def _options(keys: list[str], raw: Any, known: Known) -> str:
@@ -332,8 +341,8 @@ def maker_of(category: str, row: Row, shared: Row) -> Maker:
     known: Known = frozenset(("category", "width", "height", "depth"))
     values = []
     for key, raw in row.get("values", {}).items():
-        names = key.split(", ")
         try:
+            names = _names(key)
             values.append((names, _value(names, raw, known, shared)))
         except ValueError as error:
             raise ValueError(f"value {key!r}: {error}") from None
