@@ -110,6 +110,9 @@ def _flat_path(raw: Any, known: Known, axis: str) -> str:
 
 
 def _path(raw: Any, known: Known) -> str:
+    """Return the expression of a list of points, or of three coordinates that are formulas for all points at once."""
+    if isinstance(raw, list) and len(raw) == 3 and not any(isinstance(one, list | dict) for one in raw):
+        return f"points{_numbers(raw, known, SIDES)}"
     return _list(raw, known, lambda one, inner: _numbers(one, inner, SIDES))
 
 
