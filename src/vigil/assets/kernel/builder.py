@@ -99,9 +99,9 @@ class Builder:
         corners = tuple((float(x), float(z)) for x, z in polygon)
         self._solids.append(Solid(corners, float(bottom), float(top), joint))
 
-    def walls(self, width: float, depth: float, floor: float, x: float = 0.0, z: float = 0.0) -> None:
-        """Add the obstacles of a round open vessel at (x, z): its bottom up to `floor`, and four walls around."""
-        left, right, back, front = x - width / 2, x + width / 2, z - depth / 2, z + depth / 2
+    def walls(self, width: float, depth: float, floor: float, z: float = 0.0) -> None:
+        """Add the obstacles of a round open vessel at (0, z): its bottom up to `floor`, and four walls around."""
+        left, right, back, front = -width / 2, width / 2, z - depth / 2, z + depth / 2
         wall = 0.08 * min(width, depth)
         self.solid((left, 0, back), (right, floor, front))
         self.solid((left, floor, back), (left + wall, self.height, front))

@@ -27,7 +27,7 @@ _NO_RADIUS_M = 1e-9
 _SHORTEST_M = 1e-5
 
 
-def lathe(profile: Sequence[tuple[float, float]], center: Point3 = ORIGIN, segments: int = 18) -> Mesh:
+def lathe(profile: Sequence[tuple[float, float]], at: Point3 = ORIGIN, segments: int = 18) -> Mesh:
     """Return a profile of (radius, y) turned about the vertical.
 
     The profile runs with its outside on the right: up along an outer wall, inwards over a lid, down an inner wall.
@@ -48,7 +48,7 @@ def lathe(profile: Sequence[tuple[float, float]], center: Point3 = ORIGIN, segme
     is_flat = np.abs(outward[:, 1]) > 0.97 * norms(outward)
     uvs[is_flat] = vertices[is_flat][..., ::2]
     faces = _lathe_faces(tuple((np.abs(rings[:, 0]) > _NO_RADIUS_M).tolist()), segments)
-    return mesh(vertices.reshape(-1, 3) + np.asarray(center), faces, normals.reshape(-1, 3), uvs.reshape(-1, 2))
+    return mesh(vertices.reshape(-1, 3) + np.asarray(at), faces, normals.reshape(-1, 3), uvs.reshape(-1, 2))
 
 
 def _outward(slopes: np.ndarray) -> np.ndarray:
@@ -89,16 +89,16 @@ def _lathe_faces(has_radius: tuple[bool, ...], segments: int) -> np.ndarray:
 
 def cylinder(
     radius: float,
-    height: float,
-    center: Point3 = ORIGIN,
+    length: float,
+    at: Point3 = ORIGIN,
     axis: Axis = "y",
     segments: int = 16,
     top: float | None = None,
 ) -> Mesh:
     """Return a capped cylinder about `axis`; `top`, if given, is the radius at its upper end."""
     upper = radius if top is None else top
-    profile = [(0.0, -height / 2), (radius, -height / 2), (upper, height / 2), (0.0, height / 2)]
-    return translate(_stand(lathe(profile, segments=segments), axis), center)
+    profile = [(0.0, -length / 2), (radius, -length / 2), (upper, length / 2), (0.0, length / 2)]
+    return translate(_stand(lathe(profile, segments=segments), axis), at)
 
 
 def _stand(part: Mesh, axis: Axis) -> Mesh:
@@ -106,9 +106,9 @@ def _stand(part: Mesh, axis: Axis) -> Mesh:
     return part if axis == "y" else rotate(part, "z", -90) if axis == "x" else rotate(part, "x", 90)
 
 
-def ellipsoid(size: Point3, center: Point3 = ORIGIN, segments: int = 16, rings: int = 8) -> Mesh:
+def ellipsoid(size: Point3, at: Point3 = ORIGIN, segments: int = 16, rings: int = 8) -> Mesh:
     """Return an ellipsoid of full `size`."""
-    return translate(scale(_ball(segments, rings), size), center)
+    return translate(scale(_ball(segments, rings), size), at)
 
 
 @cache

@@ -25,29 +25,33 @@ def _turned(profile: Pairs, wide: float, deep: float, tall: float, at: Any = ORI
     return _moved(lathed_oval([(radius, y * tall) for radius, y in profile], wide, deep, segments), at)
 
 
+def _extruded(outline: Pairs, between: tuple[float, float], axis: shapes.Axis = "y", at: Any = ORIGIN) -> shapes.Mesh:
+    return _moved(shapes.extrude(outline, *between, axis), at)
+
+
 def _moved(part: shapes.Mesh, at: Any) -> shapes.Mesh:
     return part if at is ORIGIN else shapes.translate(part, at)
 
 
 SHAPES: dict[str, Callable[..., shapes.Mesh]] = {
     "ball": lambda size, at=ORIGIN, segments=16, bands=8: shapes.ellipsoid(size, at, segments, bands),
-    "box": lambda size, at=ORIGIN, bevel=0.0: shapes.box(size, at, bevel),
-    "cushion": lambda size, at=ORIGIN: shapes.cushion(size, at),
-    "cylinder": lambda radius, length, at=ORIGIN, axis="y", segments=16, top=None: shapes.cylinder(
-        radius, length, at, axis, segments, top
+    "box": shapes.box,
+    "cushion": shapes.cushion,
+    "cylinder": shapes.cylinder,
+    "disc": shapes.disc,
+    "drape": lambda area, waves, thick, cloth, at=ORIGIN: _moved(
+        drape(area[0], area[1], waves, thick, thickness=cloth), at
     ),
-    "disc": lambda radius, at=ORIGIN, axis="y", segments=18: shapes.disc(radius, at, axis, segments),
-    "drape": lambda area, waves, thick, cloth, at=ORIGIN: _moved(drape(*area, waves, thick, thickness=cloth), at),
-    "extrude": lambda outline, between, axis="y", at=ORIGIN: _moved(shapes.extrude(outline, *between, axis), at),
-    "lathe": lambda points, at=ORIGIN, segments=18: shapes.lathe(points, at, segments),
+    "extrude": _extruded,
+    "lathe": shapes.lathe,
     "lining": lambda ends: lining(*ends),
     "loft": lambda rings: shapes.loft(np.array(rings)),
-    "panel": lambda area, at=ORIGIN, facing="+z", fit=True: shapes.panel(*area, at, facing, fit),
+    "panel": lambda area, at=ORIGIN, facing="+z", fit=True: shapes.panel(area[0], area[1], at, facing, fit),
     "rounded": lambda size, at=ORIGIN, bevel=0.02, puff=0.0: shapes.rounded_box(size, at, bevel, puff),
     "slab": lambda size, at=ORIGIN, bevel=0.05: shapes.slab(size, at, bevel),
-    "span": lambda ends, bevel=0.0: shapes.span(*ends, bevel),
+    "span": lambda ends, bevel=0.0: shapes.span(ends[0], ends[1], bevel),
     "strip": lambda sides, thick, level=0.0, at=ORIGIN: _moved(strip(sides, thick, level), at),
-    "tube": lambda path, radius, segments=8: shapes.tube(path, radius, segments),
+    "tube": shapes.tube,
     "turned": _turned,
 }
 
@@ -74,14 +78,14 @@ def _glow(builder: Builder, rgb: Any, at: Any, strength: float) -> None:
 
 ADDITIONS: dict[str, Callable[..., Any]] = {
     "case": lambda builder, ends, look, wall, open="+z": add_case(builder, look, *ends, wall, missing=open),
-    "column": lambda builder, radius, between: builder.column(radius, *between),
+    "column": lambda builder, radius, between: builder.column(radius, between[0], between[1]),
     "glow": _glow,
     "hinge": lambda builder, name, about, at, degrees: builder.hinge(name, about, at, degrees),
     "legs": lambda builder, area, look, length, thick, style: add_legs(builder, look, area, length, thick, style),
-    "octagon": lambda builder, area, between: builder.octagon(*area, *between),
+    "octagon": lambda builder, area, between: builder.octagon(area[0], area[1], between[0], between[1]),
     "solid": lambda builder, ends, joint=None: builder.solid(*ends, joint),
     "surface": _surface,
-    "walls": lambda builder, area, floor, middle=0.0: builder.walls(*area, floor, 0.0, middle),
+    "walls": lambda builder, area, floor, middle=0.0: builder.walls(area[0], area[1], floor, middle),
 }
 """What a row adds besides shapes."""
 

@@ -129,7 +129,7 @@ _BY_READER: tuple[tuple[Reader, str], ...] = (
     (lambda raw, known, axis: f"lambda z: {formula(raw, known | {'z'})}", "bend"),
     (lambda raw, known, axis: text(raw, known), "look lit joint shown style name"),
     (_flat_path, "outline"),
-    (_list_of((None, None)), "profile points sides"),
+    (_list_of((None, None)), "profile sides"),
     (_radius, "radius top wide"),
     (_turns, "turn"),
     (_constant, "axis crease facing fit inside open opening toggles"),
@@ -288,9 +288,6 @@ def _value(keys: list[str], raw: Any, known: Known, shared: Row) -> Draw:
         value = compiled(_number(raw, known))
         return lambda _, names: value(names)
     table = {"of": raw} if isinstance(raw, list) else raw
-    if "points" in table:
-        listed = compiled(_read("points", table["points"], known))
-        return lambda _, names: listed(names)
     if "by" in table:
         return _table(table, known)
     kinds = [kind for kind in table if kind in DRAWS]

@@ -119,12 +119,12 @@ _BOX_NORMALS = (_BOX_SIGNS * np.eye(3)[_BOX_AXES]).astype(np.float32)
 _BOX_IS_FACED = _BOX_AXES[:, None] == np.arange(3)
 
 
-def box(size: Point3, center: Point3 = ORIGIN, bevel: float = 0.0) -> Mesh:
+def box(size: Point3, at: Point3 = ORIGIN, bevel: float = 0.0) -> Mesh:
     """Return a box: 12 triangles, or 44 with bevelled edges that shade as if rounded."""
     half = np.maximum(np.abs(np.asarray(size, np.float64)) / 2, _THINNEST_M)
     cut = min(bevel, 0.45 * half.min() * 2)
     inset = np.where(_BOX_IS_FACED, half, half - cut)
-    vertices = _BOX_SIGNS * inset + np.asarray(center, np.float64)
+    vertices = _BOX_SIGNS * inset + np.asarray(at, np.float64)
     uvs = vertices.take(_box_uvs(*(half[1:] > half[:-1]).tolist(), bool(half[2] > half[0])))
     return Mesh(vertices.astype(np.float32), _BOX_FACES[bool(cut > 0)], _BOX_NORMALS, uvs.astype(np.float32))
 
@@ -157,7 +157,7 @@ def span(low: Point3, high: Point3, bevel: float = 0.0) -> Mesh:
     return box(last - first, (first + last) / 2, bevel)
 
 
-def rounded_box(size: Point3, center: Point3 = ORIGIN, radius: float = 0.02, puff: float = 0.0) -> Mesh:
+def rounded_box(size: Point3, at: Point3 = ORIGIN, radius: float = 0.02, puff: float = 0.0) -> Mesh:
     """Return a box with round edges (108 triangles; 192 when `puff`, metres, bulges its top and bottom)."""
     half = np.maximum(np.abs(np.asarray(size, np.float64)) / 2, _THINNEST_M)
     round_by = min(max(radius, _THINNEST_M / 2), 0.98 * half.min())
@@ -184,13 +184,13 @@ def rounded_box(size: Point3, center: Point3 = ORIGIN, radius: float = 0.02, puf
         swell = puff * np.prod(1 - (vertices[:, [0, 2]] / half[[0, 2]]) ** 2, axis=1)
         vertices[:, 1] = vertices[:, 1] / half[1] * (half[1] - puff + swell)
         outward[:, [0, 2]] += 2 * puff * vertices[:, [0, 2]] / half[[0, 2]] ** 2 * np.abs(outward[:, 1:2])
-    return mesh(vertices + np.asarray(center, np.float64), np.concatenate(faces), outward, np.concatenate(uvs))
+    return mesh(vertices + np.asarray(at, np.float64), np.concatenate(faces), outward, np.concatenate(uvs))
 
 
-def cushion(size: Point3, center: Point3 = ORIGIN) -> Mesh:
+def cushion(size: Point3, at: Point3 = ORIGIN) -> Mesh:
     """Return a soft box: round edges and a swollen top and bottom, filling `size` exactly."""
     width, height, depth = size
-    return rounded_box(size, center, 0.45 * min(width, height, depth), 0.18 * height)
+    return rounded_box(size, at, 0.45 * min(width, height, depth), 0.18 * height)
 
 
 def extrude(polygon: Sequence[tuple[float, float]] | np.ndarray, low: float, high: float, axis: Axis = "y") -> Mesh:
@@ -255,31 +255,31 @@ def rounded_rectangle(width: float, depth: float, radius: float, steps: int = 4)
     return np.concatenate(corners)
 
 
-def slab(size: Point3, center: Point3 = ORIGIN, radius: float = 0.05) -> Mesh:
+def slab(size: Point3, at: Point3 = ORIGIN, radius: float = 0.05) -> Mesh:
     """Return a flat board with round corners as seen from above."""
-    x, y, z = center
+    x, y, z = at
     part = extrude(rounded_rectangle(size[0], size[2], radius), y - size[1] / 2, y + size[1] / 2)
     return translate(part, (x, 0.0, z))
 
 
-def disc(radius: float, center: Point3 = ORIGIN, axis: Axis = "y", segments: int = 18, fit: bool = False) -> Mesh:
+def disc(radius: float, at: Point3 = ORIGIN, axis: Axis = "y", segments: int = 18, fit: bool = False) -> Mesh:
     """Return a flat circle that faces along +axis; with `fit` one picture covers it."""
     angles = np.linspace(0, 2 * np.pi, segments, endpoint=False)
     circle = np.stack([np.cos(angles), np.sin(angles)], 1)
     outline = np.concatenate([[[0.0, 0.0]], circle])
     right, up, outward = _sight(axis, 1)
-    vertices = radius * (outline[:, :1] * right + outline[:, 1:] * up) + np.asarray(center)
+    vertices = radius * (outline[:, :1] * right + outline[:, 1:] * up) + np.asarray(at)
     uvs = outline / 2 + 0.5 if fit else radius * outline
     return mesh(vertices, fan(segments)[:, ::-1], np.broadcast_to(outward, vertices.shape), uvs)
 
 
-def panel(width: float, height: float, center: Point3 = ORIGIN, facing: str = "+z", fit: bool = True) -> Mesh:
+def panel(width: float, height: float, at: Point3 = ORIGIN, facing: str = "+z", fit: bool = True) -> Mesh:
     """Return a flat rectangle facing "+x" ... "-z"; with `fit` one upright picture covers it.
 
     For "+y" and "-y" the picture's top points away from the front (to -z).
     """
     right, up, outward = _sight(facing[1], -1 if facing[0] == "-" else 1)
-    vertices = _SQUARE[:, :1] * width * right + _SQUARE[:, 1:] * height * up + np.asarray(center, np.float64)
+    vertices = _SQUARE[:, :1] * width * right + _SQUARE[:, 1:] * height * up + np.asarray(at, np.float64)
     uvs = _SQUARE + 0.5 if fit else _SQUARE * [width, height]
     return mesh(vertices, _SQUARE_FACES, np.tile(outward, (4, 1)), uvs)
 
