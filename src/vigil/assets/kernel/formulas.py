@@ -18,7 +18,10 @@ Known = frozenset[str]
 
 def points(*columns: Any) -> np.ndarray:
     """Return points (n, 3) or (n, 2) whose coordinates are arrays or numbers."""
-    return np.stack(np.broadcast_arrays(*columns), axis=-1)
+    found = np.empty((max(map(np.size, columns)), len(columns)))
+    for index, column in enumerate(columns):
+        found[:, index] = column
+    return found
 
 
 _OF_NUMPY = (

@@ -186,7 +186,7 @@ def _cap(ring: np.ndarray, direction: np.ndarray) -> Mesh:
     if normal @ direction < 0:
         faces, normal = faces[:, ::-1], -normal
     axes = np.argsort(np.abs(normal))[:2]
-    return mesh(vertices, faces, np.broadcast_to(normal, vertices.shape), vertices[:, np.sort(axes)])
+    return mesh(vertices, faces, np.full_like(vertices, normal), vertices[:, np.sort(axes)])
 
 
 @cache

@@ -77,12 +77,12 @@ def _glow(builder: Builder, rgb: Any, at: Any, strength: float) -> None:
 
 
 ADDITIONS: dict[str, Callable[..., Any]] = {
-    "case": lambda builder, ends, look, wall, open="+z": add_case(builder, look, *ends, wall, missing=open),
-    "column": lambda builder, radius, between: builder.column(radius, between[0], between[1]),
+    "case": lambda builder, ends, look, wall, open="+z": add_case(builder, look, ends[0], ends[1], wall, missing=open),
+    "column": lambda builder, radius, between: builder.column(radius, *between),
     "glow": _glow,
     "hinge": lambda builder, name, about, at, degrees: builder.hinge(name, about, at, degrees),
     "legs": lambda builder, area, look, length, thick, style: add_legs(builder, look, area, length, thick, style),
-    "octagon": lambda builder, area, between: builder.octagon(area[0], area[1], between[0], between[1]),
+    "octagon": lambda builder, area, between: builder.octagon(*area, *between),
     "solid": lambda builder, ends, joint=None: builder.solid(*ends, joint),
     "surface": _surface,
     "walls": lambda builder, area, floor, middle=0.0: builder.walls(area[0], area[1], floor, middle),

@@ -270,7 +270,7 @@ def disc(radius: float, at: Point3 = ORIGIN, axis: Axis = "y", segments: int = 1
     right, up, outward = _sight(axis, 1)
     vertices = radius * (outline[:, :1] * right + outline[:, 1:] * up) + np.asarray(at)
     uvs = outline / 2 + 0.5 if fit else radius * outline
-    return mesh(vertices, fan(segments)[:, ::-1], np.broadcast_to(outward, vertices.shape), uvs)
+    return mesh(vertices, fan(segments)[:, ::-1], np.full_like(vertices, outward), uvs)
 
 
 def panel(width: float, height: float, at: Point3 = ORIGIN, facing: str = "+z", fit: bool = True) -> Mesh:
@@ -281,7 +281,7 @@ def panel(width: float, height: float, at: Point3 = ORIGIN, facing: str = "+z", 
     right, up, outward = _sight(facing[1], -1 if facing[0] == "-" else 1)
     vertices = _SQUARE[:, :1] * width * right + _SQUARE[:, 1:] * height * up + np.asarray(at, np.float64)
     uvs = _SQUARE + 0.5 if fit else _SQUARE * [width, height]
-    return mesh(vertices, _SQUARE_FACES, np.tile(outward, (4, 1)), uvs)
+    return mesh(vertices, _SQUARE_FACES, np.full_like(vertices, outward), uvs)
 
 
 @cache
