@@ -2,6 +2,7 @@
 #              EXTRAS=azure,mistral adds the clients of model providers (`vigil models` names them)
 # make run     plays the starter pack with the solver and two flawed agents, and compares them
 # make test    passes the tests; what they need besides is installed first (make setup-dev)
+# make coverage  passes the tests of the pure parts, and fails if these cover less than pyproject.toml demands
 # make release-check  builds the wheel and plays from it in empty environments, with the lowest and newest dependencies (docs/releases.md)
 # make test-verifiers  tests the environment of verifiers, in .venv-verifiers: it needs an older openai (docs/verifiers.md)
 # make docs    builds the documentation into site/, which needs no network and no server; make docs-version puts it into
@@ -27,7 +28,7 @@ EVERY ?= 1
 LOCKED := azure,docs,mistral,mutants,procthor,thor
 RELEASE_PYTHONS ?= python3.11 python3.12 python3.13
 
-.PHONY: setup setup-dev setup-docs setup-verifiers run test test-verifiers release-check lint docs docs-version pictures lock \
+.PHONY: setup setup-dev setup-docs setup-verifiers run test coverage test-verifiers release-check lint docs docs-version pictures lock \
 	lock-verifiers mutants clean
 .DELETE_ON_ERROR:
 
@@ -76,6 +77,9 @@ run: setup
 test: setup-dev
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
+coverage: setup-dev
+	$(BIN)/python -m pytest -n auto --dist worksteal $(addprefix tests/,base packs protocol records scoring) --cov
+
 test-verifiers: setup-verifiers
 	$(VERIFIERS)/bin/python -m pytest -n 0 tests/integrations/test_verifiers.py
 
@@ -95,22 +99,22 @@ docs: setup-docs
 docs-version: setup-docs
 	$(BIN)/python -m scripts.build_docs --publish $(DOCS)
 
-# scripts/pictures.py names what the commands before it have drawn; the runs are played anew, with today's frames.
+# tools/pictures.py names what the commands before it have drawn; the runs are played anew, with today's frames.
 pictures: setup-dev
 	rm -rf docs/pictures/catalog
 	$(BIN)/vigil render --catalog --variants 1 --out docs/pictures/catalog
 	$(BIN)/vigil pack sheet vigil_balanced_1000 --count 80 --out docs/packs
-	$(BIN)/python scripts/house_pictures.py
-	$(BIN)/python scripts/concepts.py
-	$(BIN)/python scripts/pictures.py
+	$(BIN)/python -m tools.house_pictures
+	$(BIN)/python -m tools.concepts
+	$(BIN)/python -m tools.pictures
 	rm -rf runs/readme runs/web
-	$(BIN)/python scripts/readme_pictures.py
-	$(BIN)/python scripts/web_pictures.py
+	$(BIN)/python -m tools.readme_pictures
+	$(BIN)/python -m tools.web_pictures
 
 # Takes hours; see docs/mutants.md. Interrupted, it goes on where it was stopped.
 mutants: setup-dev
 	$(PIP) install --quiet --constraint constraints.txt --editable '.[mutants]'
-	@failed=0; for module in $(MODULE); do $(BIN)/python scripts/mutants.py $$module --every $(EVERY) || failed=1; done; exit $$failed
+	@failed=0; for module in $(MODULE); do $(BIN)/python -m tools.mutants $$module --every $(EVERY) || failed=1; done; exit $$failed
 
 # Pins the versions that `make setup` installs, from what is installed now; LOCKED are the extras that `dev` does not hold.
 lock: setup-dev

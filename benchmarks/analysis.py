@@ -1,6 +1,6 @@
 """How long a report over 28 runs of 1,000 episodes takes: cold (from records) and from cached rows.
 
-    python benchmarks/analysis.py [--runs 28] [--wait 10] [--repeats 3]
+    python -m benchmarks.analysis [--runs 28] [--wait 10] [--repeats 3]
 
 The runs are synthetic and realise the published counts of the ten anchors in turn; every episode idles `wait` steps
 more, so that records have the length of real ones. Targets: cold under 60 s, cached under 5 s, within 2 GB, on two
@@ -16,12 +16,8 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "tests" / "support"))
-
-from published_runs import counts_of, make_episodes, records_of, scripts_of, write_pack, write_run  # noqa: E402
-
-from vigil.analysis.measures.paper import paper  # noqa: E402
+from tests.support.published_runs import counts_of, make_episodes, records_of, scripts_of, write_pack, write_run
+from vigil.analysis.measures.paper import paper
 
 VIGIL = Path(sys.executable).with_name("vigil")
 

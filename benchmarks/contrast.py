@@ -1,8 +1,8 @@
 """Measures how well things stand out from what they lie on: the contrast across their edges in portraits.
 
-    python benchmarks/contrast.py [--variants 4] [--seed 0] [--worst 25]
+    python -m benchmarks.contrast [--variants 4] [--seed 0] [--worst 25]
 
-A portrait shows one thing where such things stand (`vigil.sim.showcase.object_renders`). For each pixel at the
+A portrait shows one thing where such things stand (`vigil.sim.pictures.object_renders`). For each pixel at the
 thing's edge
 the mean colour just inside is compared with that just outside, in CIELAB (76), in which 2 to 3 is a difference that
 one just sees; a portrait's figure is the median over its edge, a category's the median over its portraits.
@@ -14,8 +14,8 @@ import numpy as np
 
 from vigil.assets.catalog import CATALOG
 from vigil.sim.engines.mujoco.engine import MujocoEngine
-from vigil.sim.showcase.object_renders import view_of
-from vigil.sim.showcase.staged_scenes import SUBJECT, SceneSubject, staged_scene
+from vigil.sim.pictures.object_renders import view_of
+from vigil.sim.pictures.staged_scenes import SUBJECT, SceneSubject, staged_scene
 
 WINDOW = 5
 """Pixels along each side of the square over which colours are averaged."""

@@ -1,6 +1,6 @@
 """How much of the bare Env's speed a Gymnasium vector keeps, with and without drawing.
 
-    python benchmarks/gymnasium_vector.py [--envs 16] [--seconds 20] [--rounds 3] [--families PG,SV] [--asynchronous]
+    python -m benchmarks.gymnasium_vector [--envs 16] [--seconds 20] [--rounds 3] [--families PG,SV] [--asynchronous]
 
 The bare Env is played in as many processes at once as there are cores, each on its own, and the vector in as many;
 with --asynchronous in as many as it has environments, as Gymnasium's own does. They take turns. Both draw episodes at

@@ -1,6 +1,6 @@
 """How fast two Ray workers are beside the local pool of two, and that beside one worker, on the solver's run of a pack.
 
-    python benchmarks/ray_workers.py [--rounds 3] [--pack vigil_mini_v2_1] [--limit 80]
+    python -m benchmarks.ray_workers [--rounds 3] [--pack vigil_mini_v2_1] [--limit 80]
 
 The three take turns, so that they meet the same machine; each plays the same episodes, without frames, on one local Ray
 of this machine that is started once. Only playing is counted, starting workers is not. It prints two ratios: of

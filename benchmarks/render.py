@@ -1,6 +1,6 @@
 """Measures the MuJoCo engine: time to the first frame, steps with their frames a second, memory per live scene.
 
-    python benchmarks/render.py [house.json ...] [--assets DB]
+    python -m benchmarks.render [house.json ...] [--assets DB]
 
 Every row is measured in processes of its own, so that each first frame is a cold one. Without houses it takes one of
 one room and one of four from the generator.

@@ -1,6 +1,6 @@
 """How close the runner comes to the ideal with a slow model: steps x latency / concurrency.
 
-    python benchmarks/runner.py [--episodes 192] [--concurrency 64] [--latency 1.0] [--turns 5] [--backend still]
+    python -m benchmarks.runner [--episodes 192] [--concurrency 64] [--latency 1.0] [--turns 5] [--backend still]
 
 A loopback server in a process of its own answers every request after `latency` seconds. Worker processes, PNG encoding,
 HTTP, Inspect and the records on disk are all real; the simulator `still` shows one picture and never moves, so that it
@@ -8,7 +8,6 @@ is not the limit. With `--backend mujoco` it may be.
 """
 
 import argparse
-import os
 import resource
 import subprocess
 import sys
@@ -16,22 +15,17 @@ import tempfile
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "tests" / "support"))
-os.environ["PYTHONPATH"] = str(ROOT / "benchmarks")  # the workers import the simulator `still`
-
-from tiny_pack import tiny_pack  # noqa: E402
-
-import still  # noqa: E402 - found through the lines above
-from vigil.runner.progress import RunProgress  # noqa: E402
-from vigil.runner.run import run_pack  # noqa: E402
-from vigil.runner.settings import RunSettings  # noqa: E402
+from benchmarks import still
+from tests.support.tiny_pack import tiny_pack
+from vigil.runner.progress import RunProgress
+from vigil.runner.run import run_pack
+from vigil.runner.settings import RunSettings
 
 
 def main() -> None:
     options = read_options()
     server = subprocess.Popen(
-        [sys.executable, str(ROOT / "tests" / "support" / "chat_server.py"), str(options.latency), str(options.turns)],
+        [sys.executable, "-m", "tests.support.chat_server", str(options.latency), str(options.turns)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         text=True,

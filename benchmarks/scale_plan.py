@@ -1,6 +1,6 @@
 """A plan on paper: 20 models x 1,000 episodes x 5 conditions on 8, 64 and 512 cores; how long, and what is the limit.
 
-    python benchmarks/scale_plan.py [--steps 15] [--latency 2.0] [--share 0.125]
+    python -m benchmarks.scale_plan [--steps 15] [--latency 2.0] [--share 0.125]
 
 A queue is simulated, event by event. An episode starts on a core (its house is loaded), then step by step it waits for
 its model and goes back to a core for the action, the hidden state, the frame and the driver's own work. Cores are one

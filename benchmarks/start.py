@@ -1,6 +1,6 @@
 """How long `vigil --help` takes, beside the help of a program of Typer's with one command and beside Python alone.
 
-    python benchmarks/start.py
+    python -m benchmarks.start
 
 All three are started in turns, so that a machine whose speed changes slows them alike; the figures are medians.
 """

@@ -1,4 +1,4 @@
-"""How many validated episodes a second a stream yields: `python benchmarks/stream.py`.
+"""How many validated episodes a second a stream yields: `python -m benchmarks.stream`.
 
 Wall time says what a learner would have to wait on this machine as busy as it is; processor time says what an episode
 costs. Starting the processes is part of both.

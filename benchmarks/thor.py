@@ -1,6 +1,6 @@
 """Measures AI2-THOR's client over this project's engine, and what the back end adds, beside the MuJoCo back end.
 
-    python benchmarks/thor.py [--steps N] [--rooms SPEC]
+    python -m benchmarks.thor [--steps N] [--rooms SPEC]
 
 It needs the client: pip install "vigil-bench[thor]". Rounds of the ways of stepping alternate, so that the load of the
 machine meets them alike; times are medians. Nothing of it says how fast Unity is.

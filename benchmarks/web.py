@@ -2,7 +2,7 @@
 
     vigil run --pack vigil_balanced_1000 --agent sweep --log-dir runs/sweep1000
     vigil run --pack starter --agent never_report --save-frames --log-dir runs/saved
-    python benchmarks/web.py runs/sweep1000 runs/saved
+    python -m benchmarks.web runs/sweep1000 runs/saved
 
 Each time is what a person waits for: from the key or the address until the new picture is decoded and painted.
 """

@@ -27,8 +27,8 @@ def overtime_table(found: Study) -> Table:
     """Return the mean over all families as a table of the report, with a row per run."""
     rows = []
     for entry in found.entries:
-        steps = entry.run.rows["steps"] - entry.run.rows["first_goal_step"]
-        cells = {"model": entry.name, "n": int(steps.count()), "overtime": None if steps.isna().all() else steps.mean()}
+        steps = (entry.run.rows["steps"] - entry.run.rows["first_goal_step"]).dropna().tolist()
+        cells = {"model": entry.name, "n": len(steps), "overtime": sum(steps) / len(steps) if steps else None}
         rows.append(TableRow(cells, is_privileged=entry.run.model.is_privileged))
     columns = (Column("model", "Run", "text"), *counts(n="Goal held"), *numbers(overtime="Steps after that"))
     return Table("overtime", "Steps after the goal first held", columns, tuple(rows), ("The closing report counts.",))

@@ -54,14 +54,16 @@ def read_options() -> argparse.Namespace:
     return parser.parse_args()
 
 
-if __name__ == "__main__":
-    GIVEN = read_options()  # before the learning libraries are imported, so that --help works without them
+# Before the learning libraries are imported, so that --help works without them.
+GIVEN = read_options() if __name__ == "__main__" else None
 
 try:
     import gymnasium
-    import torch
-    from torch import nn
-    from torch.nn import functional
+
+    # The development environment has no PyTorch.
+    import torch  # pyright: ignore[reportMissingImports]
+    from torch import nn  # pyright: ignore[reportMissingImports]
+    from torch.nn import functional  # pyright: ignore[reportMissingImports]
 
     import vigil.integrations.gymnasium  # noqa: F401 - registers Vigil-v0
 except ModuleNotFoundError as error:
@@ -405,5 +407,5 @@ def draw(points: Sequence[dict[str, str | float]], file: Path) -> None:
     figure.savefig(file)
 
 
-if __name__ == "__main__":
+if GIVEN is not None:
     main(GIVEN)

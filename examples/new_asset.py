@@ -26,9 +26,9 @@ from vigil.authoring.drafting.proposals import acting
 from vigil.authoring.solving.solvers import privileged_agent
 from vigil.base.geometry import Vec3
 from vigil.env import Env
+from vigil.scene.fidelity import mismatches_of
 from vigil.sim import make_simulator
-from vigil.sim.showcase.fidelity import mismatches_of
-from vigil.sim.showcase.renders import render_asset
+from vigil.sim.pictures.renders import render_asset
 
 GLOBE = Category(
     name="DeskGlobe",

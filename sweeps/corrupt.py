@@ -27,7 +27,7 @@ from pathlib import Path
 from fastapi.testclient import TestClient
 
 from sweeps.support.corruptions import corrupt
-from sweeps.support.tiny import tiny_pack
+from tests.support.tiny_pack import tiny_pack
 from vigil.analysis.measures.rows import combined_rows, read_runs
 from vigil.assets.database import AssetDatabase
 from vigil.cli.progress import progress

@@ -24,7 +24,7 @@ from pathlib import Path
 from typing import Any
 
 from sweeps.support.flaky_modes import FLAWLESS, MODES, BadAnswer, response
-from sweeps.support.tiny import tiny_pack
+from tests.support.tiny_pack import tiny_pack
 from vigil.records.record import EpisodeRecord
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings

@@ -2,7 +2,7 @@
 
     python -m sweeps.replies --count 10000
 
-Each run plays episodes against a loopback server that sends replies of all forms (`sweeps/support/reply_forms.py`).
+Each run plays episodes against a loopback server that sends replies of all forms (`tests/support/reply_forms.py`).
 Each record must hold exactly the text that was sent, parsed as `vigil.protocol.replies.parse_text` parses it. The exit
 code is 1 when a record does not.
 """
@@ -17,12 +17,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from random import Random
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
-
-from reply_forms import draw, mistakes
-from tiny_pack import loose_pack, tiny_episode, tiny_house
-from wire_server import CUT, STOP, ModelMessage, ScriptedModel, WireServer
-
+from tests.support.reply_forms import draw, mistakes
+from tests.support.tiny_pack import loose_pack, tiny_episode, tiny_house
+from tests.support.wire_server import CUT, STOP, ModelMessage, ScriptedModel, WireServer
 from vigil.cli.progress import progress
 from vigil.records.record import EPISODES_FILE
 from vigil.records.record_file import read_records

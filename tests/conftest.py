@@ -10,16 +10,16 @@ from types import TracebackType
 from typing import Any
 
 import pytest
-from forked_workers import PoolContext, fork
 from hypothesis import HealthCheck, settings
-from module_order import long_first
-from thor_files import write_thor_files
-from waiting import HANGS_AFTER_S
 
+from tests.support.forked_workers import PoolContext, fork
+from tests.support.module_order import long_first
+from tests.support.thor_files import write_thor_files
+from tests.support.waiting import HANGS_AFTER_S
 from vigil.base import processes
 from vigil.runner.workers import process
 
-pytest_plugins = ["skips"]
+pytest_plugins = ["tests.support.skips"]
 
 settings.register_profile("vigil", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("vigil")

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from bare_house import bare_house
-from builders import episode, thing
 from hypothesis import given
 from hypothesis import strategies as st
-from scripted_simulator import ScriptedSimulator
 
+from tests.support.bare_house import bare_house
+from tests.support.builders import episode, thing
+from tests.support.scripted_simulator import ScriptedSimulator
 from vigil.base.geometry import Pose, Vec3
 from vigil.base.versions import Versions
 from vigil.env import Env

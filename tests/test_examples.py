@@ -12,9 +12,9 @@ from pathlib import Path
 
 import pytest
 from PIL import Image
-from published_runs import SMALL, make_episodes, small_records, write_pack, write_run
 
 import vigil
+from tests.support.published_runs import SMALL, make_episodes, small_records, write_pack, write_run
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"

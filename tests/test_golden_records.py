@@ -1,7 +1,7 @@
 """Golden records: lines that an earlier version wrote are read, settled and played again with the same result.
 
 They guard the format (`record.SCHEMA_VERSION`), the scoring and the simulator's answers. When a change is meant to
-alter what a record holds, write them anew with `PYTHONPATH=tests/support python tests/test_golden_records.py`, look at
+alter what a record holds, write them anew with `python -m tests.test_golden_records`, look at
 the difference, and raise SCHEMA_VERSION if a reader of the old lines would misunderstand the new ones.
 """
 
@@ -11,8 +11,8 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
-from tiny_pack import FRIDGE, tiny_episode, tiny_house
 
+from tests.support.tiny_pack import FRIDGE, tiny_episode, tiny_house
 from vigil.assets.database import AssetDatabase
 from vigil.base.json_lines import dump_line
 from vigil.env import Env

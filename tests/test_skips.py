@@ -12,4 +12,4 @@ def test_a_skip_fails_unless_its_reason_is_accepted(
 ) -> None:
     mark = "" if "skip" in where else "@pytest.mark.skipif(True, reason=REASON)\n"
     pytester.makepyfile(f"import pytest\n\nREASON = {reason!r}\n\n{mark}def test_it():\n{where}\n")
-    assert (pytester.runpytest("-p", "skips").ret == pytest.ExitCode.OK) is is_accepted
+    assert (pytester.runpytest("-p", "tests.support.skips").ret == pytest.ExitCode.OK) is is_accepted

@@ -7,7 +7,7 @@ Source: `protocol.md` sections 2.1 to 2.4.
 """
 
 import hashlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 
@@ -157,7 +157,7 @@ class Env:
 
     @staticmethod
     @contextmanager
-    def _reject_invalid_facts() -> Iterator[None]:
+    def _reject_invalid_facts() -> Generator[None, None, None]:
         """Raise SimulatorError if the simulator returns invalid state: non-finite numbers must not enter a record."""
         try:
             yield

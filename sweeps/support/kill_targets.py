@@ -14,7 +14,7 @@ from typing import Any
 
 from sweeps.flaky_server import FailurePlan, FlakyServer, comparable_fields, skill_reply
 from sweeps.support.process_groups import start
-from sweeps.support.tiny import tiny_pack
+from tests.support.tiny_pack import tiny_pack
 from vigil.authoring.drafting.drafts import DraftsFile
 from vigil.cli import main as vigil_main
 from vigil.records.record import EPISODES_FILE

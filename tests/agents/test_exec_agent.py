@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 import psutil
 import pytest
-from tiny_pack import tiny_episode, tiny_house
-from waiting import HANGS_AFTER_S, wait_until
 
+from tests.support.narrowing import present, rejected
+from tests.support.tiny_pack import tiny_episode, tiny_house
+from tests.support.waiting import HANGS_AFTER_S, wait_until
 from vigil.agents import program
 from vigil.agents.exec_agent import ExecAgent, ProgramSettings
 from vigil.agents.frame_encoding import encode_frame
@@ -83,7 +84,7 @@ def wait_until_it_has_written(agent: ExecAgent) -> None:
 
     def has_written() -> bool:
         program = running(agent)
-        return bool(program._pending or select.select([program._process.stdout], [], [], 0)[0])
+        return bool(program._pending or select.select([present(program._process.stdout)], [], [], 0)[0])
 
     wait_until(has_written, "the program writes")
 
@@ -169,7 +170,7 @@ def test_an_action_may_stand_on_the_line_itself(make: Maker) -> None:
 def test_bad_lines_count_against_the_agent(make: Maker, written: str, reason: str) -> None:
     agent = make(f"for line in sys.stdin:\n    if FRAME in line: {written}; sys.stdout.flush()")
     reply = agent.act(look())
-    assert parse_reply(reply, "pixel", "strict").reason == reason
+    assert rejected(parse_reply(reply, "pixel", "strict")).reason == reason
     assert len(reply.raw) <= MAX_LINE_BYTES
     assert (reply.cut is not None and reply.cut.text_bytes >= 5_000_000) == (reason == "too_long")
     assert agent.act(look()).text == reply.text
@@ -223,7 +224,7 @@ def test_a_program_that_fails_after_it_saw_a_frame_has_failed_itself(make: Maker
         reply = agent.act(look())
         assert re.fullmatch(how, reply.agent_ended)
         assert reply.text == ("half" if "half" in deed else "")
-        invalid = parse_reply(reply, "pixel", "strict")
+        invalid = rejected(parse_reply(reply, "pixel", "strict"))
         assert (invalid.kind, invalid.reason, invalid.detail) == ("protocol_failure", "agent_ended", reply.agent_ended)
 
 
@@ -242,7 +243,7 @@ def test_a_program_that_keeps_hanging_ends_by_the_limit_of_invalid_actions(
         play(tiny_episode(2, "SV"), env, agent)
         record = env.record()
     assert (record.end, len(record.steps)) == ("invalid_action_limit_exceeded", 3)
-    assert {step.invalid.reason for step in record.steps} == {"agent_ended"}
+    assert {step.invalid and step.invalid.reason for step in record.steps} == {"agent_ended"}
 
 
 def test_a_program_that_reads_a_part_of_a_frame_has_seen_it(make: Maker) -> None:
@@ -253,7 +254,7 @@ def test_a_program_that_reads_a_part_of_a_frame_has_seen_it(make: Maker) -> None
 def test_a_valid_line_does_not_save_a_reply_that_was_not_finished(make: Maker) -> None:
     line = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 5}}'
     agent = make(f"for line in sys.stdin:\n    if FRAME in line: print({line!r}, end='', flush=True); sys.exit(0)")
-    assert parse_reply(agent.act(look()), "pixel", "strict").reason == "agent_ended"
+    assert rejected(parse_reply(agent.act(look()), "pixel", "strict")).reason == "agent_ended"
 
 
 def test_a_program_that_is_started_again_sees_the_current_frame_alone(make: Maker, tmp_path: Path) -> None:
@@ -299,7 +300,7 @@ def test_talking_out_of_turn_after_a_frame_is_a_failure_of_the_programs(make: Ma
     assert agent.act(look()).text == "{}"
     wait_until_it_has_written(agent)
     reply = agent.act(look())
-    assert (reply.text, parse_reply(reply, "pixel", "strict").reason) == ("more\n", "agent_ended")
+    assert (reply.text, rejected(parse_reply(reply, "pixel", "strict")).reason) == ("more\n", "agent_ended")
     assert agent.act(look()).text == "{}"
 
 

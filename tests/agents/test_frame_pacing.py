@@ -8,8 +8,8 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from tiny_pack import tiny_episode, tiny_house
 
+from tests.support.tiny_pack import tiny_episode, tiny_house
 from vigil.agents import exec_agent
 from vigil.agents.exec_agent import ExecAgent, ProgramSettings
 from vigil.agents.frame_pacing import FramePacer

@@ -1,7 +1,8 @@
 """A small pack of two episodes a family, and runs of a model on it."""
 
 import pytest
-from small_runs import small_pack, write
+
+from tests.support.small_runs import small_pack, write
 
 __all__ = ["small_pack", "usual_agent", "write"]
 

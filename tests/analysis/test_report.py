@@ -10,13 +10,15 @@ from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pandas as pd
 import pytest
 from markupsafe import escape
 from matplotlib.text import Annotation
-from published_runs import EpisodeScript, Write, make_episodes, small_records, write_anchor, write_pack
 from typer.testing import CliRunner
 
+from tests.support.narrowing import present
+from tests.support.published_runs import EpisodeScript, Write, make_episodes, small_records, write_anchor, write_pack
 from vigil.analysis.measures.closure import ClosureRun
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import Study, study
@@ -255,7 +257,7 @@ def test_the_rows_say_what_their_runs_were_made_under(mixed: Study, write: Write
         ("synthetic", "neutral_report", "strict", Profile().name, "default", "mujoco"),
     }
     assert set(rows["model"][rows["temperature"] == 0.5]) == {"warm"}
-    assert rows["temperature"].isna().sum() == len(rows) - 16
+    assert int(np.count_nonzero(rows["temperature"].isna())) == len(rows) - 16
 
 
 def test_the_docs_snippet_for_pandas_runs(
@@ -308,7 +310,7 @@ def drifting(family: str) -> EpisodeScript:
 def test_the_partition_marks_w_and_says_how_far_it_is_from_b(write: Write):
     folders = [write("base"), write("drift", small_records(drifting), agent="vllm/drift")]
     (axes,) = draw(study(read_runs(folders)), "outcome_partition").axes
-    assert [mark.get_xdata()[0] for mark in axes.lines] == [100.0, 100.0]
+    assert [np.asarray(mark.get_xdata())[0] for mark in axes.lines] == [100.0, 100.0]
     gaps = [text.get_text().split()[1] for text in axes.texts if text.get_text().startswith("W−B")]
     assert gaps == ["0.0", "100.0"]
 
@@ -496,7 +498,7 @@ def test_the_reasons_of_invalid_replies_stand_below_their_table(write: Write) ->
     said = [note for note in notes if "not actions" in note]
     assert len(said) == 1
     fraction = garbled.entries[1].run.rows
-    invalid = int((fraction["protocol_failures"] + fraction["malformed_actions"]).sum())
+    invalid = int(np.sum(fraction["protocol_failures"] + fraction["malformed_actions"]))
     assert f"of the replies are not actions ({invalid} " in said[0]
 
 
@@ -520,6 +522,6 @@ def test_a_long_name_leaves_room_for_the_bars(write: Write):
     assert figure is not None
     figure_bytes(figure, "svg")
     left, right = figure.axes[:2]
-    assert left.get_tightbbox().x1 <= right.get_window_extent().x0 + 60
+    assert present(left.get_tightbbox()).x1 <= right.get_window_extent().x0 + 60
     (label,) = left.get_yticklabels()
     assert max(map(len, label.get_text().split("\n"))) <= 40

@@ -4,8 +4,8 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from protocol_backend import with_protocol_only
 
+from tests.support.protocol_backend import with_protocol_only
 from vigil.authoring.drafting import proposals
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.review.validate import Validator

@@ -3,8 +3,8 @@ import sys
 
 import psutil
 import pytest
-from waiting import HANGS_AFTER_S
 
+from tests.support.waiting import HANGS_AFTER_S
 from vigil.base.processes import worker_pool
 
 SCRIPT = """

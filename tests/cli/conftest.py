@@ -1,7 +1,8 @@
 """Fixtures for tests of the command line."""
 
 import pytest
-from commands import Vigil, command_runner
+
+from tests.support.commands import Vigil, command_runner
 
 
 @pytest.fixture

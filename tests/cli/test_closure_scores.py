@@ -4,11 +4,11 @@ import json
 from pathlib import Path
 
 import pytest
-from commands import Vigil
-from quick_runs import quick
-from tiny_pack import tiny_pack
-from web_server import served
 
+from tests.support.commands import Vigil
+from tests.support.quick_runs import quick
+from tests.support.tiny_pack import tiny_pack
+from tests.support.web_server import served
 from vigil.analysis.measures.closure import read_closure_runs
 from vigil.runner.run import run_pack
 from vigil.scoring.closure import KINDS

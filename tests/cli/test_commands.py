@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from commands import Vigil
 from PIL import Image
 
+from tests.support.commands import Vigil
 from vigil.packs.pack import Pack
 
 
@@ -26,7 +26,7 @@ from vigil.packs.pack import Pack
         (["score", "no_such_run"], ["'no_such_run'", "run.json"]),
         (["verify", "no_such_run"], ["'no_such_run'", "run.json"]),
         (["render", "--out", "x.png"], ["--house", "--episode", "--asset"]),
-        (["render", "--blind", "2", "--catalog", "--out", "x"], ["exactly one", "--blind"]),
+        (["render", "--asset", "Mug", "--catalog", "--out", "x"], ["exactly one", "--catalog"]),
         (["render", "--asset", "Frigde", "--out", "x.png"], ["'Frigde'", "Did you mean 'Fridge'?"]),
         (["render", "--episode", "nothing_like_it", "--out", "x.png"], ["'nothing_like_it'", "starter/episodes.jsonl"]),
         (["render", "--house", "no.json", "--out", "x.png"], ["'no.json'", "does not exist"]),

@@ -4,9 +4,9 @@ import json
 from importlib.metadata import PackageNotFoundError
 
 import pytest
-from thor_client import in_process
 from typer.testing import CliRunner
 
+from tests.support.thor_client import in_process
 from vigil.cli import app, doctor
 from vigil.errors import SettingError
 from vigil.sim.conformance import moving, seeing

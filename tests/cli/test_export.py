@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from commands import Vigil
-from published_runs import make_episodes, small_records, write_pack, write_run
 
+from tests.support.commands import Vigil
+from tests.support.published_runs import make_episodes, small_records, write_pack, write_run
 from vigil.analysis.measures.rows import combined_rows, read_runs
 
 

@@ -5,10 +5,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from fake_prior import FakePrior, as_procthor_writes
 from PIL import Image
 from typer.testing import CliRunner, Result
 
+from tests.support.fake_prior import FakePrior, as_procthor_writes
 from vigil.cli import app
 from vigil.errors import HouseError, SettingError
 from vigil.housegen import generate, spec_for

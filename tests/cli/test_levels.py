@@ -4,9 +4,9 @@ import json
 from pathlib import Path
 
 import pytest
-from published_runs import good, make_episodes, record_of, write_pack, write_run
 from typer.testing import CliRunner, Result
 
+from tests.support.published_runs import good, make_episodes, record_of, write_pack, write_run
 from vigil.cli import app
 from vigil.errors import EpisodeError, SettingError
 from vigil.packs.freeze import freeze

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from inspect_marks import INSPECT
 from PIL import Image
 from typer.testing import CliRunner
-from wire_server import ModelMessage, WireServer
 
+from tests.support.inspect_marks import INSPECT
+from tests.support.wire_server import ModelMessage, WireServer
 from vigil.analysis.measures.paper import paper
 from vigil.cli import app
 from vigil.cli.models import LISTED
@@ -24,7 +24,9 @@ from vigil.runner.models.providers import PROVIDERS, parse_model_name
 
 pytestmark = INSPECT
 PAGE = (Path(__file__).parents[2] / "docs" / "models.md").read_text(encoding="utf-8")
-COMMANDS = dict(reversed(pair) for pair in re.findall(r"^vigil (run --model .*?) +# (.+)$", PAGE, re.MULTILINE))
+COMMANDS: dict[str, str] = {
+    name: words for words, name in re.findall(r"^vigil (run --model .*?) +# (.+)$", PAGE, re.MULTILINE)
+}
 
 
 @pytest.fixture(autouse=True)

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
-from chat_server import ChatAnswer, ChatRequest, failure, serving
 from inspect_ai import eval as inspect_eval
 from inspect_ai._util.error import PrerequisiteError
-from inspect_marks import INSPECT
-from quick_runs import quick
 from typer.testing import CliRunner, Result
 
+from tests.support.chat_server import ChatAnswer, ChatRequest, failure, serving
+from tests.support.inspect_marks import INSPECT
+from tests.support.quick_runs import quick
 from vigil.authoring.drafting.sources import GeneratedHouse, houses_drawn_from
 from vigil.authoring.packing.dataset_card import CARD
 from vigil.cli import app

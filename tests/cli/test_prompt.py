@@ -4,9 +4,9 @@ import json
 from pathlib import Path
 
 import pytest
-from tiny_pack import tiny_pack
 from typer.testing import CliRunner
 
+from tests.support.tiny_pack import tiny_pack
 from vigil.cli import app
 from vigil.errors import SettingError
 from vigil.protocol.profile import Profile

@@ -8,11 +8,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from commands import CommandResult, Vigil
-from quick_runs import claim
-from tiny_pack import tiny_pack
-from waiting import HANGS_AFTER_S, wait_until
 
+from tests.support.commands import CommandResult, Vigil
+from tests.support.quick_runs import claim
+from tests.support.tiny_pack import tiny_pack
+from tests.support.waiting import HANGS_AFTER_S, wait_until
 from vigil.cli import text
 from vigil.cli.text import print_notes
 from vigil.protocol.prompt_file import variant_of

@@ -84,7 +84,7 @@ def settings_of(verb: Verb) -> Iterator[DeclaredSetting]:
     module, _, function = verb.place.partition(":")
     made = getattr(import_module(f"vigil.cli.{module}"), function)
     for name, one in inspect.signature(made, eval_str=True).parameters.items():
-        if is_dataclass(one.annotation):
+        if isinstance(one.annotation, type) and is_dataclass(one.annotation):
             yield from declared_settings(one.annotation)
         elif (found := declared_setting(name, one.annotation, one.default)) is not None:
             yield found

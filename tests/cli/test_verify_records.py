@@ -4,10 +4,10 @@ import json
 from pathlib import Path
 
 import pytest
-from commands import Vigil
-from quick_runs import claim
-from tiny_pack import tiny_pack
 
+from tests.support.commands import Vigil
+from tests.support.quick_runs import claim
+from tests.support.tiny_pack import tiny_pack
 from vigil.records.record import EPISODES_FILE, HEADER_FILE
 from vigil.sim.thor import start
 

@@ -4,7 +4,9 @@ import ast
 import json
 
 import pytest
-from doc_commands import (
+
+from scripts.markdown_pages import read
+from tests.support.doc_commands import (
     PAGES,
     ROOT,
     SHELL,
@@ -18,8 +20,6 @@ from doc_commands import (
     vigil_calls,
     wrong_with,
 )
-
-from scripts.markdown_pages import read
 
 LANGUAGES = {"", "text", "python", "pycon", "json", "yaml", "toml", *SHELL}
 CALLS = {" ".join(words): words for command in all_commands() for words in vigil_calls(command.text)}

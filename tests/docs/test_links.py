@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
-from doc_commands import ROOT, name_of
 
 from scripts.markdown_pages import anchor_of, anchors, blocks, links, read
+from tests.support.doc_commands import ROOT, name_of
 
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "src/vigil/data/packs").rglob("*.md")])
 

@@ -14,14 +14,25 @@ from glob import glob
 from pathlib import Path
 
 import pytest
-from chat_server import LOOK, REPORT, ChatAnswer, serving
-from commands import Vigil, command_runner
-from doc_commands import PAGES, ROOT, SHELL, Command, Mark, blocks_of, commands_of, is_script, marks_of, name_of
-from doc_workspace import write_workspace
-from inspect_marks import INSPECT
-from waiting import HANGS_AFTER_S
 
 from scripts.markdown_pages import Block
+from tests.support.chat_server import LOOK, REPORT, ChatAnswer, serving
+from tests.support.commands import Vigil, command_runner
+from tests.support.doc_commands import (
+    PAGES,
+    ROOT,
+    SHELL,
+    Command,
+    Mark,
+    blocks_of,
+    commands_of,
+    is_script,
+    marks_of,
+    name_of,
+)
+from tests.support.doc_workspace import write_workspace
+from tests.support.inspect_marks import INSPECT
+from tests.support.waiting import HANGS_AFTER_S
 from vigil.cli import web
 
 pytestmark = INSPECT

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from doc_commands import ROOT
 
 from scripts import build_docs
 from scripts.docs_reference import EXTENDED, command_line, decisions, public_names, reference_pages
 from scripts.markdown_pages import read
+from tests.support.doc_commands import ROOT
 from vigil import api
 from vigil.cli.verbs import HOUSES, PACK, VERBS, Verb
 

@@ -90,7 +90,7 @@ def _texts(node: ast.expr) -> list[str]:
         case ast.Constant(value=str(text)):
             return [_without_code(text)]
         case ast.JoinedStr(values=parts):
-            return ["".join(part.value if isinstance(part, ast.Constant) else "x" for part in parts)]
+            return ["".join(str(part.value) if isinstance(part, ast.Constant) else "x" for part in parts)]
         case ast.BinOp(left=left, right=right):
             return _texts(left) + _texts(right)
         case ast.IfExp(body=body, orelse=other):

@@ -9,8 +9,8 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 import yaml
-from published_runs import Write, small_records
 
+from tests.support.published_runs import Write, small_records
 from vigil.analysis.measures.columns import without_answer_key
 from vigil.analysis.measures.rows import combined_rows, read_runs
 from vigil.errors import SettingError
@@ -60,10 +60,10 @@ def test_episodes_are_the_rows_of_a_report_and_steps_join_them(write: Write, tmp
     rows = whole.reindex(columns=without_answer_key(whole.columns))
     written = pq.read_table(tmp_path / "out" / "episodes.parquet").to_pandas()
     assert written.equals(rows.astype(written.dtypes))
-    for row in rows.itertuples():
-        mine = [step for step in steps if (step["run"], step["episode_id"]) == (row.run, row.episode_id)]
-        assert [step["step"] for step in mine] == list(range(1, row.steps + 1))
-        assert {step["label"] for step in mine} == {row.label}
+    for row in rows.to_dict("records"):
+        mine = [step for step in steps if (step["run"], step["episode_id"]) == (row["run"], row["episode_id"])]
+        assert [step["step"] for step in mine] == list(range(1, row["steps"] + 1))
+        assert {step["label"] for step in mine} == {row["label"]}
 
 
 @pytest.mark.parametrize("has_key", [False, True], ids=["without", "with"])

@@ -8,8 +8,8 @@ from typing import Any
 
 import jsonschema
 import pytest
-from published_runs import EpisodeScript, Write, good, records_of, small_records
 
+from tests.support.published_runs import EpisodeScript, Write, good, records_of, small_records
 from vigil.errors import SettingError
 from vigil.exports.disclosure import Disclosure
 from vigil.exports.every_eval_ever.aggregate import METRICS

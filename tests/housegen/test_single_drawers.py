@@ -2,17 +2,17 @@
 
 import pytest
 
+from tools.house_measures import measure
 from vigil.assets import make
 from vigil.assets.database import AssetDatabase
 from vigil.assets.drawers import drawer_names, split_drawer_id
 from vigil.housegen import GENERATOR_VERSION, check_house, generate, spec_for
 from vigil.housegen.base.merged_drawers import with_merged_drawers
-from vigil.housegen.checking.statistics import measure
 from vigil.housegen.thor_export import export_thor
 from vigil.protocol.house import House
 from vigil.scene.build import build_scene
+from vigil.scene.fidelity import mismatches_of
 from vigil.scene.supports import drawers_of
-from vigil.sim.showcase.fidelity import mismatches_of
 
 ASSETS = AssetDatabase.default()
 NAMES = (("bedroom", 2), ("4", 1))

@@ -5,12 +5,12 @@ import json
 from pathlib import Path
 
 import pytest
-from chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, ChatResponder, ChatServer, failure, serving
-from inspect_marks import INSPECT
 from openai import AsyncOpenAI
-from quick_runs import quick
-from tiny_pack import tiny_pack
 
+from tests.support.chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, ChatResponder, ChatServer, failure, serving
+from tests.support.inspect_marks import INSPECT
+from tests.support.quick_runs import quick
+from tests.support.tiny_pack import tiny_pack
 from vigil.agents.conversation import Message
 from vigil.errors import ModelAPIError
 from vigil.integrations.chat_client import chat_sender

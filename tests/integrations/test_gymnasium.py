@@ -17,15 +17,18 @@ import gymnasium
 import numpy as np
 import psutil
 import pytest
+from gymnasium.envs.registration import EnvSpec
 from gymnasium.utils.env_checker import check_env
-from tiny_pack import loose_pack, tiny_episode, tiny_house, tiny_pack
 
 import vigil.integrations.gymnasium as integration
+from tests.support.narrowing import present
+from tests.support.tiny_pack import loose_pack, tiny_episode, tiny_house, tiny_pack
 from vigil.authoring.streaming.stream import Stream
 from vigil.base.geometry import Pose, Vec3
 from vigil.errors import PackMismatch, SettingError, SimulatorError
 from vigil.integrations.gymnasium import sources
 from vigil.integrations.gymnasium.action_spaces import StructuredActions
+from vigil.packs.pack import Pack
 from vigil.protocol.actions import SKILLS, STATUSES, Coordinates, ParsedReply
 from vigil.protocol.episode import Provenance
 from vigil.protocol.replies import parse_reply
@@ -59,6 +62,18 @@ def pack(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 def make(pack: str, **options: Any) -> gymnasium.Env:
     return gymnasium.make(integration.ENV_ID, pack=pack, backend="fake", **{"frames": False, **options})
+
+
+def inner(env: gymnasium.Env) -> integration.VigilEnv:
+    """Returns the environment without wrappers."""
+    assert isinstance(env.unwrapped, integration.VigilEnv)
+    return env.unwrapped
+
+
+def pack_in(env: gymnasium.Env) -> Pack:
+    source = inner(env)._source
+    assert isinstance(source, sources.PackEpisodes)
+    return source._pack
 
 
 def play(env: gymnasium.Env, episode_id: str, *replies: Any) -> Iterator[tuple[dict, float, bool, bool, dict]]:
@@ -99,8 +114,8 @@ def test_the_next_house_is_built_while_an_episode_is_played(monkeypatch: pytest.
     model_cache.clear()
     env = gymnasium.make(integration.ENV_ID, pack="vigil_smoke_v2", frames=False, evaluator=True)
     env.reset(seed=3)
-    following = env.unwrapped._ahead._next.result()
-    assert following.house != env.unwrapped._drawn.house
+    following = present(inner(env)._ahead._next).result()
+    assert following.house != present(inner(env)._drawn).house
     monkeypatch.setattr(model_cache, "build", None)  # nothing more is built here
     first, _ = env.reset()
     assert first["instruction"] == following.episode.instruction
@@ -147,7 +162,7 @@ def test_an_observation_is_the_frame_the_instruction_and_the_profile_s_feedback(
 def test_without_frames_nothing_is_drawn_but_by_render(pack: str, monkeypatch: pytest.MonkeyPatch) -> None:
     env = make(pack, render_mode="rgb_array")
     drawn = []
-    simulator = env.unwrapped._simulator
+    simulator = inner(env)._simulator
     draw = simulator.frame
     monkeypatch.setattr(simulator, "frame", lambda: drawn.append(1) or draw())
     assert list(env.reset(options={"episode_id": DA})[0]) == ["instruction"]
@@ -157,9 +172,9 @@ def test_without_frames_nothing_is_drawn_but_by_render(pack: str, monkeypatch: p
     assert isinstance(shown, np.ndarray)
     assert (shown.shape, shown.dtype, len(drawn)) == ((480, 640, 3), np.uint8, 1)
     shown[:] = 0
-    assert env.render().any()
+    assert np.asarray(env.render()).any()
     env.step(report("fail"))
-    assert (env.render() == simulator.frame()).all()
+    assert (np.asarray(env.render()) == simulator.frame()).all()
 
 
 def test_the_last_observation_shows_the_world_after_the_last_reply(pack: str) -> None:
@@ -274,7 +289,8 @@ def test_vectors(pack: str, mode: str) -> None:
     single = make(pack, profile="action_feedback")
     told = [single.reset(seed=seed)[0]["instruction"] for seed in (5, 6)]
     assert list(env.reset(seed=5)[0]["instruction"]) == told
-    first = env.reset(seed=[1, 2], options={"episode_id": DA})[0]["instruction"]
+    seeds: Any = [1, 2]  # vectors take one for each environment
+    first = env.reset(seed=seeds, options={"episode_id": DA})[0]["instruction"]
     assert "(0)" in first[0]
     assert isinstance(first, tuple)
     env.step((FORWARD, FORWARD))
@@ -345,7 +361,9 @@ def test_nothing_hidden_is_told(tmp_path: Path, actions: str, capsys: pytest.Cap
     said = repr([{**step[0], "frame": None} for step in told]) + repr([step[1:] for step in told])
     said += repr(env) + capsys.readouterr().out + capsys.readouterr().err
     assert not [word for word in CANARIES if word in said]
-    spaces = f"{env.action_space} {sorted(env.observation_space.spaces)}"
+    observed = env.observation_space
+    assert isinstance(observed, gymnasium.spaces.Dict)
+    spaces = f"{env.action_space} {sorted(observed.spaces)}"
     assert not [word for word in CANARIES if word in spaces]
 
 
@@ -417,7 +435,7 @@ def test_a_failing_simulator_is_raised_and_never_a_transition(pack: str, monkeyp
     def fails(*_: Any) -> Any:
         raise SimulatorError("lost its mind.")
 
-    simulator = env.unwrapped._simulator
+    simulator = inner(env)._simulator
     for method in ("reset", "step", "frame"):
         env.reset(seed=0)
         with monkeypatch.context() as patch:
@@ -438,16 +456,16 @@ def test_render_says_what_it_lacks(pack: str) -> None:
 def test_a_pack_is_loaded_once_for_all_environments_until_it_changes(tmp_path: Path) -> None:
     folder = tmp_path / "pack"
     tiny_pack(folder, 2)
-    first = make(str(folder)).unwrapped._source._pack
-    assert make(str(folder)).unwrapped._source._pack is first
+    first = pack_in(make(str(folder)))
+    assert pack_in(make(str(folder))) is first
     loose_pack(folder, [tiny_episode(7)], [tiny_house()])
-    assert [episode.id for episode in make(str(folder)).unwrapped._source._pack.episodes] == ["tiny-DA-007"]
+    assert [episode.id for episode in pack_in(make(str(folder))).episodes] == ["tiny-DA-007"]
 
 
 def test_an_environment_is_made_again_from_its_description(pack: str) -> None:
     spec = make(pack, family=["DA"]).spec
     assert spec is not None
-    again = gymnasium.make(gymnasium.envs.registration.EnvSpec.from_json(spec.to_json()))
+    again = gymnasium.make(EnvSpec.from_json(spec.to_json()))
     assert again.reset(seed=0)[0]["instruction"].startswith("Go to the table")
 
 
@@ -487,12 +505,13 @@ def test_a_stream_is_read_in_its_order_and_leaves_no_process() -> None:
     *_, info = env.step(report("fail"))
     assert info["outcome"]["episode_id"].startswith("stream7v")
     told = [first["instruction"], *(env.reset()[0]["instruction"] for _ in range(2))]
-    source = env.unwrapped._source
+    source = inner(env)._source
     assert [item.episode.instruction for item in islice(iter(Stream(7, **READ)), 3)] == told
-    env.unwrapped._ahead._next.result()
-    pids = source._stream.worker_pids()
+    present(inner(env)._ahead._next).result()
+    assert isinstance(source, sources.StreamEpisodes)
+    pids = present(source._stream).worker_pids()
     assert pids
-    again = env.reset(options={"episode_id": env.unwrapped._drawn.episode.id})
+    again = env.reset(options={"episode_id": present(inner(env)._drawn).episode.id})
     assert again[0]["instruction"] == told[-1]
     with pytest.raises(SettingError, match="read in order"):
         env.reset(options={"episode_id": info["outcome"]["episode_id"]})
@@ -515,10 +534,10 @@ def test_a_seed_decides_at_which_house_a_stream_begins(monkeypatch: pytest.Monke
     env = make("stream:7", houses=(100, 200)).unwrapped
     assert begun == [100]  # made to be checked
     told = []
-    for options in ({}, {"seed": 1}, {"seed": 2}, {"seed": 1}):
+    for seed in (None, 1, 2, 1):
         begun.clear()
         with pytest.raises(SettingError, match="houses 100 to 200 do not have an episode that fits"):
-            env.reset(**options)
+            env.reset(seed=seed)
         assert len(begun) == 2
         assert begun[1] == 100  # after the last house the first comes again
         told.append(begun[0])

@@ -18,10 +18,10 @@ import psutil
 import pytest
 from gymnasium.error import ClosedEnvironmentError
 from gymnasium.spaces import Discrete
-from tiny_pack import tiny_pack
-from waiting import HANGS_AFTER_S
 
 import vigil.integrations.gymnasium as integration
+from tests.support.tiny_pack import tiny_pack
+from tests.support.waiting import HANGS_AFTER_S
 from vigil.errors import SettingError, SimulatorError
 from vigil.integrations.gymnasium import SharedProcessVectorEnv, make_vector
 from vigil.sim.engines.mujoco.compiled import model_cache

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, ChatResponder, ChatServer, failure, serving
-from tiny_pack import tiny_pack
 
+from tests.support.chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, ChatResponder, ChatServer, failure, serving
+from tests.support.tiny_pack import tiny_pack
 from vigil.authoring.streaming.address import stream_version
 from vigil.authoring.streaming.background import HousePool
 from vigil.errors import SettingError
@@ -24,7 +24,7 @@ from vigil.runner.workers.pool import SimulatorPool
 vf = pytest.importorskip("verifiers.v1", reason="verifiers is not installed: docs/verifiers.md says how")
 
 from openai import AsyncOpenAI  # noqa: E402
-from verifiers.v1.serve import EnvClient, EnvServer  # noqa: E402
+from verifiers.v1.serve import EnvClient, EnvServer  # noqa: E402  # pyright: ignore[reportMissingImports] - may be absent
 
 from vigil.integrations import verifiers as integration  # noqa: E402
 from vigil.integrations.chat_client import chat_sender  # noqa: E402

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from bare_house import bare_house
-from builders import episode
-from tiny_pack import tiny_pack
 
+from tests.support.bare_house import bare_house
+from tests.support.builders import episode
+from tests.support.tiny_pack import tiny_pack
 from vigil.base.geometry import Pose, Vec3
 from vigil.errors import EpisodeError, HouseError, PackMismatch, SettingError, VigilError
 from vigil.packs import files as pack_files

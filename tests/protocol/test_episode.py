@@ -3,14 +3,14 @@
 from dataclasses import replace
 
 import pytest
-from builders import GOALS, episode
 from pydantic import ValidationError
 
+from tests.support.builders import GOALS, episode
 from vigil.base.geometry import Vec3
 from vigil.errors import SettingError
 from vigil.protocol.actions import Navigate, Report
 from vigil.protocol.episode import Episode, Solution
-from vigil.protocol.families import FAMILIES, PACKAGED_FAMILIES, register_family
+from vigil.protocol.families import FAMILIES, PACKAGED_FAMILIES, parse_families, register_family
 from vigil.protocol.family import StreamGrading
 from vigil.protocol.goals import ObjectHeld, ObjectInState
 from vigil.protocol.world import ObjectSetup, Placement, Setup
@@ -65,7 +65,11 @@ def test_bound_ids_are_all_that_is_named_and_sorted():
         ("AI", {"goal": GOALS["CR"]}, "constraint in family CR, and only there"),
         ("CR", {"goal": ObjectHeld(object_id="target")}, "constraint in family CR, and only there"),
         ("SM", {"goal": ObjectHeld(object_id="target")}, "chain in family SM, and only there"),
-        ("VS", {"goal": ObjectInState(object_id="x", state="is_open", chain=(GOALS["AI"],))}, "chain in family SM"),
+        (
+            "VS",
+            {"goal": ObjectInState(object_id="x", state="is_open", chain=(ObjectHeld(object_id="y"),))},
+            "chain in family SM",
+        ),
         ("AI", {"instruction": ""}, "instruction"),
         ("AI", {"id": "../x"}, "id"),
         ("AI", {"max_steps": 0}, "max_steps"),
@@ -143,3 +147,9 @@ def test_a_solution_comes_back_with_its_actions():
         episode_id="e", actions=(Navigate(mode="forward", magnitude=1), Report(status="success", summary=""))
     )
     assert Solution.model_validate_json(solution.model_dump_json()) == solution
+
+
+def test_families_are_named_in_any_order_and_case():
+    assert parse_families(["sm,PG", " sv"]) == ("PG", "SV", "SM")
+    with pytest.raises(SettingError, match="Family 'XY' does not exist"):
+        parse_families(["XY"])

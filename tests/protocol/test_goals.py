@@ -4,11 +4,11 @@ import json
 from typing import Any
 
 import pytest
-from builders import GOALS, RecordBuilder, thing
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
+from tests.support.builders import GOALS, RecordBuilder, thing
 from vigil.base.geometry import Vec3
 from vigil.errors import RecordError
 from vigil.protocol.actions import InteractPixel

@@ -1,9 +1,9 @@
 """Goals of several places and states at once, which sequences end in."""
 
 import pytest
-from builders import RecordBuilder, episode, thing
 from pydantic import ValidationError
 
+from tests.support.builders import RecordBuilder, episode, thing
 from vigil.packs.pack import protocol_faults
 from vigil.protocol.goals import AllOf, ObjectAtReceptacle, ObjectHeld, ObjectInState, describe_goal
 from vigil.scoring.goal_check import check

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from tests.support.narrowing import accepted, rejected
 from vigil.protocol.actions import (
     INTENT_ALIASES,
     INTENTS,
@@ -429,15 +430,16 @@ LOOK = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 1}}
     ],
 )
 def test_one_fence_holds_the_answer_on_any_number_of_lines(text: str):
-    assert parse_text(text, "pixel", "strict").would_parse_leniently
-    assert parse_text(text, "pixel", "lenient").action == parse_text(LOOK, "pixel", "strict").action
+    assert rejected(parse_text(text, "pixel", "strict")).would_parse_leniently
+    assert accepted(parse_text(text, "pixel", "lenient")).action == accepted(parse_text(LOOK, "pixel", "strict")).action
 
 
 def test_details_name_what_was_given_instead():
-    assert parse_text('{"skill_name": "look", "arguments": [1]}').detail == "list"
-    assert (parse_text(LOOK + WALK).reason, parse_text(LOOK + WALK).detail) == ("several_objects", "")
+    assert rejected(parse_text('{"skill_name": "look", "arguments": [1]}')).detail == "list"
+    two = rejected(parse_text(LOOK + WALK))
+    assert (two.reason, two.detail) == ("several_objects", "")
     cut = ReplyCut(text_bytes=90_000, answer_bytes=80_000, sha256="0" * 64)
-    too_long = parse_reply(Reply(text="{", cut=cut), "pixel", "strict")
+    too_long = rejected(parse_reply(Reply(text="{", cut=cut), "pixel", "strict"))
     assert (too_long.detail, too_long.would_parse_leniently) == ("80000 bytes, more than 65536", False)
 
 
@@ -446,33 +448,34 @@ def test_a_stray_brace_before_a_torn_object_is_no_part_of_it():
 
 
 def test_an_empty_answer_after_reasoning_says_so_and_no_other_does():
-    empty = parse_reply(Reply(text=" ", reasoning_chars=9), "pixel", "strict")
+    empty = rejected(parse_reply(Reply(text=" ", reasoning_chars=9), "pixel", "strict"))
     assert (empty.reason, empty.detail) == ("empty", "all 9 characters came as reasoning, and no answer followed")
-    assert "came as reasoning" not in parse_reply(Reply(text=" "), "pixel", "strict").detail
-    assert "came as reasoning" not in parse_reply(Reply(text="{", reasoning_chars=9), "pixel", "strict").detail
+    assert "came as reasoning" not in rejected(parse_reply(Reply(text=" "), "pixel", "strict")).detail
+    torn = rejected(parse_reply(Reply(text="{", reasoning_chars=9), "pixel", "strict"))
+    assert "came as reasoning" not in torn.detail
     assert parse_reply(Reply(text=LOOK, reasoning_chars=9), "pixel", "strict") == parse_text(LOOK)
 
 
 def test_one_malformed_object_is_not_searched_for_another():
     inner = '{"skill_name":"navigate","arguments":{"mode":"forward","magnitude":1}}'
     text = f'{{"thought":"``` ","x":{inner},"y":"```","skill_name":"fly","arguments":{{}}}}'
-    assert parse_text(text, policy="lenient").reason == "unknown_skill"
-    assert not parse_text(text).would_parse_leniently
+    assert rejected(parse_text(text, policy="lenient")).reason == "unknown_skill"
+    assert not rejected(parse_text(text)).would_parse_leniently
 
 
 def test_a_list_in_a_fence_is_no_answer():
-    assert not parse_text(f"```json\n[{LOOK}]\n```").would_parse_leniently
+    assert not rejected(parse_text(f"```json\n[{LOOK}]\n```")).would_parse_leniently
 
 
 def test_a_fenced_click_points_as_the_profile_says():
     click = '{"skill_name": "interact_pixel", "arguments": {"intent": "pick", "x": 1000, "y": 0}}'
     assert parse_text(f"```\n{click}\n```", "normalized_1000", "lenient") == parse_text(click, "normalized_1000")
-    assert parse_text(f"```\n{click}\n```", "pixel", "lenient").reason == "pixel_outside_frame"
-    assert not parse_text(f"```\n{click}\n```", "pixel").would_parse_leniently
-    assert parse_text(f"```\n{click}\n```", "normalized_1000").would_parse_leniently
+    assert rejected(parse_text(f"```\n{click}\n```", "pixel", "lenient")).reason == "pixel_outside_frame"
+    assert not rejected(parse_text(f"```\n{click}\n```", "pixel")).would_parse_leniently
+    assert rejected(parse_text(f"```\n{click}\n```", "normalized_1000")).would_parse_leniently
 
 
 def test_a_thought_is_kept_and_an_ill_typed_pixel_is_named():
-    assert parse_text(LOOK.replace("{", '{"thought": "t", ', 1)).thought == "t"
+    assert accepted(parse_text(LOOK.replace("{", '{"thought": "t", ', 1))).thought == "t"
     click = '{"skill_name": "interact_pixel", "arguments": {"intent": "pick", "x": "7", "y": 0}}'
-    assert parse_text(click).detail == "x: str"
+    assert rejected(parse_text(click)).detail == "x: str"

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
-from builders import NOON, RecordBuilder, thing
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from tests.support.builders import NOON, RecordBuilder, thing
 from vigil import __version__
 from vigil.base.json_lines import dump_line
 from vigil.base.versions import PackVersions, Versions

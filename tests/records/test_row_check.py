@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from builders import RecordBuilder, episode, thing
-from quick_runs import claim
-from tiny_pack import tiny_pack
 from typer.testing import CliRunner
 
+from tests.support.builders import RecordBuilder, episode, thing
+from tests.support.quick_runs import claim
+from tests.support.tiny_pack import tiny_pack
 from vigil.analysis.measures.rows import read_runs
 from vigil.cli import app
 from vigil.packs.pack import Pack

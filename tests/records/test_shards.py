@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
-from tiny_pack import tiny_episode, tiny_house
 
+from tests.support.tiny_pack import tiny_episode, tiny_house
 from vigil.errors import SettingError
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import Family

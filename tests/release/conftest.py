@@ -34,7 +34,9 @@ def distributions(tmp_path_factory: pytest.TempPathFactory) -> Distributions:
     sdist = build(ROOT, "sdist", folder / "sdist")
     with tarfile.open(sdist) as archive:
         # Python before 3.11.4, which Debian 12 has, knows no filters.
-        archive.extractall(folder / "source", **({"filter": "data"} if hasattr(tarfile, "data_filter") else {}))
+        if hasattr(tarfile, "data_filter"):
+            archive.extraction_filter = tarfile.data_filter
+        archive.extractall(folder / "source")
     (source,) = (folder / "source").iterdir()
     wheel = build(source, "wheel", folder / "wheel")
     shutil.rmtree(folder / "source")

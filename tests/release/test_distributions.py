@@ -19,7 +19,7 @@ MOST_WHEEL_BYTES = 15_000_000
 CACHES = {"__pycache__", ".venv", ".git", ".pytest_cache", ".ruff_cache", ".hypothesis", "runs", "build", "dist"}
 
 
-FOLDERS = (".github", "benchmarks", "docs", "examples", "scripts", "src", "sweeps", "tests")
+FOLDERS = (".github", "benchmarks", "docs", "examples", "scripts", "src", "sweeps", "tests", "tools")
 FILES = ("CHANGELOG.md", "LICENSE", "Makefile", "README.md", "constraints.txt", "pyproject.toml")
 
 

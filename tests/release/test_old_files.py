@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tiny_pack import tiny_pack
 
+from tests.support.tiny_pack import tiny_pack
 from vigil.authoring.drafting.drafts import DraftsFile, Header
 from vigil.authoring.packing.baselines import BASELINES, read_baselines
 from vigil.authoring.packing.recipes import PACKAGED, Recipe

@@ -29,7 +29,6 @@ def steps_of(workflow: Path) -> list[dict[str, Any]]:
 
 
 def test_the_version_is_the_same_everywhere() -> None:
-    assert PROJECT["version"] == __version__
     assert read(ROOT / "CITATION.cff")["version"] == __version__
     newest = re.search(r"(?s)^## \[Unreleased\]\n(.*?)(?=^## \[|\Z)(?:## \[(.+?)\])?", CHANGES, re.MULTILINE)
     assert newest is not None

@@ -1,8 +1,8 @@
 """Fixtures of the renderer's tests."""
 
 import pytest
-from cabinet_scene import make_scene
 
+from tests.support.cabinet_scene import make_scene
 from vigil.scene.things import Scene
 from vigil.sim.engines.mujoco.compiled.binding import BACKEND
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from cabinet_scene import INSIDE, block, drawn_block, drawn_mesh
 
+from tests.support.cabinet_scene import INSIDE, block, drawn_block, drawn_mesh
 from vigil.assets.kernel.asset import Asset, Joint, Part, Surface
 from vigil.base.geometry import Vec3
 from vigil.rendering.geometry import BOARD_EDGE_M, geometry_of

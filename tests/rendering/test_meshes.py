@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cabinet_scene import drawn_block
 
+from tests.support.cabinet_scene import drawn_block
 from vigil.rendering.meshes import DrawnMesh, refined
 
 

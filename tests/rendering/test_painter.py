@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cabinet_scene import block, cube
 
+from tests.support.cabinet_scene import block, cube
 from vigil.assets.kernel.asset import Asset, Glow, Part
 from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.observation import Quality

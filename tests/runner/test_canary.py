@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, serving
-from inspect_marks import INSPECT
-from tiny_pack import loose_pack, tiny_episode, tiny_house
 
+from tests.support.chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, serving
+from tests.support.inspect_marks import INSPECT
+from tests.support.tiny_pack import loose_pack, tiny_episode, tiny_house
 from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.episode import Provenance
 from vigil.protocol.profile import ACTION_FEEDBACK, BASELINE

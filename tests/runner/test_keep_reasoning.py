@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
-from chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, serving
-from inspect_marks import INSPECT
-from quick_runs import quick
-from tiny_pack import tiny_pack
 from typer.testing import CliRunner
 
+from tests.support.chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, serving
+from tests.support.inspect_marks import INSPECT
+from tests.support.quick_runs import quick
+from tests.support.tiny_pack import tiny_pack
 from vigil.analysis.measures.rows import read_runs
 from vigil.cli import app
 from vigil.errors import RecordError

@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from commands import Vigil, command_runner
-from quick_runs import quick, without_times
-from tiny_pack import tiny_pack
-from waiting import HANGS_AFTER_S
 
+from tests.support.commands import Vigil, command_runner
+from tests.support.quick_runs import quick, without_times
+from tests.support.tiny_pack import tiny_pack
+from tests.support.waiting import HANGS_AFTER_S
 from vigil.base.json_lines import AppendFile, dump_line
 from vigil.errors import RecordError
 from vigil.records.record import EPISODES_FILE, HEADER_FILE, Shard, read_header

@@ -13,16 +13,17 @@ from typing import Any
 
 import psutil
 import pytest
-from chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, ChatServer, failure, serving
 from inspect_ai import eval as evaluate
 from inspect_ai import score
 from inspect_ai._util.error import PrerequisiteError
 from inspect_ai.log import EvalLog, read_eval_log
-from inspect_marks import INSPECT
-from quick_runs import quick, without_times
-from tiny_pack import tiny_pack
-from waiting import HANGS_AFTER_S
 
+from tests.support.chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, ChatServer, failure, serving
+from tests.support.inspect_marks import INSPECT
+from tests.support.narrowing import present
+from tests.support.quick_runs import quick, without_times
+from tests.support.tiny_pack import tiny_pack
+from tests.support.waiting import HANGS_AFTER_S
 from vigil.errors import InfrastructureError, ModelAPIError, RecordError
 from vigil.packs.pack import Pack
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
@@ -177,8 +178,8 @@ def test_an_outage_gives_error_rows_with_what_was_played_and_the_same_command_go
         result = run_pack(wanted)
         failed = next(record for record in result.records if record.end == "error")
         assert (result.errors, failed.episode_id, len(failed.steps)) == (1, "tiny-DA-000", 2)
-        assert (failed.error.boundary, failed.attempt) == ("model", 1)
-        assert "gone fishing" in failed.error.message
+        assert (present(failed.error).boundary, failed.attempt) == ("model", 1)
+        assert "gone fishing" in present(failed.error).message
         is_out = False
         before = len(server.asked)
         again = run_pack(wanted)
@@ -221,8 +222,8 @@ def test_a_model_that_answers_in_another_form_is_found_out_before_anything_is_pl
         assert not (tmp_path / "run").exists()
         result = run_pack(replace(wanted, force=True))
     assert result.is_complete
-    assert result.header.answered.check["sight"] == "passed"
-    assert result.header.answered.check["contract"].startswith("failed: unclosed_reasoning")
+    assert present(result.header.answered).check["sight"] == "passed"
+    assert present(result.header.answered).check["contract"].startswith("failed: unclosed_reasoning")
     assert any("The check before the run failed: unclosed_reasoning" in note for note in result.notes)
 
 
@@ -235,7 +236,7 @@ def test_what_really_answered_is_in_the_header(pack: Path, tmp_path: Path) -> No
         chosen = {"families": ("PG",), "limit": 1, "thinking": "off", "model": "vllm/m", "preflight": True}
         result = run_pack(settings(pack, server.url, tmp_path / "run", **chosen))
         address = f"{server.url}/chat/completions"
-    answered = read_header(tmp_path / "run").answered
+    answered = present(read_header(tmp_path / "run").answered)
     assert answered == result.header.answered
     assert answered.models == {"loopback": 1, "some-model-2026-01-01": 3}
     assert answered.finish_reasons == {"stop": 4}
@@ -265,8 +266,8 @@ def test_a_name_that_stands_for_another_model_on_resume_stops_the_run_unless_tol
             run_pack(wanted)
         result = run_pack(replace(wanted, force=True))
     assert result.is_complete
-    assert result.header.answered.models == {"model-1": 1}
-    assert result.header.resumed[-1].answered.models == {"model-2": 1}
+    assert present(result.header.answered).models == {"model-1": 1}
+    assert present(result.header.resumed[-1].answered).models == {"model-2": 1}
     assert any("several names: model-1, model-2" in note for note in result.notes)
 
 
@@ -280,9 +281,9 @@ def test_a_context_too_small_for_the_first_request_is_an_error_with_the_size_tha
     with serving(lambda asked: full) as server:
         other = run_pack(settings(pack, server.url, tmp_path / "other", families=("DA",), limit=1))
     for record in (result.records[0], other.records[0]):
-        assert (record.end, record.error.boundary, record.steps) == ("error", "model", ())
-        assert "takes about 2," in record.error.message
-        assert "with a context of 16,384 tokens or more" in record.error.message
+        assert (record.end, present(record.error).boundary, record.steps) == ("error", "model", ())
+        assert "takes about 2," in present(record.error).message
+        assert "with a context of 16,384 tokens or more" in present(record.error).message
 
 
 @pytest.mark.parametrize(("counted", "is_said"), [((2000, 3974, 2051, 2100), True), ((2000, 2100, 2100, 2200), False)])
@@ -337,9 +338,9 @@ def test_a_rejection_before_the_agent_said_anything_is_an_error_and_played_again
         result = run_pack(replace(chosen, base_url=server.url))
         assert len(server.asked) == 3
     record = result.records[0]
-    assert (record.end, record.steps, record.error.boundary) == ("error", (), "model")
-    assert "rejected the request 3 times: " in record.error.message
-    assert "flagged by our safety system" in record.error.message
+    assert (record.end, record.steps, present(record.error).boundary) == ("error", (), "model")
+    assert "rejected the request 3 times: " in present(record.error).message
+    assert "flagged by our safety system" in present(record.error).message
     with serving(walk_and_report) as server:
         again = run_pack(replace(chosen, base_url=server.url))
     assert (again.resumed, again.is_complete, again.records[0].end) == (0, True, "report")
@@ -422,8 +423,8 @@ def test_an_interrupted_run_says_so_at_once_and_keeps_what_was_played(pack: Path
 def inspect_eval(server: ChatServer, pack: Path, **arguments: Any) -> EvalLog:
     """Returns the log of Inspect's own run of the task."""
     given = {"pack": str(pack), "family": "DA", "backend": "fake", "workers": 1, **arguments}
-    model = {"model": "openai-api/local/m", "model_base_url": server.url}
-    (log,) = evaluate("vigil/vigil", task_args=given, display="none", **model)
+    model, address = "openai-api/local/m", server.url
+    (log,) = evaluate("vigil/vigil", task_args=given, display="none", model=model, model_base_url=address)
     return log
 
 
@@ -451,7 +452,7 @@ def test_inspect_runs_the_pack_as_a_task_of_its_own(pack: Path, tmp_path: Path) 
     again = score(log, vigil_score(), action="overwrite", display="none").samples or []
     first, second = ([next(iter((row.scores or {}).values())).value for row in rows] for rows in (samples, again))
     assert first == second
-    assert [(value["W"], value["B"]) for value in first] == [(1.0, 1.0)] * 4
+    assert [isinstance(value, dict) and (value["W"], value["B"]) for value in first] == [(1.0, 1.0)] * 4
 
 
 @pytest.mark.usefixtures("_logs")
@@ -460,8 +461,8 @@ def test_inspect_stops_at_a_blind_model_unless_told_not_to_look(pack: Path) -> N
         failed = inspect_eval(server, pack)
         assert (server.preflights > 0, server.asked, failed.status) == (True, [], "error")
         assert failed.error is not None
-        assert "Model 'openai-api/local/m' was sent an image of the number" in failed.error.message
-        assert "-T preflight=false" in failed.error.message
+        assert "Model 'openai-api/local/m' was sent an image of the number" in present(failed.error).message
+        assert "-T preflight=false" in present(failed.error).message
         before = server.preflights
         assert inspect_eval(server, pack, preflight=False).status == "success"
     assert (server.preflights, len(server.asked)) == (before, 2 * 4)

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from hypothesis import given
 from hypothesis import strategies as st
-from quick_runs import quick
-from tiny_pack import loose_pack, tiny_episode, tiny_house
 
+from tests.support.quick_runs import quick
+from tests.support.tiny_pack import loose_pack, tiny_episode, tiny_house
 from vigil.packs.pack import Pack
 from vigil.protocol.profile import Profile
 from vigil.records.record import EPISODES_FILE

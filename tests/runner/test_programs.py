@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from faulty_agents import REPORT
-from quick_runs import quick
-from tiny_pack import tiny_pack
-from waiting import wait_until
 
+from tests.support.faulty_agents import REPORT
+from tests.support.narrowing import present
+from tests.support.quick_runs import quick
+from tests.support.tiny_pack import tiny_pack
+from tests.support.waiting import wait_until
 from vigil.analysis.measures.models import model_of
 from vigil.cli.scores import run_label
 from vigil.errors import RecordError
@@ -61,12 +62,12 @@ def played(pack: Path, tmp_path: Path, body: str, **changes: Any) -> RunResult:
 def test_a_program_that_looks_round_and_ends_goes_on_where_it_was(pack: Path, tmp_path: Path) -> None:
     result = played(pack, tmp_path, "if frames == 5: sys.exit(0)\nsay(TURN if frames < 5 else REPORT)")
     (record,) = result.records
-    assert [step.invalid.reason if step.invalid else step.action.skill_name for step in record.steps] == [
+    assert [step.invalid.reason if step.invalid else present(step.action).skill_name for step in record.steps] == [
         *["navigate"] * 4,
         "agent_ended",
         "report",
     ]
-    assert record.steps[4].invalid.detail == "ended without an answer (exit code 0)"
+    assert present(record.steps[4].invalid).detail == "ended without an answer (exit code 0)"
     assert (record.attempt, record.steps[4].world.agent, record.steps[5].world.agent) == (
         1,
         record.steps[3].world.agent,
@@ -78,7 +79,7 @@ def test_a_program_that_looks_round_and_ends_goes_on_where_it_was(pack: Path, tm
 def test_a_program_that_keeps_failing_ends_by_the_limit_of_invalid_actions(pack: Path, tmp_path: Path) -> None:
     (record,) = played(pack, tmp_path, "sys.exit(1)", episode_ids=("tiny-SV-002",)).records
     assert (record.end, len(record.steps), record.attempt) == ("invalid_action_limit_exceeded", 3, 1)
-    assert {step.invalid.reason for step in record.steps} == {"agent_ended"}
+    assert {step.invalid and step.invalid.reason for step in record.steps} == {"agent_ended"}
 
 
 def test_a_program_that_ends_its_worker_gets_no_second_look(pack: Path, tmp_path: Path) -> None:
@@ -96,7 +97,7 @@ def test_a_program_that_keeps_ending_its_worker_is_an_error_and_its_attempts_are
 ) -> None:
     body = "if frames < 4: os.kill(os.getppid(), signal.SIGKILL); time.sleep(60)\nsay(REPORT)"
     result = played(pack, tmp_path, body)
-    assert [(row.end, row.error.boundary, row.attempt) for row in result.records] == [("error", "worker", 1)]
+    assert [(row.end, present(row.error).boundary, row.attempt) for row in result.records] == [("error", "worker", 1)]
     (record,) = played(pack, tmp_path, body).records
     assert (record.end, record.attempt) == ("report", 2)
 
@@ -105,12 +106,12 @@ def test_an_episode_that_was_killed_and_begun_again_is_counted(pack: Path, tmp_p
     body = "if frames < 3: time.sleep(60)\nsay(REPORT)"
     (tmp_path / "run").mkdir()
     program = (
-        "import sys; sys.path[:0] = sys.argv[1:3]\nfrom pathlib import Path; from test_programs import played\n"
+        "import sys; sys.path.insert(0, sys.argv[1])\n"
+        "from pathlib import Path; from tests.runner.test_programs import played\n"
         f"played(Path({str(pack)!r}), Path({str(tmp_path)!r}), {body!r})"
     )
-    here = Path(__file__).parent
     for begun in (1, 2):
-        process = subprocess.Popen([sys.executable, "-c", program, str(here), str(here.parent / "support")])
+        process = subprocess.Popen([sys.executable, "-c", program, str(Path(__file__).parents[2])])
         notes = tmp_path / "notes"
         wait_until(lambda: notes.is_file() and len(notes.read_text().splitlines()) == begun, "a frame is shown")  # noqa: B023
         process.kill()

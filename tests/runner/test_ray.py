@@ -14,12 +14,12 @@ from typing import Any
 
 import psutil
 import pytest
-from chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, serving
-from inspect_marks import INSPECT
-from quick_runs import quick, without_times
 from tenacity import retry, stop_after_attempt
-from tiny_pack import tiny_pack
 
+from tests.support.chat_server import LOOK, REPORT, ChatAnswer, ChatRequest, serving
+from tests.support.inspect_marks import INSPECT
+from tests.support.quick_runs import quick, without_times
+from tests.support.tiny_pack import tiny_pack
 from vigil.errors import SettingError
 from vigil.records.record import EPISODES_FILE, EpisodeRecord
 from vigil.records.record_file import read_records

@@ -3,11 +3,10 @@
 from collections import Counter
 from pathlib import Path
 
-from inspect_marks import INSPECT
-from quick_runs import quick
-from reasoning_forms import REASONING_FORMS, REPORT, THOUGHT, FormsInTurn, shared_simulator
-from wire_server import WireServer
-
+from tests.support.inspect_marks import INSPECT
+from tests.support.quick_runs import quick
+from tests.support.reasoning_forms import REASONING_FORMS, REPORT, THOUGHT, FormsInTurn, shared_simulator
+from tests.support.wire_server import WireServer
 from vigil.packs.pack import Pack
 from vigil.runner.run import run_pack
 

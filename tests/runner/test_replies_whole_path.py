@@ -7,11 +7,12 @@ from random import Random
 import pytest
 from inspect_ai import eval as inspect_eval
 from inspect_ai.model import get_model
-from inspect_marks import INSPECT
-from reply_forms import FORMS, draw, joined, mistakes, reasoning_sent
-from tiny_pack import loose_pack, tiny_episode, tiny_house
-from wire_server import CUT, ENDPOINTS, STOP, STREAM, WIRES, ModelMessage, ScriptedModel, WireServer
 
+from tests.support.inspect_marks import INSPECT
+from tests.support.narrowing import present
+from tests.support.reply_forms import FORMS, draw, joined, mistakes, reasoning_sent
+from tests.support.tiny_pack import loose_pack, tiny_episode, tiny_house
+from tests.support.wire_server import CUT, ENDPOINTS, STOP, STREAM, WIRES, ModelMessage, ScriptedModel, WireServer
 from vigil.agents.conversation import Message
 from vigil.protocol.actions import InvalidAction, Reply
 from vigil.protocol.replies import parse_reply
@@ -30,8 +31,8 @@ STEPS = 8
 
 
 def pack_of(folder: Path, episodes: int) -> Path:
-    budget = {"max_steps": STEPS, "max_invalid": STEPS}
-    loose_pack(folder, [tiny_episode(number, "DA", **budget) for number in range(episodes)], [tiny_house()])
+    made = [tiny_episode(number, "DA", max_steps=STEPS, max_invalid=STEPS) for number in range(episodes)]
+    loose_pack(folder, made, [tiny_house()])
     return folder
 
 
@@ -113,7 +114,8 @@ def test_each_wire_format_brings_the_text_as_it_was_sent(wire: str, is_streamed:
         sent = Reply(text=text, finish_reason="length" if said.is_cut else "stop", reasoning_chars=reasoning_sent(said))
         assert parse_reply(reply, "pixel", "strict") == parse_reply(sent, "pixel", "strict")
         if said.has_usage or wire == "anthropic":
-            assert (reply.usage.input_tokens, reply.usage.output_tokens) == (100, 10)
+            usage = present(reply.usage)
+            assert (usage.input_tokens, usage.output_tokens) == (100, 10)
         else:
             assert reply.usage is None
 

@@ -10,12 +10,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import faulty_agents
 import pytest
-from quick_runs import quick, without_times
-from tiny_pack import tiny_pack
-from waiting import HANGS_AFTER_S, wait_until
 
+from tests.support import faulty_agents
+from tests.support.narrowing import present
+from tests.support.quick_runs import quick, without_times
+from tests.support.tiny_pack import tiny_pack
+from tests.support.waiting import HANGS_AFTER_S, wait_until
 from vigil.base.json_lines import AppendFile
 from vigil.errors import InputError, RecordError, SettingError
 from vigil.packs.pack import Pack
@@ -144,13 +145,13 @@ def test_a_torn_last_line_is_put_aside_and_its_episode_played_again(pack: Path, 
     assert (again.resumed, again.is_complete) == (7, True)
     assert again.partial_line_file == tmp_path / "run" / f"{EPISODES_FILE}.partial-1"
     assert again.header.started == whole.header.started
-    assert again.header.ended > whole.header.ended
+    assert present(again.header.ended) > present(whole.header.ended)
     torn = whole.records[-1].model_copy(update={"attempt": 2})
     assert [without_times(row) for row in again.records] == [
         *map(without_times, whole.records[:-1]),
         without_times(torn),
     ]
-    assert again.partial_line_file.read_bytes() == data.splitlines(keepends=True)[-1][:-700]
+    assert present(again.partial_line_file).read_bytes() == data.splitlines(keepends=True)[-1][:-700]
 
 
 def test_a_run_that_is_killed_loses_at_most_what_is_in_flight(pack: Path, tmp_path: Path) -> None:
@@ -349,8 +350,8 @@ def test_what_keeps_failing_is_an_error_row_and_played_again_by_the_same_command
     result = run_pack(wanted, on_progress=told.append)
     assert (result.errors, result.is_complete, len(result.records)) == (1, False, 4)
     row = next(row for row in result.records if row.end == "error")
-    assert (row.episode_id, row.attempt, row.error.boundary) == ("tiny-DA-000", 3, "worker")
-    assert "ZeroDivisionError: a fault of the program's" in row.error.message
+    assert (row.episode_id, row.attempt, present(row.error).boundary) == ("tiny-DA-000", 3, "worker")
+    assert "ZeroDivisionError: a fault of the program's" in present(row.error).message
     assert (told[-1].done, told[-1].errors) == (3, 1)
     again = run_pack(wanted)
     assert (again.resumed, again.errors) == (3, 1)
@@ -365,8 +366,9 @@ def test_a_worker_that_keeps_dying_costs_one_episode(pack: Path, tmp_path: Path)
         settings(pack, tmp_path / "run", agent=f"exit!:{tmp_path}", agent_factory=factory, episode_ids=FIRST)
     )
     row = next(row for row in result.records if row.end == "error")
-    assert (result.errors, row.episode_id, row.initial, row.error.boundary) == (1, "tiny-DA-000", None, "worker")
-    assert "exit code 9" in row.error.message
+    error = present(row.error)
+    assert (result.errors, row.episode_id, row.initial, error.boundary) == (1, "tiny-DA-000", None, "worker")
+    assert "exit code 9" in error.message
 
 
 @pytest.mark.usefixtures("_importable")

@@ -5,8 +5,8 @@ import os
 from pathlib import Path
 
 import pytest
-from tiny_pack import tiny_pack
 
+from tests.support.tiny_pack import tiny_pack
 from vigil.base import json_lines as jsonl
 from vigil.packs.pack import Pack
 from vigil.records.record import EPISODES_FILE, HEADER_FILE, RunSpec

@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chat_server import REPORT, ChatAnswer, ChatServer, failure, serving
-from inspect_marks import INSPECT
-from quick_runs import quick
-from tiny_pack import tiny_pack
 
+from tests.support.chat_server import REPORT, ChatAnswer, ChatServer, failure, serving
+from tests.support.inspect_marks import INSPECT
+from tests.support.narrowing import present
+from tests.support.quick_runs import quick
+from tests.support.tiny_pack import tiny_pack
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import study
 from vigil.analysis.report import make_report, markdown_report
@@ -99,7 +100,7 @@ def test_a_models_secrets_reach_the_server_and_no_file(
         )
         result = run_pack(wanted)
         assert result.errors == 2
-        assert "cannot take (not recorded) (not recorded)" in result.records[0].error.message
+        assert "cannot take (not recorded) (not recorded)" in present(result.records[0].error).message
         assert files_with(CANARY, tmp_path / "run") == []
         said["on"] = False
         # another key, the same run

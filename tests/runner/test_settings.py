@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tiny_pack import tiny_pack
 
+from tests.support.tiny_pack import tiny_pack
 from vigil.api import make_env
 from vigil.errors import SettingError
 from vigil.packs.pack import Pack

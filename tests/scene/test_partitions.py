@@ -1,6 +1,7 @@
 """What opens, is placed or is dropped stays in its room; what is held does not drift."""
 
 import itertools
+from collections.abc import Iterable
 
 import numpy as np
 import pytest
@@ -19,11 +20,13 @@ from vigil.scene.partitions import _reach_bounds, leaf_points
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
 from vigil.sim import make_simulator
 from vigil.sim.conformance.reference_house import reference_house
+from vigil.sim.core.embedded import EmbeddedSimulator
 from vigil.sim.core.motion import CollisionMap
 from vigil.sim.core.opening import opening_blocker, set_openness
 from vigil.sim.core.placing import put_down, spot_below, spot_on
 from vigil.sim.core.setup import apply_setup
 from vigil.sim.core.state import SceneState
+from vigil.sim.privileged import PrivilegedSimulator
 
 PLAIN = MaterialRef(name="plaster/white")
 
@@ -200,28 +203,40 @@ def test_an_episode_that_opens_a_leaf_through_a_wall_is_an_error():
     assert book.openness == 1.0
 
 
+def state_of(simulator: PrivilegedSimulator) -> SceneState:
+    assert isinstance(simulator, EmbeddedSimulator)
+    return simulator._require_loaded().state
+
+
+def gap_between(places: Iterable[Vec3]) -> np.ndarray:
+    first, second = places
+    return np.subtract(first, second)
+
+
 def test_what_lies_in_a_held_thing_does_not_drift():
     simulator = make_simulator("fake", assets=AssetDatabase.default())
     simulator.load(reference_house())
     filled = Placement(position=Vec3(3.3, 1.2, 4.6), parent="Bowl|1")
     setup = Setup(objects={"Egg|1": ObjectSetup(placement=filled)})
     simulator.reset(Pose(position=Vec3(3.5, 0.0, 2.5), rotation=30.0), setup)
-    simulator._require_loaded().state.take(simulator.scene().things["Bowl|1"])
+    state_of(simulator).take(simulator.scene().things["Bowl|1"])
     first = {name: simulator.scene().things[name].position for name in ("Bowl|1", "Egg|1")}
-    start = np.subtract(*first.values())
+    start = gap_between(first.values())
     assert simulator.scene().things["Egg|1"].is_held
     for number in range(1000):
         angle = 1.0 + 0.37 * (number % 97)
         for action in (
-            *(Look(direction=direction, magnitude=5.0) for direction in ("up", "down")),
-            *(Navigate(mode=mode, magnitude=angle) for mode in ("turn_left", "turn_right")),
+            Look(direction="up", magnitude=5.0),
+            Look(direction="down", magnitude=5.0),
+            Navigate(mode="turn_left", magnitude=angle),
+            Navigate(mode="turn_right", magnitude=angle),
         ):
             simulator.step(action)
-        gap = np.subtract(*(simulator.scene().things[name].position for name in first))
+        gap = gap_between(simulator.scene().things[name].position for name in first)
         if simulator.world(()).agent.rotation == 30.0:
             assert {name: simulator.scene().things[name].position for name in first} == first
         assert np.abs(gap - start).max() < 1e-15
-    simulator._require_loaded().state.agent = simulator.world(()).agent.model_copy(update={"rotation": 30.0})
+    state_of(simulator).agent = simulator.world(()).agent.model_copy(update={"rotation": 30.0})
     simulator.step(Look(direction="up", magnitude=1.0))
     assert {name: simulator.scene().things[name].position for name in first} == first
 
@@ -233,7 +248,7 @@ def test_what_lies_in_a_drawer_comes_back_to_its_place():
     simulator.reset(
         Pose(position=Vec3(3.5, 0.0, 2.5), rotation=30.0), Setup(objects={"Dresser|1": ObjectSetup(placement=turned)})
     )
-    state = simulator._require_loaded().state
+    state = state_of(simulator)
     dresser, watch = state.scene.things["Dresser|1"], state.scene.things["Watch|1"]
     places = []
     for _ in range(200):

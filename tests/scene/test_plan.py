@@ -5,8 +5,8 @@ import copy
 import numpy as np
 import pytest
 import shapely
-from tiny_pack import FRIDGE, MUG, SIDE, TABLE, tiny_house
 
+from tests.support.tiny_pack import FRIDGE, MUG, SIDE, TABLE, tiny_house
 from vigil.assets.database import AssetDatabase
 from vigil.housegen import generate, spec_for
 from vigil.housegen.checking.plan_image import draw_plan

@@ -4,9 +4,9 @@ from itertools import product
 from typing import Any
 
 import pytest
-from builders import HERE, RecordBuilder, episode, thing
 from pydantic import ValidationError
 
+from tests.support.builders import HERE, RecordBuilder, episode, thing
 from vigil.base.geometry import Vec3
 from vigil.errors import EpisodeError
 from vigil.packs.pack import protocol_faults

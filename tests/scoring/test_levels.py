@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tiny_pack import tiny_episode
 
+from tests.support.tiny_pack import tiny_episode
 from vigil.errors import SettingError
 from vigil.protocol.families import FAMILIES
 from vigil.scoring.levels import (

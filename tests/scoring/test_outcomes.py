@@ -5,10 +5,10 @@ from datetime import timedelta
 from typing import Any, get_args
 
 import pytest
-from builders import MALFORMED, UNPARSABLE, WALK, RecordBuilder, episode, thing
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.support.builders import MALFORMED, UNPARSABLE, WALK, RecordBuilder, episode, thing
 from vigil.errors import RecordError
 from vigil.protocol.actions import STATUSES, InteractPixel, InvalidAction, Look, Reply, Status, Usage
 from vigil.protocol.episode import Provenance
@@ -345,8 +345,7 @@ def _story(steps: int = 0, invalid: int = 0) -> RecordBuilder:
 
 def _report_in_between(steps: int = 4) -> EpisodeRecord:
     record, longer = _story(1).report(), _story(steps).report()
-    steps = [*record.steps, *longer.steps[len(record.steps) :]]
-    return record.model_copy(update={"steps": tuple(steps)})
+    return record.model_copy(update={"steps": (*record.steps, *longer.steps[len(record.steps) :])})
 
 
 @pytest.mark.parametrize(

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from episode_strategies import EPISODES, SCRIPTS
 from hypothesis import given
 from hypothesis import strategies as st
-from published_runs import EpisodeScript, record_of
 
+from tests.support.episode_strategies import EPISODES, SCRIPTS
+from tests.support.published_runs import EpisodeScript, record_of
 from vigil.analysis.measures.metrics import rate_columns
 from vigil.analysis.measures.rows import outcome_table
 from vigil.scoring.outcomes import NEGATIVE, Outcome, score

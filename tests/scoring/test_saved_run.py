@@ -5,9 +5,9 @@ import shutil
 from pathlib import Path
 
 import pytest
-from tiny_pack import tiny_pack
 from typer.testing import CliRunner
 
+from tests.support.tiny_pack import tiny_pack
 from vigil.analysis.measures.rows import read_runs
 from vigil.cli import app
 from vigil.errors import PackMismatch, RecordError

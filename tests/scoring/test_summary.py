@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import pytest
-from builders import RecordBuilder, episode, thing
 
+from tests.support.builders import RecordBuilder, episode, thing
 from vigil.errors import RecordError
 from vigil.records.record import EpisodeRecord, ErrorFact
 from vigil.scoring.outcomes import Outcome, score

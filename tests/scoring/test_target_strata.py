@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from vigil.assets.catalog import CATALOG
-from vigil.scoring.target_strata import SIZE_OF_CATEGORY, distance_band, size_of
+from vigil.scoring.target_strata import SIZE_OF_CATEGORY, distance_band, size_of, sort_by_size
 
 
 @pytest.mark.parametrize("longest_side_m", [0.05, 0.5, 2.5])
@@ -35,3 +35,8 @@ def test_frozen_targets_follow_the_rule():
 @pytest.mark.parametrize(("distance_m", "band"), [(2.99, "under 3 m"), (3.0, "3 to 4 m"), (4.0, "over 4 m")])
 def test_distances_fall_into_bands(distance_m: float, band: str):
     assert distance_band(distance_m) == band
+
+
+def test_strata_are_sorted_by_size_and_number():
+    named = dict.fromkeys(["over 4 m", "2 to 4 m", "large", "small", "10 steps", "under 2 m", "medium"], 1)
+    assert list(sort_by_size(named)) == ["small", "under 2 m", "medium", "2 to 4 m", "10 steps", "large", "over 4 m"]

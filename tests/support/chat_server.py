@@ -1,6 +1,6 @@
 """A real HTTP server on loopback that speaks chat completions with pictures, and misbehaves on demand.
 
-As a program (`python chat_server.py SECONDS`) it answers every request after that time, for benchmarks.
+As a program (`python -m tests.support.chat_server SECONDS`) it answers every request after that time, for benchmarks.
 """
 
 import base64

@@ -30,6 +30,7 @@ def command_runner(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixtur
         capsys.readouterr()
         with pytest.raises(SystemExit) as ended:
             main()
-        return CommandResult(int(ended.value.code or 0), *capsys.readouterr())
+        out, err = capsys.readouterr()
+        return CommandResult(int(ended.value.code or 0), out, err)
 
     return run

@@ -4,10 +4,9 @@ import json
 import shutil
 from pathlib import Path
 
-from doc_commands import ROOT
-from quick_runs import claim, quick
-from thor_files import write_asset_database
-
+from tests.support.doc_commands import ROOT
+from tests.support.quick_runs import claim, quick
+from tests.support.thor_files import write_asset_database
 from vigil.housegen import generate, spec_for
 from vigil.runner.run import run_pack
 
@@ -40,8 +39,7 @@ def write_workspace(folder: Path) -> Path:
     shutil.copy(folder / "house.json", folder / "my_houses" / "one.json")
     write_asset_database(folder)
     shutil.copytree(ROOT / "src/vigil/data/packs/vigil_smoke_v2", folder / "my_pack")
-    for name in ("examples", "scripts"):
-        (folder / name).symlink_to(ROOT / name)
+    (folder / "examples").symlink_to(ROOT / "examples")
     return folder
 
 

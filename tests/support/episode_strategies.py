@@ -1,8 +1,8 @@
 """Episodes of every family and course, drawn by hypothesis."""
 
 from hypothesis import strategies as st
-from published_runs import EpisodeScript, can_advance, make_episodes
 
+from tests.support.published_runs import EpisodeScript, can_advance, make_episodes
 from vigil.protocol.actions import STATUSES
 from vigil.protocol.families import FAMILIES
 

@@ -1,6 +1,6 @@
 """Fingerprints of shapes and of the grammar, which `tests/base/test_versions.py` compares with the package.
 
-After an intended change, write them again: `PYTHONPATH=src python tests/support/fingerprints.py`. Check the diff, and
+After an intended change, write them again: `python -m tests.support.fingerprints`. Check the diff, and
 raise `SHAPES_VERSION` or `GRAMMAR_VERSION` (see `vigil.base.versions`): the files contain the version. A new category
 is not a change of shapes: write the files again to pin it, under the same version.
 """

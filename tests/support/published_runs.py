@@ -9,8 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from builders import GOALS, RecordBuilder, episode, thing
-
+from tests.support.builders import GOALS, RecordBuilder, episode, thing
 from vigil.analysis.measures.paper import paper
 from vigil.base.versions import PackVersions, Versions
 from vigil.protocol.episode import Episode, HouseRef
@@ -161,7 +160,7 @@ def counts_of(model: str) -> Counts:
         false_successes=lag["FS"],
         at_zero=round(lag["zero_progress_pct"] * lag["FS"] / 100),
         lags=round(lag["lag"] * sum(b.values())),
-        no_budget_left=NR.get(model, 1000 - stops),
+        no_budget_left=NR[model] if model in NR else 1000 - stops,
     )
 
 

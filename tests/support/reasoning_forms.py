@@ -7,9 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from quick_runs import quick
-from wire_server import ModelMessage
 
+from tests.support.narrowing import present
+from tests.support.quick_runs import quick
+from tests.support.wire_server import ModelMessage
 from vigil.assets.database import AssetDatabase
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Reply
@@ -128,10 +129,11 @@ def check_judged(name: str, step: StepRecord) -> None:
     check_reply(name, step.reply)
     form = REASONING_FORMS[name]
     if form.reason is None:
-        assert step.action.skill_name == "report", name
+        assert present(step.action).skill_name == "report", name
     else:
-        assert (step.invalid.kind, step.invalid.reason) == ("protocol_failure", form.reason), name
-        assert step.invalid.detail.startswith(form.detail)
+        invalid = present(step.invalid)
+        assert (invalid.kind, invalid.reason) == ("protocol_failure", form.reason), name
+        assert invalid.detail.startswith(form.detail)
 
 
 def check_reply(name: str, reply: Reply) -> None:

@@ -8,8 +8,7 @@ import json
 from collections.abc import Callable
 from random import Random
 
-from wire_server import ModelMessage
-
+from tests.support.wire_server import ModelMessage
 from vigil.protocol.actions import ParsedReply, Reply
 from vigil.protocol.reasoning import split_reasoning
 from vigil.protocol.replies import MAX_REPLY_BYTES, parse_reply
@@ -54,7 +53,8 @@ def action(rng: Random) -> str:
         skill = "navigate"
         arguments = {"mode": rng.choice(["turn_left", "turn_right"]), "magnitude": rng.randint(1, 90)}
     if rng.random() < 0.02:
-        skill, arguments = "report", {"status": rng.choice(["success", "Fail", "done", ""]), "summary": prose(rng)}
+        skill = "report"
+        arguments = {"status": rng.choice(["success", "Fail", "done", ""]), "summary": prose(rng)}
     if rng.random() < 0.16:
         name = rng.choice(list(arguments))
         arguments[name] = rng.choice([None, True, "5", -1, 1e999 if rng.random() < 0.1 else 0, [], "forwards"])
@@ -152,8 +152,8 @@ def draw(rng: Random, *, can_refuse: bool = True) -> tuple[str, ModelMessage]:
     refusal = prose(rng) + "I cannot." if can_refuse and rng.random() < 0.15 else None
     if refusal is not None and rng.random() < 0.4:
         parts = ()
-    flags = [rng.random() < chance for chance in (0.05, 0.2, 0.5, 0.9)]
-    return name, ModelMessage(parts, reasoning, refusal, *flags)
+    is_cut, is_list, is_null, has_usage = (rng.random() < chance for chance in (0.05, 0.2, 0.5, 0.9))
+    return name, ModelMessage(parts, reasoning, refusal, is_cut, is_list, is_null, has_usage)
 
 
 def mistakes(said: ModelMessage, step: StepRecord, finish_reason: str) -> list[str]:

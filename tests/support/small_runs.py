@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from published_runs import SMALL, Write, make_episodes, small_records, write_pack, write_run
 
+from tests.support.published_runs import SMALL, Write, make_episodes, small_records, write_pack, write_run
 from vigil.records.record import EpisodeRecord
 
 

@@ -1,6 +1,6 @@
 """Exchange of AI2-THOR's client with the engine: each request, and the parts of its answer that are compared.
 
-`python tests/support/thor_exchange.py` writes the golden file again with the real client, if that is installed.
+`python -m tests.support.thor_exchange` writes the golden file again with the real client, if that is installed.
 """
 
 import hashlib
@@ -73,8 +73,8 @@ def golden() -> list[dict[str, Any]]:
 
 def played(house: dict[str, Any], command: str) -> list[dict[str, Any]]:
     """Return the lines of an exchange of the real client with an engine."""
-    from ai2thor.controller import Controller  # noqa: PLC0415 - may not be installed
-    from ai2thor.fifo_server import FifoServer  # noqa: PLC0415
+    from ai2thor.controller import Controller  # noqa: PLC0415  # pyright: ignore[reportMissingImports] - may be absent
+    from ai2thor.fifo_server import FifoServer  # noqa: PLC0415  # pyright: ignore[reportMissingImports] - may be absent
 
     sent: list[dict[str, Any]] = []
     lines: list[dict[str, Any]] = []

@@ -17,7 +17,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import h11
-from http_edge_cases import (
+
+from tests.support.http_edge_cases import (
     COOKIES,
     HOSTS,
     LENGTHS,
@@ -31,7 +32,7 @@ from http_edge_cases import (
     SEGMENTS,
     TYPES,
 )
-from waiting import HANGS_AFTER_S
+from tests.support.waiting import HANGS_AFTER_S
 
 PATIENCE_S = HANGS_AFTER_S
 SHORT_S = 0.05

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import uvicorn
 from fastapi import FastAPI
-from waiting import HANGS_AFTER_S, wait_until
+
+from tests.support.waiting import HANGS_AFTER_S, wait_until
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,11 @@
 from pathlib import Path
 
 import pytest
-from inspect_marks import INSPECT
-from tiny_pack import tiny_pack
 
 from sweeps.flaky_server import FailurePlan, compare, flaky, play
 from sweeps.support.flaky_modes import MODES
+from tests.support.inspect_marks import INSPECT
+from tests.support.tiny_pack import tiny_pack
 
 pytestmark = [*INSPECT, pytest.mark.filterwarnings("ignore:Pydantic serializer warnings:UserWarning")]
 SLOW = {"stall_before", "stall_in_headers"}

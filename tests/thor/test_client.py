@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from thor_exchange import golden, played
-from waiting import HANGS_AFTER_S
 
+from tests.support.thor_exchange import golden, played
+from tests.support.waiting import HANGS_AFTER_S
 from vigil.sim.conformance.reference_house import reference_house
 from vigil.thor.launch import thor_engine
 
@@ -18,9 +18,9 @@ PICTURES = {"renderDepthImage": True, "renderInstanceSegmentation": True, "rende
 
 @pytest.fixture(scope="module", params=["FIFO", "WSGI"])
 def controller(request, tmp_path_factory):
-    from ai2thor.controller import Controller  # noqa: PLC0415 - may not be installed
-    from ai2thor.fifo_server import FifoServer  # noqa: PLC0415
-    from ai2thor.wsgi_server import WsgiServer  # noqa: PLC0415
+    from ai2thor.controller import Controller  # noqa: PLC0415  # pyright: ignore[reportMissingImports] - may be absent
+    from ai2thor.fifo_server import FifoServer  # noqa: PLC0415  # pyright: ignore[reportMissingImports] - may be absent
+    from ai2thor.wsgi_server import WsgiServer  # noqa: PLC0415  # pyright: ignore[reportMissingImports] - may be absent
 
     home = tmp_path_factory.mktemp("home")
     with pytest.MonkeyPatch.context() as patch:

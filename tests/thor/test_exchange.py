@@ -2,8 +2,7 @@
 
 from typing import Any
 
-from thor_exchange import SIZE, STEPS, golden, kept
-
+from tests.support.thor_exchange import SIZE, STEPS, golden, kept
 from vigil.assets.database import AssetDatabase
 from vigil.sim import make_simulator
 from vigil.sim.conformance.reference_house import reference_house

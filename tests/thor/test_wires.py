@@ -13,8 +13,8 @@ from http.server import BaseHTTPRequestHandler, HTTPServer
 
 import pytest
 from typer.testing import CliRunner
-from waiting import HANGS_AFTER_S
 
+from tests.support.waiting import HANGS_AFTER_S
 from vigil.cli import app
 from vigil.errors import SettingError
 from vigil.thor.base.images import Image
@@ -74,7 +74,7 @@ def posts():
             self.end_headers()
             self.wfile.write(reply)
 
-        def log_message(self, *_: object) -> None:
+        def log_message(self, format: str, *args: object) -> None:
             """Says nothing."""
 
     server = HTTPServer(("127.0.0.1", 0), Handler)

@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser_page import DESKTOP, PHONE, Visitor
-from tiny_pack import tiny_pack
-from web_server import Site, served
 
+from tests.support.browser_page import DESKTOP, PHONE, Visitor
+from tests.support.tiny_pack import tiny_pack
+from tests.support.web_server import Site, served
 from vigil.agents.scripted import scripted_agent
 from vigil.assets.database import AssetDatabase
 from vigil.base.json_lines import dump_line

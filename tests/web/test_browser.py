@@ -11,11 +11,10 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
-from browser_page import Visitor
-from quick_runs import claim
-from tiny_pack import loose_pack, tiny_episode, tiny_house
-from web_server import Site, served
-
+from tests.support.browser_page import Visitor
+from tests.support.quick_runs import claim
+from tests.support.tiny_pack import loose_pack, tiny_episode, tiny_house
+from tests.support.web_server import Site, served
 from vigil.authoring.review.reviews import read_reviews
 from vigil.packs.pack import Pack
 from vigil.protocol.profile import Profile

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
-from waiting import HANGS_AFTER_S, wait_until
 
+from tests.support.waiting import HANGS_AFTER_S, wait_until
 from vigil.cli import app, web
 from vigil.cli.exports.site import write_site
 from vigil.errors import InputError, RecordError, SettingError

@@ -16,8 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from waiting import HANGS_AFTER_S, wait_until
 
+from tests.support.waiting import HANGS_AFTER_S, wait_until
 from vigil.agents.frame_encoding import decode_frame
 from vigil.errors import HouseError, SimulatorError
 from vigil.packs.pack import Pack

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 from PIL import Image
-from web_server import Site
 
+from tests.support.web_server import Site
 from vigil.errors import SettingError
 from vigil.packs.pack import Pack
 from vigil.records.record_file import read_records

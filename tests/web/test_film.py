@@ -10,9 +10,9 @@ import av
 import numpy as np
 import pytest
 from PIL import Image
-from tiny_pack import FRIDGE, MUG, SIDE, tiny_house
-from web_server import Site
 
+from tests.support.tiny_pack import FRIDGE, MUG, SIDE, tiny_house
+from tests.support.web_server import Site
 from vigil.agents.frame_encoding import encode_frame
 from vigil.assets.database import AssetDatabase
 from vigil.errors import SettingError
@@ -65,7 +65,7 @@ def colours_in(picture: Image.Image) -> set[tuple[int, ...]]:
 
 
 def pictures(film: bytes) -> list[np.ndarray]:
-    with av.open(io.BytesIO(film)) as opened:
+    with av.open(io.BytesIO(film), "r") as opened:
         return [frame.to_ndarray(format="rgb24") for frame in opened.decode(video=0)]
 
 
@@ -74,8 +74,8 @@ def test_an_mp4_is_h264_that_browsers_take() -> None:
     film = mp4([shot(RED), shot(BLUE)])
     assert film[4:12] == b"ftypisom"
     assert film.index(b"moov") < film.index(b"mdat")  # a browser may begin before it has all
-    with av.open(io.BytesIO(film)) as opened:
-        (stream,) = opened.streams
+    with av.open(io.BytesIO(film), "r") as opened:
+        (stream,) = opened.streams.video
         context = stream.codec_context
         assert (context.name, context.pix_fmt, context.width, context.height) == ("h264", "yuv420p", 1120, 616)
 

@@ -6,10 +6,10 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from browser_page import Visitor
 from markupsafe import escape
-from web_server import Site, served
 
+from tests.support.browser_page import Visitor
+from tests.support.web_server import Site, served
 from vigil.base.json_lines import dump_line
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Usage

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tiny_pack import loose_pack, tiny_episode
-from web_server import Site, served
 
+from tests.support.tiny_pack import loose_pack, tiny_episode
+from tests.support.web_server import Site, served
 from vigil.agents.frame_encoding import encode_frame
 from vigil.agents.scripted import scripted_agent
 from vigil.assets.database import AssetDatabase

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 from fastapi import FastAPI
-from web_fuzz import TOKEN, Route, errors_logged, fire, hostile_requests
-from web_server import served
 
+from tests.support.web_fuzz import TOKEN, Route, errors_logged, fire, hostile_requests
+from tests.support.web_server import served
 from vigil.packs.pack import Pack
 from vigil.runner.workers.messages import RenderSettings
 from vigil.web.drawing import RenderService

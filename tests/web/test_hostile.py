@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from web_server import Site, served
 
+from tests.support.web_server import Site, served
 from vigil.packs.pack import Pack
 from vigil.runner.workers.messages import RenderSettings
 from vigil.web.drawing import RenderService

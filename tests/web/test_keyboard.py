@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-from browser_page import Visitor
-from web_server import Site, served
-
+from tests.support.browser_page import Visitor
+from tests.support.web_server import Site, served
 from vigil.authoring.review.reviews import read_reviews
 from vigil.packs.pack import Pack
 from vigil.records.record_file import read_records

@@ -3,10 +3,9 @@
 import re
 from pathlib import Path
 
-from browser_page import Visitor
-from tiny_pack import tiny_pack
-from web_server import Site, served
-
+from tests.support.browser_page import Visitor
+from tests.support.tiny_pack import tiny_pack
+from tests.support.web_server import Site, served
 from vigil.agents.frame_encoding import decode_frame
 from vigil.authoring.packing.dataset_card import CARD
 from vigil.packs.pack import Pack, find_pack, frozen_episodes, manifest_of, manifest_sha256, packaged_names

@@ -6,8 +6,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from markupsafe import Markup
-from web_server import Site
 
+from tests.support.web_server import Site
 from vigil.agents.frame_encoding import decode_frame
 from vigil.packs.pack import Pack
 from vigil.records.record import read_header

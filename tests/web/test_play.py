@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 from typer.testing import CliRunner
-from web_server import Site, served
 
+from tests.support.web_server import Site, served
 from vigil.cli import app
 from vigil.errors import RecordError, SettingError
 from vigil.packs.pack import Pack
@@ -54,6 +54,7 @@ def test_a_sitting_is_a_normal_run_and_nothing_hidden_crosses(pack: Pack, tmp_pa
 
             traffic.append(site.get("/").body)
             assert heard("/state")["is_on"] is False
+            state = {}
             for _ in pack.episodes:
                 state = heard("/next", {})
                 for text in (TURN, "this is no action", POINT):

@@ -5,8 +5,8 @@ import shutil
 from pathlib import Path
 
 import pytest
-from web_server import served
 
+from tests.support.web_server import served
 from vigil.packs.files import MANIFEST
 from vigil.packs.pack import Pack
 from vigil.records.record import read_header

@@ -5,8 +5,8 @@ import re
 from pathlib import Path
 
 import pytest
-from web_server import Site, served
 
+from tests.support.web_server import Site, served
 from vigil.authoring.drafting.drafts import Draft, DraftFacts, DraftsFile, FamilyDone, Header
 from vigil.authoring.packing.assemble import PackRequest, assemble
 from vigil.authoring.review.reviews import read_reviews
@@ -64,6 +64,7 @@ def test_two_reviewers_are_compared(pack: Pack, render_service: RenderService, t
         for name in ("ada", "bob")
     }
     said = {"ada": ["approve", "approve", "reject", "reject"], "bob": ["approve", "reject", "reject", "reject"]}
+    text = ""
     for name, session in desks.items():
         with served(make_review(session, render_service)) as site:
             for episode, verdict in zip(session.queue, said[name], strict=False):

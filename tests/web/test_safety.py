@@ -5,9 +5,9 @@ import shutil
 from pathlib import Path
 
 import pytest
-from quick_runs import claim
-from web_server import Site, served
 
+from tests.support.quick_runs import claim
+from tests.support.web_server import Site, served
 from vigil.errors import SettingError
 from vigil.packs.pack import Pack
 from vigil.web.drawing import RenderService

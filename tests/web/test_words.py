@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser_page import DESKTOP, PHONE
-from quick_runs import claim
-from tiny_pack import tiny_pack
-from web_server import Site, served
 
+from tests.support.browser_page import DESKTOP, PHONE
+from tests.support.quick_runs import claim
+from tests.support.tiny_pack import tiny_pack
+from tests.support.web_server import Site, served
 from vigil.packs.names import version_words
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import INTENTS, STATUSES

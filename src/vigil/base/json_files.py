@@ -4,7 +4,7 @@ It accepts standard JSON only (no NaN, Infinity or lone surrogates), nested at m
 limit, which does not depend on Python's stack and far exceeds the nesting of the project's files.
 """
 
-from typing import Any
+from typing import Any, TypeGuard
 
 from pydantic_core import from_json
 
@@ -19,6 +19,16 @@ def read_json(data: bytes | str) -> Any:
         return from_json(raw, allow_inf_nan=False)
     except ValueError as error:
         raise ValueError(f"{error}{_hint(raw)}") from None
+
+
+def is_object(value: object) -> TypeGuard[dict[str, Any]]:
+    """Return whether a JSON value is an object."""
+    return isinstance(value, dict)
+
+
+def is_array(value: object) -> TypeGuard[list[Any]]:
+    """Return whether a JSON value is an array."""
+    return isinstance(value, list)
 
 
 def _hint(data: bytes) -> str:

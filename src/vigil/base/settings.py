@@ -83,11 +83,11 @@ def declared_settings(settings: type) -> Iterator[DeclaredSetting]:
             yield found
 
 
-def _default(field: Field) -> Any:
+def _default(field: Field[Any]) -> Any:
     return field.default if field.default_factory is MISSING else field.default_factory()
 
 
-def check_settings(settings: Any) -> None:
+def check_settings(settings: object) -> None:
     """Raise SettingError if a value in a settings dataclass violates the bounds or choices of its declaration."""
     for one in declared_settings(type(settings)):
         value = getattr(settings, one.name)
@@ -114,5 +114,5 @@ def _check_number(one: DeclaredSetting, value: float) -> None:
 def choices(kind: Any) -> tuple[str, ...]:
     """Return the values that a `Literal` or optional `Literal` allows; () for any other type."""
     if get_origin(kind) in (Union, UnionType):
-        return next(filter(None, map(choices, get_args(kind))), ())
+        return next((found for part in get_args(kind) if (found := choices(part))), ())
     return get_args(kind) if get_origin(kind) is Literal else ()

@@ -21,7 +21,7 @@ from vigil.sim import make_simulator
 from vigil.sim.conformance.checks import CHECKS, ConformanceCheck
 from vigil.sim.conformance.harness import Harness
 from vigil.sim.conformance.reference_house import reference_house
-from vigil.sim.showcase.graphics_check import check_graphics as examine_renderer
+from vigil.sim.graphics_check import check_graphics as examine_renderer
 from vigil.sim.thor.differences import EXPECTED_FAILURES
 from vigil.sim.thor.guarded_client import GuardedClient
 from vigil.sim.thor.requirements import examine

@@ -27,10 +27,10 @@ from vigil.protocol.house import House
 from vigil.runner.shared_settings import AssetFile, Workers
 from vigil.runner.workers.pool import worker_count
 from vigil.scene.build import build_scene
+from vigil.scene.fidelity import Mismatch, mismatches_of, too_many_triangles
 from vigil.scene.things import Scene
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
-from vigil.sim.showcase.fidelity import Mismatch, mismatches_of, too_many_triangles
-from vigil.sim.showcase.renders import render_birdseye
+from vigil.sim.pictures.renders import render_birdseye
 
 
 def generate_house(

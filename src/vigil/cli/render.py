@@ -22,13 +22,13 @@ from vigil.protocol.observation import Quality
 from vigil.protocol.world import Setup
 from vigil.runner.shared_settings import AssetFile, PackName, RenderQuality
 from vigil.sim import make_simulator
-from vigil.sim.showcase.object_renders import draw_subjects, write_blind, write_catalog
-from vigil.sim.showcase.renders import render_asset
-from vigil.sim.showcase.staged_scenes import State
+from vigil.sim.pictures.object_renders import write_catalog
+from vigil.sim.pictures.renders import render_asset
+from vigil.sim.pictures.staged_scenes import State
 
 
 def render(
-    out: Annotated[Path, typer.Option(help="Picture to write (PNG); a folder with --catalog and --blind.")],
+    out: Annotated[Path, typer.Option(help="Picture to write (PNG); a folder with --catalog.")],
     house: Annotated[str | None, typer.Option(help=f"A house file or {DATASET}:SPLIT:INDEX; with --pose.")] = None,
     pose: Annotated[str | None, typer.Option(help="x,z,yaw[,horizon]: metres and degrees.")] = None,
     episode: Annotated[str | None, typer.Option(help="An episode's id: the frame that it starts with.")] = None,
@@ -37,32 +37,26 @@ def render(
     state: Annotated[State | None, typer.Option(help="State of the asset.")] = None,
     catalog: Annotated[bool, typer.Option("--catalog", help="Contact sheets of every category, with names.")] = False,
     variants: Annotated[int, typer.Option(min=1, help="Number of variants of each category in the catalogue.")] = 3,
-    blind: Annotated[
-        int | None,
-        typer.Option(min=1, max=999, help="Number of numbered pictures of single objects to draw; key: OUT.key.json."),
-    ] = None,
     distance: Annotated[
         float | None, typer.Option(min=0.2, max=5.0, help="Metres from an object; if unset, where it spans 120 pixels.")
     ] = None,
-    seed: Annotated[
-        int, typer.Option(min=0, help="Random seed of the objects, variants and rooms that --blind and --catalog show.")
-    ] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed of the rooms that --catalog shows.")] = 0,
     pack: PackName = "starter",
     assets: AssetFile = None,
     render_quality: RenderQuality = "default",
 ) -> None:
     """Examples:
     vigil render --house house.json --pose 0.75,4.0,90,30 --out view.png
-    vigil render --blind 60 --seed 1 --out round_1
+    vigil render --catalog --variants 3 --out catalogue
     """
-    if [house, episode, asset, catalog or None, blind].count(None) != 4:
-        raise SettingError(
-            "Say what to draw: exactly one of --house (with --pose), --episode, --asset, --catalog and --blind."
-        )
+    if [house, episode, asset, catalog or None].count(None) != 3:
+        raise SettingError("Say what to draw: exactly one of --house (with --pose), --episode, --asset and --catalog.")
     if not out.parent.is_dir():
         raise SettingError(f"--out {str(out)!r}: folder {str(out.parent)!r} does not exist. Make it first.")
-    if catalog or blind is not None:
-        _series(out, blind, variants, seed, distance)
+    if catalog:
+        if out.exists() and (not out.is_dir() or any(out.iterdir())):
+            raise SettingError(f"--out {str(out)!r} exists and is not an empty folder. Give a new one.")
+        print(*write_catalog(out, variants, seed, distance), sep="\n")
         return
     database = AssetDatabase.from_file(assets)
     if asset is not None:
@@ -84,17 +78,6 @@ def _view(house: House, start: Pose, setup: Setup, assets: AssetDatabase, qualit
         simulator.load(house)
         simulator.reset(start, setup)
         return simulator.frame()
-
-
-def _series(folder: Path, blind: int | None, variants: int, seed: int, distance: float | None) -> None:
-    """Write the numbered pictures of --blind and their key, or the contact sheets of --catalog."""
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise SettingError(f"--out {str(folder)!r} exists and is not an empty folder. Give a new one.")
-    if blind is None:
-        print(*write_catalog(folder, variants, seed, distance), sep="\n")
-        return
-    key = write_blind(folder, draw_subjects(blind, seed), seed, distance)
-    print(f"{folder}: {blind} pictures; what they show: {key}")
 
 
 def _asset(category: str, variant: int, state: State | None) -> np.ndarray:

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from vigil.base.files import MIB, read_file
-from vigil.base.json_files import read_json
+from vigil.base.json_files import is_object, read_json
 from vigil.base.versions import PackVersions, schema_mismatch
 from vigil.errors import EpisodeError, PackMismatch, first_error
 from vigil.protocol.families import Family
@@ -118,7 +118,7 @@ def _read(folder: Path, name: str, limit: int) -> bytes:
 def _manifest(folder: Path, raw: bytes) -> Manifest:
     try:
         found = read_json(raw)
-        named = found if isinstance(found, dict) else {}
+        named: dict[str, Any] = found if is_object(found) else {}
         other = schema_mismatch(named.get("schema_version", PACK_SCHEMA), PACK_SCHEMA)
         if other is not None:
             raise PackMismatch(f"Pack {str(folder)!r} {other}.")

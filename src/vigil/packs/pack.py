@@ -18,7 +18,7 @@ from typing import Protocol, TypeVar
 
 from pydantic import BaseModel
 
-from vigil.base.json_files import read_json
+from vigil.base.json_files import is_object, read_json
 from vigil.errors import EpisodeError, PackMismatch, SettingError, did_you_mean
 from vigil.packs.even_draw import SuiteEntry, balanced_units
 from vigil.packs.files import EPISODES, HOUSES, MANIFEST, SOLUTIONS, Manifest, PackFiles
@@ -54,7 +54,7 @@ class AssetSizes(Protocol):
         """SHA-256 of the database file; None without one."""
         ...
 
-    def __contains__(self, asset_id: str) -> bool: ...
+    def __contains__(self, asset_id: str, /) -> bool: ...
 
 
 class Pack:
@@ -199,8 +199,8 @@ class Pack:
                 )
             check_house(episode, self.house_of(episode))
         sources = self.manifest.meta.get("house_sources")
-        for name, source in (sources if isinstance(sources, dict) else {}).items():
-            if isinstance(source, dict) and source.get("sha256") not in (None, hashes.get(name)):
+        for name, source in sources.items() if is_object(sources) else ():
+            if is_object(source) and source.get("sha256") not in (None, hashes.get(name)):
                 raise PackMismatch(
                     f"Pack {str(self.folder)!r}: {MANIFEST}: meta.house_sources gives house {name!r} another SHA-256 "
                     "than its episodes do. Freeze it again."

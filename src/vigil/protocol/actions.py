@@ -11,6 +11,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from vigil.base.json_files import is_object
+
 SkillName = Literal["navigate", "look", "interact_pixel", "report"]
 NavigateMode = Literal["forward", "backward", "turn_left", "turn_right"]
 LookDirection = Literal["up", "down"]
@@ -235,7 +237,7 @@ class Reply(_Action):
     @model_validator(mode="before")
     @classmethod
     def _carry_any_text(cls, fields: Any) -> Any:
-        if not isinstance(fields, dict) or not isinstance(fields.get("text"), str | bytes):
+        if not is_object(fields) or not isinstance(fields.get("text"), str | bytes):
             return fields
         text = fields["text"]
         raw = text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text

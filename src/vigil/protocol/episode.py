@@ -102,7 +102,7 @@ class Episode(_Model):
 
     def bound_ids(self) -> list[str]:
         """Return the ids of all objects whose hidden state is recorded at every step, sorted."""
-        held = {self.setup.held} if self.setup.held else set()
+        held: set[str] = {self.setup.held} if self.setup.held else set()
         return sorted({*self.bindings.values(), *self.goal.ids(), *held})
 
 

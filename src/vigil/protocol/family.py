@@ -17,7 +17,7 @@ class DraftKind:
 
     drafts: str | Callable[..., Any]
     """Function from a `HouseContext` to drafts, or its name "package.module:function", loaded when it is needed."""
-    arguments: Mapping[str, Any] = field(default_factory=dict)
+    arguments: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """Further arguments of the function; a `DraftKind` among them stands for its function."""
     in_starter: int = 0
     """Number of episodes of the kind in the starter pack."""
@@ -64,7 +64,7 @@ class FamilySpec:
     """What it asks for, in a few words."""
     position: int = 100
     """Place in tables; the paper's families have 1 to 8, and families of one place follow by their codes."""
-    kinds: Mapping[str, DraftKind] = field(default_factory=dict)
+    kinds: Mapping[str, DraftKind] = field(default_factory=dict[str, DraftKind])
     """Kind -> what drafts it. A pack holds equally many of each stratum, and streams and packs ask for each kind."""
     briefing: str = ""
     """What a language model that proposes tasks is asked for."""
@@ -80,7 +80,7 @@ class FamilySpec:
     """Difficulty in streams; None where the target's size grades the episodes."""
     level_bounds: tuple[float, float, float] | None = None
     """Highest index of difficulty that is easy, medium and hard (`vigil.scoring.levels`); None: the others' mean."""
-    sample_goal: Mapping[str, Any] = field(default_factory=dict)
+    sample_goal: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """A simple goal in JSON terms about `target`, `table` and `obstacle`, with which tests make an episode."""
 
     @property

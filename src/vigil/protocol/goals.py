@@ -23,8 +23,12 @@ NEAR_M = 1.5
 """Distance threshold of `agent_near_target`, and the reach that progress is measured to."""
 MAX_PARTS = 24
 """Maximum number of parts of an `all_of` goal; a home may have that many objects that can be open."""
-_STATES = {("is_open", True): "is open", ("is_open", False): "is closed"}
-_STATES |= {("is_toggled", True): "is on", ("is_toggled", False): "is off"}
+_STATES = {
+    ("is_open", True): "is open",
+    ("is_open", False): "is closed",
+    ("is_toggled", True): "is on",
+    ("is_toggled", False): "is off",
+}
 _CONSTRAINTS = {
     "object_open": "is open",
     "object_closed": "is closed",
@@ -66,8 +70,8 @@ class _Goal(BaseModel):
 
     def ids(self) -> set[str]:
         """Return the ids of all objects that the goal, its constraint and its chain name."""
-        own = {self.object_id} | ({self.constraint.object_id} if self.constraint else set())
-        return own.union(*(link.ids() for link in self.chain))
+        constrained = () if self.constraint is None else (self.constraint.object_id,)
+        return {self.object_id, *constrained}.union(*(link.ids() for link in self.chain))
 
 
 class TargetGrounded(_Goal):

@@ -17,7 +17,7 @@ from pydantic.alias_generators import to_camel
 
 from vigil.base.files import MIB, read_file
 from vigil.base.geometry import Pose, Vec3
-from vigil.base.json_files import read_json
+from vigil.base.json_files import is_object, read_json
 from vigil.errors import HouseError, first_error
 from vigil.protocol.house_conversion import euler_from_axis_angle, find_outdated_part
 
@@ -47,7 +47,7 @@ class _Node(_Values):
     @model_validator(mode="before")
     @classmethod
     def _leave_out_null(cls, data: Any) -> Any:
-        return {key: value for key, value in data.items() if value is not None} if isinstance(data, dict) else data
+        return {key: value for key, value in data.items() if value is not None} if is_object(data) else data
 
 
 class Point(_Values):
@@ -77,7 +77,7 @@ class Rotation(HolePoint):
     @model_validator(mode="before")
     @classmethod
     def _as_angles(cls, data: Any) -> Any:
-        if not isinstance(data, dict) or data.get("axis") is None or any(data.get(side) is not None for side in "xyz"):
+        if not is_object(data) or data.get("axis") is None or any(data.get(side) is not None for side in "xyz"):
             return data
         about = _AxisAngle.model_validate(data)
         return dict(zip("xyz", euler_from_axis_angle(about.axis.vec, about.degrees), strict=True))
@@ -116,7 +116,7 @@ class Room(_Node):
     room_type: str = ""
     floor_polygon: list[Point] = Field(min_length=3)
     floor_material: MaterialRef = MaterialRef()
-    ceilings: list[Ceiling] = Field(default_factory=list)
+    ceilings: list[Ceiling] = Field(default_factory=list[Ceiling])
 
     @property
     def kind(self) -> str:
@@ -182,7 +182,7 @@ class HouseObject(_Node):
     object_name: str | None = Field(default=None, alias="object_name")
     position: Point
     rotation: Rotation
-    children: list["HouseObject"] = Field(default_factory=list)
+    children: list["HouseObject"] = Field(default_factory=list["HouseObject"])
     openness: float | None = None
     is_on: bool | None = None
     is_dirty: bool | None = None
@@ -206,18 +206,18 @@ class Light(_Node):
 class ProceduralParameters(_Node):
     """Lights and ceiling."""
 
-    lights: list[Light] = Field(default_factory=list)
+    lights: list[Light] = Field(default_factory=list[Light])
     ceiling_material: MaterialRef | None = None
 
 
 class HouseDocument(_Node):
     """A whole document as ProcTHOR writes it."""
 
-    rooms: list[Room] = Field(default_factory=list)
-    walls: list[Wall] = Field(default_factory=list)
-    doors: list[Door] = Field(default_factory=list)
-    windows: list[Window] = Field(default_factory=list)
-    objects: list[HouseObject] = Field(default_factory=list)
+    rooms: list[Room] = Field(default_factory=list[Room])
+    walls: list[Wall] = Field(default_factory=list[Wall])
+    doors: list[Door] = Field(default_factory=list[Door])
+    windows: list[Window] = Field(default_factory=list[Window])
+    objects: list[HouseObject] = Field(default_factory=list[HouseObject])
     procedural_parameters: ProceduralParameters = ProceduralParameters()
     metadata: dict[str, Any] = Field(default_factory=dict)
 
@@ -254,13 +254,13 @@ class House:
         pose.
         """
         agent, poses = (self.document.metadata.get(key) for key in ("agent", "agentPoses"))
-        if agent is None and isinstance(poses, dict):
+        if agent is None and is_object(poses):
             agent = poses.get("default")
-        if not isinstance(agent, dict):
+        if not is_object(agent):
             return None
         try:
             position, rotation = agent["position"], agent["rotation"]
-            yaw = rotation["y"] if isinstance(rotation, dict) else rotation
+            yaw = rotation["y"] if is_object(rotation) else rotation
             place = Vec3(position["x"], 0.0, position["z"])
             return Pose(position=place, rotation=yaw, horizon=agent.get("horizon", 30))
         except (KeyError, TypeError, ValueError):
@@ -340,7 +340,7 @@ class House:
             found = read_json(data)
         except ValueError as error:
             raise HouseError(f"{what} is not JSON: {error}.") from None
-        if not isinstance(found, dict):
+        if not is_object(found):
             raise HouseError(f"{what} holds a {type(found).__name__}; a house is one JSON object.")
         return cls(name, found)
 

@@ -7,6 +7,7 @@ from typing import Any
 from pydantic.alias_generators import to_camel
 
 from vigil.base.geometry import Vec3
+from vigil.base.json_files import is_array, is_object
 
 _MATERIALS = ("floorMaterial", "ceilingMaterial", "material")
 """Keys whose value is an object with a name in 1.0.0 and was only the name before."""
@@ -37,12 +38,12 @@ def _nodes(data: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the parts of a document that changed with the schemas, each with its place."""
     yield "", data
     parameters = data.get("proceduralParameters")
-    if isinstance(parameters, dict):
+    if is_object(parameters):
         yield "proceduralParameters.", parameters
     for key in _LISTS:
         nodes = data.get(key)
-        for index, node in enumerate(nodes if isinstance(nodes, list) else ()):
-            if isinstance(node, dict):
+        for index, node in enumerate(nodes if is_array(nodes) else ()):
+            if is_object(node):
                 # In 1.0.0 an object may have a box as well.
                 yield f"{key}.{index}.", node if key != "objects" else {**node, "holePolygon": None}
 

@@ -8,6 +8,8 @@ import json
 import re
 from typing import Any
 
+from vigil.base.json_files import is_array, is_object
+
 MAX_DEPTH = 64
 """Maximum nesting of objects and lists; the outermost is level 1, and numbers and strings add no level."""
 MAX_INT_DIGITS = 300
@@ -106,10 +108,10 @@ def _refuse_lone_surrogates(value: Any) -> None:
     stack = [value]
     while stack:
         item = stack.pop()
-        if isinstance(item, dict):
+        if is_object(item):
             stack.extend(item.keys())
             stack.extend(item.values())
-        elif isinstance(item, list):
+        elif is_array(item):
             stack.extend(item)
         elif isinstance(item, str) and not item.isascii() and any("\ud800" <= char <= "\udfff" for char in item):
             raise JsonFault("lone_surrogate")

@@ -10,6 +10,7 @@ import math
 import re
 from typing import Any, Literal, cast
 
+from vigil.base.json_files import is_object
 from vigil.protocol.actions import (
     INTENT_ALIASES,
     INTENTS,
@@ -27,8 +28,6 @@ from vigil.protocol.actions import (
     ReplyCut,
     ReplyPolicy,
     Report,
-    SkillName,
-    Status,
 )
 from vigil.protocol.finish_reasons import hit_token_limit
 from vigil.protocol.json_text import JsonFault, decode
@@ -145,7 +144,7 @@ def _only_object(answer: str) -> dict[str, Any]:
     rest = answer[end:].lstrip()
     if rest:
         raise _Fault("protocol_failure", "several_objects" if rest.startswith("{") else "text_around_object")
-    if not isinstance(value, dict):
+    if not is_object(value):
         raise _Fault("protocol_failure", "not_an_object", type(value).__name__)
     for key in ("skill_name", "arguments"):
         if key not in value:
@@ -227,11 +226,10 @@ def _action_of(fields: dict[str, Any], coordinates: Coordinates) -> ParsedReply:
     skill = _fold(name) if isinstance(name, str) else None
     if skill not in SKILLS:
         raise _Fault("malformed_action", "unknown_skill", _quoted(name))
-    if not isinstance(given, dict):
+    if not is_object(given):
         raise _Fault("malformed_action", "arguments_not_an_object", type(given).__name__)
-    known = cast(SkillName, skill)
-    action = _BUILDERS[known](given, coordinates)
-    wanted = {argument.name for argument in SKILLS[known]}
+    action = _BUILDERS[skill](given, coordinates)
+    wanted = {argument.name for argument in SKILLS[skill]}
     if isinstance(action, InteractPixel) and action.intent == "drop":
         wanted = {"intent"}
     ignored = [key for key in fields if key not in _REPLY_KEYS]
@@ -275,7 +273,7 @@ def _report(given: dict[str, Any], _: Coordinates) -> Report:
     summary = _string(summary_argument, given)
     status = _fold(raw)
     if status in STATUSES:
-        return Report(status=cast(Status, status), summary=summary)
+        return Report(status=status, summary=summary)
     return Report(status="invalid", summary=summary, raw_status=raw)
 
 

@@ -51,7 +51,8 @@ def reasoning_by_step(folder: Path, record: EpisodeRecord) -> dict[int, str]:
     """Return the stored reasoning of a record's replies by step; empty if none was stored. Raises RecordError."""
     mine = (record.episode_id, record.epoch, record.attempt)
     found = read_reasoning(folder, record.episode_id)
-    return next((one.steps for one in reversed(found) if (one.episode_id, one.epoch, one.attempt) == mine), {})
+    stored = [one.steps for one in found if (one.episode_id, one.epoch, one.attempt) == mine]
+    return stored[-1] if stored else {}
 
 
 def read_reasoning(folder: Path, episode_id: str = "") -> list[EpisodeReasoning]:

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from vigil import __version__
 from vigil.base.files import read_file, resolve_inside
-from vigil.base.json_files import read_json
+from vigil.base.json_files import is_array, is_object, read_json
 from vigil.base.versions import PackVersions, Versions, schema_mismatch
 from vigil.errors import MAX_PART_CHARS, RecordError, first_error, shorten
 from vigil.protocol.actions import Action, InvalidAction, Reply
@@ -350,10 +350,10 @@ class RunHeader(_Record):
 
 def _flatten(place: str, fields: dict[str, Any]) -> Iterator[tuple[str, Any]]:
     for name, value in sorted(fields.items()):
-        if isinstance(value, dict):
+        if is_object(value):
             yield from _flatten(f"{place}{name}.", value)
         else:
-            yield f"{place}{name}", tuple(value) if isinstance(value, list) else value
+            yield f"{place}{name}", tuple(value) if is_array(value) else value
 
 
 class RowResolver:
@@ -398,7 +398,7 @@ def read_header(path: Path) -> RunHeader:
         found = read_json(read_file(file, repr(str(file)), RecordError))
     except ValueError as error:
         raise RecordError(f"{str(file)!r} is not JSON: {error}. Restore it from a copy.") from None
-    named = found if isinstance(found, dict) else {}
+    named: dict[str, Any] = found if is_object(found) else {}
     other = schema_mismatch(named.get("schema_version"), SCHEMA_VERSION)
     if other is not None:
         raise RecordError(f"{str(file)!r} {other}.")

@@ -3,11 +3,12 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
 from vigil.base.files import open_file
-from vigil.base.json_files import read_json
+from vigil.base.json_files import is_object, read_json
 from vigil.base.json_lines import AppendFile, Line, LineReader, dump_line
 from vigil.base.versions import schema_mismatch
 from vigil.errors import RecordError, first_error
@@ -150,7 +151,7 @@ def _unreadable(line: Line, error: ValidationError) -> LeftOutRow:
         fields = read_json(line.data)
     except ValueError as fault:
         return LeftOutRow(line.number, UNREADABLE, f"not JSON: {fault}")
-    known = fields if isinstance(fields, dict) else {}
+    known: dict[str, Any] = fields if is_object(fields) else {}
     episode_id = str(known.get("episode_id", ""))[:200]
     is_unknown = error.errors()[0]["type"] == "extra_forbidden"
     newer = "; a newer vigil may have written it" if is_unknown else ""

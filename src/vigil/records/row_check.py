@@ -122,7 +122,7 @@ def protocol_violations(episode: Episode, record: EpisodeRecord) -> list[str]:
             is_over = bool(reports) or over is not None or steps >= episode.max_steps
             faults["it ended as an error after it had ended"] = is_over
     found = [fault for fault, is_so in faults.items() if is_so]
-    worlds = [] if record.initial is None else record.worlds
+    worlds = record.worlds if record.initial else ()
     for index, world in enumerate(worlds):
         missing = [object_id for object_id in episode.bound_ids() if object_id not in world.objects]
         if missing:

@@ -9,14 +9,14 @@ import asyncio
 import gc
 import inspect
 import warnings
-from collections.abc import Awaitable, Callable, Iterator, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from inspect_ai import Task, task
-from inspect_ai import eval as inspect_eval
+from inspect_ai import eval as inspect_eval  # pyright: ignore[reportUnknownVariableType] - has untyped parameters
 from inspect_ai._util.error import PrerequisiteError
 from inspect_ai.dataset import MemoryDataset, Sample
 from inspect_ai.log import EvalLog
@@ -113,7 +113,7 @@ def evaluate(
 
 
 @contextmanager
-def _no_warnings() -> Iterator[None]:
+def _no_warnings() -> Generator[None, None, None]:
     """Suppress pydantic's warnings about unusual answers of a server."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Pydantic serializer warnings", category=UserWarning)
@@ -121,7 +121,7 @@ def _no_warnings() -> Iterator[None]:
 
 
 @contextmanager
-def _rare_garbage_collection() -> Iterator[None]:
+def _rare_garbage_collection() -> Generator[None, None, None]:
     """Run the garbage collector rarely: it took a quarter of this process's time, mostly for imported modules."""
     gc.collect()
     gc.freeze()
@@ -263,7 +263,7 @@ def vigil_score() -> Scorer:
 def _with_parameters(make: Callable[..., Task]) -> Callable[..., Task]:
     """Return `make` with the signature that Inspect reads: TASK_SETTINGS, by the names of their options."""
     parameters = [inspect.Parameter(name, _KEYWORD_ONLY, default=one.default) for name, one in TASK_SETTINGS.items()]
-    make.__signature__ = inspect.Signature(parameters)  # pyright: ignore[reportFunctionMemberAccess]
+    make.__signature__ = inspect.Signature(parameters)  # pyright: ignore[reportFunctionMemberAccess] - Inspect reads it
     return make
 
 
@@ -295,7 +295,7 @@ def vigil(**given: Any) -> Task:
 
 def task_settings(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return a run's settings, by field name, from the arguments of the task. Raises SettingError."""
-    found = {}
+    found: dict[str, Any] = {}
     for name, text in given.items():
         if name not in TASK_SETTINGS:
             hint = did_you_mean(name, TASK_SETTINGS)

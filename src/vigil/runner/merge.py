@@ -118,7 +118,7 @@ def _check_same(headers: dict[Path, RunHeader], settings: MergeSettings) -> None
     """Raise RecordError when shards are of different runs."""
     facts = {folder: _identity(header, settings) for folder, header in headers.items()}
     differ: list[str] = []
-    for name in sorted(set().union(*facts.values())):
+    for name in sorted(set[str]().union(*facts.values())):
         values = {folder: found.get(name) for folder, found in facts.items()}
         if name in _UNKNOWN_UNTIL_PLAYED:
             values = {folder: value for folder, value in values.items() if value}

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from vigil.agents.registry import is_exec
-from vigil.base.json_files import read_json
+from vigil.base.json_files import is_object, read_json
 from vigil.errors import SettingError
 from vigil.runner.models.redaction import Secrets, without_option_secrets
 
@@ -50,6 +50,6 @@ def read_extra_body(text: str) -> dict[str, Any]:
         found = read_json(text)
     except ValueError as error:
         raise SettingError(f"--extra-body is not JSON: {error}.") from None
-    if not isinstance(found, dict):
+    if not is_object(found):
         raise SettingError("--extra-body must be a JSON object, e.g. '{\"top_k\": 20}'.")
     return found

@@ -77,7 +77,7 @@ class ProgressCounter:
         self._total = len(episodes) * epochs
         self._on_progress = on_progress
         self._cost = cost
-        self._done = self._W = self._B = 0
+        self._done = self._with_goal = self._closed = 0
         self._errors = self._played_now = self._steps = 0
         self.errors_in_a_row = 0
         self._retry_reason: str | None = None
@@ -182,8 +182,8 @@ class ProgressCounter:
 
     def _add(self, outcome: Outcome) -> None:
         self._done += 1
-        self._W += outcome.W
-        self._B += outcome.B
+        self._with_goal += outcome.W
+        self._closed += outcome.B
 
     def _report(self, latest: Outcome | None, warning: str | None = None) -> None:
         elapsed = time.monotonic() - self._started
@@ -193,8 +193,8 @@ class ProgressCounter:
                 total=self._total,
                 done=self._done,
                 errors=self._errors,
-                W=self._W / self._done if self._done else None,
-                B=self._B / self._done if self._done else None,
+                W=self._with_goal / self._done if self._done else None,
+                B=self._closed / self._done if self._done else None,
                 steps=self._steps,
                 elapsed_s=elapsed,
                 eta_s=elapsed / self._played_now * left if self._played_now else None,

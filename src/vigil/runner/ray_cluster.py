@@ -1,10 +1,13 @@
 """Ray clusters: the connection, and the check of each node before any episode starts."""
 
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false, reportUnknownVariableType=false
+# Ray's functions are typed in part only.
+
 import hashlib
 import logging
 import os
 import socket
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -17,13 +20,13 @@ from ray.exceptions import RayError
 from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
 import vigil
+from vigil import __version__
 from vigil.agents.exec_agent import file_hashes
 from vigil.agents.registry import is_exec
 from vigil.base.files import file_sha256
 from vigil.errors import MAX_FAULT_CHARS, PackMismatch, RecordError, SettingError, shorten
 from vigil.packs.pack import PACKAGED, find_pack, manifest_sha256
 from vigil.records.record import read_header
-from vigil.runner.run_folder import package_version
 from vigil.runner.workers.messages import WorkerPlan
 from vigil.runner.workers.process import StartProcess
 from vigil.runner.workers.ray_worker import CPUS, RayProcess
@@ -54,7 +57,7 @@ class RayCluster:
 
 
 @contextmanager
-def connect_cluster(address: str | None, plan: WorkerPlan) -> Iterator[RayCluster]:
+def connect_cluster(address: str | None, plan: WorkerPlan) -> Generator[RayCluster, None, None]:
     """Connect to the cluster at `address`, else at RAY_ADDRESS, else this machine's, else a new one.
 
     Raises SettingError when no cluster answers, or when one of its nodes cannot play the run.
@@ -75,7 +78,7 @@ def connect_cluster(address: str | None, plan: WorkerPlan) -> Iterator[RayCluste
 
 def node_facts(plan: WorkerPlan, folder: Path) -> dict[str, str]:
     """Return the facts that must be the same on each node; `folder` is where the run was started."""
-    facts = {"vigil": package_version(), "vigil's code": _code_sha256()[:_HASH_DIGITS]}
+    facts = {"vigil": __version__, "vigil's code": _code_sha256()[:_HASH_DIGITS]}
     facts |= {name: version(name) for name in ("numpy", "mujoco")}
     if plan.pack is not None:
         facts[f"pack {str(plan.pack)!r}"] = _pack_sha256(plan.pack)
@@ -137,7 +140,8 @@ def _check_answers(address: str) -> None:
 
 def _nodes() -> list[dict[str, Any]]:
     """Return the nodes that can hold a simulator. Raises SettingError when there is none."""
-    found = [node for node in ray.nodes() if node["Alive"] and node["Resources"].get("CPU", 0) >= CPUS]
+    nodes: list[dict[str, Any]] = ray.nodes()
+    found = [node for node in nodes if node["Alive"] and node["Resources"].get("CPU", 0) >= CPUS]
     if not found:
         raise SettingError("No node of the Ray cluster has a CPU for a simulator. Add one with `ray start`.")
     return found
@@ -146,11 +150,11 @@ def _nodes() -> list[dict[str, Any]]:
 def _check_nodes(nodes: list[dict[str, Any]], check: partial[str]) -> None:
     """Raise SettingError when a node cannot play the run; all are asked at once, and a lost node is left out."""
     asked = ray.remote(num_cpus=0, max_retries=0)(node_objection)
-    coming = []
+    coming: list[tuple[dict[str, Any], Any]] = []
     for node in nodes:
         on_it = NodeAffinitySchedulingStrategy(node["NodeID"], soft=False)
         coming.append((node, asked.options(scheduling_strategy=on_it).remote(*check.args)))
-    wrong = []
+    wrong: list[str] = []
     for node, answer in coming:
         try:
             wrong.append(ray.get(answer, timeout=NODE_TIMEOUT_S))
@@ -159,8 +163,8 @@ def _check_nodes(nodes: list[dict[str, Any]], check: partial[str]) -> None:
                 continue
             why = shorten(str(error).strip().splitlines()[-1], MAX_FAULT_CHARS)
             name = f"{node['NodeManagerAddress']} ({node['NodeID'][:8]})"
-            wrong.append(f"Node {name} of the Ray cluster cannot run vigil {package_version()}: {why}")
-    wrong = list(filter(None, wrong))
+            wrong.append(f"Node {name} of the Ray cluster cannot run vigil {__version__}: {why}")
+    wrong = [each for each in wrong if each]
     if wrong:
         more = [f"There are {len(wrong) - MAX_LISTED} more such nodes."] if len(wrong) > MAX_LISTED else []
         raise SettingError("\n".join((*wrong[:MAX_LISTED], *more)))

@@ -6,7 +6,7 @@ played.
 """
 
 import asyncio
-from collections.abc import Awaitable, Callable, Iterator, Sequence
+from collections.abc import Awaitable, Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -174,7 +174,7 @@ def _play_all(run: _RunSession, assignments: list[Assignment]) -> None:
 
 
 @contextmanager
-def _pool(run: _RunSession, plan: WorkerPlan, most: int) -> Iterator[SimulatorPool]:
+def _pool(run: _RunSession, plan: WorkerPlan, most: int) -> Generator[SimulatorPool, None, None]:
     """Start at most `most` workers, locally or on Ray. Raises SettingError when Ray is not available."""
     settings = run.settings
     timeout_s = settings.timeout_s + (settings.reply_seconds if run.spec.agent_kind == "exec" else 0.0)
@@ -310,8 +310,8 @@ async def _play_with_retries(
         wait=wait_s,
         retry_error_callback=_last_attempt,
     )
-    record, _ = await retrying(attempt)
-    return record
+    played: tuple[EpisodeRecord, bool] = await retrying(attempt)
+    return played[0]
 
 
 def _last_attempt(state: RetryCallState) -> tuple[EpisodeRecord, bool]:

@@ -16,7 +16,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from vigil import __version__
 from vigil.base.files import refuse_outward_links
+from vigil.base.json_files import is_object
 from vigil.base.json_lines import write_error
 from vigil.errors import MAX_PART_CHARS, RecordError, shorten
 from vigil.protocol.episode import Episode
@@ -42,7 +44,6 @@ LOGS_FOLDER = "logs"
 """Name of the folder with the standard error of workers."""
 INSPECT_FOLDER = "inspect"
 """Name of the folder with Inspect's logs."""
-DISTRIBUTION = "vigil-bench"
 CPU_FACTS, FEATURE_DIGITS = Path("/proc/cpuinfo"), 8
 GIT_TIMEOUT_S = 60.0
 """Time limit of a Git command, in seconds."""
@@ -246,11 +247,6 @@ def new_nonce() -> str:
     return secrets.token_hex(16)
 
 
-def package_version() -> str:
-    """Return the version of the installed distribution."""
-    return version(DISTRIBUTION)
-
-
 def source_state() -> tuple[str | None, bool | None]:
     """Return the commit of VIGIL's own checkout and whether it is dirty; (None, None) outside one."""
     root = Path(__file__).parents[3]
@@ -304,7 +300,7 @@ def _create(path: Path, spec: RunSpec, input_paths: Mapping[str, str]) -> RunHea
         run_id=path.resolve().name,
         nonce=new_nonce(),
         spec=spec,
-        package_version=package_version(),
+        package_version=__version__,
         commit=commit,
         is_dirty=is_dirty,
         started=datetime.now(UTC),
@@ -324,8 +320,8 @@ def _resume(path: Path, spec: RunSpec, force: bool) -> RunHeader:
         )
     header = _with_more_episodes(header, spec)
     differences = list(_differences("", header.spec.model_dump(mode="json"), spec.model_dump(mode="json")))
-    if header.package_version != package_version():
-        differences.append(f"package_version: {header.package_version!r} there, {package_version()!r} here")
+    if header.package_version != __version__:
+        differences.append(f"package_version: {header.package_version!r} there, {__version__!r} here")
     changed = [each for each in differences if each.startswith("agent_files")]
     if differences and differences == changed:
         if force:
@@ -354,7 +350,7 @@ def _with_more_episodes(header: RunHeader, spec: RunSpec) -> RunHeader:
 
 def _differences(place: str, there: Any, here: Any) -> Iterator[str]:
     """Yield a text for each value at or below `place` that differs, except those of `_IGNORED_DIFFERENCES`."""
-    if isinstance(there, dict) and isinstance(here, dict):
+    if is_object(there) and is_object(here):
         for name in sorted(there.keys() | here.keys()):
             if name not in _IGNORED_DIFFERENCES:
                 yield from _differences(f"{place}.{name}".lstrip("."), there.get(name), here.get(name))
@@ -364,6 +360,6 @@ def _differences(place: str, there: Any, here: Any) -> Iterator[str]:
 
 def abbreviated(value: Any) -> str:
     """Return the text of a value for a message, or only the number of items of a longer list or tuple."""
-    if isinstance(value, list | tuple) and len(value) > 3:
+    if is_array(value) and len(value) > 3:
         return f"{len(value)} of them"
     return shorten(repr(value), MAX_PART_CHARS)

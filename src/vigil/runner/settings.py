@@ -142,10 +142,10 @@ class RunSettings:
             read=read_model_args,
             repeats=True,
         ),
-    ] = field(default_factory=dict)
+    ] = field(default_factory=dict[str, Any])
     extra_body: Annotated[
         Mapping[str, Any], Setting("JSON object added to every request.", metavar="JSON", read=read_extra_body)
-    ] = field(default_factory=dict)
+    ] = field(default_factory=dict[str, Any])
     image_format: Annotated[ImageFormat, Setting("Format in which frames are sent.")] = "png"
     render_quality: RenderQuality = "default"
     prices: PricesOption = None

@@ -83,7 +83,10 @@ class Verification:
 
 
 def verify_run(
-    path: Path, settings: VerifySettings | None = None, *, on_progress: Callable[[int, int], None] = lambda *_: None
+    path: Path,
+    settings: VerifySettings | None = None,
+    *,
+    on_progress: Callable[[int, int], None] = lambda _done, _total: None,
 ) -> Verification:
     """Return how the records of a run compare with a new simulation of their replies.
 

@@ -7,7 +7,7 @@ fact of an outcome, so that a thousand episodes cost as little as one. Source: `
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 
@@ -94,7 +94,7 @@ class Counts:
 def outcome_columns(outcomes: Sequence[Outcome]) -> dict[str, np.ndarray]:
     """Return outcomes as columns."""
     plain = [name for name in COLUMNS if name not in ("zero_progress", *CREDITS.values())]
-    found: dict[str, list] = {name: [getattr(outcome, name) for outcome in outcomes] for name in plain}
+    found: dict[str, list[Any]] = {name: [getattr(outcome, name) for outcome in outcomes] for name in plain}
     found["zero_progress"] = [outcome.is_at_zero_progress for outcome in outcomes]
     found |= {column: [credit(outcome, policy) for outcome in outcomes] for policy, column in CREDITS.items()}
     return {name: np.array(found[name], dtype=kind) for name, kind in COLUMNS.items()}
@@ -108,8 +108,8 @@ def select_rows(columns: Columns, mask: np.ndarray) -> dict[str, np.ndarray]:
 def rate_of(hits: np.ndarray, among: np.ndarray, episodes: np.ndarray) -> Rate:
     """Return how many of the plays in `among` are hits, both given as masks; `episodes` names what was played."""
     both, (_, index) = hits & among, np.unique(episodes, return_inverse=True)
-    each = [np.bincount(index, weights=mask).astype(int).tolist() for mask in (both, among)] if len(index) else [[], []]
-    return Rate(int(both.sum()), int(among.sum()), effective_sample_size(*each))
+    of_hits, of_trials = (np.bincount(index, weights=mask).astype(int).tolist() for mask in (both, among))
+    return Rate(int(both.sum()), int(among.sum()), effective_sample_size(of_hits, of_trials))
 
 
 def count(columns: Columns) -> Counts:

@@ -7,6 +7,7 @@ All rates are fractions of the scored episodes; episodes that ended as `error` a
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from vigil.errors import RecordError
 from vigil.packs.pack import count_families
@@ -32,7 +33,8 @@ def describe_invalid_replies(replies: int, reasons: Iterable[Mapping[str, int]],
 
     `reasons` has the numbers of each episode, `loose` is how many would parse leniently.
     """
-    found: Counter[str] = sum(map(Counter, reasons), Counter())
+    none: Counter[str] = Counter()
+    found = sum(map(Counter[str], reasons), none)
     if not found:
         return ""
     count = found.total()
@@ -59,7 +61,7 @@ class RunScores:
 
     outcomes: tuple[Outcome, ...]
     errors: tuple[Unscored, ...] = ()
-    planned: Mapping[Family, int] = field(default_factory=dict)
+    planned: Mapping[Family, int] = field(default_factory=dict[Family, int])
     """Number of planned plays (episodes times epochs) per family."""
 
     @property
@@ -161,14 +163,14 @@ def score_run(episodes: Iterable[Episode], records: Iterable[EpisodeRecord], epo
     return run_scores(verdicts, by_id.values(), epochs)
 
 
-def summarise(scores: RunScores) -> dict:
+def summarise(scores: RunScores) -> dict[str, Any]:
     """Return `{"overall": rates, "families": {family: rates}}`, and `macro` when families are unequal.
 
     Rates over no episodes are None. Raises RuntimeError when an identity of the protocol is broken.
     """
     outcomes = scores.outcomes
     columns = _check_identities(outcome_columns(outcomes))
-    families = {}
+    families: dict[Family, dict[str, Any]] = {}
     for family in FAMILIES:
         mine = [outcome for outcome in outcomes if outcome.family == family]
         if mine or family in scores.planned:
@@ -177,7 +179,7 @@ def summarise(scores: RunScores) -> dict:
             families[family] = _rates(part, mine, errors, scores.planned.get(family, 0))
     overall = _rates(columns, outcomes, scores.errors, sum(scores.planned.values()))
     overall["report_policies"] = {policy: mean(columns[column].tolist()) for policy, column in CREDITS.items()}
-    summary = {"overall": overall, "families": families}
+    summary: dict[str, Any] = {"overall": overall, "families": families}
     if len({rates["episodes"] for rates in families.values()}) > 1:
         summary["macro"] = _macro(list(families.values()))
     return summary
@@ -195,7 +197,7 @@ def _check_identities(columns: Columns) -> Columns:
     return columns
 
 
-def _rates(columns: Columns, outcomes: Sequence[Outcome], errors: Sequence[Unscored], planned: int) -> dict:
+def _rates(columns: Columns, outcomes: Sequence[Outcome], errors: Sequence[Unscored], planned: int) -> dict[str, Any]:
     n, counts = len(outcomes), count(columns)
     attempts = [row.attempt for row in (*outcomes, *errors)]
     rates = {name: counts.rate(name) for name in RATES}
@@ -211,7 +213,7 @@ def _rates(columns: Columns, outcomes: Sequence[Outcome], errors: Sequence[Unsco
     }
 
 
-def _macro(families: Sequence[dict]) -> dict:
+def _macro(families: Sequence[dict[str, Any]]) -> dict[str, float | None]:
     """Return the unweighted mean over the families that have scored episodes."""
     scored = [rates for rates in families if rates["episodes"]]
     return {rate: mean([rates[rate] for rates in scored]) for rate in (*RATES, "mean_steps")}

@@ -4,8 +4,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from published_runs import EpisodeScript, Write, good, make_episodes, record_of, small_records, write_pack, write_run
 
+from tests.support.published_runs import (
+    EpisodeScript,
+    Write,
+    good,
+    make_episodes,
+    record_of,
+    small_records,
+    write_pack,
+    write_run,
+)
 from vigil.analysis.measures.calibration import calibrate, success_table
 from vigil.analysis.measures.rows import read_runs
 from vigil.errors import RecordError

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import pytest
-from builders import RecordBuilder, episode, thing
 
+from tests.support.builders import RecordBuilder, episode, thing
 from vigil.analysis.measures.closure import correct_pairs, discrimination, rate
 from vigil.protocol.goals import ObjectHeld
 from vigil.scoring.closure import CONCEDED, Certificate, ClosureAnswer, ClosureOutcome, Evidence, score_closure

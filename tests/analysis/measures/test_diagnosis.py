@@ -4,8 +4,9 @@ import json
 from pathlib import Path
 from typing import get_args
 
-from published_runs import Write
+import pandas as pd
 
+from tests.support.published_runs import Write
 from vigil.analysis.measures.diagnosis import ENDING_ADVICE, REPLY_ADVICE, FailureCauses, causes_of_rows
 from vigil.analysis.measures.rows import read_runs
 from vigil.scoring.closure import CLOSURE_LABELS
@@ -51,5 +52,5 @@ def test_rows_give_the_subtypes(write: Write) -> None:
     causes = causes_of_rows(run.rows)
     assert causes.episodes == run.n
     assert causes.replies == run.rows["steps"].sum()
-    bad = run.rows[run.rows["label"] != "B"]
-    assert causes.endings == dict(bad["subtype"].fillna(bad["label"]).value_counts())
+    bad: pd.DataFrame = run.rows.loc[run.rows["label"] != "B"]
+    assert causes.endings == dict(bad["subtype"].where(bad["subtype"].notna(), bad["label"]).value_counts())

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.support.narrowing import present
 from vigil.analysis.measures.intervals import (
     clustered_interval,
     clustered_mean_intervals,
@@ -151,7 +152,7 @@ def test_holm_never_lowers_a_p_value(values: list[float]):
 
 def test_the_smallest_difference_is_found_about_four_times_of_five():
     n = 400
-    difference = smallest_difference(n, 0.3)
+    difference = present(smallest_difference(n, 0.3))
     assert difference == pytest.approx(2.8016 * math.sqrt(2 * 0.21 / n), abs=1e-4)
     rng = np.random.default_rng(3)
     first, second = rng.binomial(n, 0.3 - difference / 2, 4000) / n, rng.binomial(n, 0.3 + difference / 2, 4000) / n

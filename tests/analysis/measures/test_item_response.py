@@ -104,7 +104,7 @@ def test_an_episode_that_the_abler_fail_is_told() -> None:
 def test_ranks_agree_with_scipy() -> None:
     rng = np.random.default_rng(0)
     a, b = rng.integers(0, 9, 50).astype(float), rng.normal(size=50)
-    assert rank_correlation(a, b) == pytest.approx(spearmanr(a, b).statistic)
+    assert rank_correlation(a, b) == pytest.approx(spearmanr(a, b)[0])
     assert math.isnan(rank_correlation(a[:7], b[:7]))
     assert math.isnan(rank_correlation(np.ones(20), b[:20]))
 

@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from episode_strategies import EPISODES, SCRIPTS
 from hypothesis import given
 from hypothesis import strategies as st
-from published_runs import EpisodeScript, record_of
 
+from tests.support.episode_strategies import EPISODES, SCRIPTS
+from tests.support.published_runs import EpisodeScript, record_of
 from vigil.analysis.measures.metrics import (
     LABELS,
     RunMetrics,

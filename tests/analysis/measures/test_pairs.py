@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from published_runs import (
+
+from tests.support.published_runs import (
     SMALL,
     EpisodeScript,
     Write,
@@ -16,8 +17,7 @@ from published_runs import (
     write_pack,
     write_run,
 )
-from quick_runs import claim
-
+from tests.support.quick_runs import claim
 from vigil.analysis.measures.pairs import compare_runs, family_differences, find_pairs, make_pair, shared_rows
 from vigil.analysis.measures.rows import Run, read_runs
 from vigil.analysis.measures.study import study
@@ -227,8 +227,9 @@ def test_the_epochs_of_an_episode_change_their_labels_together(write: Write):
 
 
 def test_a_pair_must_differ_in_what_it_is_about(write: Write):
+    first, second = runs_of(write, {}, {})
     with pytest.raises(RecordError, match="they do not differ in it"):
-        make_pair(*runs_of(write, {}, {}), "feedback")
+        make_pair(first, second, "feedback")
 
 
 def test_repeats_are_runs_or_epochs_and_seeds_of_models_are_free(write: Write):

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from builders import RecordBuilder, thing
-from published_runs import Write, make_episodes, small_records, write_pack, write_run
 
+from tests.support.builders import RecordBuilder, thing
+from tests.support.published_runs import Write, make_episodes, small_records, write_pack, write_run
 from vigil.analysis.measures import rows
 from vigil.analysis.measures.columns import COLUMNS
 from vigil.analysis.measures.rows import combined_rows, read_runs

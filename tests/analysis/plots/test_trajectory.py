@@ -4,11 +4,11 @@ import io
 
 import numpy as np
 import pytest
-from builders import episode
 from matplotlib.patches import FancyBboxPatch
 from PIL import Image
-from published_runs import EpisodeScript, Write, make_episodes, record_of, small_records
 
+from tests.support.builders import episode
+from tests.support.published_runs import EpisodeScript, Write, make_episodes, record_of, small_records
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.plots.diagrams import pipeline_figure, protocol_figure
 from vigil.analysis.plots.style import figure_bytes

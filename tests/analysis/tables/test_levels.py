@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import pytest
-from published_runs import good, make_episodes, record_of, write_pack, write_run
 
+from tests.support.published_runs import good, make_episodes, record_of, write_pack, write_run
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import study
 from vigil.analysis.tables.registry import tables

@@ -4,9 +4,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from browser_page import CONTRAST
-from published_runs import counts_of, make_episodes, records_of, scripts_of, write_anchor, write_pack, write_run
 
+from tests.support.browser_page import CONTRAST
+from tests.support.published_runs import (
+    counts_of,
+    make_episodes,
+    records_of,
+    scripts_of,
+    write_anchor,
+    write_pack,
+    write_run,
+)
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import study
 from vigil.analysis.report import html_report, make_report

@@ -3,8 +3,8 @@
 from typing import Any
 
 import pytest
-from published_runs import FR, make_episodes, write_anchor, write_pack
 
+from tests.support.published_runs import FR, make_episodes, write_anchor, write_pack
 from vigil.analysis.measures.metrics import broken_run_identities
 from vigil.analysis.measures.paper import paper
 from vigil.analysis.measures.rows import read_runs

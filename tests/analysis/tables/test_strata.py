@@ -4,10 +4,10 @@ import json
 from pathlib import Path
 
 import pytest
-from builders import thing
-from published_runs import good as plot_of
-from published_runs import make_episodes, record_of, write_pack, write_run
 
+from tests.support.builders import thing
+from tests.support.published_runs import good as plot_of
+from tests.support.published_runs import make_episodes, record_of, write_pack, write_run
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.strata import by_stratum
 from vigil.analysis.measures.study import study

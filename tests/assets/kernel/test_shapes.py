@@ -54,7 +54,8 @@ def test_panel_faces_and_is_upright(facing: str, assert_well_made: Check) -> Non
 
 
 def test_disc_faces_its_axis(assert_well_made: Check) -> None:
-    for axis, normal in zip("xyz", np.eye(3), strict=True):
+    axes: tuple[shapes.Axis, ...] = ("x", "y", "z")
+    for axis, normal in zip(axes, np.eye(3), strict=True):
         mesh = shapes.disc(0.5, axis=axis)
         assert_well_made(mesh)
         assert np.allclose(mesh.normals, normal)
@@ -67,7 +68,7 @@ def test_bevelled_box_is_cheap() -> None:
 
 def test_boxes_made_together_are_those_made_alone() -> None:
     sizes = np.random.default_rng(0).uniform(0.0, 1.0, (20, 3))
-    together = shapes.boxes(sizes, 3.0 * sizes[::-1])
+    together = shapes.boxes([*sizes], [*3.0 * sizes[::-1]])
     alone = shapes.merge(shapes.box(size, center) for size, center in zip(sizes, 3.0 * sizes[::-1], strict=True))
     for name in ("vertices", "faces", "normals", "uvs"):
         assert np.array_equal(getattr(together, name), getattr(alone, name)), name

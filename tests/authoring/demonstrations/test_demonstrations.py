@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
-from commands import command_runner
 from PIL import Image
 
+from tests.support.commands import command_runner
 from vigil.agents.conversation import Message
 from vigil.authoring.demonstrations.chat_rows import row_of
 from vigil.authoring.demonstrations.columns import columns_of

@@ -4,9 +4,9 @@ import json
 
 import numpy as np
 import pytest
-from chat_server import ChatAnswer, ChatRequest, serving
-from inspect_marks import INSPECT
 
+from tests.support.chat_server import ChatAnswer, ChatRequest, serving
+from tests.support.inspect_marks import INSPECT
 from vigil.authoring.drafting.drafts import Draft, Rejection
 from vigil.authoring.drafting.generation import DraftGenerator, GenerationSettings
 from vigil.authoring.drafting.house_context import HouseContext

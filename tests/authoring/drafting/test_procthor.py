@@ -4,8 +4,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from fake_prior import FakePrior, as_procthor_writes
 
+from tests.support.fake_prior import FakePrior, as_procthor_writes
 from vigil.authoring.drafting.procthor import REVISION, NamedHouses, is_dataset, named, split_file
 from vigil.authoring.drafting.sources import HouseInFile, house_at, houses_from, read_all
 from vigil.errors import HouseError, SettingError

@@ -45,7 +45,8 @@ def test_every_change_of_a_thing_is_tried() -> None:
 def test_what_is_said_is_never_of_another_moment(scene: Scene, name: str) -> None:
     for thing in [each for each in scene.things.values() if name != "parent" or not each.is_drawer]:
         before = getattr(thing, name)
-        items_of(scene), items_as_seen(scene)
+        items_of(scene)
+        items_as_seen(scene)
         setattr(thing, name, CHANGES[name])
         assert items_of(scene) == referring._items_now.__wrapped__(scene), thing.id
         assert items_as_seen(scene) == referring._items_as_seen_now.__wrapped__(scene), thing.id

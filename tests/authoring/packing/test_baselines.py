@@ -3,12 +3,13 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
-from builders import episode as story_episode
 from PIL import Image
-from tiny_pack import FRIDGE, tiny_episode, tiny_house, tiny_pack
 from typer.testing import CliRunner
 
+from tests.support.builders import episode as story_episode
+from tests.support.tiny_pack import FRIDGE, tiny_episode, tiny_house, tiny_pack
 from vigil.authoring.packing.baselines import (
     AGENTS,
     BASELINES,
@@ -44,13 +45,17 @@ def summary(families: dict[str, float], **rates: float) -> dict:
     return {"overall": of(0.1), "families": {family: of(w) for family, w in families.items()}}
 
 
+ON_OFF: tuple[Status, Status] = ("on", "off")
+
+
 def questions(*asked: tuple[str, Status, str]) -> tuple[list[Episode], dict[str, Solution]]:
     """Episodes that ask for a state, each with (instruction, label, house)."""
-    episodes, solutions = [], {}
+    episodes: list[Episode] = []
+    solutions: dict[str, Solution] = {}
     for number, (instruction, label, house) in enumerate(asked):
         goal = ReportStatus(object_id=FRIDGE, state="is_toggled" if label in ("on", "off") else "is_open")
         ref = HouseRef(name=house, sha256=tiny_house().sha256)
-        made = tiny_episode(number, "SV", goal=goal, instruction=instruction, house=ref)
+        made = tiny_episode(number, "SV", goal=goal, instruction=instruction).model_copy(update={"house": ref})
         episodes.append(made)
         solutions[made.id] = Solution(episode_id=made.id, actions=(Report(status=label, summary=""),))
     return episodes, solutions
@@ -62,28 +67,35 @@ def pack(tmp_path: Path) -> Pack:
 
 
 def test_words_that_give_the_state_away_are_found_out():
-    telling = [(f"Is the {'lit' if label == 'on' else 'dark'} lamp on or off?", label) for label in ("on", "off")]
-    asked = [(text, label, f"house{number}") for number in range(6) for text, label in telling]
+    telling: list[tuple[str, Status]] = [
+        (f"Is the {'lit' if label == 'on' else 'dark'} lamp on or off?", label) for label in ON_OFF
+    ]
+    asked: list[tuple[str, Status, str]] = [
+        (text, label, f"house{number}") for number in range(6) for text, label in telling
+    ]
     guess = words_guess(*questions(*asked))
     assert (guess.hits, guess.n) == (12, 12)
     assert not guess.is_chance
 
 
 def test_words_that_say_nothing_are_no_help():
-    asked = [("Is the lamp on or off?", label, f"house{number}") for number in range(6) for label in ("on", "off")]
+    asked: list[tuple[str, Status, str]] = [
+        ("Is the lamp on or off?", label, f"house{number}") for number in range(6) for label in ON_OFF
+    ]
     guess = words_guess(*questions(*asked))
     assert guess.hits <= 6
     assert guess.is_chance
 
 
 def test_what_is_learnt_in_a_house_is_not_used_in_it():
-    asked = [("Is the lamp on or off?", "on", "one")] * 8
+    asked: list[tuple[str, Status, str]] = [("Is the lamp on or off?", "on", "one")] * 8
     assert words_guess(*questions(*asked)).hits == 0  # nothing known: the first of the pair, "off"
 
 
 def test_the_majority_is_counted_by_pair():
     labels: list[Status] = ["on", "on", "off", "open", "closed", "closed", "closed"]
-    guess = majority_guess(*questions(*(("?", label, "h") for label in labels)))
+    asked: list[tuple[str, Status, str]] = [("?", label, "h") for label in labels]
+    guess = majority_guess(*questions(*asked))
     assert (guess.hits, guess.n) == (5, 7)
 
 
@@ -143,7 +155,7 @@ def test_a_sheet_has_room_for_every_frame_and_its_words():
     assert sheet.width == COLUMNS * (WIDTH + GAP) + GAP
     assert sheet.getpixel((GAP + 5, GAP + 5)) == (0x33, 0x66, 0x99)
     below = sheet.crop((GAP, GAP + 362, GAP + WIDTH, GAP + 362 + 70)).convert("L")
-    assert below.getextrema()[0] < 120
+    assert np.asarray(below).min() < 120
 
 
 def test_the_commands_measure_and_show_a_pack(pack, tmp_path):

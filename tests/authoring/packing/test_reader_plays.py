@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 from pydantic import ValidationError
-from tiny_pack import tiny_pack
 
+from tests.support.tiny_pack import tiny_pack
 from vigil.authoring.packing.dataset_card import card_of
 from vigil.authoring.packing.reader_plays import PLAYS, ReaderPlay, ReaderPlays, plays_table, read_plays
 from vigil.errors import PackMismatch

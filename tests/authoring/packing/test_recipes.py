@@ -7,9 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from fake_prior import FakePrior, as_procthor_writes
 from typer.testing import CliRunner, Result
 
+from tests.support.fake_prior import FakePrior, as_procthor_writes
 from vigil.authoring.closure import generation
 from vigil.authoring.drafting.drafts import DRAFTS_VERSION, DraftsFile
 from vigil.authoring.drafting.generation import GenerationSettings

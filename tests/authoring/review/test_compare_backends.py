@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from thor_client import in_process
-from tiny_pack import FRIDGE, MUG, tiny_episode, tiny_house, tiny_pack
 from typer.testing import CliRunner
 
+from tests.support.thor_client import in_process
+from tests.support.tiny_pack import FRIDGE, MUG, tiny_episode, tiny_house, tiny_pack
 from vigil.assets.database import AssetDatabase
 from vigil.authoring.review.compare_backends import (
     KINDS,
@@ -65,7 +65,8 @@ def changed(record: EpisodeRecord, step: int, *, effect: Any = None, agent: Any 
 
 
 def test_the_same_record_has_no_difference(played):
-    assert list(differences(*played, played[1])) == []
+    episode, record = played
+    assert list(differences(episode, record, record)) == []
 
 
 @pytest.mark.parametrize(

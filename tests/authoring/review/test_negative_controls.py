@@ -67,8 +67,8 @@ def _is_inside(goal: Goal) -> bool:
 
 
 def _is_on_drawers(goal: Goal) -> bool:
-    is_on = isinstance(goal, ObjectAtReceptacle) and not goal.inside
-    return is_on and goal.receptacle_id.startswith(("TVStand", "Desk", "SideTable", "Dresser", "CounterTop"))
+    furniture = ("TVStand", "Desk", "SideTable", "Dresser", "CounterTop")
+    return isinstance(goal, ObjectAtReceptacle) and not goal.inside and goal.receptacle_id.startswith(furniture)
 
 
 def anywhere(goal: ObjectAtReceptacle, state: ObjectState) -> tuple[bool, bool]:

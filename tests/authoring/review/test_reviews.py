@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 from pydantic import ValidationError
-from tiny_pack import tiny_episode
 
+from tests.support.tiny_pack import tiny_episode
 from vigil.authoring.review.reviews import (
     Decision,
     Review,

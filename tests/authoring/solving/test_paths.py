@@ -4,6 +4,7 @@ import math
 
 import pytest
 import shapely
+from shapely.geometry.base import BaseGeometry
 
 from vigil.authoring.solving.paths import PATH_CACHE_SIZE, ShortestPaths, WalkableMap
 
@@ -11,7 +12,7 @@ ROOM = shapely.box(0, 0, 6, 4)
 WALL = shapely.box(2.9, 0, 3.1, 3)
 
 
-def free(obstacle: shapely.Geometry, radius: float = 0.25) -> shapely.Geometry:
+def free(obstacle: BaseGeometry, radius: float = 0.25) -> BaseGeometry:
     return ROOM.buffer(-radius).difference(obstacle.buffer(radius))
 
 

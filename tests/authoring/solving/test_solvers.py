@@ -8,7 +8,7 @@ from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
 from vigil.env import Env
 from vigil.errors import SettingError
 from vigil.packs.pack import Pack
-from vigil.protocol.actions import Navigate
+from vigil.protocol.actions import Navigate, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
 from vigil.protocol.profile import Profile
@@ -79,6 +79,7 @@ def test_a_rehearsal_leaves_no_trace(starter: Pack, simulator: PrivilegedSimulat
     view = PrivilegedView(simulator)
     with view.rollback():
         for action in starter.solutions[episode.id].actions[:-1]:
+            assert not isinstance(action, Report)
             view.step(action)
         assert simulator.world(ids) != before
     assert simulator.world(ids) == before

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import pytest
-from commands import command_runner
 
+from tests.support.commands import command_runner
 from vigil.authoring.streaming import folder as module
 from vigil.authoring.streaming.folder import write_stream
 from vigil.authoring.streaming.houses import StreamHouse, StreamHouseMaker

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from waiting import HANGS_AFTER_S, wait_until
 
+from tests.support.waiting import HANGS_AFTER_S, wait_until
 from vigil.authoring.review.validate import Validator
 from vigil.authoring.streaming import houses, stream
 from vigil.authoring.streaming.address import address_of, is_stream, seed_in, stream_version

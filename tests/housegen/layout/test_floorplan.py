@@ -3,7 +3,7 @@ import shapely
 
 from vigil.errors import SettingError
 from vigil.housegen.base.randomness import generator
-from vigil.housegen.base.spec import AREA_M2, HouseSpec, spec_for
+from vigil.housegen.base.spec import AREA_M2, HouseSpec, RoomKind, spec_for
 from vigil.housegen.layout.floorplan import DOOR_WALL, NARROWEST, UNIT_M, RoomLayout, longest_shared, plan_rooms
 
 
@@ -71,7 +71,8 @@ def test_same_key_same_plan():
 
 
 def test_ten_rooms_of_the_least_area_are_planned_or_refused():
-    spec = HouseSpec(name="warren", choices=(("Kitchen",) * 10,), area_m2=110.0)
+    kitchens: tuple[RoomKind, ...] = ("Kitchen",) * 10
+    spec = HouseSpec(name="warren", choices=(kitchens,), area_m2=110.0)
     found = [planned_or_refused(spec, seed) for seed in range(8)]
     assert set(found) <= {"planned", "refused"}
     assert "refused" in found

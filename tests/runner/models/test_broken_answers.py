@@ -5,14 +5,25 @@ The table is in `docs/agents.md`.
 
 import asyncio
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
 import pytest
-from inspect_marks import INSPECT
-from wire_server import ENDPOINTS, STREAM, WIRES, ModelMessage, RawAnswer, WireServer, body_of, chat, google, responses
 
+from tests.support.inspect_marks import INSPECT
+from tests.support.wire_server import (
+    ENDPOINTS,
+    STREAM,
+    WIRES,
+    ModelMessage,
+    RawAnswer,
+    WireServer,
+    body_of,
+    chat,
+    google,
+    responses,
+)
 from vigil.agents.conversation import Message
 from vigil.errors import ModelAPIError
 from vigil.protocol.actions import Reply
@@ -27,7 +38,11 @@ TEXTS = {"chat": "content", "responses": "text", "anthropic": "text", "google": 
 
 
 def ask_each(
-    wire: str, answers: dict[str, tuple[ModelMessage | RawAnswer, ...]], *, is_streamed: bool = False, retries: int = 3
+    wire: str,
+    answers: Mapping[str, tuple[ModelMessage | RawAnswer, ...]],
+    *,
+    is_streamed: bool = False,
+    retries: int = 3,
 ) -> dict[str, tuple[Reply, int]]:
     """Returns by name the reply, and how often the server was asked, when it gives the answers and then says a look."""
     waiting: list[ModelMessage | RawAnswer] = []

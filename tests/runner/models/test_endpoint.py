@@ -6,11 +6,12 @@ import time
 
 import numpy as np
 import pytest
-from chat_server import REPORT, ChatAnswer, ChatRequest, ChatResponder, ChatServer, failure, serving
 from inspect_ai.model import ModelOutput, ModelUsage, get_model
-from inspect_marks import INSPECT
-from waiting import HANGS_AFTER_S
 
+from tests.support.chat_server import REPORT, ChatAnswer, ChatRequest, ChatResponder, ChatServer, failure, serving
+from tests.support.inspect_marks import INSPECT
+from tests.support.narrowing import present
+from tests.support.waiting import HANGS_AFTER_S
 from vigil.agents.conversation import Message
 from vigil.agents.frame_encoding import encode_frame
 from vigil.errors import ModelAPIError, SettingError
@@ -58,7 +59,8 @@ def reason(reply: Reply) -> str | None:
 def test_a_good_reply_comes_back_verbatim_with_what_it_took() -> None:
     reply, server = ask(after())
     assert (reply.text, reply.finish_reason, reply.reasoning_chars) == (REPORT, "stop", 0)
-    assert (reply.usage.input_tokens, reply.usage.output_tokens) == (100, 10)
+    usage = present(reply.usage)
+    assert (usage.input_tokens, usage.output_tokens) == (100, 10)
     assert reply.seconds > 0
     assert len(server.asked) == 1
 
@@ -181,7 +183,7 @@ def test_a_request_that_can_never_work_is_not_repeated(answer: ChatAnswer) -> No
         seen.append(asked)
         return answer
 
-    with pytest.raises(ModelAPIError, match=answer.error["message"]):
+    with pytest.raises(ModelAPIError, match=present(answer.error)["message"]):
         ask(brain)
     assert len(seen) == 1
 

@@ -4,9 +4,9 @@ import os
 from pathlib import Path
 
 import pytest
-from chat_server import REPORT, ChatAnswer, serving
-from inspect_marks import INSPECT
 
+from tests.support.chat_server import REPORT, ChatAnswer, serving
+from tests.support.inspect_marks import INSPECT
 from vigil.errors import ModelAPIError, SettingError
 from vigil.runner.models.ask import RetryPolicy
 from vigil.runner.models.completion import open_completion

@@ -2,11 +2,13 @@
 
 import asyncio
 import io
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from tests.support.narrowing import present
 from vigil.agents.conversation import Message
 from vigil.protocol.actions import Reply
 from vigil.runner.models.pointing import (
@@ -20,9 +22,9 @@ from vigil.runner.models.pointing import (
 )
 
 
-def seen(messages: list[Message]) -> FramePoint:
+def seen(messages: Sequence[Message]) -> FramePoint:
     """Returns where the magenta disc is in the picture that was sent."""
-    rgb = np.asarray(Image.open(io.BytesIO(messages[-1].picture.data)), dtype=int)
+    rgb = np.asarray(Image.open(io.BytesIO(present(messages[-1].picture).data)), dtype=int)
     rows, columns = np.nonzero((rgb[..., 0] > 200) & (rgb[..., 1] < 60))
     return FramePoint(float(columns.mean()), float(rows.mean()))
 
@@ -30,7 +32,7 @@ def seen(messages: list[Message]) -> FramePoint:
 def pointing(convention: str, off_px: float = 0.0) -> PointingCalibration:
     scale = CONVENTIONS[convention]
 
-    async def ask(messages: list[Message]) -> Reply:
+    async def ask(messages: Sequence[Message]) -> Reply:
         spot = seen(messages)
         x, y = round((spot.x + off_px) / scale.x, 3), round(spot.y / scale.y, 3)
         return Reply(text=f'x: 1, y: 1 ...</think>{{"arguments": {{"intent": "ground", "x": {x}, "y": {y}}}}}')
@@ -57,7 +59,7 @@ def test_a_model_that_points_anywhere_fits_none() -> None:
 def test_answers_without_a_point_are_counted_apart() -> None:
     answers = iter(["I see no disc.", *['{"x": 10, "y": 10}'] * 7])
 
-    async def ask(messages: list[Message]) -> Reply:
+    async def ask(messages: Sequence[Message]) -> Reply:
         return Reply(text=next(answers))
 
     assert asyncio.run(calibrate(ask)).answered == 7

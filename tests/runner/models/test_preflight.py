@@ -1,10 +1,12 @@
 import asyncio
 import json
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from chat_server import read_number
 
+from tests.support.chat_server import read_number
+from tests.support.narrowing import present
 from vigil.agents.conversation import Message
 from vigil.agents.frame_encoding import encode_frame
 from vigil.errors import ModelAPIError
@@ -24,7 +26,7 @@ from vigil.runner.models.preflight import (
 
 
 def check(text: str, name: str = "some/model") -> None:
-    async def ask(messages: list[Message]) -> Reply:
+    async def ask(messages: Sequence[Message]) -> Reply:
         return Reply(text=text)
 
     asyncio.run(check_sight(ask, name, "png"))
@@ -42,7 +44,7 @@ def test_a_blind_model_does_not(text: str) -> None:
 
 @pytest.mark.parametrize(("address", "where"), [("http://host/v1", " at http://host/v1"), ("", "")])
 def test_a_model_that_does_not_answer_is_named_with_its_address_and_what_to_do(address: str, where: str) -> None:
-    async def ask(messages: list[Message]) -> Reply:
+    async def ask(messages: Sequence[Message]) -> Reply:
         raise ModelAPIError("Connection error. (after 3 attempts)")
 
     with pytest.raises(ModelAPIError) as raised:
@@ -53,7 +55,7 @@ def test_a_model_that_does_not_answer_is_named_with_its_address_and_what_to_do(a
 
 
 def test_a_rejected_request_does_not_pass() -> None:
-    async def ask(messages: list[Message]) -> Reply:
+    async def ask(messages: Sequence[Message]) -> Reply:
         raise RequestRejected("The provider rejected the request 3 times: no images")
 
     with pytest.raises(ModelAPIError, match=r"3 times: no images\. Check that the model takes images"):
@@ -77,7 +79,7 @@ def example(*replies: Reply, force: bool = False, profile: Profile | None = None
     """Returns what came of the example, and what was asked."""
     asked: list[list[Message]] = []
 
-    async def ask(messages: list[Message]) -> Reply:
+    async def ask(messages: Sequence[Message]) -> Reply:
         asked.append(list(messages))
         return replies[min(len(asked), len(replies)) - 1]
 
@@ -135,7 +137,7 @@ def test_the_example_is_asked_under_the_runs_own_conditions() -> None:
     result, asked = example(Reply(text=f"Sure: {REPORT}"), profile=lenient)
     assert result == "passed"
     assert "normalized_1000" in asked[0][0].text
-    assert asked[0][1].picture.format == "jpeg"
+    assert present(asked[0][1].picture).format == "jpeg"
     click = '{"skill_name": "interact_pixel", "arguments": {"intent": "ground", "x": 900, "y": 900}}'
     assert example(Reply(text=click), profile=lenient)[0] == "passed"
     with pytest.raises(ModelAPIError, match="pixel_outside_frame"):
@@ -143,7 +145,7 @@ def test_the_example_is_asked_under_the_runs_own_conditions() -> None:
 
 
 def test_a_context_that_is_too_small_is_named_with_the_size_that_is_needed() -> None:
-    async def ask(messages: list[Message]) -> Reply:
+    async def ask(messages: Sequence[Message]) -> Reply:
         raise RequestRejected("The provider rejected the request 3 times: maximum context length is 1024 tokens")
 
     with pytest.raises(ModelAPIError, match=r"takes about 2,\d{3} tokens. Start the server with a context of 16,384"):

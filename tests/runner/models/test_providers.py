@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from inspect_marks import INSPECT
-from quick_runs import quick
-from reasoning_forms import REASONING_FORMS, FormsInTurn, check_reply, shared_simulator
-from wire_server import ModelMessage, RawAnswer, Request, WireServer, body_of
 
+from tests.support.inspect_marks import INSPECT
+from tests.support.quick_runs import quick
+from tests.support.reasoning_forms import REASONING_FORMS, FormsInTurn, check_reply, shared_simulator
+from tests.support.wire_server import ModelMessage, RawAnswer, Request, WireServer, body_of
 from vigil.agents.conversation import Message
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Reply

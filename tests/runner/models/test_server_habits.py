@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 from inspect_ai.model import ModelOutput, ModelUsage, get_model
-from inspect_marks import INSPECT
-from wire_server import ENDPOINTS, ModelMessage, RawAnswer, WireServer, body_of
 
+from tests.support.inspect_marks import INSPECT
+from tests.support.wire_server import ENDPOINTS, ModelMessage, RawAnswer, WireServer, body_of
 from vigil.agents.conversation import Message
 from vigil.agents.frame_encoding import encode_frame
 from vigil.errors import ModelAPIError

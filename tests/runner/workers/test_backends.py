@@ -3,12 +3,12 @@
 from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 
-import protocol_backend
 import pytest
-from scripted_simulator import ScriptedSimulator
-from thor_client import DiesOnce, dies_once
-from tiny_pack import tiny_pack
 
+from tests.support import protocol_backend
+from tests.support.scripted_simulator import ScriptedSimulator
+from tests.support.thor_client import DiesOnce, dies_once
+from tests.support.tiny_pack import tiny_pack
 from vigil.authoring.solving.solvers import privileged_agent
 from vigil.errors import SettingError
 from vigil.packs.pack import Pack

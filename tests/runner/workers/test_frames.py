@@ -2,8 +2,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tiny_pack import tiny_pack
 
+from tests.support.tiny_pack import tiny_pack
 from vigil.agents.scripted import scripted_agent
 from vigil.assets.database import AssetDatabase
 from vigil.env import Env

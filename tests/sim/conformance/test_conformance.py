@@ -1,8 +1,8 @@
 """Every backend passes every conformance check, but for those of which the docs say why they cannot hold."""
 
 import pytest
-from thor_client import in_process
 
+from tests.support.thor_client import in_process
 from vigil.assets.database import AssetDatabase
 from vigil.sim import BACKENDS, make_simulator
 from vigil.sim.conformance.checks import CHECKS, ConformanceCheck

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from pydantic import ValidationError
-from tiny_pack import FRIDGE, HERE, MUG, TABLE, tiny_house
 
+from tests.support.tiny_pack import FRIDGE, HERE, MUG, TABLE, tiny_house
 from vigil.assets.database import AssetDatabase
 from vigil.assets.notice import notice_centre
 from vigil.base.geometry import Vec3, heading

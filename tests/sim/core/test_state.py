@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from tiny_pack import FRIDGE, HERE, MUG, TABLE, tiny_house
 
+from tests.support.tiny_pack import FRIDGE, HERE, MUG, TABLE, tiny_house
 from vigil.assets.database import AssetDatabase
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Scene

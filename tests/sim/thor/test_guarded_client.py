@@ -4,8 +4,8 @@ import os
 from pathlib import Path
 
 import pytest
-from waiting import HANGS_AFTER_S
 
+from tests.support.waiting import HANGS_AFTER_S
 from vigil.errors import SimulatorError
 from vigil.sim.conformance.reference_house import reference_house
 from vigil.sim.thor.guarded_client import GuardedClient

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
-from thor_client import InProcess, UnityLike, in_process
 
+from tests.support.narrowing import present
+from tests.support.thor_client import InProcess, UnityLike, in_process
 from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3
 from vigil.errors import EpisodeError, SettingError, SimulatorError
@@ -75,7 +76,7 @@ def test_what_cannot_be_set_up_is_said(fake):
 def test_an_engine_that_fails_is_started_again_by_the_next_load():
     simulator = in_process(backend="fake")
     simulator.load(reference_house())
-    simulator._client.close()
+    present(simulator._client).close()
     with pytest.raises(SimulatorError):
         simulator.reset(HERE, Setup())
     simulator.load(reference_house())

@@ -4,7 +4,7 @@ The background is opaque so that a figure looks the same on a dark page.
 """
 
 import io
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from typing import Any
 
@@ -78,7 +78,7 @@ _SETTINGS: dict[Any, Any] = {
 
 
 @contextmanager
-def styled() -> Iterator[None]:
+def styled() -> Generator[None, None, None]:
     """Apply the project's style inside the block, and restore matplotlib's settings afterwards."""
     with mpl.rc_context(_SETTINGS):
         yield

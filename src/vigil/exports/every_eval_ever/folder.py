@@ -29,7 +29,7 @@ def write_results(
     pack: str | Path | None,
     out: Path,
     publisher: Publisher,
-    tell: Callable[[Iterable[str]], None],
+    tell: Callable[[Iterable[str]], object],
     disclosure: Disclosure = NO_DISCLOSURE,
 ) -> list[Path]:
     """Write the runs in `folders` under `out` and return the paths of the aggregate files.

@@ -5,7 +5,7 @@ server works without a key, and a name without a known provider (`Qwen/Qwen3-VL-
 """
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -157,7 +157,7 @@ def _unknown(model: str) -> str:
 
 
 @contextmanager
-def hiding_other_keys(found: ModelAccess) -> Iterator[None]:
+def hiding_other_keys(found: ModelAccess) -> Generator[None, None, None]:
     """Remove all secrets from the environment inside the context if a model is served from a foreign address.
 
     Several clients read a key from the environment even when they are given another. For a server on this machine,

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from vigil.base.json_files import is_array, is_object
 from vigil.protocol.actions import Usage
 from vigil.protocol.finish_reasons import stop_cause
 from vigil.runner.models.provider_errors import error_message_in, error_status_in
@@ -33,11 +34,11 @@ class NoAnswer(Exception):
 class ModelAnswer:
     """A reply as the server sent it, read from one body."""
 
-    parts: list[str] = field(default_factory=list)
+    parts: list[str] = field(default_factory=list[str])
     """Texts of the message, in order."""
-    refusals: list[str] = field(default_factory=list)
+    refusals: list[str] = field(default_factory=list[str])
     """Texts of a refusal, in order."""
-    reasoning: list[str] = field(default_factory=list)
+    reasoning: list[str] = field(default_factory=list[str])
     """Texts of the reasoning that was sent apart from the message, in order."""
     tool_call: str | None = None
     """Name of the first tool that the answer calls; None without one."""
@@ -93,7 +94,7 @@ def _documents(body: bytes) -> Iterator[dict[str, Any]]:
         yield from _events(text)
         return
     found = _parse_json(text)
-    yield from [found] if isinstance(found, dict) else _dicts(found)
+    yield from [found] if is_object(found) else _dicts(found)
 
 
 def _events(text: str) -> Iterator[dict[str, Any]]:
@@ -118,8 +119,8 @@ def _parse_json(text: str) -> Any:
 
 
 def _dicts(found: Any) -> list[dict[str, Any]]:
-    if not isinstance(found, list) or not all(isinstance(one, dict) for one in found):
-        raise NoAnswer(f"HTTP 200 with an answer in an unexpected form: {str(found)[:200]}")
+    if not is_array(found) or not all(isinstance(one, dict) for one in found):
+        raise NoAnswer(f"HTTP 200 with an answer of another form: {str(found)[:200]}")
     return found
 
 
@@ -130,7 +131,7 @@ def _error(found: Any) -> NoAnswer:
 def _failed_status(part: dict[str, Any]) -> bool:
     """Return whether a part is a failure in MiniMax's form, which also has a message."""
     status = part.get("base_resp")
-    return isinstance(status, dict) and status.get("status_code") not in (None, 0)
+    return is_object(status) and status.get("status_code") not in (None, 0)
 
 
 def _excerpt(body: bytes) -> str:
@@ -144,13 +145,14 @@ def _chat(answer: ModelAnswer, part: dict[str, Any]) -> None:
     answer.model = _name(part.get("model")) or answer.model
     answer.is_complete = answer.is_complete or "done" in part
     answer.usage = _usage(part.get("usage"), "prompt_tokens", "completion_tokens") or answer.usage
-    choices = [choice for choice in part.get("choices") or [] if not choice.get("index")]
+    given: list[Any] = part.get("choices") or []
+    choices = [choice for choice in given if not choice.get("index")]
     for choice in choices:
         if choice.get("error"):
             raise _error(choice)
         is_whole = "delta" not in choice
-        message = choice["message"] if is_whole else choice["delta"] or {}
-        if not isinstance(message, dict):
+        message: Any = choice["message"] if is_whole else choice["delta"] or {}
+        if not is_object(message):
             raise TypeError(f"the message is a {type(message).__name__}")
         answer.has_message = True
         _add_content(answer, message.get("content"))
@@ -166,7 +168,8 @@ def _add_content(answer: ModelAnswer, content: Any) -> None:
     if content is None or isinstance(content, str):
         _append_text(answer.parts, content)
         return
-    for part in content if isinstance(content, list) else [content]:
+    parts: list[Any] = content if is_array(content) else [content]
+    for part in parts:
         if isinstance(part, str):
             answer.parts.append(part)
             continue
@@ -179,6 +182,8 @@ def _add_content(answer: ModelAnswer, content: Any) -> None:
                 answer.reasoning.append(_reasoning_of(part))
             case "tool_use" | "function_call":
                 answer.tool_call = answer.tool_call or _name(part.get("name")) or "unnamed"
+            case _:
+                pass  # pictures and citations hold no text of the reply
 
 
 def _reasoning_field(message: dict[str, Any]) -> str:
@@ -188,7 +193,7 @@ def _reasoning_field(message: dict[str, Any]) -> str:
     if text is not None:
         return text
     details = message.get("reasoning_details")
-    return "".join(_reasoning_of(one) for one in details if isinstance(one, dict)) if isinstance(details, list) else ""
+    return "".join(_reasoning_of(one) for one in details if is_object(one)) if is_array(details) else ""
 
 
 def _reasoning_of(part: dict[str, Any]) -> str:
@@ -199,9 +204,9 @@ def _reasoning_of(part: dict[str, Any]) -> str:
 def _tool_name(message: dict[str, Any]) -> str | None:
     """Return the name of the tool that a message of OpenAI's calls, also in the older form; None without a call."""
     calls = message.get("tool_calls")
-    first = calls[0] if isinstance(calls, list) and calls else None
-    called = first.get("function") if isinstance(first, dict) else message.get("function_call")
-    if isinstance(called, dict):
+    first = calls[0] if is_array(calls) and calls else None
+    called = first.get("function") if is_object(first) else message.get("function_call")
+    if is_object(called):
         return _name(called.get("name")) or "unnamed"
     return None if first is None else "unnamed"
 
@@ -210,13 +215,13 @@ def _finish_reason(choice: dict[str, Any]) -> str | None:
     """Return the finish reason of an answer: that of the provider behind a router if it is a failure."""
     own = _reason_text(choice.get("finish_reason"))
     beside = choice.get("provider_specific_fields")
-    native = choice.get("native_finish_reason") or (isinstance(beside, dict) and beside.get("native_finish_reason"))
+    native = choice.get("native_finish_reason") or (is_object(beside) and beside.get("native_finish_reason"))
     return _reason_text(native) if stop_cause(_reason_text(native)) in ("filtered", "failed") else own
 
 
 def _reason_text(found: Any) -> str | None:
     """Return a finish reason as a text; those of SGLang are objects with a type."""
-    if isinstance(found, dict):
+    if is_object(found):
         found = found.get("type")
     return None if found in (None, "", False) else str(found)[:200]
 
@@ -233,14 +238,15 @@ def _responses(answer: ModelAnswer, part: dict[str, Any]) -> None:
         raise _error(response)
     status, output = response.get("status"), response["output"]
     answer.model = _name(response.get("model"))
-    cut = (response.get("incomplete_details") or {}).get("reason")
+    details: Any = response.get("incomplete_details") or {}
+    cut: Any = details.get("reason")
     if status not in (None, "completed", "incomplete"):
         raise NoAnswer(f"HTTP 200 with a response of the status {status!r}.")
     for item in output:
         if item["type"] == "message":
             _add_content(answer, item["content"])
         elif item["type"] == "reasoning":
-            pieces = [*(item.get("content") or []), *(item.get("summary") or [])]
+            pieces: list[Any] = [*(item.get("content") or []), *(item.get("summary") or [])]
             answer.reasoning += map(_reasoning_of, pieces)
         elif item["type"] == "function_call":
             _add_content(answer, item)
@@ -279,11 +285,13 @@ def _anthropic(answer: ModelAnswer, part: dict[str, Any]) -> None:
             answer.finish_reason = part.get("stop_reason")
             answer.usage = _anthropic_usage(part.get("usage"), None)
             answer.has_message = answer.is_complete = bool(content) or answer.finish_reason is not None
+        case _:
+            pass  # pings, and the ends of blocks
 
 
 def _anthropic_usage(usage: Any, before: Usage | None) -> Usage | None:
     """Return Anthropic's usage; a stream sends the input tokens first, in `before`, and the output tokens last."""
-    if not isinstance(usage, dict):
+    if not is_object(usage):
         return before
     names = ("input_tokens", "cache_creation_input_tokens", "cache_read_input_tokens")
     return Usage(
@@ -294,17 +302,19 @@ def _anthropic_usage(usage: Any, before: Usage | None) -> Usage | None:
 
 def _google(answer: ModelAnswer, part: dict[str, Any]) -> None:
     answer.model = _name(part.get("modelVersion")) or answer.model
-    blocked = (part.get("promptFeedback") or {}).get("blockReason")
-    if blocked:
+    feedback: Any = part.get("promptFeedback") or {}
+    if feedback.get("blockReason"):
         answer.finish_reason, answer.has_message, answer.is_complete = "SAFETY", True, True
-    for candidate in part.get("candidates") or []:
+    candidates: list[Any] = part.get("candidates") or []
+    for candidate in candidates:
         if candidate.get("index"):
             continue
-        content = candidate.get("content")
-        for piece in (content or {}).get("parts") or []:
+        content: Any = candidate.get("content")
+        pieces: list[Any] = (content.get("parts") if content else None) or []
+        for piece in pieces:
             if piece.get("thought") is True:
                 answer.reasoning.append(piece.get("text") or "")
-            elif isinstance(piece.get("functionCall"), dict):
+            elif is_object(piece.get("functionCall")):
                 answer.tool_call = answer.tool_call or _name(piece["functionCall"].get("name")) or "unnamed"
             else:
                 _append_text(answer.parts, piece.get("text"))
@@ -312,7 +322,7 @@ def _google(answer: ModelAnswer, part: dict[str, Any]) -> None:
         answer.has_message = answer.has_message or content is not None or answer.finish_reason is not None
         answer.is_complete = answer.finish_reason is not None
     counts = part.get("usageMetadata")
-    if isinstance(counts, dict):
+    if is_object(counts):
         out = _count(counts.get("candidatesTokenCount")) + _count(counts.get("thoughtsTokenCount"))
         answer.usage = Usage(input_tokens=_count(counts.get("promptTokenCount")), output_tokens=out)
 
@@ -331,7 +341,7 @@ def _append_text(texts: list[str], text: Any) -> None:
 
 
 def _usage(usage: Any, sent: str, got: str) -> Usage | None:
-    if not isinstance(usage, dict):
+    if not is_object(usage):
         return None
     return Usage(input_tokens=_count(usage.get(sent)), output_tokens=_count(usage.get(got)))
 

@@ -7,8 +7,9 @@ times before the agent's first reply. After that reply, such a rejection is a pr
 """
 
 import re
-from collections.abc import Awaitable, Callable, Sequence
+from collections.abc import Awaitable, Callable, Coroutine, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from tenacity import (
     AsyncRetrying,
@@ -27,7 +28,7 @@ from vigil.runner.models.answers import ModelAnswer, NoAnswer, Wire, read_answer
 from vigil.runner.models.context import CONTEXT_OVERFLOW
 from vigil.runner.models.provider_errors import hint_for
 
-Ask = Callable[[Sequence[Message]], Awaitable[Reply]]
+Ask = Callable[[Sequence[Message]], Coroutine[Any, Any, Reply]]
 """Function that sends messages to a model, with retries, and returns its reply.
 
 Raises ModelAPIError; after rejections, RequestRejected.

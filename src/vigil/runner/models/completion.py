@@ -1,7 +1,7 @@
 """Completion of one text by a model, for other work than episodes (proposals), with the same client and retries."""
 
 import asyncio
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 
 from vigil.agents.conversation import Message
@@ -13,7 +13,7 @@ from vigil.runner.models.redaction import Secrets, redacted_errors
 @contextmanager
 def open_completion(
     model: str, base_url: str | None, retry_policy: RetryPolicy | None = None, *, api_key_env: str | None = None
-) -> Iterator[Callable[[str], str]]:
+) -> Generator[Callable[[str], str], None, None]:
     """Yield a function that returns the model's answer to a text; it is empty when the provider rejects the text.
 
     The function raises ModelAPIError when the provider fails after all retries. `api_key_env` names the variable with

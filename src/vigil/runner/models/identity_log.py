@@ -30,11 +30,11 @@ class ModelIdentityLog:
     """Function that is called when a name or an address is new."""
     redact: Callable[[str], str] = lambda text: text
     """Function that removes secrets from a text; a server may send back what it was sent."""
-    check: dict[str, str] = field(default_factory=dict)
+    check: dict[str, str] = field(default_factory=dict[str, str])
     """Results of the check before the run, by its parts."""
-    models: Counter[str] = field(default_factory=Counter)
-    finish_reasons: Counter[str] = field(default_factory=Counter)
-    addresses: set[str] = field(default_factory=set)
+    models: Counter[str] = field(default_factory=Counter[str])
+    finish_reasons: Counter[str] = field(default_factory=Counter[str])
+    addresses: set[str] = field(default_factory=set[str])
     replies: int = 0
     with_reasoning: int = 0
 
@@ -80,7 +80,7 @@ class ModelIdentityLog:
 
 def client_versions() -> dict[str, str]:
     """Return the versions of the installed clients of models."""
-    found = {}
+    found: dict[str, str] = {}
     for name in CLIENTS:
         try:
             found[name] = version(name)

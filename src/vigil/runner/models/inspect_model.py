@@ -65,7 +65,7 @@ class Endpoint:
     """A model and how it is called."""
 
     access: ModelAccess
-    sampling: dict[str, Any] = field(default_factory=dict)
+    sampling: dict[str, Any] = field(default_factory=dict[str, Any])
     """Fields of Inspect's GenerateConfig; only what the user set."""
     max_connections: int = 16
     reply_seconds: int = REPLY_SECONDS

@@ -8,7 +8,7 @@ On a redirect to another host, HTTP libraries drop the header `Authorization`, b
 
 import os
 import ssl
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
 from ipaddress import ip_address
@@ -36,7 +36,7 @@ def check_network(address: str) -> None:
 
 
 @contextmanager
-def without_proxies(address: str) -> Iterator[None]:
+def without_proxies(address: str) -> Generator[None, None, None]:
     """Remove the proxies from the environment inside the context if the address is on this machine."""
     names = [case for name in _PROXIES.values() for case in (name, name.lower())] if is_loopback(address) else []
     kept = {name: os.environ.pop(name) for name in names if name in os.environ}
@@ -105,7 +105,7 @@ def disable_redirects(api: Any) -> None:
         original_initialize()
         _set_no_redirects(api)
 
-    api.initialize = initialize  # type: ignore[method-assign]
+    api.initialize = initialize  # type: ignore[method-assign] - replaced on this object only
     _set_no_redirects(api)
 
 

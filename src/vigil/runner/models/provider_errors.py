@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from itertools import islice
 from typing import Any
 
+from vigil.base.json_files import is_array, is_object
+
 MAX_CHARS = 1000
 _NESTING_FIELDS = ("error", "errors", "base_resp", "response", "metadata", "status", "body", "cause", "innererror")
 """Fields whose objects may contain a message; a string counts as a message only in `error`."""
@@ -49,9 +51,9 @@ def _as_text(found: Any) -> str:
 
 def error_status_in(found: Any, depth: int = _MAX_DEPTH) -> int | None:
     """Return the HTTP status in an error's JSON; None if it does not have one."""
-    if isinstance(found, list) and depth:
+    if is_array(found) and depth:
         return next((status for one in found if (status := error_status_in(one, depth - 1)) is not None), None)
-    if not isinstance(found, dict) or not depth:
+    if not is_object(found) or not depth:
         return None
     for name in ("code", "status", "status_code", "http_status"):
         code = found.get(name)
@@ -68,10 +70,10 @@ def _messages(found: Any, depth: int) -> Iterator[str]:
     if isinstance(found, str):
         inner = _json_in(found)
         yield from [" ".join(found.split())] if inner is None else _messages(inner, depth - 1)
-    elif isinstance(found, list):
+    elif is_array(found):
         for one in found:
             yield from _messages(one, depth - 1)
-    elif isinstance(found, dict):
+    elif is_object(found):
         fields = {str(name).casefold(): value for name, value in found.items()}
         for name in (*_MESSAGE_FIELDS, *_NESTING_FIELDS, *_DETAIL_FIELDS):
             value = fields.get(name)
@@ -81,10 +83,10 @@ def _messages(found: Any, depth: int) -> Iterator[str]:
 
 def _codes(found: Any, depth: int) -> Iterator[str]:
     """Yield the codes of an error that are words, e.g. `context_length_exceeded`, down to a depth."""
-    if isinstance(found, list):
+    if is_array(found):
         for one in found:
             yield from _codes(one, depth - 1)
-    elif isinstance(found, dict) and depth > 0:
+    elif is_object(found) and depth > 0:
         yield from (code for name in _CODE_FIELDS if isinstance(code := found.get(name), str) and not code.isdecimal())
         for name in _NESTING_FIELDS:
             yield from _codes(found.get(name), depth - 1)
@@ -98,7 +100,7 @@ def _json_in(text: str) -> Any:
         found = json.loads(text)
     except (ValueError, RecursionError):
         return None
-    return found if isinstance(found, dict | list) else None
+    return found if is_object(found) or is_array(found) else None
 
 
 FIND_COORDINATES = "`vigil calibrate --model NAME` finds the model's coordinates: give them with --coordinates."

@@ -11,9 +11,9 @@ import json
 import os
 import re
 import shlex
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypeGuard
 from urllib.parse import quote, unquote, urlsplit, urlunsplit
 
 from vigil.errors import VigilError
@@ -155,7 +155,7 @@ class Secrets:
 
 
 @contextmanager
-def redacted_errors(secrets: Secrets) -> Iterator[None]:
+def redacted_errors(secrets: Secrets) -> Generator[None, None, None]:
     """Remove the secrets from the messages of errors that are raised inside the context."""
     try:
         yield
@@ -211,9 +211,9 @@ def _secrets_in_login(url: str) -> list[str]:
 def _redact_value(name: str, value: Any, found: list[str], *, is_hidden: bool = False) -> Any:
     """Return `value` with secrets replaced; the secrets are added to `found`."""
     is_hidden = is_hidden or is_secret_name(name)
-    if isinstance(value, Mapping):
+    if _is_mapping(value):
         return _redact_mapping(name, value, found, is_hidden)
-    if isinstance(value, list | tuple):
+    if _is_sequence(value):
         is_pair = len(value) == 2 and isinstance(value[0], str) and is_secret_name(value[0])
         if is_pair and not is_hidden:
             return [value[0], _redact_value(value[0], value[1], found)]
@@ -224,6 +224,14 @@ def _redact_value(name: str, value: Any, found: list[str], *, is_hidden: bool = 
         found += [str(value), str(value).rpartition(" ")[2]]  # of `Bearer KEY`, the key alone is a secret, too
         return REDACTED
     return without_option_secrets(value, found) if isinstance(value, str) else value
+
+
+def _is_mapping(value: object) -> TypeGuard[Mapping[Any, Any]]:
+    return isinstance(value, Mapping)
+
+
+def _is_sequence(value: object) -> TypeGuard[Sequence[Any]]:
+    return isinstance(value, list | tuple)
 
 
 def _redact_mapping(name: str, value: Mapping[Any, Any], found: list[str], is_hidden: bool) -> dict[str, Any]:

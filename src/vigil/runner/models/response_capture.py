@@ -7,7 +7,7 @@ Several calls run in one event loop at the same time; a context variable, which 
 
 import contextlib
 import time
-from collections.abc import AsyncGenerator, Callable, Iterator
+from collections.abc import AsyncGenerator, Callable, Generator
 from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import Any
@@ -15,6 +15,7 @@ from typing import Any
 import httpx2
 from inspect_ai._util.http_defaults_httpx2 import default_client_kwargs
 
+from vigil.base.json_files import is_object
 from vigil.runner.models.answers import Wire
 from vigil.runner.models.redaction import without_login
 
@@ -39,7 +40,7 @@ _KEY = "vigil_exchange"
 
 
 @contextlib.contextmanager
-def capture_exchanges(api: Any) -> Iterator[list[Exchange]]:
+def capture_exchanges(api: Any) -> Generator[list[Exchange], None, None]:
     """Yield a list to which the exchanges of one call of Inspect's model `api` are added, in order.
 
     It is empty when the provider's client cannot have hooks, or does not use one of the four formats. Requests for
@@ -59,7 +60,7 @@ def capture_exchanges(api: Any) -> Iterator[list[Exchange]]:
 
 def _hook_client(client: Any) -> None:
     hooks = getattr(client, "event_hooks", None)
-    if isinstance(hooks, dict) and _note_request not in hooks["request"]:
+    if is_object(hooks) and _note_request not in hooks["request"]:
         hooks["request"].append(_note_request)
         hooks["response"].insert(0, _note_answer)
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from vigil.base.json_files import is_object
 from vigil.errors import SettingError
 from vigil.protocol.reasoning import Thinking
 from vigil.runner.models.providers import ModelName
@@ -52,7 +53,7 @@ def flatten_fields(fields: Mapping[str, Any], place: str = "") -> list[str]:
     found: list[str] = []
     for name, value in fields.items():
         where = f"{place}.{name}".lstrip(".")
-        found += flatten_fields(value, where) if isinstance(value, Mapping) else [f"{where}={value}"]
+        found += flatten_fields(value, where) if is_object(value) else [f"{where}={value}"]
     return found
 
 
@@ -60,7 +61,7 @@ def _merge(there: Mapping[str, Any], wanted: Mapping[str, Any], thinking: Thinki
     merged = dict(there)
     for name, value in wanted.items():
         given = merged.get(name)
-        if isinstance(value, Mapping) and isinstance(given, Mapping | None):
+        if is_object(value) and (given is None or is_object(given)):
             merged[name] = _merge(given or {}, value, thinking)
         elif given is not None and given != value:
             raise SettingError(

@@ -18,7 +18,7 @@ class EpisodeObserver:
 
     on_first_frame: Callable[[], None] = lambda: None
     """Called before the agent is shown the first frame."""
-    on_reply: Callable[[Observation, Reply], None] = lambda _observation, _reply: None
+    on_reply: Callable[[Observation, Reply], object] = lambda _observation, _reply: None
     """Called with each observation and the agent's reply to it, before the reply is carried out."""
 
 

@@ -5,6 +5,9 @@ actor, as for a worker on this machine. Ray does not restart or retry anything: 
 lost worker, and the run restores its live episodes.
 """
 
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
+# Ray's functions are typed in part only.
+
 import os
 import secrets
 import socket

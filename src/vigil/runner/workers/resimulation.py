@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from vigil.base.json_files import is_array, is_object
 from vigil.env import Env
 from vigil.protocol.episode import Episode
 from vigil.records.record import EpisodeRecord, StepRecord
@@ -108,10 +109,10 @@ class _FactComparison:
 
     def compare(self, place: str, old: Any, new: Any, key: str = "") -> Iterator[tuple[str, Any, Any]]:
         """Yield (place, old, new) for each value that differs; `key` is the nearest name above it."""
-        if isinstance(old, dict) and isinstance(new, dict):
+        if is_object(old) and is_object(new):
             for name in sorted(name for name in old.keys() | new.keys() if _RECORDED_SINCE.get(name, 0) <= self.rules):
                 yield from self.compare(f"{place}.{name}".lstrip("."), old.get(name), new.get(name), name)
-        elif isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
+        elif is_array(old) and is_array(new) and len(old) == len(new):
             for index, (before, now) in enumerate(zip(old, new, strict=True)):
                 yield from self.compare(f"{place}.{index}", before, now, key)
         elif not self._is_same(key, old, new):

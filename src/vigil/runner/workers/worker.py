@@ -14,7 +14,7 @@ import sys
 import threading
 import time
 import traceback
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -184,7 +184,7 @@ class RequestHandler:
             self._frames.save(observation.rgb)
 
     @contextmanager
-    def _agent_for(self, assignment: Assignment, simulator: Simulator) -> Iterator[Agent]:
+    def _agent_for(self, assignment: Assignment, simulator: Simulator) -> Generator[Agent, None, None]:
         """Yield the agent that plays an episode; a program ends with the episode, unless the run keeps programs."""
         plan = self._plan
         if plan.agent_factory is not None:
@@ -275,7 +275,7 @@ def serve(connection: Connection) -> None:
     """Answer requests until the other end closes the connection."""
     gc.freeze()  # imported modules are never garbage, so the collector need not look through them
     is_ending = threading.Event()
-    signal.signal(signal.SIGTERM, lambda *_: None if is_ending.is_set() else sys.exit())
+    signal.signal(signal.SIGTERM, lambda _signal, _frame: None if is_ending.is_set() else sys.exit())
     threading.Thread(target=_end_with_main_process, args=(connection.fileno(), is_ending), daemon=True).start()
     plan, channel = connection.recv(), WorkerChannel(connection)
     handler: RequestHandler | DrawingHandler | None = None

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 import pytest
-from cabinet_scene import make_scene
 
+from tests.support.cabinet_scene import make_scene
 from vigil.base.geometry import Pose, Vec3
 from vigil.scene.things import Scene
 from vigil.sim.engines.mujoco.engine import MujocoEngine

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from cabinet_scene import drawn_block
 
+from tests.support.cabinet_scene import drawn_block
 from vigil.rendering.light import occluders
 from vigil.sim.engines.mujoco.compiled import casters
 

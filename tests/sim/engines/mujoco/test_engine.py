@@ -3,11 +3,11 @@ import subprocess
 import sys
 import threading
 
-import cabinet_scene
 import numpy as np
 import pytest
-from waiting import HANGS_AFTER_S
 
+from tests.support import cabinet_scene
+from tests.support.waiting import HANGS_AFTER_S
 from vigil.base.geometry import Pose, Vec3
 from vigil.errors import SimulatorError
 from vigil.scene.things import Scene

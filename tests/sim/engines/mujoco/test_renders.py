@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from vigil.scene.things import Scene
-from vigil.sim.showcase.graphics_check import check_graphics
-from vigil.sim.showcase.renders import render_asset, render_birdseye
+from vigil.sim.graphics_check import check_graphics
+from vigil.sim.pictures.renders import render_asset, render_birdseye
 
 pytestmark = pytest.mark.usefixtures("drawing")
 
@@ -12,8 +12,8 @@ def test_an_asset_fills_its_stage_and_shows_its_state(scene: Scene) -> None:
     asset = scene.things["cabinet"].asset
     closed = render_asset(asset).astype(int)
     assert closed.shape == (480, 640, 3)
-    for state in ({"openness": 1.0}, {"is_toggled": True}):
-        assert (np.abs(render_asset(asset, **state) - closed).max(axis=2) > 20).sum() > 2000
+    for changed in (render_asset(asset, openness=1.0), render_asset(asset, is_toggled=True)):
+        assert (np.abs(changed - closed).max(axis=2) > 20).sum() > 2000
     red = (closed[..., 0] > closed[..., 2] + 40).sum()
     assert red > 5000, "its front, with the red leaf, faces the eye"
 

@@ -14,10 +14,10 @@ from vigil.base.geometry import Vec3
 from vigil.housegen import generate, spec_for
 from vigil.protocol.house import House
 from vigil.scene.build import build_scene
+from vigil.scene.fidelity import mismatches_of, too_many_triangles
 from vigil.scene.things import Scene
 from vigil.sim.conformance.reference_house import reference_house
 from vigil.sim.engines.mujoco.compiled.model import build
-from vigil.sim.showcase.fidelity import mismatches_of, too_many_triangles
 
 SIZES = AssetDatabase.default()
 SMALL_MOST, FURNITURE_MOST = 800, 3000

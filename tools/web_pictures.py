@@ -1,4 +1,4 @@
-"""Takes the pictures of docs/web.md, docs/web/*, in headless Chromium: `python scripts/web_pictures.py`.
+"""Takes the pictures of docs/web.md, docs/web/*, in headless Chromium: `python -m tools.web_pictures`.
 
 It plays the starter pack with four agents, into runs/web, and shows those runs. A second call plays nothing that is
 there.

@@ -13,7 +13,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from scripts.blind.forms import (
+from tools.blind.forms import (
     LAYOUTS,
     ArtefactsAnswer,
     DrawnBy,
@@ -23,8 +23,8 @@ from scripts.blind.forms import (
     RoundKind,
     VoteAnswer,
 )
-from scripts.blind.judging import is_named, is_state_named
-from scripts.blind.sheets import ANSWERS, SIDES, key_of, write_lines
+from tools.blind.judging import is_named, is_state_named
+from tools.blind.sheets import ANSWERS, SIDES, key_of, write_lines
 from vigil.scoring.rates import wilson
 
 FOLDER = Path(__file__).parents[2] / "docs" / "blind"

@@ -13,12 +13,13 @@ from typing import Any
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from scripts.blind.forms import CROP_CELL_PX, LAYOUTS, RoundKind, RoundLayout, instructions
-from vigil.sim.showcase.object_renders import MARK_GAP_PX, marked
+from tools.blind.forms import CROP_CELL_PX, LAYOUTS, RoundKind, RoundLayout, instructions
 
 LABEL_PX, FONT_PX, GAP_PX = 19, 16, 5
 """Height of the line with a picture's number, size of its letters, and the space between pictures; small, because some
 viewers shrink sheets of more than 1.18 million pixels."""
+MARK_PX, MARK_GAP_PX = 7, 9
+"""Sides of the corners that mark a subject in a blind round, and how far off its box they are."""
 ANSWERS = "answers.jsonl"
 SIDES = ("A", "B")
 PixelBox = tuple[float, float, float, float]
@@ -111,3 +112,17 @@ def crop_around(frame: Image.Image, box_px: PixelBox) -> Image.Image:
     y = round(min(max((top + bottom - height) / 2, 0), frame.height - height))
     part = frame.crop((x, y, x + width, y + height))
     return marked(np.asarray(part), (left - x, top - y, right - x, bottom - y))
+
+
+def marked(picture: np.ndarray, box_px: PixelBox) -> Image.Image:
+    """Return a picture (h, w, 3) with a bright corner, edged dark, off each corner of a box that is in it."""
+    image = Image.fromarray(picture)
+    left, top = (int(max(side - MARK_GAP_PX, 1)) for side in box_px[:2])
+    right = int(min(box_px[2] + MARK_GAP_PX, image.width - 2))
+    bottom = int(min(box_px[3] + MARK_GAP_PX, image.height - 2))
+    pen = ImageDraw.Draw(image)
+    for colour, width in (("black", 3), ("white", 1)):
+        for x, inward in ((left, MARK_PX), (right, -MARK_PX)):
+            for y, down in ((top, MARK_PX), (bottom, -MARK_PX)):
+                pen.line((x + inward, y, x, y, x, y + down), fill=colour, width=width)
+    return image

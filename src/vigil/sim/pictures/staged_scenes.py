@@ -1,6 +1,6 @@
 """Exhibits: one thing standing where such things stand, in a plain room; a scene built by hand, no house.
 
-Where it stands, and with what, `vigil.sim.showcase.places` says.
+Where it stands, and with what, `vigil.sim.pictures.places` says.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from vigil.assets.kernel.asset import Asset
 from vigil.base.geometry import Vec3
 from vigil.protocol.house import Color, MaterialRef
 from vigil.scene.things import Hole, RoomShape, Scene, Thing, WallPanel
-from vigil.sim.showcase.places import HEIGHT_M, MIDDLE_M, OPENINGS, companions, place
+from vigil.sim.pictures.places import HEIGHT_M, MIDDLE_M, OPENINGS, companions, place
 
 State = Literal["open", "closed", "on", "off"]
 

@@ -1,4 +1,4 @@
-"""Draws the pictures of docs/houses.md, plan and two inside views of six houses: `python scripts/house_pictures.py`."""
+"""Draws the pictures of docs/houses.md, plan and two inside views of six houses: `python -m tools.house_pictures`."""
 
 from pathlib import Path
 
@@ -16,8 +16,8 @@ from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Scene
 from vigil.sim import make_simulator
 from vigil.sim.core.motion import CollisionMap
+from vigil.sim.pictures.renders import render_birdseye
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.sim.showcase.renders import render_birdseye
 
 FOLDER = Path(__file__).parents[1] / "docs" / "houses"
 HOUSES = (("kitchen", 11), ("bedroom", 9), ("2", 12), ("3", 5), ("4", 21), ("6", 8))

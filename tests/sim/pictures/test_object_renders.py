@@ -1,7 +1,4 @@
-"""Single things as an agent would see them: where they stand, from how far, and that the key stays apart."""
-
-import json
-from pathlib import Path
+"""Single things as an agent would see them: where they stand, from how far."""
 
 import numpy as np
 import pytest
@@ -10,19 +7,15 @@ from vigil.assets.catalog import CATALOG
 from vigil.scene.geometry import body_box, bounding_box
 from vigil.sim.core.sight import directions, project
 from vigil.sim.engines.mujoco.engine import MujocoEngine
-from vigil.sim.showcase import object_renders as showcase
-from vigil.sim.showcase.object_renders import (
+from vigil.sim.pictures.object_renders import (
     FARTHEST_M,
     NEAREST_M,
     SPAN_PX,
-    draw_subjects,
-    marked,
     render_object,
     view_of,
-    write_blind,
 )
-from vigil.sim.showcase.places import HEIGHT_M, HOSTS, RAILS, host_of
-from vigil.sim.showcase.staged_scenes import DEPTH_M, SUBJECT, WIDTH_M, SceneSubject, staged_scene, states_of
+from vigil.sim.pictures.places import HEIGHT_M, HOSTS, RAILS, host_of
+from vigil.sim.pictures.staged_scenes import DEPTH_M, SUBJECT, WIDTH_M, SceneSubject, staged_scene, states_of
 
 
 def _subject(category: str, variant: int = 1) -> SceneSubject:
@@ -117,42 +110,3 @@ def test_same_subject_same_picture_another_state_another_picture() -> None:
     )
     assert (np.abs(on - off).max(axis=2) > 30).sum() > 500
     assert (render_object(SceneSubject("DeskLamp", 4, "off"), 7, quality="fast") == off).all()
-
-
-def test_lots_show_every_category_in_other_variants_and_states() -> None:
-    lots = draw_subjects(3 * len(CATALOG), 2)
-    assert lots == draw_subjects(3 * len(CATALOG), 2) != draw_subjects(3 * len(CATALOG), 3)
-    for category in CATALOG:
-        drawn = [lot for lot in lots if lot.category == category]
-        assert len({lot.variant for lot in drawn}) == 3
-    assert {lot.state for lot in lots if lot.category == "Fridge"} == {"open", "closed"}
-    assert {lot.state for lot in lots if lot.category == "Microwave"} == {"open", "closed", "on"}
-
-
-def test_lots_are_drawn_until_so_many_suit(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(showcase, "CATALOG", {name: CATALOG[name] for name in ("Egg", "Fork")})
-    lots = draw_subjects(9, 2, lambda subject: subject.category == "Egg")
-    assert {lot.category for lot in lots} == {"Egg"}
-    assert len({lot.variant for lot in lots}) == 9
-    with pytest.raises(ValueError, match="ask for fewer"):
-        draw_subjects(1, 2, lambda _: False)
-
-
-@pytest.mark.usefixtures("drawing")
-def test_blind_pictures_carry_no_names_and_the_key_lies_outside(tmp_path: Path) -> None:
-    lots = draw_subjects(2, 9)
-    key = write_blind(tmp_path / "round", lots, 9)
-    assert sorted(path.name for path in (tmp_path / "round").iterdir()) == ["001.png", "002.png"]
-    assert key.parent == tmp_path
-    shown = json.loads(key.read_text())["pictures"]
-    assert [SceneSubject(**shown[name]) for name in sorted(shown)] == lots
-
-
-def test_marks_lie_around_the_box_and_within_the_picture() -> None:
-    plain = np.full((480, 640, 3), 128, np.uint8)
-    drawn = (np.asarray(marked(plain, (300.0, 200.0, 340.0, 230.0))) != 128).any(axis=2)
-    assert drawn.any()
-    assert not drawn[200:231, 300:341].any()
-    rows, columns = np.nonzero(drawn)
-    assert (rows.min() > 185, rows.max() < 245, columns.min() > 285, columns.max() < 355) == (True,) * 4
-    assert marked(plain, (-50.0, -50.0, 900.0, 700.0)).size == (640, 480)

@@ -1,6 +1,6 @@
 """Publishes the results of readers who played a pack: `plays.json`, an updated card, and the records.
 
-python scripts/reader_plays.py --pack PACK --causes causes.jsonl --drawn "SENTENCE" --records FILE.jsonl.gz RUN...
+python -m tools.reader_plays --pack PACK --causes causes.jsonl --drawn "SENTENCE" --records FILE.jsonl.gz RUN...
 
 `causes.jsonl` has a line for each failure: {"episode_id": ..., "cause": "agent", "reason": ...}. Runs may have been
 played on an earlier version of the pack, if their episodes are the same to the byte in this one; of those that the pack

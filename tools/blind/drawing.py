@@ -1,6 +1,6 @@
 """Draws what a blind round shows, with the `vigil` that Python finds: this tree's, or in another process an older one.
 
-    python scripts/blind/drawing.py JOBS.json FOLDER
+    python tools/blind/drawing.py JOBS.json FOLDER
 
 JOBS.json is a list of jobs. FOLDER gets the frame of each (640 x 480, PNG), named by its number from 0, and
 `facts.json`, a list of what is true of each. Nothing but `vigil` is imported, and of that what older versions have too.
@@ -24,9 +24,9 @@ from vigil.protocol.house import House
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.world import Setup
 from vigil.sim import make_simulator
+from vigil.sim.pictures.object_renders import render_with_placement
+from vigil.sim.pictures.staged_scenes import SceneSubject, State
 from vigil.sim.privileged import PrivilegedSimulator
-from vigil.sim.showcase.object_renders import render_with_placement
-from vigil.sim.showcase.staged_scenes import SceneSubject, State
 
 FACTS = "facts.json"
 BACKEND = "mujoco"

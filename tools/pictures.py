@@ -1,4 +1,4 @@
-"""Writes docs/gallery.md, and draws its pictures of the starter pack: `python scripts/pictures.py`.
+"""Writes docs/gallery.md, and draws its pictures of the starter pack: `python -m tools.pictures`.
 
 The other pictures of the gallery are drawn by the commands that the page names.
 """
@@ -48,7 +48,7 @@ def main() -> None:
         "",
         "## Where an episode of each family starts",
         "",
-        "These frames of the starter pack were made by `python scripts/pictures.py`; an agent sees exactly the same "
+        "These frames of the starter pack were made by `python -m tools.pictures`; an agent sees exactly the same "
         f"frames. Of the first {TRIED} episodes of a family, the page shows the one whose frame shows most, because "
         "some start in front of a wall.",
         "",
@@ -101,8 +101,7 @@ def _other_sections() -> list[str]:
         "",
         "## Houses",
         "",
-        "`python scripts/house_pictures.py` makes these pictures; each shows the house of a seed "
-        "([houses](houses.md)).",
+        "`python -m tools.house_pictures` makes these pictures; each shows the house of a seed ([houses](houses.md)).",
         "",
     ]
     for path in _files("houses", "*_plan.jpg"):
@@ -120,14 +119,14 @@ def _other_sections() -> list[str]:
     lines += [f"[{family}](packs/{family}.webp)" + " ·" * (family != "CR") for family in FAMILIES]
     lines += ["", "![Ten episodes of Approach and Interact](packs/AI.webp)", "", "## Endings", ""]
     lines += [
-        "[Concepts](concepts.md) shows how episodes end; `python scripts/concepts.py` makes its pictures.",
+        "[Concepts](concepts.md) shows how episodes end; `python -m tools.concepts` makes its pictures.",
         "",
         "## Pages",
         "",
     ]
     return [
         *lines,
-        "[The pages](web.md) has pictures of the web pages; `python scripts/web_pictures.py` makes them.",
+        "[The pages](web.md) has pictures of the web pages; `python -m tools.web_pictures` makes them.",
         "",
     ]
 

@@ -1,10 +1,10 @@
 """Makes blind rounds, in which readers name what is drawn without knowing it, and publishes what they answered.
 
-    python -m scripts.blind_round make --kind near --seed 7 --out rounds/near
-    python -m scripts.blind_round make --kind near --seed 7 --before OLDER --out rounds/near_before
-    python -m scripts.blind_round starts --seed 7 --out rounds/starts
-    python -m scripts.blind_round pairs --before OLDER --seed 7 --out rounds/pairs
-    python -m scripts.blind_round publish --round rounds/near rounds/starts --out docs/blind
+    python -m tools.blind_round make --kind near --seed 7 --out rounds/near
+    python -m tools.blind_round make --kind near --seed 7 --before OLDER --out rounds/near_before
+    python -m tools.blind_round starts --seed 7 --out rounds/starts
+    python -m tools.blind_round pairs --before OLDER --seed 7 --out rounds/pairs
+    python -m tools.blind_round publish --round rounds/near rounds/starts --out docs/blind
 
 A round is a folder of sheets, README.txt with what readers are asked, and answers.jsonl, which they fill in. What is
 shown is in the key beside that folder, FOLDER.key.json, which no reader may open. The seed draws everything; the same
@@ -16,8 +16,8 @@ import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from scripts.blind import making, publishing, sheets
-from scripts.blind.sheets import BlindRound
+from tools.blind import making, publishing, sheets
+from tools.blind.sheets import BlindRound
 
 PICTURES = {"near": 207, "far": 207, "state": 207, "held": 40}
 """Number of pictures in a round; 207 fill 23 sheets."""

@@ -1,9 +1,7 @@
 """Portraits: single things as an agent would see them, for judging whether one recognises them and their state."""
 
-import json
 import zlib
-from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
@@ -17,20 +15,16 @@ from vigil.scene.geometry import box_corners, place_of
 from vigil.scene.things import Scene, Thing
 from vigil.sim.core.sight import project
 from vigil.sim.engines.mujoco.engine import MujocoEngine
-from vigil.sim.showcase.staged_scenes import SUBJECT, SceneSubject, staged_scene, states_of
+from vigil.sim.pictures.staged_scenes import SUBJECT, SceneSubject, staged_scene, states_of
 
 SPAN_PX = 120
 NEAREST_M, FARTHEST_M = 0.3, 1.5
 STEEPEST_DOWN_DEG, STEEPEST_UP_DEG = 48.0, 30.0
 SIDEWAYS_DEG = 25.0
 _STEP_M, _REACH_M = 0.01, 9.0
-MARK_PX, MARK_GAP_PX = 7, 9
-"""Sides of the corners that mark a subject in a blind round, and how far off its box they are."""
 CELL_PX = (192, 144)
 """One picture of a contact sheet, cut from the middle of the frame."""
 COLUMNS, LINE_PX = 8, 16
-ROUNDS = 101
-"""Of all categories that are drawn at most, and by how much the variants of one seed are away from the next seed's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,61 +110,6 @@ def _towards(middle: np.ndarray, reach: float, sideways_deg: float) -> Pose:
         rotation=(180.0 + sideways_deg) % 360.0,
         horizon=float(np.degrees(np.arcsin(sine))),
     )
-
-
-def draw_subjects(count: int, seed: int, suits: Callable[[SceneSubject], bool] = lambda _: True) -> list[SceneSubject]:
-    """Return `count` subjects in random order, every category equally often, each time another variant and state.
-
-    Those that do not suit are passed over, so that their categories are seen less often. Raises ValueError when too few
-    suit in `ROUNDS` rounds of all categories.
-    """
-    rng = np.random.default_rng(seed)
-    subjects = list(islice(filter(suits, _subject_rounds(rng, seed)), count))
-    if len(subjects) < count:
-        raise ValueError(f"Only {len(subjects)} of {count} subjects that suit are found; ask for fewer.")
-    return [subjects[number] for number in rng.permutation(len(subjects))]
-
-
-def _subject_rounds(rng: np.random.Generator, seed: int) -> Iterator[SceneSubject]:
-    """Yield subjects in rounds, each of every category once."""
-    names = sorted(CATALOG)
-    for turn in range(ROUNDS):
-        for name in map(str, rng.permutation(names)):
-            variant = ROUNDS * seed + turn
-            states = states_of(SceneSubject(name, variant).asset)
-            first = int(np.random.default_rng([seed, len(name)]).integers(len(states)))
-            yield SceneSubject(name, variant, states[(first + turn) % len(states)])
-
-
-def write_blind(folder: Path, subjects: list[SceneSubject], seed: int, distance_m: float | None = None) -> Path:
-    """Writes one numbered picture a subject to `folder`, and what they show to a file beside it. Returns that file.
-
-    Corners mark the subject: what it stands on and with is in the picture too.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    key = {}
-    for number, subject in enumerate(subjects, start=1):
-        name = f"{number:03}.png"
-        picture, view = render_with_placement(subject, seed, distance_m, "default")
-        marked(picture, view.box_px).save(folder / name)
-        key[name] = asdict(subject)
-    path = folder.with_name(f"{folder.name}.key.json")
-    path.write_text(json.dumps({"seed": seed, "distance_m": distance_m, "pictures": key}, indent=1) + "\n")
-    return path
-
-
-def marked(picture: np.ndarray, box_px: tuple[float, float, float, float]) -> Image.Image:
-    """Return a picture (h, w, 3) with a bright corner, edged dark, off each corner of a box that is in it."""
-    image = Image.fromarray(picture)
-    left, top = (int(max(side - MARK_GAP_PX, 1)) for side in box_px[:2])
-    right = int(min(box_px[2] + MARK_GAP_PX, image.width - 2))
-    bottom = int(min(box_px[3] + MARK_GAP_PX, image.height - 2))
-    pen = ImageDraw.Draw(image)
-    for colour, width in (("black", 3), ("white", 1)):
-        for x, inward in ((left, MARK_PX), (right, -MARK_PX)):
-            for y, down in ((top, MARK_PX), (bottom, -MARK_PX)):
-                pen.line((x + inward, y, x, y, x, y + down), fill=colour, width=width)
-    return image
 
 
 def write_catalog(folder: Path, variants: int, seed: int, distance_m: float | None = None) -> list[Path]:

@@ -1,5 +1,5 @@
-"""Plays the examples of docs/concepts.md and draws their strips into docs/concepts: `python scripts/concepts.py`, or
-some of them by name: `python scripts/concepts.py B SV`.
+"""Plays the examples of docs/concepts.md and draws their strips into docs/concepts: `python -m tools.concepts`, or
+some of them by name: `python -m tools.concepts B SV`.
 
 Every example is an episode of the packaged smoke pack; what it must end as is said here, and checked.
 """

@@ -1,6 +1,6 @@
 """Holds generated one-room houses against real ones: writes docs/house_statistics.md and its figures.
 
-Example: python scripts/house_statistics.py --real one_room_train.jsonl.gz --asset-database asset-database.json
+Example: python -m tools.house_statistics --real one_room_train.jsonl.gz --asset-database asset-database.json
 Only distributions are drawn; no house of others is kept.
 """
 
@@ -17,10 +17,10 @@ mpl.use("agg")
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
+from tools.house_measures import MEASURES, DistributionComparison, RoomStatistics, compare, measure
 from vigil.assets.catalog import CATALOG
 from vigil.assets.database import AssetDatabase
 from vigil.housegen import GENERATOR_VERSION, generate, spec_for
-from vigil.housegen.checking.statistics import MEASURES, DistributionComparison, RoomStatistics, compare, measure
 from vigil.protocol.house import House
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -179,7 +179,7 @@ def _write(compared: list[DistributionComparison], tables: list[str], counts: di
         "one-room houses of ProcTHOR, as cumulative distributions with dotted lines at the medians. They count the",
         f"{counts['kinds']} kinds of objects that at least {LEAST_SHARE:.0%} of the real houses have; the share of",
         "floor covered counts all furniture. The aim: medians within 25 % and a KS distance under 0.25.",
-        "`scripts/house_statistics.py` writes this page.",
+        "`tools/house_statistics.py` writes this page.",
         "",
         "![Rooms: area, objects, types, floor covered, small things](houses/statistics_rooms.png)",
         "",

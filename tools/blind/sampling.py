@@ -1,15 +1,16 @@
 """What the seed of a blind round draws: things and states, starts of episodes, and moments before and after a pick."""
 
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import islice, product
 from typing import Any
 
 import numpy as np
 
-from scripts.blind.drawing import Portrait, StartView
-from scripts.blind.forms import RoundKind
+from tools.blind.drawing import Portrait, StartView
+from tools.blind.forms import RoundKind
+from vigil.assets.catalog import CATALOG
 from vigil.packs.files import HOUSES
 from vigil.packs.names import newest_version, stem_of
 from vigil.packs.pack import Pack, packaged_names
@@ -17,9 +18,11 @@ from vigil.protocol.actions import InteractPixel, PhysicalAction, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
 from vigil.protocol.observation import Quality
-from vigil.sim.showcase.object_renders import draw_subjects, stage_subject
-from vigil.sim.showcase.staged_scenes import SceneSubject
+from vigil.sim.pictures.object_renders import stage_subject
+from vigil.sim.pictures.staged_scenes import SceneSubject, states_of
 
+ROUNDS = 101
+"""Of all categories that are drawn at most, and by how much the variants of one seed are away from the next seed's."""
 FAR_M, FAR_SPAN_PX = 3.0, 30
 """Distance (m) of things in rounds `far`, and the least size that they must have there."""
 QUALITIES: tuple[Quality, ...] = ("default", "fast")
@@ -75,6 +78,30 @@ def portraits(kind: RoundKind, seed: int, count: int) -> list[Portrait]:
 
     subjects = draw_subjects(count, seed, suits)
     return [Portrait(each.category, each.variant, each.state, seed, distance_m) for each in subjects]
+
+
+def draw_subjects(count: int, seed: int, suits: Callable[[SceneSubject], bool] = lambda _: True) -> list[SceneSubject]:
+    """Return `count` subjects in random order, every category equally often, each time another variant and state.
+
+    Those that do not suit are passed over, so that their categories are seen less often. Raises ValueError when too few
+    suit in `ROUNDS` rounds of all categories.
+    """
+    rng = np.random.default_rng(seed)
+    subjects = list(islice(filter(suits, _subject_rounds(rng, seed)), count))
+    if len(subjects) < count:
+        raise ValueError(f"Only {len(subjects)} of {count} subjects that suit are found; ask for fewer.")
+    return [subjects[number] for number in rng.permutation(len(subjects))]
+
+
+def _subject_rounds(rng: np.random.Generator, seed: int) -> Iterator[SceneSubject]:
+    """Yield subjects in rounds, each of every category once."""
+    names = sorted(CATALOG)
+    for turn in range(ROUNDS):
+        for name in map(str, rng.permutation(names)):
+            variant = ROUNDS * seed + turn
+            states = states_of(SceneSubject(name, variant).asset)
+            first = int(np.random.default_rng([seed, len(name)]).integers(len(states)))
+            yield SceneSubject(name, variant, states[(first + turn) % len(states)])
 
 
 def _is_large_enough(subject: SceneSubject, seed: int) -> bool:

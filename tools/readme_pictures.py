@@ -1,4 +1,4 @@
-"""Makes the pictures of README.md, docs/readme/*, from the starter pack: `python scripts/readme_pictures.py`.
+"""Makes the pictures of README.md, docs/readme/*, from the starter pack: `python -m tools.readme_pictures`.
 
 It plays the pack with four agents and one episode with a fifth, into runs/readme, and takes the rest from the commands
 `vigil export`, `vigil figure` and `vigil view`. A second call plays nothing that is there. Needs Chromium.
@@ -13,9 +13,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from playwright.sync_api import sync_playwright
-from web_pictures import command, page_of, save_screenshot, serving
 
 import vigil
+from tools.web_pictures import command, page_of, save_screenshot, serving
 from vigil import Observation, Pack, Profile, Reply
 from vigil.authoring.demonstrations.play import Demonstrator
 from vigil.authoring.drafting.drafts import Draft, DraftFacts

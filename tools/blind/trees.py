@@ -13,11 +13,11 @@ from pathlib import Path
 
 from pydantic import TypeAdapter
 
-from scripts.blind import drawing
-from scripts.blind.drawing import FACTS, FrameFacts, Job
-from vigil.sim.showcase import object_renders
+from tools.blind import drawing
+from tools.blind.drawing import FACTS, FrameFacts, Job
+from vigil.sim.pictures import object_renders
 
-PORTRAIT = Path("vigil", "sim", "showcase", "object_renders.py")
+PORTRAIT = Path("vigil", "sim", "pictures", "object_renders.py")
 
 
 def draw_with(tree: Path | None, jobs: Sequence[Job], folder: Path) -> list[FrameFacts]:

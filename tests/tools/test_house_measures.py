@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
+from tools.house_measures import DistributionComparison, compare, measure
 from vigil.assets.database import AssetDatabase
 from vigil.housegen import generate, spec_for
 from vigil.housegen.base.merged_drawers import with_merged_drawers
-from vigil.housegen.checking.statistics import DistributionComparison, compare, measure
 from vigil.housegen.survey import PART_CATEGORIES, survey
 
 

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from scripts.blind import sampling
-from scripts.blind.drawing import BACKEND, FrameFacts, Job, frame_path
-from scripts.blind.forms import DrawnBy, RoundKind
-from scripts.blind.sampling import EpisodeCandidate, PickMoment
-from scripts.blind.sheets import BlindRound, RoundItem, crop_around
-from scripts.blind.trees import commit_of, draw_with
+from tools.blind import sampling
+from tools.blind.drawing import BACKEND, FrameFacts, Job, frame_path
+from tools.blind.forms import DrawnBy, RoundKind
+from tools.blind.sampling import EpisodeCandidate, PickMoment
+from tools.blind.sheets import BlindRound, RoundItem, crop_around
+from tools.blind.trees import commit_of, draw_with
 from vigil.assets.database import AssetDatabase
 from vigil.protocol.observation import Quality
 from vigil.sim import make_simulator

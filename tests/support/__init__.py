@@ -1,0 +1,1 @@
+"""What tests, sweeps and benchmarks share."""
