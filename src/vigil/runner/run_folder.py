@@ -18,7 +18,7 @@ from typing import Any
 
 from vigil import __version__
 from vigil.base.files import refuse_outward_links
-from vigil.base.json_files import is_object
+from vigil.base.json_files import is_array, is_object
 from vigil.base.json_lines import write_error
 from vigil.errors import MAX_PART_CHARS, RecordError, shorten
 from vigil.protocol.episode import Episode
