@@ -525,7 +525,7 @@ def test_inspects_task_reads_a_prompt_file(tmp_path: Path) -> None:
         ({"backend": "unity"}, "ERROR: Simulator 'unity' does not exist"),
         ({"coordinates": "pixels"}, "ERROR: --coordinates is 'pixels'. Did you mean 'pixel'"),
         ({"workers": 0}, "ERROR: --workers is 0; it must be 1 or more"),
-        ({"famly": "DA"}, "ERROR: The task takes no argument 'famly'. Did you mean 'family'"),
+        ({"famly": "DA"}, "ERROR: The task does not have an argument 'famly'. Did you mean 'family'"),
     ],
 )
 def test_inspect_is_told_of_bad_arguments_in_its_own_way(arguments: dict[str, Any], named: str) -> None:

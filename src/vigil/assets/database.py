@@ -96,7 +96,7 @@ class AssetDatabase:
         except ValueError as error:
             raise SettingError(f"Asset database {str(path)!r} is not JSON: {error}. {_WANTED}") from None
         if not isinstance(data, dict) or not data:
-            raise SettingError(f"Asset database {str(path)!r} holds no object of categories. {_WANTED}")
+            raise SettingError(f"Asset database {str(path)!r} does not map categories to objects. {_WANTED}")
         known: dict[str, tuple[str, Vec3]] = {}
         for category, rows in data.items():
             if not isinstance(rows, list):

@@ -360,6 +360,7 @@ def _differences(place: str, there: Any, here: Any) -> Iterator[str]:
 
 def abbreviated(value: Any) -> str:
     """Return the text of a value for a message, or only the number of items of a longer list or tuple."""
-    if is_array(value) and len(value) > 3:
-        return f"{len(value)} of them"
+    items: object = list(value) if isinstance(value, tuple) else value
+    if is_array(items) and len(items) > 3:
+        return f"{len(items)} of them"
     return shorten(repr(value), MAX_PART_CHARS)

@@ -78,7 +78,7 @@ class Verification:
 
     @property
     def is_verified(self) -> bool:
-        """Whether everything was reproduced as recorded, and the file holds no other rows."""
+        """Whether everything was reproduced as recorded, and the file does not have other rows."""
         return self.checked > 0 and not self.differences and not self.left_out
 
 

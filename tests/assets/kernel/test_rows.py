@@ -93,7 +93,7 @@ parts = [
 
 
 WRONG_ROWS = {
-    "word = []": "a row takes no 'word'. Did you mean 'words'?",
+    "word = []": "a row does not have 'word'. Did you mean 'words'?",
     "values.kind = {luck = 1}": "value 'kind': it is drawn by one of",
     'values.share = {by = "kind", a = 1}': "value 'share': 'kind' has no value here.",
     'values.tint = {colours = ["redd"]}': "value 'tint': 'redd' is not among colours. Did you mean 'red'?",
@@ -104,7 +104,7 @@ WRONG_PARTS = {
     'look = "wax", box = 1, ball = 1': "an entry holds one shape, one addition or 'parts', not 'box, ball'.",
     'look = "wax", box = [1, 1]': "[1, 1] is not a list of 3 numbers",
     'look = "wax", box = [1, 1, true]': "True is neither a number nor a formula",
-    'look = "wax", box = [1, 1, 1], bevl = 0.1': "'box' takes no 'bevl'. Did you mean 'bevel'?",
+    'look = "wax", box = [1, 1, 1], bevl = 0.1': "'box' does not have 'bevl'. Did you mean 'bevel'?",
     'look = "wax", cylinder = 0.1': "'cylinder' needs 'length'",
     'look = "wax", cylinder = 0.1, length = 1, axis = "up"': "'up' is not an axis: x, y or z",
     'look = "{tint}", box = [1, 1, 1]': "'{tint}' names 'tint', which has no value here.",

@@ -99,7 +99,7 @@ def test_nothing_else_is_written_over(tmp_path: Path) -> None:
         write_stream(tmp_path / "train", asked(first=1), 5)
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / "file").write_text("x")
-    with pytest.raises(SettingError, match="not empty"):
+    with pytest.raises(SettingError, match="is not an empty folder"):
         write_stream(tmp_path / "other", asked(), 2)
     (tmp_path / "train.stream.jsonl").rename(tmp_path / "new.stream.jsonl")
     with pytest.raises(SettingError, match="houses of another stream"):

@@ -228,7 +228,7 @@ def test_rooms_of_one_name(data):
 def test_starts_that_are_no_pose(data, agent):
     data["metadata"]["agent"] = agent
     found = next(fault for fault in faults(data) if fault.rule == "start")
-    assert "no start pose" in found.message
+    assert "is not a start pose" in found.message
 
 
 def test_a_house_that_does_not_load_for_another_reason(data):

@@ -157,7 +157,7 @@ def is_counted(thing: Thing, act: Act) -> bool:
 
 
 def _is_meant(thing: Thing, act: Act) -> bool:
-    """Return whether "every drawer and door", or "everything but the ceiling lights", includes a thing."""
+    """Return whether "every drawer and door", or "everything except the ceiling lights", includes a thing."""
     return thing.category in DRAWERS_AND_DOORS if act == "close" else thing.category not in LIGHTS | FLAMES
 
 

@@ -87,7 +87,7 @@ class PrivilegedView:
         return self._clearance
 
     def walks(self, *, is_exact: bool = False) -> ShortestPaths:
-        """Return the shortest walks from the agent's position; exact ones keep no margin from obstacles."""
+        """Return the shortest walks from the agent's position; exact ones are without a margin to obstacles."""
         position = self.agent.position
         plan = self.plan()
         return (plan.exact if is_exact else plan).walks_from((position.x, position.z))

@@ -105,7 +105,7 @@ def parse_answer(wire: Wire, body: bytes) -> ModelAnswer:
 def check_ending(finish_reason: str | None, text: str, tool_call: str | None) -> None:
     """Raise AttemptFailed when something other than the model ended an answer.
 
-    That is so if the finish reason says so, or if it is unknown and the answer has neither text nor a tool call.
+    It is raised if the finish reason says so, or if that is unknown and the answer has neither text nor a tool call.
     """
     ending = stop_cause(finish_reason)
     if ending == "filtered":

@@ -113,7 +113,7 @@ def _towards(middle: np.ndarray, reach: float, sideways_deg: float) -> Pose:
 
 
 def write_catalog(folder: Path, variants: int, seed: int, distance_m: float | None = None) -> list[Path]:
-    """Writes contact sheets of every category's variants and states, with names. Returns their paths."""
+    """Write contact sheets of every category's variants and states, with names, and return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     subjects = iter(catalogue(variants))
     paths: list[Path] = []

@@ -46,7 +46,7 @@ _LINTEL_M, _BEFORE_WINDOW_M = 0.08, 0.05
 
 
 def place(thing: Thing, rng: np.random.Generator) -> list[Thing]:
-    """Puts a thing where such things stand, in the middle of the wall z = 0; returns its hosts, the nearest first."""
+    """Put an object where such objects stand, in the middle of the wall z = 0; return its hosts, nearest first."""
     where = host_of(thing.category)
     if where in (FLOOR, WALL, CEILING):
         _into_room(thing, where, rng)
@@ -115,7 +115,7 @@ def _middle(thing: Thing) -> float:
 
 
 def _onto(thing: Thing, host: Thing, rng: np.random.Generator) -> None:
-    """Puts a thing on or over a host that has its place."""
+    """Put an object on or over a host that has its place."""
     if host.category in RAILS:
         thing.position = _over_bar(thing.asset, host)
     elif host.category == "Stove" and thing.category == "StoveKnob":
