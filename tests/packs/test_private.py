@@ -64,5 +64,5 @@ def test_ids_are_redacted_the_longest_first() -> None:
 def test_a_private_pack_is_revealed_only_on_request() -> None:
     check_revealed("pack", private=False, what="A frame", reveals=False)
     check_revealed("pack", private=True, what="A frame", reveals=True)
-    with pytest.raises(SettingError, match=r"'pack' is private.*A frame would give it away.*--reveal-private-pack"):
+    with pytest.raises(SettingError, match=r"'pack' is private.*A frame would reveal it.*--reveal-private-pack"):
         check_revealed("pack", private=True, what="A frame", reveals=False)

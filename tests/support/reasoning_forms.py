@@ -53,12 +53,12 @@ REASONING_FORMS: dict[str, Form] = {
     "several blocks": Form(text(f"<think>{THOUGHT}</think>\n<think>{THOUGHT}</think>{REPORT}")),
     "a block that is not closed": Form(text(f"<think>{THOUGHT}"), "unclosed_reasoning"),
     "a block cut by the token limit": Form(text(f"<think>{THOUGHT}", is_cut=True), "truncated", "unclosed_reasoning"),
-    "only reasoning, apart": Form(
+    "only reasoning, sent separately": Form(
         text(reasoning=THOUGHT, is_null=True),
         "empty",
         f"all {len(THOUGHT)} characters came as reasoning, and no answer followed",
     ),
-    "only reasoning, apart, cut": Form(
+    "only reasoning, sent separately and cut": Form(
         text(reasoning=THOUGHT, is_null=True, is_cut=True),
         "truncated",
         f"empty all {len(THOUGHT)} characters came as reasoning, and no answer followed",

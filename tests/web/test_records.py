@@ -9,7 +9,7 @@ import pytest
 from tests.support.web_server import served
 from vigil.packs.files import MANIFEST
 from vigil.packs.pack import Pack
-from vigil.records.record import read_header
+from vigil.records.record import SCHEMA_VERSION, read_header
 from vigil.records.record_file import RecordLog
 from vigil.records.row_check import RowCheck
 from vigil.scoring.saved_run import RecordTable
@@ -46,7 +46,8 @@ def test_a_broken_line_is_named_and_the_rest_is_shown(rows: Path, pack: Pack) ->
 def test_a_record_of_no_known_end_or_schema_is_left_out(rows: Path, pack: Pack) -> None:
     lines = rows.read_bytes().splitlines(keepends=True)
     lines[0] = lines[0].replace(b'"end":"fail_no_report"', b'"end":"report"').replace(b'"end":"report"', b'"end":"IL"')
-    lines[1] = lines[1].replace(b'"schema_version":2', b'"schema_version":9')
+    current = b'"schema_version":%d' % SCHEMA_VERSION
+    lines[1] = lines[1].replace(current, b'"schema_version":9')
     rows.write_bytes(b"".join(lines))
     table = table_of(rows, pack)
     assert [row.line for row in table.left_out] == [1, 2]

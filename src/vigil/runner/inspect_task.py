@@ -299,7 +299,9 @@ def task_settings(given: Mapping[str, Any]) -> dict[str, Any]:
     for name, text in given.items():
         if name not in TASK_SETTINGS:
             hint = did_you_mean(name, TASK_SETTINGS)
-            raise SettingError(f"The task does not have an argument {name!r}.{hint} It takes: {', '.join(TASK_SETTINGS)}.")
+            raise SettingError(
+                f"The task does not have an argument {name!r}.{hint} It takes: {', '.join(TASK_SETTINGS)}."
+            )
         one = TASK_SETTINGS[name]
         takes_texts = one.setting.repeats and isinstance(text, str)
         found[one.name] = one.value([text] if takes_texts else text)
