@@ -14,11 +14,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from vigil import __version__
 from vigil.base.files import refuse_outward_links
-from vigil.base.json_files import is_array, is_object
+from vigil.base.json_files import is_object
 from vigil.base.json_lines import write_error
 from vigil.errors import MAX_PART_CHARS, RecordError, shorten
 from vigil.protocol.episode import Episode
@@ -360,7 +360,5 @@ def _differences(place: str, there: Any, here: Any) -> Iterator[str]:
 
 def abbreviated(value: Any) -> str:
     """Return the text of a value for a message, or only the number of items of a longer list or tuple."""
-    items: object = list(value) if isinstance(value, tuple) else value
-    if is_array(items) and len(items) > 3:
-        return f"{len(items)} of them"
-    return shorten(repr(value), MAX_PART_CHARS)
+    items: list[Any] = list(cast("list[Any]", value)) if isinstance(value, list | tuple) else []
+    return f"{len(items)} of them" if len(items) > 3 else shorten(repr(cast("object", value)), MAX_PART_CHARS)
