@@ -108,7 +108,7 @@ WRONG_PARTS = {
     'look = "wax", cylinder = 0.1': "'cylinder' needs 'length'",
     'look = "wax", cylinder = 0.1, length = 1, axis = "up"': "'up' is not an axis: x, y or z",
     'look = "{tint}", box = [1, 1, 1]': "'{tint}' names 'tint', which has no value here.",
-    'look = "wax", box = [1, 1, "heightt"]': "'heightt' uses 'heightt', which has no value here. Did you mean 'height'?",
+    'look = "wax", box = [1, 1, "heightt"]': "'heightt' uses 'heightt', which has no value here. Did you mean 'height'",
     'look = "wax", box = [1, 1, "1 +"]': "'1 +' is not a formula: invalid syntax",
     'look = "wax", box = [1, 1, 1], when = "().real"': "'().real' is not a formula: Attribute is not allowed",
     'look = "wax", box = [1, 1, 1], each = {"x, z" = [[1]]}': "[1] does not give x, z",

@@ -1,6 +1,7 @@
 """Every rule finds the fault that it is there for, and nothing is wrong with the starter pack."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
@@ -15,9 +16,11 @@ from vigil.authoring.review.blind_trials import blind_trials
 from vigil.authoring.review.rules import RULES
 from vigil.authoring.review.validate import OTHER_RULES, Finding, Validator, reason_of
 from vigil.base.geometry import Vec3
+from vigil.errors import SettingError
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Action, Look, Navigate, Report
 from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
 from vigil.protocol.goals import ObjectHeld
 from vigil.protocol.house import House
 from vigil.protocol.world import ObjectSetup, Setup
@@ -302,3 +305,11 @@ def test_the_documents_name_every_rule_with_its_reason():
     for name in (*RULES, *OTHER_RULES):
         assert f"| `{name}` | " in text
         assert f" | {reason_of(name)} |" in text
+
+
+def test_a_family_that_names_an_unknown_rule_is_refused(
+    simulator: PrivilegedSimulator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(FAMILIES, "ZZ", replace(FAMILIES["PG"], code="ZZ", rules=("gradded",)))
+    with pytest.raises(SettingError, match=r"Family 'ZZ' names rule 'gradded'.*Did you mean 'graded'"):
+        Validator(simulator)

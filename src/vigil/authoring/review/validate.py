@@ -19,11 +19,12 @@ from vigil.authoring.solving.macro_actions import Unsolvable
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.solvers import solution
 from vigil.env import Env
-from vigil.errors import EpisodeError, PackMismatch
+from vigil.errors import EpisodeError, PackMismatch, SettingError, did_you_mean
 from vigil.packs.pack import check_house
 from vigil.protocol.actions import REACH_M, Action, InteractPixel, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
+from vigil.protocol.family import FamilySpec
 from vigil.protocol.goals import OBSERVABLE_M, OBSERVABLE_PX, AgentNearTarget, ObjectInState, ReportStatus
 from vigil.protocol.house import House
 from vigil.protocol.profile import Profile
@@ -85,6 +86,14 @@ def reason_of(rule: str) -> str:
     return starting[rule].reason if rule in starting else {**OTHER_RULES, **ROBUST_RULES, **SUITE_RULES}[rule]
 
 
+def check_rule_names(spec: FamilySpec) -> None:
+    """Raise SettingError for a rule of a family that does not exist."""
+    for name in spec.rules:
+        if name not in {**RULES, **WORDING_RULES}:
+            hint = did_you_mean(name, {**RULES, **WORDING_RULES})
+            raise SettingError(f"Family {spec.code!r} names rule {name!r}, which does not exist.{hint}")
+
+
 @dataclass(frozen=True, slots=True)
 class ValidationResult:
     """Result of validating an episode."""
@@ -106,6 +115,8 @@ class Validator:
 
     def __init__(self, simulator: PrivilegedSimulator, *, is_draft: bool = False) -> None:
         """With `is_draft`, also apply rules that frozen packs may predate: wording and the best blind trials."""
+        for spec in FAMILIES.values():
+            check_rule_names(spec)
         self._simulator = simulator
         self._is_draft = is_draft
         self._houses: dict[str, House] = {}
