@@ -9,7 +9,7 @@ from typing import Any
 import jsonschema
 import pytest
 
-from tests.support.published_runs import EpisodeScript, Write, good, records_of, small_records
+from tests.support.published_runs import PUBLISHED, EpisodeScript, Write, good, records_of, small_records
 from vigil.errors import SettingError
 from vigil.exports.disclosure import Disclosure
 from vigil.exports.every_eval_ever.aggregate import METRICS
@@ -17,7 +17,7 @@ from vigil.exports.every_eval_ever.folder import write_results
 from vigil.exports.every_eval_ever.identity import identity_of, model_info
 from vigil.exports.every_eval_ever.publisher import Publisher
 from vigil.protocol.actions import Reply, Usage
-from vigil.protocol.families import FAMILIES, Family
+from vigil.protocol.families import Family
 from vigil.protocol.profile import ACTION_FEEDBACK, Profile
 from vigil.records.record import EpisodeRecord, RunHeader, Shard, read_header
 from vigil.scoring.saved_run import read_run
@@ -60,7 +60,7 @@ def mixed() -> dict[str, EpisodeRecord]:
             return [EpisodeScript(family, True, "NR"), EpisodeScript(family, False, "IL")]
         return [good(family), EpisodeScript(family, False, "success")]
 
-    return records_of({family: courses(family, index % 2) for index, family in enumerate(FAMILIES)})
+    return records_of({family: courses(family, index % 2) for index, family in enumerate(PUBLISHED)})
 
 
 def test_files_lie_where_the_database_wants_them_and_name_each_other(write: Write, tmp_path: Path) -> None:
@@ -82,7 +82,7 @@ def test_every_rate_stands_there_with_its_interval_overall_and_by_family(write: 
     results, samples = exported(tmp_path / "out", run)
     summary = summarise(read_run(run).table.scores())
     found = {each["evaluation_result_id"]: each for each in results["evaluation_results"]}
-    assert set(found) == {f"{scope}/{name}" for scope in ("overall", *FAMILIES) for name in METRICS}
+    assert set(found) == {f"{scope}/{name}" for scope in ("overall", *PUBLISHED) for name in METRICS}
     for result_id, each in found.items():
         scope, _, name = result_id.partition("/")
         rates = summary["overall"] if scope == "overall" else summary["families"][scope]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.published_runs import PUBLISHED
 from vigil.agents.scripted import scripted_agent
 from vigil.assets.database import AssetDatabase
 from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
@@ -23,7 +24,7 @@ from vigil.scoring.outcomes import Outcome, score
 from vigil.sim import make_simulator
 
 AGENTS = ("noop", "never_report", "premature", "always_success", "malformed", "sweep", "forward")
-OTHERS = [family for family in FAMILIES if family != "SV"]
+OTHERS = [family for family in PUBLISHED if family != "SV"]
 
 
 def solve(folder: Path, limit: int | None = None) -> RunResult:
@@ -99,7 +100,7 @@ def scored() -> dict[str, list[Outcome]]:
 def rates(outcomes: list[Outcome]) -> dict[str, dict[str, Fraction]]:
     """Returns the exact share of W, B and each label by family."""
     found = {}
-    for family in FAMILIES:
+    for family in PUBLISHED:
         own = [outcome for outcome in outcomes if outcome.family == family]
         facts = {"W": [one.W for one in own], "B": [one.B for one in own], "NR": [one.label == "NR" for one in own]}
         found[family] = {name: Fraction(sum(values), len(values)) for name, values in facts.items()}
@@ -109,7 +110,7 @@ def rates(outcomes: list[Outcome]) -> dict[str, dict[str, Fraction]]:
 def test_noop_completes_nothing(scored: dict[str, list[Outcome]]) -> None:
     found = rates(scored["noop"])
     assert all(found[family]["W"] == 0 for family in OTHERS)
-    assert all(found[family]["B"] == 0 and found[family]["NR"] == 1 for family in FAMILIES)
+    assert all(found[family]["B"] == 0 and found[family]["NR"] == 1 for family in PUBLISHED)
 
 
 def test_never_report_completes_and_never_closes(scored: dict[str, list[Outcome]]) -> None:
@@ -148,11 +149,11 @@ def test_blind_walks_complete_little(agent: str, scored: dict[str, list[Outcome]
 
 def test_the_starter_pack_is_composed_as_promised() -> None:
     pack = Pack.load("starter")
-    assert pack.manifest.families == dict.fromkeys(FAMILIES, 10)
+    assert pack.manifest.families == dict.fromkeys(PUBLISHED, 10)
     assert pack.manifest.houses >= 20
     two_rooms = [name for name in sorted({episode.house.name for episode in pack.episodes}) if rooms(pack, name) == 2]
     assert len(two_rooms) >= pack.manifest.houses / 2
-    for family in FAMILIES:
+    for family in PUBLISHED:
         houses = [episode.house.name for episode in pack.episodes if episode.family == family]
         assert max(houses.count(name) for name in houses) <= 2
     sizes = [episode.target_size for episode in pack.episodes if episode.family == "PG"]

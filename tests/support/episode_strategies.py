@@ -2,14 +2,13 @@
 
 from hypothesis import strategies as st
 
-from tests.support.published_runs import EpisodeScript, can_advance, make_episodes
+from tests.support.published_runs import PUBLISHED, EpisodeScript, can_advance, make_episodes
 from vigil.protocol.actions import STATUSES
-from vigil.protocol.families import FAMILIES
 
 EPISODES = {one.family: one for one in make_episodes(1)}
 SCRIPTS = st.builds(
     EpisodeScript,
-    family=st.sampled_from(sorted(FAMILIES)),
+    family=st.sampled_from(sorted(PUBLISHED)),
     w=st.booleans(),
     end=st.sampled_from([*STATUSES, "NR", "IL"]),
     wait=st.integers(0, 3),

@@ -44,7 +44,7 @@ FR = {
 NR = {"InternVL3.5-38B": 661, "Qwen3-VL-32B": 446, "MiMo-Embodied-7B": 431}
 """Episodes per thousand whose budget ended without a report, for models where the text prints them."""
 UNSEEN = {"visible": False, "visible_px": 0, "open_px": 0, "toggle_px": 0, "nearest_visible_m": None}
-PUBLISHED: tuple[Family, ...] = tuple(paper().tables["global_cross_section"][0]["families"])
+PUBLISHED: tuple[Family, ...] = paper().families
 """The families of the paper, of which its numbers are."""
 
 
@@ -215,10 +215,10 @@ def _reports_w0(counts: Counts, mismatched: int) -> dict[Family, list[tuple[str,
 
 
 def make_episodes(per_family: int = PER_FAMILY) -> list[Episode]:
-    """Return episodes over forty houses, by id: of every family, or of the published ones in their number."""
+    """Return episodes of each published family over forty houses, by id."""
     found = [
         episode(family, id=f"{family}-{number:03}", house=HouseRef(name=f"house_{number % 40}", sha256="0" * 64))
-        for family in (PUBLISHED if per_family == PER_FAMILY else FAMILIES)
+        for family in PUBLISHED
         for number in range(per_family)
     ]
     return sorted(found, key=lambda one: one.id)
@@ -227,7 +227,7 @@ def make_episodes(per_family: int = PER_FAMILY) -> list[Episode]:
 def write_pack(folder: Path, episodes: list[Episode], houses: Mapping[str, bytes] | None = None) -> str:
     """Write the parts of a pack that readers of runs need, and return its hash."""
     lines = b"".join(one.model_dump_json().encode() + b"\n" for one in episodes)
-    families = {family: sum(one.family == family for one in episodes) for family in FAMILIES}
+    families = {family: sum(one.family == family for one in episodes) for family in PUBLISHED}
     manifest = {
         "name": "synthetic",
         "episodes": len(episodes),
@@ -327,7 +327,7 @@ def good(family: Family) -> EpisodeScript:
 
 def small_records(script_of: Callable[[Family], EpisodeScript] = good) -> dict[str, EpisodeRecord]:
     """Return records of the small pack, with one script per family."""
-    return {f"{family}-{number:03}": record_of(script_of(family)) for family in FAMILIES for number in range(SMALL)}
+    return {f"{family}-{number:03}": record_of(script_of(family)) for family in PUBLISHED for number in range(SMALL)}
 
 
 THINKING = {"extra_body": {"chat_template_kwargs": {"enable_thinking": True}}}

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.published_runs import (
+    PUBLISHED,
     EpisodeScript,
     Write,
     good,
@@ -19,7 +20,6 @@ from vigil.analysis.measures.calibration import calibrate, success_table
 from vigil.analysis.measures.rows import read_runs
 from vigil.errors import RecordError
 from vigil.protocol.episode import Episode
-from vigil.protocol.families import FAMILIES
 from vigil.scoring.levels import LEVELS, EpisodeLevel, LevelMeasures, dump_levels
 
 PLAIN = LevelMeasures(
@@ -49,7 +49,7 @@ def runs(tmp_path: Path) -> list[Path]:
     episodes = make_episodes(PER_FAMILY)
     write_pack(tmp_path / "pack", episodes)
     (tmp_path / "pack/levels.jsonl").write_bytes(dump_levels(levels_by_number(episodes).values()))
-    plots = {family: (record_of(good(family)), record_of(bad(family))) for family in FAMILIES}
+    plots = {family: (record_of(good(family)), record_of(bad(family))) for family in PUBLISHED}
     return [
         write_run(
             tmp_path / f"run{skill}",
@@ -71,7 +71,7 @@ def test_abilities_and_difficulties_stand_in_their_order(runs: list[Path]) -> No
 
 def test_the_index_is_held_against_the_fit(runs: list[Path]) -> None:
     found = calibrate(read_runs(runs))
-    assert found.overall.n == PER_FAMILY * len(FAMILIES)
+    assert found.overall.n == PER_FAMILY * len(PUBLISHED)
     assert found.overall.value > 0.95
     assert found.within_families.value > 0.95
     assert found.overall.interval is not None

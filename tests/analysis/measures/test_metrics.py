@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.episode_strategies import EPISODES, SCRIPTS
-from tests.support.published_runs import EpisodeScript, record_of
+from tests.support.published_runs import PUBLISHED, EpisodeScript, record_of
 from vigil.analysis.measures.metrics import (
     LABELS,
     RunMetrics,
@@ -26,7 +26,6 @@ from vigil.analysis.measures.metrics import (
     regimes,
 )
 from vigil.analysis.measures.rows import outcome_table
-from vigil.protocol.families import FAMILIES
 from vigil.scoring.outcomes import score
 
 
@@ -188,7 +187,7 @@ def test_regimes_are_clear_only_when_their_interval_is():
 
 
 def test_counterfactual_policies_follow_from_w_alone():
-    rows = rows_of([EpisodeScript(family, True, "NR") for family in sorted(FAMILIES)])
+    rows = rows_of([EpisodeScript(family, True, "NR") for family in sorted(PUBLISHED)])
     found = measure(rows)
     assert (found.counts["Always"], found.counts["W"], found.counts["Always_reported"]) == (7, 8, 0)
     assert np.isclose(found.counts["W_sv"], 1)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.support.published_runs import (
+    PUBLISHED,
     SMALL,
     EpisodeScript,
     Write,
@@ -24,7 +25,7 @@ from vigil.analysis.measures.study import study
 from vigil.analysis.measures.transitions import label_matrix, transitions
 from vigil.analysis.tables.registry import tables
 from vigil.errors import RecordError
-from vigil.protocol.families import FAMILIES, Family
+from vigil.protocol.families import Family
 from vigil.protocol.profile import ACTION_FEEDBACK, Profile
 from vigil.protocol.prompt_file import variant_of
 from vigil.records.record import EpisodeRecord, ProviderFacts, read_header
@@ -35,7 +36,7 @@ FEEDBACK, NEUTRAL = Profile(name=ACTION_FEEDBACK), Profile(prompt_variant="neutr
 def missed() -> dict[str, EpisodeRecord]:
     """Every second episode is left unreported."""
     found = small_records()
-    for family in FAMILIES:
+    for family in PUBLISHED:
         found[f"{family}-000"] = record_of(EpisodeScript(family, True, "NR"))
     return found
 
@@ -103,7 +104,7 @@ def test_other_settings_are_refused_by_name(write: Write):
     [
         ({"agent": "vllm/other"}, "agent is 'vllm/model' in one, 'vllm/other' in the other"),
         ({"simulator": "fake"}, "simulator is 'mujoco' in one, 'fake' in the other"),
-        ({"planned": [f"{family}-000" for family in FAMILIES]}, "episode_ids is a list of 16 in one, a list of 8"),
+        ({"planned": [f"{family}-000" for family in PUBLISHED]}, "episode_ids is a list of 16 in one, a list of 8"),
         ({"pack_sha256": "1" * 64}, "pack_sha256"),
     ],
 )
@@ -288,7 +289,7 @@ def test_tests_are_over_shared_episodes_only(write: Write):
     some = {name: record for name, record in missed().items() if not name.startswith("CR")}
     runs = read_runs([write("a", agent="vllm/a"), write("b", some, agent="vllm/b")])
     found = compare_runs(*runs)
-    assert found.n == len(FAMILIES) * SMALL - SMALL
+    assert found.n == len(PUBLISHED) * SMALL - SMALL
     assert found.w.difference == 0.0
     assert found.b.difference == pytest.approx(-0.5)
     assert (found.b.test.only_first, found.b.test.only_second) == (7, 0)
@@ -322,7 +323,7 @@ def test_intervention_table_counts_events_and_differences(write: Write):
 
 def test_the_largest_shift_of_a_family_has_its_interval(tmp_path: Path):
     write_pack(tmp_path / "pack", make_episodes(10))
-    plots = {family: [EpisodeScript(family, True, "on" if family == "SV" else "success")] * 10 for family in FAMILIES}
+    plots = {family: [EpisodeScript(family, True, "on" if family == "SV" else "success")] * 10 for family in PUBLISHED}
     base = write_run(tmp_path / "base", tmp_path / "pack", "vllm/model", records_of(plots))
     plots["CR"] = [EpisodeScript("CR", True, "NR")] * 4 + plots["CR"][4:]
     other = write_run(tmp_path / "neutral", tmp_path / "pack", "vllm/model", records_of(plots), profile=NEUTRAL)

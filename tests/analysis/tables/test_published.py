@@ -4,14 +4,13 @@ from typing import Any
 
 import pytest
 
-from tests.support.published_runs import FR, make_episodes, write_anchor, write_pack
+from tests.support.published_runs import FR, PUBLISHED, make_episodes, write_anchor, write_pack
 from vigil.analysis.measures.metrics import broken_run_identities
 from vigil.analysis.measures.paper import paper
 from vigil.analysis.measures.rows import read_runs
 from vigil.analysis.measures.study import Study, study
 from vigil.analysis.tables.registry import tables
 from vigil.analysis.tables.table import Table, TableRow
-from vigil.protocol.families import FAMILIES
 from vigil.scoring.rates import wilson
 
 ANCHORS = tuple(row["model"] for row in paper().tables["global_cross_section"])
@@ -57,7 +56,7 @@ def test_cross_section(made: dict[str, Table], model: str):
     assert agrees(cells["All"][0], row["W"])
     assert agrees(cells["All"][1], row["B"])
     assert agrees(cells["Delta"], row["delta"])
-    for family in FAMILIES:
+    for family in PUBLISHED:
         for found, expected in zip(cells[family], row["families"][family], strict=True):
             assert f"{found:.1f}" == f"{expected:.1f}", family
 
@@ -129,7 +128,7 @@ def test_rates_that_are_printed_bare_have_their_intervals_per_family(made: dict[
     found = {(row.cells["model"], row.cells["family"]): row.cells for row in made["family_rates"].rows}
     for row in made["global_cross_section"].rows:
         if not row.is_published:
-            for column in ("All", *FAMILIES):
+            for column in ("All", *PUBLISHED):
                 cells = found[row.cells["model"], "all" if column == "All" else column]
                 assert (cells["W"][0], cells["B"][0]) == pytest.approx(row.cells[column])
                 assert cells["W"][1] <= cells["W"][0] <= cells["W"][2]

@@ -9,7 +9,7 @@ from tests.support.builders import thing
 from tests.support.published_runs import good as plot_of
 from tests.support.published_runs import make_episodes, record_of, write_pack, write_run
 from vigil.analysis.measures.rows import read_runs
-from vigil.analysis.measures.strata import by_stratum
+from vigil.analysis.measures.strata import STRATA, by_stratum
 from vigil.analysis.measures.study import study
 from vigil.analysis.tables.registry import tables
 from vigil.errors import PackMismatch
@@ -17,6 +17,7 @@ from vigil.protocol.episode import Episode, Provenance
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.rates import wilson
 
+TEMPLATE = next(name for name in STRATA if name.startswith("Template"))
 TEMPLATES = {"VS": "walk", "SV": "on", "AI": "open", "SI": "pick", "SM": "put_into", "CR": "swing"}
 
 
@@ -53,7 +54,7 @@ def test_each_way_has_the_strata_of_its_episodes(run: Path):
     sizes = {way: {part.name: part.counts.n for part in parts} for way, parts in by_stratum(found.rows).items()}
     assert sizes == {
         "Target size (PG)": {"large": 1, "medium": 1},
-        "Template (VS, SV, AI, SI, SM)": {
+        TEMPLATE: {
             "VS walk": 2,
             "SV on": 2,
             "AI open": 2,
@@ -71,7 +72,7 @@ def test_sizes_and_bands_stand_in_their_order(run: Path):
     (found,) = read_runs([run])
     parts = by_stratum(found.rows)
     assert [part.name for part in parts["Distance from start to target (DA)"]] == ["under 3 m", "over 4 m"]
-    templates = [part.name for part in parts["Template (VS, SV, AI, SI, SM)"]]
+    templates = [part.name for part in parts[TEMPLATE]]
     assert templates == ["VS walk", "SV on", "AI open", "SI pick", "SM put_into"]
 
 

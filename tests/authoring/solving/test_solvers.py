@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.support.published_runs import PUBLISHED
 from vigil.authoring.solving.ablated_solvers import ABLATIONS
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
@@ -33,7 +34,7 @@ def play(name: str, episode: Episode, starter: Pack, simulator: PrivilegedSimula
     return record, score(episode, record)
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", PUBLISHED)
 def test_solver_completes_and_reports(family: str, starter: Pack, simulator: PrivilegedSimulator) -> None:
     episode = first_of(starter, family)
     record, outcome = play("solver", episode, starter, simulator)
@@ -43,7 +44,7 @@ def test_solver_completes_and_reports(family: str, starter: Pack, simulator: Pri
     assert len(record.steps) <= episode.max_steps
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", PUBLISHED)
 def test_a_body_that_errs_completes_and_reports(family: str, starter: Pack, simulator: PrivilegedSimulator) -> None:
     record, outcome = play("noisy_solver", first_of(starter, family), starter, simulator)
     assert (outcome.W, outcome.B) == (True, True)
@@ -51,7 +52,7 @@ def test_a_body_that_errs_completes_and_reports(family: str, starter: Pack, simu
     assert all(magnitude == int(magnitude) for magnitude in walks)
 
 
-@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("family", PUBLISHED)
 def test_never_report_keeps_what_it_reached(family: str, starter: Pack, simulator: PrivilegedSimulator) -> None:
     _, outcome = play("never_report", first_of(starter, family), starter, simulator)
     assert (outcome.W, outcome.B, outcome.label) == (True, False, "NR")

@@ -54,6 +54,11 @@ class Paper:
         """Return a table's rows with their models, in printed order."""
         return [(self.model(row["model"]), row) for row in self.tables[table]]
 
+    @property
+    def families(self) -> tuple[str, ...]:
+        """Codes of the paper's families, in its order: those of a balanced pack."""
+        return tuple(self.tables["global_cross_section"][0]["families"])
+
     def points(self) -> list[tuple[PublishedModel, float, float]]:
         """Return every model's W and B in percent, from the primary panel or else from the extended one."""
         return [

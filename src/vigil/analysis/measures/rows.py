@@ -18,11 +18,12 @@ import pandas as pd
 
 from vigil.analysis.measures.columns import run_columns
 from vigil.analysis.measures.models import ModelInfo, model_of
+from vigil.analysis.measures.paper import paper
 from vigil.base.processes import worker_pool
 from vigil.errors import SettingError
 from vigil.packs.pack import count_rooms, frozen_episodes, manifest_of
 from vigil.packs.private import is_private, redact_ids
-from vigil.protocol.families import FAMILIES, Family
+from vigil.protocol.families import Family
 from vigil.records.record import EPISODES_FILE, RunHeader
 from vigil.scoring.levels import EpisodeLevel, read_pack_levels
 from vigil.scoring.outcomes import REPORT_POLICIES, ActionKind, Outcome, credit
@@ -87,7 +88,7 @@ class Run:
             without = [family for family in self.planned if family not in scored]
             none_of = f", none of {', '.join(without)}" if without else ""
             found.append(f"INCOMPLETE: {self.n} of {self.n_planned} episodes are scored{none_of}")
-        absent = [family for family in FAMILIES if family not in self.planned]
+        absent = [family for family in paper().families if family not in self.planned]
         if absent:
             found.append(f"without episodes of {', '.join(absent)}; overall rates are not those of a balanced pack")
         if has_many_errors(len(self.errors), self.n):
