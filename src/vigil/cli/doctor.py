@@ -42,9 +42,7 @@ def doctor(
             "VIGIL's engine."
         ),
     ] = "mujoco",
-    full: Annotated[
-        bool, typer.Option("--full", help="thor: play the conformance checks with the chosen engine.")
-    ] = False,
+    full: Annotated[bool, typer.Option("--full", help="With --backend thor: play the conformance checks.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Example: vigil doctor"""

@@ -155,7 +155,7 @@ def build(
     out: Annotated[Path, typer.Option(help="New or empty folder.")],
     drafts: Annotated[list[Path] | None, typer.Option(help="Drafts file; may be repeated.")] = None,
     kept: Annotated[
-        Path | None, typer.Option("--earlier-drafts", help="Drafts of an earlier version; they enter first.")
+        Path | None, typer.Option("--earlier-drafts", help="Drafts of an earlier version of the pack; chosen first.")
     ] = None,
     version: Annotated[str, typer.Option(help="Version of the pack.")] = "1",
     reviews: Reviews = None,

@@ -183,8 +183,8 @@ def compare_back_ends(
     family: Families = (),
     episode: EpisodeIds = (),
     limit: Annotated[int | None, typer.Option(min=1, help="Only the first N episodes.")] = None,
-    first: Annotated[str, typer.Option(help="A simulator.")] = "mujoco",
-    second: Annotated[str, typer.Option(help="Another.")] = "thor",
+    first: Annotated[str, typer.Option(help="Simulator that plays the solutions first.")] = "mujoco",
+    second: Annotated[str, typer.Option(help="Simulator that plays the solutions second, for comparison.")] = "thor",
     assets: AssetFile = None,
     as_json: AsJson = False,
 ) -> None:
@@ -231,7 +231,7 @@ def _print_differences(found: BackendComparison, explained: frozenset[str]) -> N
 
 def diff(
     a: PackArgument,
-    b: Annotated[str, typer.Argument(help="Another pack.")],
+    b: Annotated[str, typer.Argument(help="Pack to compare with the first.")],
     as_json: AsJson = False,
 ) -> None:
     """Example: vigil pack diff starter my_starter"""

@@ -145,14 +145,14 @@ def figure(
     name: Annotated[str, typer.Argument(help=f"{', '.join((*FIGURES, *WITH_FRAMES))}.")],
     runs: Annotated[list[Path] | None, typer.Argument(help="Folders of runs, one row each in a trajectory.")] = None,
     out: Annotated[Path, typer.Option(help="png, pdf or svg; a trajectory also gif or webp.")] = Path("figure.png"),
-    episode: Annotated[str | None, typer.Option(help="Episode of a trajectory or pipeline.")] = None,
+    episode: Annotated[str | None, typer.Option(help="Episode to draw in the figures trajectory and pipeline.")] = None,
     epoch: Epoch = 1,
     columns: Annotated[int, typer.Option(min=2, max=40, help="Maximum number of frames per row.")] = 6,
     pack: PackLocation = None,
     with_paper: WithPaper = True,
     assets: AssetFile = None,
     reveal: Reveal = False,
-    are_runs: Annotated[bool, typer.Option("--runs", help="May stand before the runs.")] = False,
+    are_runs: Annotated[bool, typer.Option("--runs", help="Marks the start of the runs; has no effect.")] = False,
 ) -> None:  # fmt: skip
     """Examples:
     vigil figure plane runs/* --out plane.pdf

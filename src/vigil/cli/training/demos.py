@@ -38,7 +38,7 @@ def demos(
     prompt_variant: PromptVariantOption = "default",
     prompt_template: PromptFileOption = None,
     coordinates: CoordinatesOption = None,
-    model: Annotated[str | None, typer.Option(help="Use this model's coordinates.")] = None,
+    model: Annotated[str | None, typer.Option(help="Model whose coordinate system the demonstrations use.")] = None,
     quality: RenderQuality = "default",
     workers: Workers = None,
 ) -> None:  # fmt: skip
