@@ -110,7 +110,8 @@ class ObjectHeld(_Goal):
 class ObjectAtReceptacle(_Goal):
     """The target lies on the receptacle: on its top or an open shelf, not inside or on one of its openable parts.
 
-    With `inside`: on an interior surface of the receptacle, not on its top or rim.
+    With `inside`: in the receptacle, not on its top or rim. For W it is enough to be over an interior surface
+    (`ObjectState.over_inside`); the strict W asks that it lies on one of the receptacle itself.
     """
 
     kind: Literal["object_at_receptacle"] = "object_at_receptacle"
