@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Iterable
 from contextlib import ExitStack, closing
 from dataclasses import asdict
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -145,11 +144,11 @@ def verify(
     """Example: vigil pack verify starter"""
     loaded, database = _with_assets(pack, assets)
     with progress("verify") as show:
-        settings = VerificationSettings(backend, database, worker_count(workers), robust)
+        rules = loaded.manifest.versions.rules
+        settings = VerificationSettings(backend, database, worker_count(workers), robust, rules)
         suite = {}
         if loaded.manifest.suite == SUITE:
-            make_verifier = partial(SuiteVerifier, loaded.manifest.versions.rules)
-            suite = {"tasks": suite_tasks(loaded), "make_verifier": make_verifier}
+            suite = {"tasks": suite_tasks(loaded), "make_verifier": SuiteVerifier}
         findings = verify_pack(
             loaded, settings, log, lambda now: show(now.done, now.of, f"{now.faulty} faulty"), **suite
         )

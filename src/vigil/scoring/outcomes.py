@@ -8,7 +8,7 @@ a family's name. Source: `protocol.md` section 5.
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, TypedDict
+from typing import Any, Literal
 
 from vigil.errors import RecordError
 from vigil.protocol.actions import InteractPixel, Report, SkillName, Status
@@ -120,29 +120,6 @@ class Outcome:
     def is_at_zero_progress(self) -> bool:
         """Whether none of the goal's conditions had advanced at the report."""
         return self.progress_at_report is not None and self.progress_at_report <= TOLERANCE
-
-
-class _OutcomeCounts(TypedDict):
-    """The fields of an `Outcome` that count or sum over its steps."""
-
-    progress: float | None
-    max_progress: float | None
-    ever_satisfied: bool
-    state_tampered: bool
-    protocol_failures: int
-    malformed_actions: int
-    invalid_reasons: dict[str, int]
-    truncated: int
-    would_parse_leniently: int
-    library_replies: int
-    too_far: int
-    path_blocked: int
-    retry: int
-    actions: dict[ActionKind, int]
-    actions_after_goal: dict[ActionKind, int]
-    input_tokens: int
-    output_tokens: int
-    seconds: float
 
 
 def expected_status(episode: Episode, record: EpisodeRecord) -> Status | None:
@@ -285,7 +262,8 @@ def _category(label: Label, holds: bool) -> OutcomeCategory:
     return "post_attainment_drift" if holds else "missed_execution"
 
 
-def _counts(record: EpisodeRecord, goal: GoalCheck) -> _OutcomeCounts:
+def _counts(record: EpisodeRecord, goal: GoalCheck) -> dict[str, Any]:
+    """Return the fields of an `Outcome` that count or sum over its steps."""
     steps = record.steps
     invalids = [step.invalid for step in steps if step.invalid is not None]
     effects = [step.effect for step in steps if step.effect is not None]

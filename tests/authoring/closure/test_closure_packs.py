@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime
-from functools import partial
 from hashlib import sha256
 from itertools import islice
 from pathlib import Path
@@ -167,8 +166,8 @@ def altered(pack: Pack, folder: Path, change: Callable[[dict], dict]) -> Pack:
 
 def verified(pack: Pack) -> list[Finding]:
     """Return the findings about a pack of the suite, as `vigil pack verify` does."""
-    make = partial(SuiteVerifier, pack.manifest.versions.rules)
-    return verify_pack(pack, VerificationSettings(), tasks=suite_tasks(pack), make_verifier=make)
+    settings = VerificationSettings(rules=pack.manifest.versions.rules)
+    return verify_pack(pack, settings, tasks=suite_tasks(pack), make_verifier=SuiteVerifier)
 
 
 def test_answers_that_the_search_does_not_give_are_found(twins_pack: Pack, tmp_path: Path) -> None:

@@ -1,7 +1,6 @@
 """Packaged twins: played alike, and held to the rules of their time."""
 
 from copy import copy
-from functools import partial
 
 import pytest
 
@@ -55,5 +54,5 @@ def test_what_lies_elsewhere_is_verified_by_the_rules_of_its_time(
     part = copy(pack)
     part.episodes = tuple(episode for episode in pack.episodes if answers[episode.id].pair in pairs)
     assert len(part.episodes) == 2 * len(pairs) > 0
-    make = partial(SuiteVerifier, pack.manifest.versions.rules)
-    assert verify_pack(part, VerificationSettings(), tasks=suite_tasks(part), make_verifier=make) == []
+    settings = VerificationSettings(rules=pack.manifest.versions.rules)
+    assert verify_pack(part, settings, tasks=suite_tasks(part), make_verifier=SuiteVerifier) == []

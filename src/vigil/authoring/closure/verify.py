@@ -35,9 +35,9 @@ def suite_tasks(pack: Pack) -> list[VerificationTask]:
 class SuiteVerifier:
     """A verifier of tasks of the suite, by the rules of the version that a pack was made with."""
 
-    def __init__(self, rules: int, settings: VerificationSettings) -> None:
+    def __init__(self, settings: VerificationSettings) -> None:
         simulator = settings.simulator()
-        self._certifier = Certifier(simulator, rules)
+        self._certifier = Certifier(simulator, settings.rules)
         self._validator = Validator(simulator) if settings.is_robust else None
 
     def faults(self, task: VerificationTask, house: House) -> Sequence[Finding]:

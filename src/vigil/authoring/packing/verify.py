@@ -19,7 +19,7 @@ from vigil.authoring.review.rules import RULES, binds
 from vigil.authoring.review.validate import Finding, Validator
 from vigil.base.json_lines import AppendFile, dump_line, parse_line
 from vigil.base.processes import map_in_workers
-from vigil.base.versions import PackVersions
+from vigil.base.versions import RULES_VERSION, PackVersions
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Action
 from vigil.protocol.episode import Episode, Solution
@@ -58,6 +58,8 @@ class VerificationSettings:
     workers: int = 1
     is_robust: bool = False
     """Whether episodes that satisfy all other rules are also checked by the robustness rules."""
+    rules: int = RULES_VERSION
+    """Version of the rules by which tasks of a suite are certified: that of their pack."""
 
     def simulator(self) -> PrivilegedSimulator:
         """Return a new simulator."""
@@ -197,7 +199,7 @@ def key_of(task: VerificationTask, settings: VerificationSettings) -> str:
     more += [settings.assets.sha256] if settings.assets and settings.assets.sha256 else []
     more += [name for name, rule in RULES.items() if any(binds(rule, name, each.family) for each in task.episodes)]
     dumped = [[each.model_dump(mode="json") for each in facts] for facts in (task.episodes, task.answers)]
-    facts = [*dumped, solutions, settings.backend, PackVersions.current().model_dump(), *more]
+    facts = [*dumped, solutions, settings.backend, settings.rules, PackVersions.current().model_dump(), *more]
     return hashlib.sha256(canonical_json(facts)).hexdigest()
 
 
@@ -214,7 +216,9 @@ def _verify(settings: VerificationSettings, verifier: TaskVerifier, batch: House
 def _known(log: AppendFile | None) -> dict[str, list[EpisodeFindings]]:
     """Return key -> findings of each episode in a log; empty without a log."""
     found: dict[str, dict[str, EpisodeFindings]] = {}
-    for line in () if log is None else log.lines.complete:
-        row = parse_line(line, EpisodeFindings, f"Log {str(log.path)!r}" if log else "", "Remove it.")
+    if log is None:
+        return {}
+    for line in log.lines.complete:
+        row = parse_line(line, EpisodeFindings, f"Log {str(log.path)!r}", "Remove it.")
         found.setdefault(row.key, {})[row.episode_id] = row
     return {key: list(rows.values()) for key, rows in found.items()}
