@@ -17,7 +17,7 @@ from vigil.scoring.closure import ClosureOutcome
 MIN_REASON_SHARE = 0.05
 """Smallest share of the replies at which a reason gets its own advice; rarer reasons are counted together."""
 FORM_ONLY_SHARE = 0.95
-"""Share of invalid replies from which a run measures only the form of replies."""
+"""A run with at least this share of invalid replies measures little but the form of replies."""
 _FORM_ADVICE = (
     "Replies do not have the required form: `vigil prompt` shows what is asked for, `vigil view` the replies "
     "(docs/protocol.md, 2.3)."

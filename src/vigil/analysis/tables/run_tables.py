@@ -351,7 +351,7 @@ def _code(header: RunHeader, session: RunHeader | Resumption) -> str:
 
 
 def row_of(entry: RunEntry, **cells: Any) -> TableRow:
-    """Return a run's row, named and marked."""
+    """Return a run's row: its name, the cells, and whether its agent is privileged."""
     return TableRow({"model": entry.name, **cells}, is_privileged=entry.run.model.is_privileged)
 
 

@@ -1,4 +1,4 @@
-"""Tasks about several things: all with a name in a room, or all that are on or open in a room or the home."""
+"""Tasks about several things: all things of one name in a room, or whatever is on or open in a room or the home."""
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -65,7 +65,7 @@ BY_STATE_PATTERN = re.compile(
 
 
 def all_of(context: HouseContext) -> Tasks:
-    """Yield tasks about several things: all with a name, or all that are on or open."""
+    """Yield tasks about several things: all things of one name, or all things that are on or open."""
     yield from interleave(
         context,
         _by_name(context),

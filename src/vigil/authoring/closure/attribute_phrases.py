@@ -29,7 +29,7 @@ def by_state(name: str, label: str) -> str:
 
 
 def by_bearing(name: str, other: str, *, is_inside: bool) -> str:
-    """Return the phrase for the thing with a name in or on which another thing lies."""
+    """Return the phrase for the thing called `name` that has the thing called `other` inside it or on it."""
     return f"the {name} with the {other} {'in' if is_inside else 'on'} it"
 
 

@@ -34,7 +34,7 @@ FAULTS: tuple[Fault, ...] = get_args(Fault)
 
 @dataclass(frozen=True, slots=True)
 class Example:
-    """One request with the correct answer; a correction also has a false report to the same request."""
+    """One request with the correct answer. An example of a correction also has a false report to reject."""
 
     episode_id: str
     family: str

@@ -112,8 +112,8 @@ class MacroActions:
     def place(self, receptacle_id: str, *, inside: bool, is_thorough: bool = False) -> Iterator[Action]:
         """Yield the actions that put the held object inside a receptacle, or on it. Raises Unsolvable.
 
-        On a receptacle without an upper surface, the object goes inside if that is open. With `is_thorough`, each
-        surface is searched separately if searching all of them finds no place.
+        If the receptacle has no upper surface, the object is put on an inner surface that needs no opening. With
+        `is_thorough`, each surface is searched separately if searching all of them finds no place.
         """
         viewpoint, pixel = self.find_place(
             self.placement_targets(receptacle_id, inside=inside), is_thorough=is_thorough

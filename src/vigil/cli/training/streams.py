@@ -31,7 +31,9 @@ Houses = Annotated[str, typer.Option(metavar="FIRST:END", help="Houses of the st
 
 def stream(
     count: Annotated[int, typer.Option(min=1, help="Number of episodes.")],
-    out: Annotated[Path, typer.Option(help="New or empty folder, or one with fewer episodes of the stream.")],
+    out: Annotated[
+        Path, typer.Option(help="Folder to write: new, empty, or with the beginning of this stream, to continue.")
+    ],
     seed: Annotated[
         int | None, typer.Option(min=0, help="Seed of the stream; the same seed gives the same episodes.")
     ] = None,

@@ -37,7 +37,7 @@ BEYOND_M = 0.01
 MAX_CACHED_POSES = 64
 """Number of poses for which what is seen is cached, until something changes."""
 MAX_CACHED_EYES = 4096
-"""Number of pairs of eye and thing for which it is cached, until something changes, whether walls hide the thing."""
+"""Number of cached answers to whether walls hide a thing from an eye. A change empties the cache."""
 MAX_CACHED_OUTLINES = 16
 """Number of outlines that are cached until something changes: `see` often follows `may_be_visible`."""
 _EDGES = [(i, i | bit) for i in range(8) for bit in (1, 2, 4) if not i & bit]

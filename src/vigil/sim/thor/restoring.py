@@ -179,7 +179,10 @@ def _depth(setup: Setup, object_id: str) -> int:
 
 
 def _put(session: EngineSession, thing: Thing, placement: Placement, house_name: str) -> None:
-    """Put a thing where a setup says; with a parent, on the parent's surface if one is near."""
+    """Put an object where a setup says.
+
+    If the placement names a parent, the object is put on the parent's surface of the nearest height, if one is near.
+    """
     scene_sync = session.scene_sync
     if thing.is_structure:
         raise EpisodeError(f"Setup: {thing.id!r} is a door or window and cannot be placed elsewhere.")

@@ -10,7 +10,7 @@ from vigil.sim.core.sight import HEIGHT, NEAR_CLICK_PX, WIDTH, camera_axes, dire
 from vigil.sim.thor.engine_client import Event
 
 LISTED_PIXELS = 1600
-"""Number of pixels of an object, about, that are listed."""
+"""Approximate number of pixels that are listed of an object; a larger object is sampled."""
 MEASURED_PIXELS = 2000
 """Number of pixels of an object, up to twice as many, at which the distance is measured."""
 _PIXELS = np.stack(np.meshgrid(np.arange(WIDTH), np.arange(HEIGHT)), axis=-1)

@@ -95,7 +95,7 @@ def gif(shots: Sequence[FilmFrame]) -> bytes:
 
 
 def webp(shots: Sequence[FilmFrame]) -> bytes:
-    """Return an animated WebP that repeats forever: as large as the GIF on screen, in full colour, a smaller file."""
+    """Return an animated WebP that repeats forever. Its frames have the GIF's width and height, in full colour."""
     return _animated(_small_slides(shots), "WEBP", quality=WEBP_QUALITY, method=6)
 
 
