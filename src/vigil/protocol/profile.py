@@ -83,9 +83,17 @@ class ModelCoordinates(NamedTuple):
 COORDINATES_BY_MODEL: tuple[ModelCoordinates, ...] = (
     ModelCoordinates(r"qwen2[._]5-?vl", "pixel", "https://github.com/QwenLM/Qwen3-VL/issues/676"),
     ModelCoordinates(r"qwen2-?vl", "normalized_1000", "https://arxiv.org/abs/2409.12191"),
-    ModelCoordinates(r"mimo-embodied", "pixel", "not stated; as Qwen2.5-VL, whose encoder it has"),
+    ModelCoordinates(
+        r"mimo-embodied",
+        "pixel",
+        "https://github.com/XiaomiMiMo/MiMo-Embodied: its evaluation of refspatialbench takes points as pixels",
+    ),
     ModelCoordinates(r"qwen3(\.\d+)?", "normalized_1000", "https://github.com/QwenLM/Qwen3-VL/issues/1927"),
-    ModelCoordinates(r"robobrain2\.5", "normalized_1000", "not stated by its makers: calibrate it first"),
+    ModelCoordinates(
+        r"robobrain2\.5",
+        "normalized_1000",
+        "https://github.com/FlagOpen/RoboBrain2.5: its inference.py divides by 1000",
+    ),
     ModelCoordinates(r"rynnbrain", "normalized_1000", "its base is Qwen3-VL: its README"),
     ModelCoordinates(
         r"internvl", "normalized_1000", "https://internvl.readthedocs.io/en/latest/get_started/chat_data_format.html"
