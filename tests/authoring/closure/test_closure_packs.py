@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
+from tests.support import builders
 from vigil.authoring.closure.all_of import HOME
 from vigil.authoring.closure.already_done import EVERYTHING_FORMS
 from vigil.authoring.closure.certify import EXEMPT, MIN_LOOKING_SHARE, Certifier
@@ -54,6 +55,7 @@ from vigil.protocol.episode import Episode
 from vigil.protocol.goals import AllOf
 from vigil.protocol.profile import Profile
 from vigil.protocol.prompt import rendered_sha256
+from vigil.protocol.world import Setup
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.closure import (
     DISTRACTOR,
@@ -256,6 +258,24 @@ def test_what_is_asked_about_is_in_no_first_frame_of_a_second_side(
         except BrokenRule as rule:
             broken.append(rule.rule)
         assert broken == rules
+
+
+def test_no_mirror_is_in_a_first_frame_that_must_hide_something(simulator: PrivilegedSimulator) -> None:
+    house = GeneratedHouse(8, "1").house()
+    context = HouseContext(simulator, house, np.random.default_rng(3))
+    context.begin(Setup())
+    things = simulator.scene().things
+    mirror = next(thing.id for thing in things.values() if thing.category == "Mirror")
+    start = context.start_seeing(context.thing(mirror), (0.7, 4.0), 15.0, is_seen(100))
+    assert start is not None
+    simulator.reset(start, Setup())
+    view = PrivilegedView(simulator)
+    hidden = next(thing for thing in things if not view.state_of(thing).visible_px)
+    asked = builders.episode("SI", goal=builders.episode("SI").goal.model_copy(update={"object_id": hidden}))
+    task = ClosureTask("already", (asked,), hidden)
+    with pytest.raises(BrokenRule, match="mirror"):
+        check_hidden(task, asked, view, is_searched=True)
+    check_hidden(task, asked, view, is_searched=False)
 
 
 def test_a_door_that_heavy_furniture_bars_is_locked(simulator: PrivilegedSimulator) -> None:

@@ -42,13 +42,18 @@ def check_single_difference(task: ClosureTask, second: Episode) -> None:
 def check_hidden(task: ClosureTask, episode: Episode, view: PrivilegedView, *, is_searched: bool) -> None:
     """Raise BrokenRule if the first frame of a side shows what it must hide; the simulator was just reset to the side.
 
-    It must hide the target if it `is_searched` for, and another thing in which the twins differ.
+    It must hide the target if it `is_searched` for, and another thing in which the twins differ. A mirror in view may
+    show either, and its picture is not counted as seen, so there must be none.
     """
     target = episode.goal.object_id
     wanted = {target: "hidden_at_start"} if is_searched else {}
     if task.removed != target:
         wanted[task.removed] = "difference_hidden"
+    mirrors = [thing.id for thing in view.scene.things.values() if thing.category == "Mirror" and thing.is_present]
     for object_id, rule in wanted.items():
+        for mirror in mirrors:
+            if view.state_of(mirror).visible_px:
+                raise BrokenRule(rule, f"the mirror {mirror!r} is in view at the start of {episode.id!r}")
         if view.scene.things[object_id].is_present and (pixels := view.state_of(object_id).visible_px):
             raise BrokenRule(rule, f"{pixels} px of {object_id!r} are in view at the start of {episode.id!r}")
 

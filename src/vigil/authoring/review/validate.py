@@ -49,7 +49,7 @@ OTHER_RULES = {
 """Rule name -> reason, for the rules that are not about a start only."""
 SUITE_RULES = {
     "twins_differ_in_one": "the twins have one instruction, start and goal, and differ in one thing's setup",
-    "difference_hidden": "the blocker or occupant is out of view at the start on both sides",
+    "difference_hidden": "the blocker or occupant is out of view at the start on both sides, and so is every mirror",
     "distinguished": "the instruction means only what the goal is about",
     "some_out_of_view": "at least half of several targets are out of view at the start",
     "twin_impossible": "the exhaustive search does not find a way to reach the goal",
