@@ -1,7 +1,7 @@
 """Levels: how difficult an episode is, measured on its house and its recorded solution.
 
 Ten figures add up to an index, which is divided into four levels within each family. They are facts about an episode,
-not verdicts: no score depends on them. `vigil.authoring.measuring` measures them.
+not verdicts: no score depends on them. `vigil.authoring.packing.level_measurement` measures them.
 """
 
 import math
