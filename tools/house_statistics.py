@@ -175,11 +175,13 @@ def _write(compared: list[DistributionComparison], tables: list[str], counts: di
     lines = [
         "# Generated houses and real ones, in numbers",
         "",
-        f"{counts['own']} generated one-room houses (generator version {GENERATOR_VERSION}) against {counts['real']}",
-        "one-room houses of ProcTHOR, as cumulative distributions with dotted lines at the medians. They count the",
-        f"{counts['kinds']} kinds of objects that at least {LEAST_SHARE:.0%} of the real houses have; the share of",
-        "floor covered counts all furniture. The aim: medians within 25 % and a KS distance under 0.25.",
-        "`tools/house_statistics.py` writes this page.",
+        f"This page compares {counts['own']} generated one-room houses (generator version {GENERATOR_VERSION}) with",
+        f"{counts['real']} real ones, which are one-room houses of ProcTHOR. The figures show cumulative",
+        "distributions, with dotted lines at the medians. `tools/house_statistics.py` writes this page.",
+        "",
+        f"Objects are counted if they are of one of the {counts['kinds']} kinds that at least {LEAST_SHARE:.0%} of the",
+        "real houses have. The share of floor covered counts all furniture. The aim is that the medians differ by at",
+        "most 25 %, and that the KS distance (largest difference of the cumulative distributions) is under 0.25.",
         "",
         "![Rooms: area, objects, types, floor covered, small things](houses/statistics_rooms.png)",
         "",
@@ -198,24 +200,24 @@ def _write(compared: list[DistributionComparison], tables: list[str], counts: di
 
 REASONS = """## Where they differ, and why
 
-Generated houses are at least as full as real ones: every kind of furniture carries about as many objects as in
-real houses, and a room has more objects, of more types. So the rows that miss the aim are above it:
+Generated houses are at least as full as real ones. Every kind of furniture carries about as many objects as in
+real houses, and a room has more objects, of more types. So where a row misses the aim, the generated houses have more:
 
-- **Objects, types and small things of rooms.** A generated room has furniture that real one-room houses seldom have
-  (coffee tables, desks, two side tables at a bed, stoves, wall cabinets), with as many objects on each piece as in
-  real ones. It repeats fewer objects than real rooms do (a second pencil, a second book), so that an instruction
-  can name one object; the same number of objects therefore has more types.
-- **All countertops of a kitchen.** A real one-room kitchen has one large countertop; a generated one has one or
-  two, the second mostly an island, and each holds about what a real one does.
+- **Objects, types and small things of rooms.** A generated room has furniture that real one-room houses seldom have:
+  coffee tables, desks, two side tables at a bed, stoves, wall cabinets. Each piece carries as many objects as in real
+  houses. Fewer objects of a generated room repeat another one (a second pencil, a second book), so that an
+  instruction can name one object. For this reason the same number of objects has more types.
+- **All countertops of a kitchen.** A real one-room kitchen has one large countertop. A generated kitchen has one or
+  two; the second is mostly an island. Each holds about as much as a real countertop.
 
 The page does not compare:
 
-- **Other states.** The real one-room houses do not give other states. Generated ones also say what is open (boxes,
-  books, laptops, curtains, drawers and doors of furniture), what else is on, and which dishes are dirty, because
-  episodes need it.
-- **Other kinds.** Generated houses also have what ProcTHOR's one-room houses lack: stoves, sinks, wall cabinets,
-  shelves, mirrors, light switches, ceiling lamps, rugs, curtains. Bathrooms are not compared, because there are no
-  real one-room bathrooms.
+- **Other states.** The real one-room houses give only the states in the table. Generated houses also say what is open
+  (boxes, books, laptops, curtains, drawers and doors of furniture), what else is on, and which dishes are dirty,
+  because episodes need these states.
+- **Other kinds of objects.** Generated houses also have objects that ProcTHOR's one-room houses lack: stoves, sinks,
+  wall cabinets, shelves, mirrors, light switches, ceiling lamps, rugs, curtains.
+- **Bathrooms.** There are no real one-room bathrooms.
 """
 
 
