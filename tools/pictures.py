@@ -43,21 +43,22 @@ def main() -> None:
     lines = [
         "# Gallery",
         "",
-        "This page shows episodes, states, objects and houses, each with the command that made the picture; `make "
-        "pictures` makes them all.",
+        "This page shows episodes, states, objects and houses. It names the command that made each picture; `make "
+        "pictures` makes all of them.",
         "",
         "## Where an episode of each family starts",
         "",
-        "These frames of the starter pack were made by `python -m tools.pictures`; an agent sees exactly the same "
-        f"frames. Of the first {TRIED} episodes of a family, the page shows the one whose frame shows most, because "
-        "some start in front of a wall.",
+        "For each family of tasks, this section shows the instruction and the first frame of one episode of the "
+        "starter pack. An agent sees exactly the same frame. The command is `python -m tools.pictures`. Because some "
+        f"episodes start in front of a wall, it chooses, of the first {TRIED} episodes of a family, the one whose "
+        "frame shows most.",
         "",
     ]
     for family, spec in FAMILIES.items():
         episode, frame = _fullest_start(pack, env, family)
         Image.fromarray(frame).save(FOLDER / f"start_{family}.jpg", quality=QUALITY)
         lines += [
-            f"**{family}, {spec.name}.** {episode.instruction}",
+            f"**{family}, {spec.name}.** Instruction: *{episode.instruction}*",
             "",
             f"![The first frame of an episode of {spec.name}](pictures/start_{family}.jpg)",
             "",
@@ -65,7 +66,8 @@ def main() -> None:
     lines += [
         "## What interactions change",
         "",
-        "The pictures show a frame before and after one action of a recorded solution, made by the same command.",
+        "Each picture shows two frames: one before and one after an action of a recorded solution. The same command "
+        "makes these pictures.",
         "",
     ]
     for intent in CHANGES:
@@ -75,7 +77,7 @@ def main() -> None:
         pair.paste(Image.fromarray(after), (650, 0))
         pair.save(FOLDER / f"change_{intent}.jpg", quality=QUALITY)
         lines += [
-            f"**`{intent}`** ({episode.instruction})",
+            f"**`{intent}`**, in the episode with the instruction: *{episode.instruction}*",
             "",
             f"![Before and after {intent}](pictures/change_{intent}.jpg)",
             "",
@@ -101,7 +103,8 @@ def _other_sections() -> list[str]:
         "",
         "## Houses",
         "",
-        "`python -m tools.house_pictures` makes these pictures; each shows the house of a seed ([houses](houses.md)).",
+        "Each picture shows the house that is generated from a seed ([houses](houses.md)); `python -m "
+        "tools.house_pictures` makes them.",
         "",
     ]
     for path in _files("houses", "*_plan.jpg"):

@@ -17,37 +17,68 @@ def _import_modules(names: list[str] | None) -> list[str] | None:
     return names
 
 
-PackArgument = Annotated[str, typer.Argument(help="A pack's folder, or the name of a packaged one, e.g. starter.")]
-RunArgument = Annotated[Path, typer.Argument(help="Folder of a run.")]
-RunArguments = Annotated[
-    list[Path], typer.Argument(help="Folders of runs, or folders with runs in them.", callback=find_runs)
+PackArgument = Annotated[
+    str, typer.Argument(help="Pack to use: its folder, or the name of a pack that comes with VIGIL, e.g. starter.")
 ]
-HouseArgument = Annotated[str, typer.Argument(metavar="HOUSE", help=f"A house file, or {DATASET}:SPLIT:INDEX.")]
+RunArgument = Annotated[Path, typer.Argument(help="Folder in which the run is recorded.")]
+RunArguments = Annotated[
+    list[Path],
+    typer.Argument(
+        help="Folders of the runs to use. A folder that contains several runs stands for all of them.",
+        callback=find_runs,
+    ),
+]
+HouseArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="HOUSE",
+        help=f"House to use: a JSON file, or {DATASET}:SPLIT:INDEX for a house of the dataset ProcTHOR-10K.",
+    ),
+]
 Robust = Annotated[
     bool,
-    typer.Option("--robust", help="Also require that the solver succeeds with motor noise; takes seconds per episode."),
+    typer.Option(
+        "--robust",
+        help="Also require that the solver succeeds with small random errors in its movements and clicks. "
+        "This takes seconds per episode.",
+    ),
 ]
 Imports = Annotated[
     list[str] | None,
     typer.Option(
         "--import",
         metavar="MODULE",
-        help="Import this module first, for families and objects that it registers; may be repeated. Other commands: "
-        f"{ENVIRONMENT_VARIABLE}.",
+        help="Python module to import first, because it registers families or objects; may be repeated. "
+        f"For commands without this option, name the modules in the variable {ENVIRONMENT_VARIABLE}.",
         is_eager=True,
         callback=_import_modules,
         show_default=False,
     ),
 ]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
-OpenBrowser = Annotated[bool, typer.Option("--open/--no-open", help="Open a browser.")]
-WithPaper = Annotated[bool, typer.Option("--paper/--no-paper", help="Also show the published rows.")]
-Epoch = Annotated[int, typer.Option(min=1, help="Number of the play of the episode.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON instead of as text.")]
+OpenBrowser = Annotated[bool, typer.Option("--open/--no-open", help="Whether to open the page in a browser.")]
+WithPaper = Annotated[
+    bool,
+    typer.Option(
+        "--paper/--no-paper", help="Whether to show the results published in the paper next to those of the runs."
+    ),
+]
+Epoch = Annotated[
+    int,
+    typer.Option(min=1, help="Which play of the episode to use, if the run played it several times: 1 is the first."),
+]
 SeedFile = Annotated[
-    Path | None, typer.Option(help="File with a secret seed, 2^64 or more; shells keep a history of commands.")
+    Path | None,
+    typer.Option(
+        help="File with a secret seed, a whole number of 2^64 or more. A seed in a file does not appear in "
+        "the shell's history, unlike a seed on the command line."
+    ),
 ]
 Reveal = Annotated[bool, typer.Option(REVEAL, help=REVEAL_HELP)]
 LevelsFile = Annotated[
     Path | None,
-    typer.Option(help="Levels of the episodes, as `vigil pack levels` writes them.", show_default="the pack's own"),
+    typer.Option(
+        help="File with the difficulty level of each episode, written by `vigil pack levels`.",
+        show_default="the pack's own",
+    ),
 ]

@@ -34,15 +34,25 @@ PACKAGES = ("vigil-bench", "mujoco", "shapely", "numpy", "pydantic", "inspect-ai
 
 
 def doctor(
-    out: Annotated[Path | None, typer.Option(help="Also write the frame that was drawn, as PNG.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="PNG file to which the frame drawn by the check is written; not written if unset."),
+    ] = None,
     backend: Annotated[
         Literal["mujoco", "thor"],
         typer.Option(
-            help="Simulator to check; thor: what AI2-THOR's engine needs here, and whether its client works with "
-            "VIGIL's engine."
+            help="Simulator to check: mujoco draws a frame; thor says what AI2-THOR's engine needs on this "
+            "machine, and whether its client works with VIGIL's engine."
         ),
     ] = "mujoco",
-    full: Annotated[bool, typer.Option("--full", help="With --backend thor: play the conformance checks.")] = False,
+    full: Annotated[
+        bool,
+        typer.Option(
+            "--full",
+            help="Also play the conformance checks, which test whether the simulator behaves as the protocol "
+            "requires; for --backend thor only.",
+        ),
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Example: vigil doctor"""
@@ -102,13 +112,19 @@ def _pack() -> dict[str, str | None]:
 
 def thor_engine(
     context: typer.Context,
-    backend: Annotated[str, typer.Option(help="Simulator behind the engine.")] = "mujoco",
+    backend: Annotated[
+        str,
+        typer.Option(
+            help="Simulator that computes the world behind the engine: mujoco, or fake (coarse pictures, no OpenGL)."
+        ),
+    ] = "mujoco",
     assets: AssetFile = None,
     render_quality: RenderQuality = "default",
 ) -> None:
     """In Python: Controller(local_executable_path="vigil thor-engine --render-quality fast", scene=house)
 
-    The client adds Unity's options to the command. `vigil.thor_engine()` returns a command and takes care of DISPLAY.
+    The client adds Unity's options to the command. In Python, `vigil.thor_engine()` returns such a command, and sets
+    DISPLAY, which the client requires.
     """
     raise typer.Exit(serve_thor([*engine_options(backend, render_quality, assets), *context.args]))
 

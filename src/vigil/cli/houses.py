@@ -34,14 +34,24 @@ from vigil.sim.pictures.renders import render_birdseye
 
 
 def generate_house(
-    out: Annotated[Path, typer.Option(help="File to write.")],
-    seed: Annotated[int | None, typer.Option(help="Random seed; the same seed gives the same house.")] = None,
+    out: Annotated[Path, typer.Option(help="House file to write (JSON).")],
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            help="Random seed of the house; the same seed gives the same house. Give either this or --seed-file."
+        ),
+    ] = None,
     seed_file: SeedFile = None,
-    spec: Annotated[str, typer.Option("--rooms", "--spec", help="Number of rooms, or the name of a spec.")] = "1",
+    spec: Annotated[
+        str,
+        typer.Option(
+            "--rooms", "--spec", help="Number of rooms of the house, or the name of a house spec, e.g. kitchen."
+        ),
+    ] = "1",
 ) -> None:
     """Example: vigil houses generate --seed 7 --rooms 2 --out house.json
 
-    A house from a secret seed does not reveal the seed.
+    If the seed is secret (--seed-file), the house file does not reveal it.
     """
     made_from = chosen_seed(seed, seed_file)
     if made_from is None:
@@ -58,16 +68,29 @@ def generate_house(
 def check(
     places: Annotated[
         list[str],
-        typer.Argument(metavar="HOUSES", help=f"House files (one per line in .jsonl and .jsonl.gz), or {FORM}."),
+        typer.Argument(
+            metavar="HOUSES",
+            help="Houses to check: files (.jsonl and .jsonl.gz have a house per line), or houses of "
+            f"ProcTHOR-10K as {FORM}.",
+        ),
     ],
     assets: AssetFile = None,
-    load: Annotated[bool, typer.Option(help="Also build the scene and compile it in MuJoCo.")] = True,
+    load: Annotated[
+        bool, typer.Option(help="Whether to also build the house's scene and compile it in MuJoCo.")
+    ] = True,
     shapes: Annotated[
-        bool, typer.Option("--shapes", help="Also compare every object's shape, place and state with the house.")
+        bool,
+        typer.Option(
+            "--shapes",
+            help="Also check that every object of the scene has the shape, place and state that the house file gives.",
+        ),
     ] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print only houses that cannot be loaded.")] = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", help="Print only the houses that cannot be loaded, and the totals.")
+    ] = False,
 ) -> None:
-    """Faults of plausibility (overlapping objects, unreachable rooms) are reported but are not failures.
+    """Implausible things (overlapping objects, unreachable rooms) are printed as faults, but the command does not fail
+    because of them.
 
     Example: vigil houses check house_*.json one_room.jsonl.gz --assets asset-database.json
     """
@@ -95,10 +118,10 @@ def check(
 
 def show(
     file: HouseArgument,
-    out: Annotated[Path, typer.Option(help="Picture to write (PNG).")],
+    out: Annotated[Path, typer.Option(help="PNG file to which the picture is written.")],
     assets: AssetFile = None,
 ) -> None:
-    """On the plan north (+z) is up; doors show how they swing, dots are small objects, the ring is the start.
+    """On the plan, north (+z) is up. Doors are drawn as they swing, small objects as dots, and the start as a ring.
 
     Example: vigil houses show house.json --out plan.png
     """
@@ -113,10 +136,19 @@ def show(
 
 
 def sweep_houses(
-    seeds: Annotated[str, typer.Option(help="Seeds, FIRST:END, e.g. 0:1000; END is excluded.")] = "0:20",
-    rooms: Annotated[str, typer.Option(help="Numbers of rooms, e.g. 1,2,3,4,6,10.")] = "1,2,3,4,6,10",
-    load: Annotated[bool, typer.Option(help="Also build each scene and compile it in MuJoCo.")] = True,
-    min_count: Annotated[int, typer.Option(min=0, help="List categories with fewer objects than this.")] = 0,
+    seeds: Annotated[
+        str,
+        typer.Option(help="Seeds from which houses are generated, as FIRST:END, e.g. 0:1000; END itself is not used."),
+    ] = "0:20",
+    rooms: Annotated[
+        str, typer.Option(help="Numbers of rooms, separated by commas; every seed gives a house of each.")
+    ] = "1,2,3,4,6,10",
+    load: Annotated[
+        bool, typer.Option(help="Whether to also build each house's scene and compile it in MuJoCo.")
+    ] = True,
+    min_count: Annotated[
+        int, typer.Option(min=0, help="List the categories that have fewer objects than this in all houses together.")
+    ] = 0,
     workers: Workers = None,
 ) -> None:
     """Example: vigil houses sweep --seeds 0:100 --rooms 1,4,10"""
@@ -161,13 +193,26 @@ def _whole_numbers(text: str, between: str, option: str, form: str, count: int |
 
 def export(
     file: HouseArgument,
-    out: Annotated[Path, typer.Argument(help="House file to write.")],
-    asset_database: Annotated[Path, typer.Option(help="AI2-THOR's asset-database.json.")],
-    material_database: Annotated[Path | None, typer.Option(help="AI2-THOR's material-database.json.")] = None,
-    thor: Annotated[bool, typer.Option("--thor", help="Export for AI2-THOR (the only format).")] = False,
+    out: Annotated[Path, typer.Argument(help="House file to write, for AI2-THOR (JSON).")],
+    asset_database: Annotated[
+        Path, typer.Option(help="AI2-THOR's asset-database.json, from which an asset is chosen for each object.")
+    ],
+    material_database: Annotated[
+        Path | None,
+        typer.Option(
+            help="AI2-THOR's material-database.json, from which materials are chosen; the materials do not "
+            "change if unset."
+        ),
+    ] = None,
+    thor: Annotated[
+        bool,
+        typer.Option(
+            "--thor", help="Write the house for AI2-THOR. This option is required, because other formats do not exist."
+        ),
+    ] = False,
 ) -> None:
-    """Objects without a type in the database, or without room, are left out and listed.
-    The result has not been run in AI2-THOR.
+    """Objects are left out, and listed, if the database does not have an asset of their type or the asset does not fit.
+    We have not tried the result in AI2-THOR itself.
 
     Example: vigil houses export --thor --asset-database asset-database.json house.json thor_house.json
     """

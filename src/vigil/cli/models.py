@@ -36,9 +36,23 @@ from vigil.runner.shared_settings import (
     ThinkingOption,
 )
 
-OneEpisode = Annotated[str | None, Setting("Fill in this episode's instruction.", metavar="ID")]
-LikeModel = Annotated[str | None, Setting("Use this model's coordinates.", metavar="MODEL")]
-OneModel = Annotated[str | None, Setting("Show only how this model would be asked.", metavar="MODEL")]
+OneEpisode = Annotated[
+    str | None,
+    Setting(
+        "Id of the episode whose instruction is filled into the prompt; a placeholder stands there if unset.",
+        metavar="ID",
+    ),
+]
+LikeModel = Annotated[
+    str | None, Setting("Model whose coordinate system the prompt asks for, as provider/model.", metavar="MODEL")
+]
+OneModel = Annotated[
+    str | None,
+    Setting(
+        "Model to describe, as provider/model. Prints only how this model would be asked: address, key, thinking.",
+        metavar="MODEL",
+    ),
+]
 _COORDINATES = [
     {"in the name, case ignored": one.pattern, "coordinates": one.coordinates, "source": one.source}
     for one in COORDINATES_BY_MODEL
@@ -68,7 +82,7 @@ def models(
 
 
 def calibrate(
-    model: Annotated[str, Setting("provider/model.", metavar="MODEL")],
+    model: Annotated[str, Setting("Model that is asked, as provider/model.", metavar="MODEL")],
     base_url: BaseUrl = None,
     api_key_env: ApiKeyEnv = None,
     thinking: ThinkingOption = "default",

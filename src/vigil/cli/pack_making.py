@@ -66,56 +66,102 @@ from vigil.runner.workers.pool import worker_count
 from vigil.scoring.closure import Kind
 from vigil.scoring.levels import LEVELS, EpisodeLevel, parse_levels
 
-Rooms = Annotated[str, typer.Option(help="Numbers of rooms, or specs, of generated houses, in turn.")]
-HousePlaces = Annotated[
-    list[str] | None, typer.Option(help=f"House file (.json, .jsonl, .jsonl.gz), or {FORM}; repeat.")
+Rooms = Annotated[
+    str,
+    typer.Option(
+        help="Numbers of rooms, or names of house specs, separated by commas; the generated houses use them in turn."
+    ),
 ]
-Name = Annotated[str, typer.Option(help="Name of the pack.")]
-PerFamily = Annotated[int, typer.Option(min=1, help="Number of episodes of each family.")]
-MaxPerHouse = Annotated[int, typer.Option(min=1, help="Maximum number of episodes of a family in a house.")]
+HousePlaces = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="Houses in which the episodes take place: a file (.json, .jsonl, .jsonl.gz), or houses of "
+        f"ProcTHOR-10K as {FORM}; may be repeated."
+    ),
+]
+Name = Annotated[str, typer.Option(help="Name that the new pack gets.")]
+PerFamily = Annotated[int, typer.Option(min=1, help="Number of episodes of each family that the pack gets.")]
+MaxPerHouse = Annotated[
+    int, typer.Option(min=1, help="Maximum number of episodes of one family that take place in the same house.")
+]
 LevelNames = Annotated[
     list[str] | None,
     typer.Option(
-        "--level", help=f"{', '.join(LEVELS)} or all: shared out evenly; may be repeated.", show_default="any"
+        "--level",
+        help=f"Difficulty level of the episodes to choose: {', '.join(LEVELS)} or all; may be repeated. "
+        "Each level gets an equal share of the episodes.",
+        show_default="any",
     ),
 ]
 Starts = Annotated[
-    int, typer.Option("--hardest-of", min=1, help="Number of starts drawn for each draft; the hardest is kept.")
+    int,
+    typer.Option(
+        "--hardest-of",
+        min=1,
+        help="Number of start positions that are tried for each draft; the hardest of them is used.",
+    ),
 ]
-Reviews = Annotated[list[Path] | None, typer.Option("--review", "--reviews", help="Review file; may be repeated.")]
+Reviews = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--review",
+        "--reviews",
+        help="File with reviewers' verdicts on the drafts, written by `vigil review`; may be repeated.",
+    ),
+]
 
 
 def propose(
-    out: Annotated[Path, typer.Option(help="Drafts file (JSONL); the same command continues it.")],
+    out: Annotated[
+        Path, typer.Option(help="File to which the valid drafts are written (JSONL); the same command continues it.")
+    ],
     houses: HousePlaces = None,
-    seeds: Annotated[str | None, typer.Option(help="Seeds FIRST:END of houses to generate instead.")] = None,
+    seeds: Annotated[
+        str | None,
+        typer.Option(
+            help="Seeds of the houses to generate, as FIRST:END (END itself is not used). Give either this or --houses."
+        ),
+    ] = None,
     rooms: Rooms = "mixed",
     families: Families = (),
     suite: Suite = None,
-    grammar: Annotated[bool, typer.Option(
-        "--grammar", help="Propose with the built-in grammar (the default).")] = False,
-    model: Annotated[str | None, typer.Option(help="Model that proposes instead, as provider/model.")] = None,
+    grammar: Annotated[
+        bool,
+        typer.Option(
+            "--grammar",
+            help="Propose episodes with the built-in grammar. This is the default; the alternative is --model.",
+        ),
+    ] = False,
+    model: Annotated[
+        str | None, typer.Option(help="Model that proposes the episodes instead of the grammar, as provider/model.")
+    ] = None,
     base_url: BaseUrl = None,
     api_key_env: ApiKeyEnv = None,
-    seed: Annotated[int | None, typer.Option(help="Random seed; 0 if unset.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Random seed of the drafts; 0 if unset.")] = None,
     seed_file: SeedFile = None,
-    per_house: Annotated[int, typer.Option(min=1, help=
-        "Maximum number of drafts kept per family and house.")] = PER_HOUSE,
-    tries: Annotated[int, typer.Option(min=1, help="Maximum number of drafts tried per family and house.")] = TRIED,
+    per_house: Annotated[
+        int, typer.Option(min=1, help="Maximum number of valid drafts that are kept for each family in a house.")
+    ] = PER_HOUSE,
+    tries: Annotated[
+        int, typer.Option(min=1, help="Maximum number of drafts that are tried for each family in a house.")
+    ] = TRIED,
     hardest_of: Starts = 1,
     forms: FormsOption = None,
-    limit: Annotated[int | None, typer.Option(min=1, help="Only the first N houses of each --houses.")] = None,
+    limit: Annotated[
+        int | None, typer.Option(min=1, help="Use only the first N houses of each value of --houses; all if unset.")
+    ] = None,
     workers: Workers = None,
     backend: Backend = "mujoco",
     assets: AssetFile = None,
-) -> None:  # fmt: skip
+) -> None:
     """Examples:
     vigil pack propose --seeds 100:160 --rooms kitchen,2,3 --out drafts.jsonl
     vigil pack propose --houses house.json --family SM --model openai/gpt-4o --out drafts.jsonl
     vigil pack propose --suite closure --seeds 100:160 --out closure.jsonl
     vigil pack propose --seeds 0:60 --seed-file secret.txt --out private.jsonl
 
-    With a secret seed, --seeds numbers the houses, and names do not reveal the seed.
+    With a secret seed (--seed-file), --seeds only numbers the houses, and the names of houses and episodes do not
+    reveal the seed.
     """
     drawn_by = chosen_seed(seed, seed_file) or 0
     if grammar and model is not None:
@@ -152,20 +198,36 @@ def propose(
 
 def build(
     name: Name,
-    out: Annotated[Path, typer.Option(help="New or empty folder.")],
-    drafts: Annotated[list[Path] | None, typer.Option(help="Drafts file; may be repeated.")] = None,
-    kept: Annotated[
-        Path | None, typer.Option("--earlier-drafts", help="Drafts of an earlier version of the pack; chosen first.")
+    out: Annotated[Path, typer.Option(help="Folder for the pack: new or empty.")],
+    drafts: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="File with drafts from which the episodes are chosen, written by `vigil pack propose`; may be "
+            "repeated."
+        ),
     ] = None,
-    version: Annotated[str, typer.Option(help="Version of the pack.")] = "1",
+    kept: Annotated[
+        Path | None,
+        typer.Option(
+            "--earlier-drafts",
+            help="Drafts of an earlier version of the pack; they are chosen before those of --drafts.",
+        ),
+    ] = None,
+    version: Annotated[str, typer.Option(help="Version of the pack that its manifest states.")] = "1",
     reviews: Reviews = None,
     per_family: PerFamily = PER_FAMILY,
     families: Families = (),
     suite: Suite = None,
     kind: Kinds = None,
-    alias: Annotated[list[str] | None, typer.Option(help="Another name of the pack; may be repeated.")] = None,
-    description: Annotated[str, typer.Option(help="One sentence for the manifest and the card.")] = "",
-    seed: Annotated[int | None, typer.Option(help="Random seed for breaking ties; 0 if unset.")] = None,
+    alias: Annotated[
+        list[str] | None, typer.Option(help="Further name by which the pack can be called; may be repeated.")
+    ] = None,
+    description: Annotated[
+        str, typer.Option(help="One sentence that describes the pack, for its manifest and its card.")
+    ] = "",
+    seed: Annotated[
+        int | None, typer.Option(help="Random seed of the choice between equally good drafts; 0 if unset.")
+    ] = None,
     seed_file: SeedFile = None,
     max_per_house: MaxPerHouse = MAX_PER_HOUSE,
     level: LevelNames = None,
@@ -173,7 +235,7 @@ def build(
     workers: Workers = None,
     backend: Backend = "mujoco",
     assets: AssetFile = None,
-) -> None:  # fmt: skip
+) -> None:
     """Example: vigil pack build --drafts drafts.jsonl --reviews reviews.jsonl --per-family 10 --name mine --out mine"""
     old = DraftsFile(kept) if kept else None
     files = [*([old] if old else []), *(DraftsFile(path) for path in drafts or [])]
@@ -248,13 +310,28 @@ def _levels(
 
 def make(
     name: Name,
-    out: Annotated[Path, typer.Option(help="New or empty folder; drafts are kept next to it.")],
-    seed: Annotated[int | None, typer.Option(min=0, help="Random seed of the pack: keep it secret.")] = None,
+    out: Annotated[
+        Path, typer.Option(help="Folder for the pack: new or empty. The drafts are kept in files next to it.")
+    ],
+    seed: Annotated[
+        int | None,
+        typer.Option(
+            min=0, help="Random seed of the houses and episodes. Keep it secret: it lets others make the same pack."
+        ),
+    ] = None,
     seed_file: SeedFile = None,
     houses: HousePlaces = None,
-    count: Annotated[int | None, typer.Option(min=1, help="Houses to draw; all of --houses if unset.")] = None,
+    count: Annotated[
+        int | None,
+        typer.Option(
+            min=1,
+            help="Number of houses in which drafts are made. If unset: all of --houses, or a number of "
+            "generated houses that fits --per-family.",
+        ),
+    ] = None,
     one_family_per_house: Annotated[
-        bool, typer.Option("--one-family-per-house", help="Use each house for one family only, in turn.")
+        bool,
+        typer.Option("--one-family-per-house", help="Use each house for only one family; the families take turns."),
     ] = False,
     rooms: Rooms = "mixed",
     per_family: PerFamily = PER_FAMILY,
@@ -270,14 +347,15 @@ def make(
     workers: Workers = None,
     backend: Backend = "mujoco",
     assets: AssetFile = None,
-) -> None:  # fmt: skip
+) -> None:
     """Examples:
     vigil pack make --name held_out --seed-file seed.txt --per-family 25 --out packs/held_out
     vigil pack make --name real --houses procthor-10k:val --count 200 --per-family 25 --out packs/real
     vigil pack make --name stress --suite closure --seed 918273645 --per-family 20 --out packs/stress
 
-    With --houses the seed, 0 by default, is not secret, and OUT.recipe.json is written, which names all houses with
-    their hashes: `vigil pack remake` makes the same bytes from it.
+    Without --houses, the houses are generated from the seed, which is kept secret. With --houses, the seed is not
+    secret (0 if unset), and the command also writes OUT.recipe.json. The recipe names all houses with their hashes, and
+    `vigil pack remake` makes the same pack from it.
     """
     drawn_by = _seed_of(houses, seed, seed_file)
     if suite is not None:
@@ -353,10 +431,15 @@ def _save_recipe(out: Path, recipe: Recipe) -> None:
 
 
 def remake(
-    recipe: Annotated[str, typer.Argument(help="A recipe's file, or the name of a packaged one.")],
-    out: Annotated[Path, typer.Option(help="New or empty folder; drafts are kept next to it.")],
+    recipe: Annotated[
+        str, typer.Argument(help="Recipe of the pack: a file, or the name of a recipe that comes with VIGIL.")
+    ],
+    out: Annotated[
+        Path, typer.Option(help="Folder for the pack: new or empty. The drafts are kept in files next to it.")
+    ],
     houses: Annotated[
-        list[str] | None, typer.Option(help="File with the recipe's houses, unless they are from ProcTHOR-10K.")
+        list[str] | None,
+        typer.Option(help="File with the houses that the recipe names; not needed for houses from ProcTHOR-10K."),
     ] = None,
     workers: Workers = None,
     assets: AssetFile = None,

@@ -46,9 +46,11 @@ from vigil.sim import make_simulator
 
 def baselines(
     pack: PackArgument,
-    log_dir: Annotated[Path, typer.Option(help="Folder for the runs; the same command continues them.")],
+    log_dir: Annotated[
+        Path, typer.Option(help="Folder in which the runs of the agents are recorded; the same command continues them.")
+    ],
     card: Annotated[
-        bool, typer.Option("--card", help="Also write the figures into the pack's folder and its card.")
+        bool, typer.Option("--card", help="Also write the results into the pack's folder and onto its card.")
     ] = False,
     workers: Workers = None,
     assets: AssetFile = None,
@@ -89,13 +91,16 @@ def _summary(pack: Pack, agent: str, folder: Path, workers: int | None, assets: 
 
 def levels(
     pack: PackArgument,
-    out: Annotated[Path | None, typer.Option(help="File to write, with a line per episode.")] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="File to which the levels are written, one line per episode; only printed if unset."),
+    ] = None,
     workers: Workers = None,
     assets: AssetFile = None,
 ) -> None:
     """Example: vigil pack levels vigil_mini --out mini.levels.jsonl
 
-    A file `levels.jsonl` in a pack's folder is found by `vigil report`; any other is given to it with --levels.
+    `vigil report` finds a file `levels.jsonl` in a pack's folder by itself; any other file needs its option --levels.
     """
     loaded, database = Pack.load(pack), AssetDatabase.from_file(assets)
     print_notes(loaded.manifest.version_notes)
@@ -127,12 +132,20 @@ def difficulty(
     runs: RunArguments,
     pack: PackLocation = None,
     levels: LevelsFile = None,
-    of: Annotated[Success, typer.Option("--success", help="What counts as success.")] = "B",
+    of: Annotated[
+        Success,
+        typer.Option(
+            "--success",
+            help="What counts as success in an episode: W (the goal was reached) or B (it was also reported "
+            "correctly).",
+        ),
+    ] = "B",
     as_json: AsJson = False,
 ) -> None:
     """Example: vigil pack difficulty runs/* --levels mini.levels.jsonl
 
-    Give runs of one pack by as many models or agents as there are; repeats of one model are taken together.
+    Give runs of one pack, by as many models or agents as you have. Repeats of a model count as more plays of the same
+    agent.
     """
     given = None if levels is None else read_levels(levels)
     found = calibrate(read_runs(runs, pack, levels=given), of)
@@ -203,9 +216,11 @@ def _correlation_words(found: Correlation) -> str:
 
 def sheet(
     pack: PackArgument,
-    out: Annotated[Path, typer.Option(help="Folder to write, with a sheet per family.")],
-    count: Annotated[int, typer.Option("--count", min=1, help="Number of episodes, evenly over the families.")] = 80,
-    seed: Annotated[int, typer.Option(min=0, help="Random seed of the choice of episodes.")] = 0,
+    out: Annotated[Path, typer.Option(help="Folder to which the sheets are written, one picture per family.")],
+    count: Annotated[
+        int, typer.Option("--count", min=1, help="Number of episodes to show, drawn evenly from the families.")
+    ] = 80,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed of the choice of episodes to show.")] = 0,
     assets: AssetFile = None,
     reveal: Reveal = False,
 ) -> None:

@@ -136,7 +136,13 @@ def _print_strata(strata: dict) -> None:
 def verify(
     pack: PackArgument,
     workers: Workers = None,
-    log: Annotated[Path | None, typer.Option(help="File of verified episodes; the same command continues it.")] = None,
+    log: Annotated[
+        Path | None,
+        typer.Option(
+            help="File that records which episodes are already verified, so that the same command continues an "
+            "interrupted check."
+        ),
+    ] = None,
     assets: AssetFile = None,
     backend: Backend = "mujoco",
     robust: Robust = False,
@@ -181,15 +187,20 @@ def compare_back_ends(
     pack: PackArgument,
     family: Families = (),
     episode: EpisodeIds = (),
-    limit: Annotated[int | None, typer.Option(min=1, help="Only the first N episodes.")] = None,
-    first: Annotated[str, typer.Option(help="Simulator that plays the solutions first.")] = "mujoco",
-    second: Annotated[str, typer.Option(help="Simulator that plays the solutions second, for comparison.")] = "thor",
+    limit: Annotated[
+        int | None,
+        typer.Option(
+            min=1, help="Maximum number of episodes to compare, spread evenly over the families. All episodes if unset."
+        ),
+    ] = None,
+    first: Annotated[str, typer.Option(help="First of the two simulators to compare.")] = "mujoco",
+    second: Annotated[str, typer.Option(help="Second of the two simulators to compare.")] = "thor",
     assets: AssetFile = None,
     as_json: AsJson = False,
 ) -> None:
     """Example: vigil compare-backends vigil_smoke
 
-    AI2-THOR's client uses this project's engine, unless VIGIL_THOR_ENGINE chooses another.
+    The simulator thor uses VIGIL's engine for AI2-THOR, unless the variable VIGIL_THOR_ENGINE chooses another engine.
     """
     os.environ.setdefault(ENGINE_VARIABLE, OWN)
     loaded, database = _with_assets(pack, assets)
@@ -230,7 +241,7 @@ def _print_differences(found: BackendComparison, explained: frozenset[str]) -> N
 
 def diff(
     a: PackArgument,
-    b: Annotated[str, typer.Argument(help="Pack to compare with the first.")],
+    b: Annotated[str, typer.Argument(help="Pack that is compared with the first one: its folder or its name.")],
     as_json: AsJson = False,
 ) -> None:
     """Example: vigil pack diff starter my_starter"""
@@ -248,7 +259,7 @@ def diff(
         raise typer.Exit(1)
 
 
-def build_starter_pack(out: Annotated[Path, typer.Option(help="New or empty folder.")]) -> None:
+def build_starter_pack(out: Annotated[Path, typer.Option(help="Folder for the pack: new or empty.")]) -> None:
     """Example: vigil pack build-starter --out my_starter"""
     pack = build_starter(out, make_simulator("mujoco", assets=AssetDatabase.default()), print)
     print(f"{out}: {len(pack.episodes)} episodes, sha256 {pack.sha256}")

@@ -28,19 +28,47 @@ from vigil.sim.pictures.staged_scenes import State
 
 
 def render(
-    out: Annotated[Path, typer.Option(help="Picture to write (PNG); a folder with --catalog.")],
-    house: Annotated[str | None, typer.Option(help=f"A house file or {DATASET}:SPLIT:INDEX; with --pose.")] = None,
-    pose: Annotated[str | None, typer.Option(help="x,z,yaw[,horizon]: metres and degrees.")] = None,
-    episode: Annotated[str | None, typer.Option(help="An episode's id: the frame that it starts with.")] = None,
-    asset: Annotated[str | None, typer.Option(help="A category, e.g. Fridge.")] = None,
-    variant: Annotated[int, typer.Option(help="Number of the asset's variant.")] = 0,
-    state: Annotated[State | None, typer.Option(help="State of the asset.")] = None,
-    catalog: Annotated[bool, typer.Option("--catalog", help="Contact sheets of every category, with names.")] = False,
-    variants: Annotated[int, typer.Option(min=1, help="Number of variants of each category in the catalogue.")] = 3,
-    distance: Annotated[
-        float | None, typer.Option(min=0.2, max=5.0, help="Metres from an object; if unset, where it spans 120 pixels.")
+    out: Annotated[Path, typer.Option(help="PNG file to write; with --catalog, a folder.")],
+    house: Annotated[
+        str | None,
+        typer.Option(
+            help=f"House to draw: a file, or {DATASET}:SPLIT:INDEX for a house of ProcTHOR-10K; --pose says from where."
+        ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Random seed of the rooms that --catalog shows.")] = 0,
+    pose: Annotated[
+        str | None,
+        typer.Option(
+            help="Pose of the agent in --house, as x,z,yaw[,horizon]: position in metres, direction in "
+            "degrees, and camera tilt in degrees (down is positive)."
+        ),
+    ] = None,
+    episode: Annotated[
+        str | None, typer.Option(help="Id of an episode of --pack; draws the first frame that the agent gets.")
+    ] = None,
+    asset: Annotated[str | None, typer.Option(help="Category of the object to draw, e.g. Fridge.")] = None,
+    variant: Annotated[
+        int, typer.Option(help="Which variant of the category's shape and look to draw, for --asset.")
+    ] = 0,
+    state: Annotated[State | None, typer.Option(help="State in which the object is drawn, for --asset.")] = None,
+    catalog: Annotated[
+        bool,
+        typer.Option("--catalog", help="Draw contact sheets that show objects of every category with their names."),
+    ] = False,
+    variants: Annotated[
+        int, typer.Option(min=1, help="Number of variants of each category to show, for --catalog.")
+    ] = 3,
+    distance: Annotated[
+        float | None,
+        typer.Option(
+            min=0.2,
+            max=5.0,
+            help="Distance from the camera to each object in metres, for --catalog. If unset, each object is "
+            "placed so that it spans about 120 pixels.",
+        ),
+    ] = None,
+    seed: Annotated[
+        int, typer.Option(min=0, help="Random seed of the rooms in which --catalog shows the objects.")
+    ] = 0,
     pack: PackName = "starter",
     assets: AssetFile = None,
     render_quality: RenderQuality = "default",

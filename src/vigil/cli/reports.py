@@ -41,17 +41,34 @@ _Frames = tuple[Path | None, bool]
 
 def report(
     runs: RunArguments,
-    format_: Annotated[list[str] | None, typer.Option("--format", help="md, html, latex, json, csv, all.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Folder to write into.", show_default="print Markdown")] = None,
+    format_: Annotated[
+        list[str] | None,
+        typer.Option("--format", help="Format of the report: md, html, latex, json, csv or all; may be repeated."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder to which the report is written.", show_default="print the report as Markdown"),
+    ] = None,
     pack: PackLocation = None,
     with_paper: WithPaper = True,
-    episode: Annotated[list[str] | None, typer.Option(help="Also show its trajectories; may be repeated.")] = None,
-    diagram: Annotated[bool, typer.Option("--diagram", help="Also show the diagram of the protocol.")] = False,
+    episode: Annotated[
+        list[str] | None, typer.Option(help="Id of an episode whose trajectories are also shown; may be repeated.")
+    ] = None,
+    diagram: Annotated[
+        bool, typer.Option("--diagram", help="Also show the diagram that explains the protocol.")
+    ] = False,
     assets: AssetFile = None,
     levels: LevelsFile = None,
-    check: Annotated[bool, typer.Option("--check", help="Only check the identities.")] = False,
+    check: Annotated[
+        bool,
+        typer.Option(
+            "--check",
+            help="Do not write a report, but check that the rates of each run fit together, e.g. that B, FR, "
+            "NR, IL and Other add up to all scored episodes.",
+        ),
+    ] = False,
     reveal: Reveal = False,
-) -> None:  # fmt: skip
+) -> None:
     """Examples:
     vigil report runs/solver runs/gpt-4o --out report
     vigil report runs/* --format latex --format csv --out report
@@ -142,18 +159,34 @@ def _warn(found: Study) -> None:
 
 
 def figure(
-    name: Annotated[str, typer.Argument(help=f"{', '.join((*FIGURES, *WITH_FRAMES))}.")],
-    runs: Annotated[list[Path] | None, typer.Argument(help="Folders of runs, one row each in a trajectory.")] = None,
-    out: Annotated[Path, typer.Option(help="png, pdf or svg; a trajectory also gif or webp.")] = Path("figure.png"),
-    episode: Annotated[str | None, typer.Option(help="Episode to draw in the figures trajectory and pipeline.")] = None,
+    name: Annotated[str, typer.Argument(help=f"Figure to draw: {', '.join((*FIGURES, *WITH_FRAMES))}.")],
+    runs: Annotated[
+        list[Path] | None, typer.Argument(help="Folders of the runs to draw; the figure trajectory has a row for each.")
+    ] = None,
+    out: Annotated[
+        Path,
+        typer.Option(help="File to write, ending in .png, .pdf or .svg; for the figure trajectory also .gif or .webp."),
+    ] = Path("figure.png"),
+    episode: Annotated[
+        str | None, typer.Option(help="Id of the episode to draw, for the figures trajectory and pipeline.")
+    ] = None,
     epoch: Epoch = 1,
-    columns: Annotated[int, typer.Option(min=2, max=40, help="Maximum number of frames per row.")] = 6,
+    columns: Annotated[
+        int, typer.Option(min=2, max=40, help="Maximum number of frames in a row, for the figure trajectory.")
+    ] = 6,
     pack: PackLocation = None,
     with_paper: WithPaper = True,
     assets: AssetFile = None,
     reveal: Reveal = False,
-    are_runs: Annotated[bool, typer.Option("--runs", help="Marks the start of the runs; has no effect.")] = False,
-) -> None:  # fmt: skip
+    are_runs: Annotated[
+        bool,
+        typer.Option(
+            "--runs",
+            help="May be written before the folders of the runs, to separate them from other arguments; it has "
+            "no effect.",
+        ),
+    ] = False,
+) -> None:
     """Examples:
     vigil figure plane runs/* --out plane.pdf
     vigil figure trajectory --episode ID --runs runs/a runs/b runs/c --out trajectory.png

@@ -27,13 +27,18 @@ from vigil.runner.settings import RunSettings, access_of, profile_of
 from vigil.runner.verify_run import Verification, VerifySettings, verify_run
 from vigil.scoring.saved_run import read_run
 
-NewRun = Annotated[Path, typer.Argument(metavar="OUT", help="New folder for the joined run.")]
-Shards = Annotated[list[Path], typer.Argument(metavar="SHARD...", help="Folders that `vigil run --shard I/N` made.")]
+NewRun = Annotated[Path, typer.Argument(metavar="OUT", help="New folder to which the joined run is written.")]
+Shards = Annotated[
+    list[Path],
+    typer.Argument(metavar="SHARD...", help="Folders of the parts to join, made by `vigil run --shard I/N`."),
+]
 
 
 def run(
     settings: RunSettings,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="Estimate calls and tokens without playing.")] = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Do not play; print how many calls and tokens the run would need at most.")
+    ] = False,
     imports: Imports = None,
 ) -> None:
     """Examples:

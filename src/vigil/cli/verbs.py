@@ -33,12 +33,12 @@ class Group:
     verbs: Mapping[str, Verb]
 
 
-_PACK_VERIFY = "Checks every rule and replays every solution, in worker processes; exits with 2 when one fails."
+_PACK_VERIFY = "Checks the rules for every episode of a pack, and replays its solution; exits with 2 if one fails."
 HOUSES = {
     "generate": Verb("houses:generate_house", "Generates a house and writes it to a file."),
     "check": Verb(
         "houses:check",
-        "Loads houses, counts their objects and names their faults; exits with 2 when one cannot be loaded.",
+        "Loads houses and prints their numbers of objects and their faults; exits with 2 if a house cannot be loaded.",
     ),
     "show": Verb(
         "houses:show",
@@ -46,118 +46,130 @@ HOUSES = {
     ),
     "sweep": Verb(
         "houses:sweep_houses",
-        "Generates houses, checks each, and prints times and rare categories; exits with 2 on a fault.",
+        "Generates many houses and checks each; prints times and rare categories of objects; exits "
+        "with 2 if a house has a fault.",
     ),
     "export": Verb(
-        "houses:export", "Writes a house with AI2-THOR's assets: for each object the asset nearest in type and size."
+        "houses:export", "Writes a house for AI2-THOR; each object gets the AI2-THOR asset nearest in type and size."
     ),
 }
 PACK = {
     "list": Verb("packs:list_packs", "Lists the packs that come with the package."),
-    "info": Verb("packs:info", "Verifies every hash and prints what the pack holds."),
+    "info": Verb("packs:info", "Prints the contents of a pack, after verifying the hash of every file."),
     "verify": Verb("packs:verify", _PACK_VERIFY),
     "validate": Verb("packs:verify", _PACK_VERIFY, is_hidden=True),
     "diff": Verb(
         "packs:diff",
-        "Lists the episodes that were added, removed or changed between two packs; exits with 1 when they differ.",
+        "Lists the episodes in which two packs differ: added, removed or changed; exits with 1 if there are any.",
     ),
     "build-starter": Verb(
-        "packs:build_starter_pack", "Builds the starter pack from scratch: houses, drafts, validation, solutions."
+        "packs:build_starter_pack",
+        "Builds the starter pack again from scratch: its houses, drafts, validation and solutions.",
     ),
     "propose": Verb(
         "pack_making:propose",
-        "Proposes episodes, validates and solves each, and keeps the valid ones; the rest is counted by rule.",
+        "Proposes drafts of episodes, checks and solves each, and saves the valid ones; prints how "
+        "many broke each rule.",
     ),
     "build": Verb(
         "pack_making:build",
-        "Selects equal numbers of each kind, approved drafts first, replays each, and freezes a pack with its card.",
+        "Makes a frozen pack from drafts: chooses equal numbers of each kind, approved drafts first, and replays each.",
     ),
     "make": Verb(
         "pack_making:make",
-        "Makes a pack in one go: houses, drafts, validation, solutions, selection. The same command continues it.",
+        "Makes a pack in one command: houses, drafts, validation, solutions and selection. The same "
+        "command continues it.",
     ),
     "remake": Verb(
         "pack_making:remake",
-        "Makes the pack of a recipe and checks that its bytes are the same; exits with 2 when they are not.",
+        "Makes a pack again from its recipe and checks that the bytes are the same; exits with 2 if they are not.",
     ),
     "stream": Verb(
         "training.streams:stream",
-        "Writes the first episodes of an endless stream for training: new houses, validated episodes, solutions.",
+        "Writes the first episodes of an endless stream for training, with new houses and a solution for each episode.",
     ),
     "baselines": Verb(
         "pack_measuring:baselines",
-        "Plays a pack with agents without skill or vision, and with the solver; exits with 2 when a limit is broken.",
+        "Plays a pack with the solver, and with simple agents that should score low; exits with 2 if "
+        "a score breaks its limit.",
     ),
     "levels": Verb(
         "pack_measuring:levels",
-        "Measures how difficult each episode is, and grades it: easy, medium, hard, extreme.",
+        "Measures how difficult each episode of a pack is and gives it a level: easy, medium, hard or extreme.",
     ),
     "difficulty": Verb(
         "pack_measuring:difficulty",
-        "Fits episodes' difficulties and models' abilities to runs (item response); compares with the levels' index.",
+        "Estimates from runs how difficult each episode is and how able each model is; compares this "
+        "with the episodes' levels.",
     ),
     "sheet": Verb(
         "pack_measuring:sheet",
-        "Draws contact sheets: episodes with the frame that they start with and their instruction.",
+        "Draws contact sheets of a pack: for each episode its first frame and its instruction.",
     ),
 }
 VERBS: dict[str, Verb | Group] = {
-    "run": Verb("runs:run", "Plays a pack with a model or an agent, and prints the table."),
-    "merge": Verb("runs:merge", "Joins the shards of a run, which were played separately, into one run."),
+    "run": Verb("runs:run", "Plays a pack with a model or an agent, and prints the scores."),
+    "merge": Verb("runs:merge", "Joins the parts of a run that were played separately (--shard) into one run."),
     "models": Verb(
         "models:models",
-        "Lists the providers of models: names, keys (set or not), extras (installed or not), addresses, thinking.",
+        "Lists the providers of models: name, key (set or not), extra to install, address, thinking switch.",
     ),
     "calibrate": Verb(
         "models:calibrate",
-        "Asks a model to point at a spot in eight pictures; prints which coordinates it uses and its median error.",
+        "Finds out in which coordinates a model points: asks it to point at a spot in eight pictures; "
+        "prints its median error.",
     ),
     "prompt": Verb("models:prompt", "Prints the exact messages that a model gets for the first step of an episode."),
     "score": Verb(
         "scores:score",
-        "Scores saved records and prints W, B, Delta, FR, NR, IL per family; several runs side by side.",
+        "Scores recorded runs and prints W, B, Delta, FR, NR and IL by family; several runs are shown side by side.",
     ),
     "verify": Verb(
         "runs:verify",
-        "Plays the recorded actions again and compares every hidden state; exits with 1 when one differs.",
+        "Plays the recorded actions of a run again and compares every hidden state; exits with 1 if one differs.",
     ),
-    "report": Verb("reports:report", "Writes tables and figures of one or more runs, every rate with its interval."),
+    "report": Verb(
+        "reports:report",
+        "Writes a report of one or more runs: tables and figures, with a confidence interval for every rate.",
+    ),
     "figure": Verb(
         "reports:figure",
-        "Draws one figure of saved runs, or a diagram of the protocol; saved frames are used, others drawn again.",
+        "Draws one figure of recorded runs, or a diagram of the protocol; frames that were not saved are drawn again.",
     ),
-    "view": Verb("web:view", "Shows runs, episodes step by step, and houses in the browser."),
+    "view": Verb("web:view", "Shows runs, their episodes step by step, and houses in the browser."),
     "play": Verb(
-        "web:play", "Lets a person play episodes in the browser as an agent does; the record is a run like any other."
+        "web:play",
+        "Lets a person play episodes in the browser as an agent does; this is recorded as a run like any other.",
     ),
     "review": Verb(
         "web:review",
-        "Reviews the episodes of a pack, or drafts, in the browser; each verdict is immediately a line of the review "
-        "file.",
+        "Lets a person review the episodes of a pack, or drafts, in the browser; each verdict is immediately saved.",
     ),
     "export": Verb(
         "exports.verb:export",
-        "Writes a run as a static site, an episode as a page or film, runs as Parquet, a dataset or results to share.",
+        "Writes a run as a static site, an episode as a page or a film, or runs as Parquet, a dataset "
+        "or results to share.",
     ),
     "demos": Verb(
         "training.demos:demos",
-        "Writes demonstrations of a stream for training: a model's requests, the solver's answers, false reports.",
+        "Writes demonstrations for training, from a stream of episodes: requests to a model, with the "
+        "solver's answers.",
     ),
     "render": Verb(
         "render:render",
-        "Draws an agent's view, one asset in a plain room, or single objects in a typical place.",
+        "Draws an agent's view of a house, one object in a plain room, or a catalogue of all categories of objects.",
     ),
     "compare-backends": Verb(
         "packs:compare_back_ends",
-        "Plays a pack's solutions on two simulators and lists the differences; exits with 1 on an unexplained one.",
+        "Plays a pack's solutions on two simulators and lists the differences; exits with 1 if one is not explained.",
     ),
     "thor-engine": Verb(
         "doctor:thor_engine",
-        "Serves AI2-THOR's client instead of Unity; the client starts it.",
+        "Runs VIGIL's engine for AI2-THOR's client, in place of Unity; the client starts this command itself.",
         takes_more=True,
     ),
     "doctor": Verb(
-        "doctor:doctor", "Draws one frame and prints what is installed; exits with 1 when something is missing."
+        "doctor:doctor", "Draws one frame and prints what is installed; exits with 1 if something is missing."
     ),
     "houses": Group("Generate, check and show houses (ProcTHOR's JSON).", HOUSES),
     "pack": Group("Inspect, verify and make packs of episodes.", PACK),

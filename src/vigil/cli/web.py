@@ -31,9 +31,23 @@ from vigil.web.review import ReviewSession, ReviewSet, make_review
 from vigil.web.site import Address
 from vigil.web.view import make_view
 
-Host = Annotated[str, typer.Option(help="Address to serve on; any other than loopback needs --token.")]
-Port = Annotated[int, typer.Option(min=1, max=65535, help="Port to serve on.")]
-Token = Annotated[str, typer.Option(envvar="VIGIL_TOKEN", help="Ask visitors for this token.", show_default=False)]
+Host = Annotated[
+    str,
+    typer.Option(
+        help="Address on which the pages are served. An address that other machines can reach (not "
+        "127.0.0.1 or localhost) needs --token."
+    ),
+]
+Port = Annotated[int, typer.Option(min=1, max=65535, help="Port on which the pages are served.")]
+Token = Annotated[
+    str,
+    typer.Option(
+        envvar="VIGIL_TOKEN",
+        help="Secret that visitors must give before they see the pages, 8 characters or more; nothing is "
+        "asked if unset.",
+        show_default=False,
+    ),
+]
 RUNS = Path("runs")
 TERMINATED = 143
 SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
@@ -41,8 +55,17 @@ SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
 
 
 def view(
-    runs: Annotated[list[Path] | None, typer.Argument(help="Runs, or folders with runs.", show_default="runs")] = None,
-    pack: Annotated[list[str] | None, typer.Option(help="A pack's folder or name; may be repeated.")] = None,
+    runs: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            help="Folders of the runs to show. A folder that contains several runs stands for all of them.",
+            show_default="runs",
+        ),
+    ] = None,
+    pack: Annotated[
+        list[str] | None,
+        typer.Option(help="Pack whose houses and episodes are also shown, as folder or name; may be repeated."),
+    ] = None,
     assets: AssetFile = None,
     prices: PricesOption = None,
     port: Port = 8377,
@@ -81,11 +104,15 @@ def play(
 
 
 def review(
-    reviewer: Annotated[str, typer.Option(help="Name of the reviewer.")],
+    reviewer: Annotated[str, typer.Option(help="Name of the reviewer, recorded with each verdict.")],
     pack: PackName = "starter",
-    drafts: Annotated[Path | None, typer.Option(help="Drafts file to review instead of a pack.")] = None,
-    file: Annotated[Path, typer.Option(help="Review file; verdicts are added to it.")] = Path("reviews.jsonl"),
-    seed: Annotated[int, typer.Option(help="Random seed of the queue's order.")] = 0,
+    drafts: Annotated[
+        Path | None, typer.Option(help="File with drafts to review instead of a pack, written by `vigil pack propose`.")
+    ] = None,
+    file: Annotated[Path, typer.Option(help="File to which the verdicts are added, a line each.")] = Path(
+        "reviews.jsonl"
+    ),
+    seed: Annotated[int, typer.Option(help="Random seed of the order in which episodes are shown.")] = 0,
     assets: AssetFile = None,
     port: Port = 8379,
     host: Host = "127.0.0.1",

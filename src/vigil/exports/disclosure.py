@@ -7,7 +7,11 @@ from vigil.base.settings import Setting
 from vigil.packs.private import REVEAL_HELP
 
 AnswerKey = Annotated[
-    bool, Setting("Include the answer key in hf and every-eval-ever: targets, labels, when goals first held.")
+    bool,
+    Setting(
+        "Include the answer key: targets, correct labels, and the step at which each goal first held. "
+        "For the formats hf and every-eval-ever."
+    ),
 ]
 
 

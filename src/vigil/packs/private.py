@@ -18,7 +18,7 @@ MIN_SECRET_SEED = 2**64
 SEED_SHA256 = "seed_sha256"
 """Key of the hash of a secret seed in a manifest's `meta`; only private packs have it."""
 REVEAL = "--reveal-private-pack"
-REVEAL_HELP = "Reveal a private pack: write its instructions, ids, replies or frames nevertheless."
+REVEAL_HELP = "Allow output that shows instructions, ids, replies or frames of a private pack (refused by default)."
 NEW_SEED = "python3 -c 'import secrets; print(secrets.randbits(128))'"
 NAME_DIGITS = 20
 """Number of hex digits of the keyed hash in the name of a private episode or house (80 bits)."""

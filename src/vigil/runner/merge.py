@@ -48,8 +48,13 @@ _PLAYER_FACTS = ("agent_files", "answering models")
 class MergeSettings:
     """Settings for joining shards."""
 
-    partial: Annotated[bool, Setting("Join what there is; `vigil run --log-dir OUT` plays the rest.")] = False
-    force: Annotated[bool, Setting("Join shards that different models or programs answered.")] = False
+    partial: Annotated[
+        bool,
+        Setting(
+            "Join the shards although episodes are missing; `vigil run --log-dir OUT` then plays the missing ones."
+        ),
+    ] = False
+    force: Annotated[bool, Setting("Join the shards although different models or programs answered in them.")] = False
     pack: PackLocation = None
 
 

@@ -60,8 +60,8 @@ RUNS_FOLDER = Path("runs")
 
 
 ReasoningEffort = Literal["none", "minimal", "low", "medium", "high", "xhigh", "max"]
-_EFFORT_HELP = f"How much a model reasons: {', '.join(get_args(ReasoningEffort))}. The provider's default if unset."
 _DEFAULT = "the provider's default if unset."
+_EFFORT_HELP = f"How much the model reasons before it answers: {', '.join(get_args(ReasoningEffort))}; {_DEFAULT}"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,7 +75,8 @@ class RunSettings:
     agent: Annotated[
         str | None,
         Setting(
-            "Agent that plays: solver, random, noop ... or exec:COMMAND.",
+            "Agent that plays the episodes: a scripted one (solver, random, noop ...), or your own "
+            "program as exec:COMMAND. Give either this or --model.",
             metavar="NAME",
             read=single_value("--agent"),
             repeats=True,
@@ -86,7 +87,7 @@ class RunSettings:
     model: Annotated[
         str | None,
         Setting(
-            "Model that plays: provider/model, as Inspect names it.",
+            "Model that plays the episodes, as provider/model, e.g. openai/gpt-4o. Give either this or --agent.",
             metavar="MODEL",
             read=single_value("--model"),
             repeats=True,
@@ -98,19 +99,36 @@ class RunSettings:
     log_dir: LogDir = None
     """Folder of the run; None for one under `runs/` that depends only on the settings."""
     limit: Annotated[
-        int | None, Setting("Play only N episodes, drawn evenly from the families or kinds.", minimum=1, metavar="N")
+        int | None,
+        Setting(
+            "Maximum number of episodes to play, spread evenly over the families of tasks (in a pack of "
+            "the closure suite, over its kinds). All episodes if unset.",
+            minimum=1,
+            metavar="N",
+        ),
     ] = None
     families: Families = ()
     episode_ids: EpisodeIds = ()
     workers: Workers = None
     executor: Annotated[
-        Literal["local", "ray"], Setting("Where simulators run: here, or on the nodes of a Ray cluster.")
+        Literal["local", "ray"],
+        Setting("Where the simulators run: on this machine (local), or on the nodes of a Ray cluster (ray)."),
     ] = "local"
     ray_address: Annotated[
-        str | None, Setting("Address of a Ray cluster.", metavar="HOST:PORT", unset="RAY_ADDRESS, or a local Ray")
+        str | None,
+        Setting(
+            "Address of the Ray cluster that --executor ray uses.",
+            metavar="HOST:PORT",
+            unset="RAY_ADDRESS, or a local Ray",
+        ),
     ] = None
     max_connections: Annotated[
-        int, Setting("Maximum number of episodes and requests at the same time.", minimum=1, metavar="N")
+        int,
+        Setting(
+            "Maximum number of episodes that are played, and of requests that are sent to the model, at the same time.",
+            minimum=1,
+            metavar="N",
+        ),
     ] = 16
     profile: ProfileOption = "baseline"
     prompt_variant: PromptVariantOption = "default"
@@ -118,25 +136,39 @@ class RunSettings:
     coordinates: CoordinatesOption = None
     """Coordinate system of the model's clicks; None for the published table's entry for the model."""
     reply_policy: Annotated[
-        ReplyPolicy, Setting("How replies are read; lenient strips a code fence or prose around the JSON.")
+        ReplyPolicy,
+        Setting(
+            "How a reply is read: strict accepts only one JSON object; lenient also accepts it inside a "
+            "code fence or prose."
+        ),
     ] = "strict"
     system_role: SystemRoleOption = "system"
     shard: Annotated[
-        Shard | None, Setting("Play only part I of N of the episodes, e.g. 2/8.", metavar="I/N", read=parse_shard)
+        Shard | None,
+        Setting(
+            "Split the episodes into N parts and play only part I, e.g. 2/8. Several machines can so "
+            "share a run; `vigil merge` joins the parts.",
+            metavar="I/N",
+            read=parse_shard,
+        ),
     ] = None
     """Part of the episodes to play; `vigil.runner.merge` joins the parts."""
     epochs: Annotated[
-        int, Setting("Number of times to play each episode.", minimum=1, maximum=MAX_EPOCHS, metavar="N")
+        int, Setting("Number of times that each episode is played.", minimum=1, maximum=MAX_EPOCHS, metavar="N")
     ] = 1
-    temperature: Annotated[float | None, Setting(f"Sampling temperature; {_DEFAULT}")] = None
-    top_p: Annotated[float | None, Setting(f"Nucleus sampling probability; {_DEFAULT}")] = None
-    max_tokens: Annotated[int | None, Setting(f"Maximum tokens of a reply; {_DEFAULT}", minimum=1, metavar="N")] = None
+    temperature: Annotated[float | None, Setting(f"Sampling temperature of the model; {_DEFAULT}")] = None
+    top_p: Annotated[
+        float | None, Setting(f"Probability mass of nucleus sampling (top-p) of the model; {_DEFAULT}")
+    ] = None
+    max_tokens: Annotated[
+        int | None, Setting(f"Maximum number of tokens of a model's reply; {_DEFAULT}", minimum=1, metavar="N")
+    ] = None
     reasoning_effort: Annotated[ReasoningEffort | None, Setting(_EFFORT_HELP, metavar="LEVEL")] = None
     thinking: ThinkingOption = "default"
     model_args: Annotated[
         Mapping[str, Any],
         Setting(
-            "Argument of the provider's client, as K=V; may be repeated.",
+            "Argument K with value V that is passed to the provider's client library; may be repeated.",
             "model-arg",
             metavar="K=V",
             read=read_model_args,
@@ -144,40 +176,64 @@ class RunSettings:
         ),
     ] = field(default_factory=dict[str, Any])
     extra_body: Annotated[
-        Mapping[str, Any], Setting("JSON object added to every request.", metavar="JSON", read=read_extra_body)
+        Mapping[str, Any],
+        Setting(
+            "JSON object whose fields are added to every request to the model.", metavar="JSON", read=read_extra_body
+        ),
     ] = field(default_factory=dict[str, Any])
-    image_format: Annotated[ImageFormat, Setting("Format in which frames are sent.")] = "png"
+    image_format: Annotated[ImageFormat, Setting("Image format of the frames that the agent gets.")] = "png"
     render_quality: RenderQuality = "default"
     prices: PricesOption = None
-    save_frames: Annotated[bool, Setting("Save every frame, named by its content hash.")] = False
+    save_frames: Annotated[
+        bool,
+        Setting(
+            "Save every frame that the agent gets in the run's folder, as a file named by the hash of its content."
+        ),
+    ] = False
     keep_reasoning: Annotated[
-        bool, Setting("Save the reasoning that a model returns apart from its replies, in reasoning.jsonl.")
+        bool,
+        Setting(
+            "Save the reasoning that the model's server sends separately from the replies, in the run's "
+            "reasoning.jsonl."
+        ),
     ] = False
     backend: Backend = "mujoco"
     simulator_factory: SimulatorFactory | None = None
     """Factory of a custom simulator; `backend` is then only its name in the header. Must be picklable."""
     asset_database: AssetFile = None
-    reply_seconds: Annotated[int, Setting("Time limit of one reply.", minimum=1, metavar="SECONDS")] = REPLY_SECONDS
+    reply_seconds: Annotated[
+        int, Setting("Time limit of each reply of a model or program.", minimum=1, metavar="SECONDS")
+    ] = REPLY_SECONDS
     """Time limit of one reply of a model or a program."""
     frame_interval_seconds: Annotated[
         float,
         Setting(
-            "A program gets its next frame a whole number of these periods after its reply; 0: as soon as it is ready.",
+            "Period at which a program can get frames: a frame is sent a whole number of periods after "
+            "the reply, so that its time reveals nothing. 0 sends each frame as soon as it is ready.",
             minimum=0,
             maximum=60,
             metavar="SECONDS",
         ),
     ] = FRAME_INTERVAL_SECONDS
     keep_program: Annotated[
-        bool, Setting("Use one process and folder of a program for all episodes of a worker, not one for each episode.")
+        bool,
+        Setting(
+            "Keep the program running from episode to episode, in one folder. By default each episode "
+            "gets a new process in an empty folder."
+        ),
     ] = False
-    seed: Annotated[int, Setting("Random seed of the schedule and the scripted agents.")] = 0
+    seed: Annotated[
+        int, Setting("Random seed of the order in which episodes are played, and of the scripted agents.")
+    ] = 0
     preflight: Annotated[
-        bool, Setting("Skip the check that the model sees pictures and answers in the required form.")
+        bool, Setting("Skip the check before the run that the model sees pictures and answers in the required form.")
     ] = True
     force: Annotated[
         bool,
-        Setting("Continue although the check's example failed, or a different model or program answers than before."),
+        Setting(
+            "Play the run although a check failed: the model did not answer the example observation with "
+            "an action, or another model or program answers than when the run began."
+        ),
     ] = False
     reveal_private_pack: Annotated[bool, Setting(REVEAL_HELP, is_option=False)] = False
     """Whether Inspect's log may hold the episodes of a private pack; only `inspect eval` takes it."""

@@ -12,61 +12,133 @@ from vigil.protocol.prompt_file import read_prompt_file
 from vigil.protocol.reasoning import Thinking
 from vigil.records.costs import Prices, parse_prices
 
-PackName = Annotated[str | Path, Setting("A pack's folder, or the name of a packaged one.", metavar="PACK")]
+PackName = Annotated[
+    str | Path,
+    Setting("Pack whose episodes are used: its folder, or the name of a pack that comes with VIGIL.", metavar="PACK"),
+]
 PackLocation = Annotated[
-    str | Path | None, Setting("Folder or name of the run's pack.", metavar="PACK", unset="as recorded")
+    str | Path | None,
+    Setting(
+        "Pack on which the run was played, as folder or name; needed if the pack's folder has moved.",
+        metavar="PACK",
+        unset="the pack that the run recorded",
+    ),
 ]
 Families = Annotated[
     tuple[Family, ...],
     Setting(
-        "Use only this family; may be repeated.", name="family", metavar="FAMILY", read=parse_families, repeats=True
+        "Use only the tasks of this family, e.g. SM; may be repeated. All families if unset.",
+        name="family",
+        metavar="FAMILY",
+        read=parse_families,
+        repeats=True,
     ),
 ]
 EpisodeIds = Annotated[
-    tuple[str, ...], Setting("Use only this episode; may be repeated.", name="episode", metavar="ID")
+    tuple[str, ...],
+    Setting("Use only the episode with this id; may be repeated. All episodes if unset.", name="episode", metavar="ID"),
 ]
-BaseUrl = Annotated[str | None, Setting("Address of an OpenAI-compatible server.", metavar="URL")]
+BaseUrl = Annotated[
+    str | None,
+    Setting(
+        "Address of an OpenAI-compatible server that answers for the model; the provider's own server if unset.",
+        metavar="URL",
+    ),
+]
 ApiKeyEnv = Annotated[
     str | None,
-    Setting("Environment variable that holds the key for this model, e.g. for a server at --base-url.", metavar="VAR"),
+    Setting(
+        "Name of the environment variable that holds the model's API key. If unset, the provider's "
+        "own variable is used, and its key is sent only to the provider.",
+        metavar="VAR",
+    ),
 ]
 ProfileOption = Annotated[
-    str, Setting("Evaluation profile: baseline, action_feedback, or a profile's full name.", metavar="NAME")
+    str,
+    Setting(
+        "Evaluation profile: baseline (the agent gets only frames), action_feedback (it also gets "
+        "feedback on each action), or a profile's full name.",
+        metavar="NAME",
+    ),
 ]
-PromptVariantOption = Annotated[PromptVariant, Setting("Variant of the system prompt.", name="prompt-variant")]
+PromptVariantOption = Annotated[
+    PromptVariant, Setting("Wording of the system prompt, one of the paper's two variants.", name="prompt-variant")
+]
 PromptFileOption = Annotated[
     str | None,
     Setting(
-        "File with a custom system prompt, with placeholders.",
+        "Text file with your own system prompt, which replaces the default one; <TASK_INSTRUCTION> in "
+        "it marks where the instruction goes.",
         name="prompt-file",
         metavar="FILE",
         read=read_prompt_file,
     ),
 ]
-CoordinatesOption = Annotated[Coordinates | None, Setting("Coordinate system of the model's clicks.", unset="by model")]
-SystemRoleOption = Annotated[
-    SystemRole, Setting("Role of the system prompt; user puts it at the start of the first user message.")
+CoordinatesOption = Annotated[
+    Coordinates | None,
+    Setting(
+        "How the model gives the position of a click: in pixels of the frame (pixel), or as 0 to 1000 "
+        "across and down the frame (normalized_1000).",
+        unset="the model's published one if known, otherwise pixel",
+    ),
 ]
-ThinkingOption = Annotated[Thinking, Setting("Turn thinking on or off, with the provider's own switch.")]
+SystemRoleOption = Annotated[
+    SystemRole,
+    Setting(
+        "How the system prompt is sent: system sends it as a separate message; user puts it at the "
+        "start of the first user message."
+    ),
+]
+ThinkingOption = Annotated[
+    Thinking,
+    Setting(
+        "Whether the model thinks before it answers, set by the provider's own switch; default leaves the switch alone."
+    ),
+]
 PricesOption = Annotated[
     Prices | None,
     Setting(
-        "Prices per million tokens, input and output; prints the cost so far.", metavar="IN,OUT", read=parse_prices
+        "Price of a million input tokens and of a million output tokens, e.g. 2.5,10; used to show what the run costs.",
+        metavar="IN,OUT",
+        read=parse_prices,
     ),
 ]
-LogDir = Annotated[Path | None, Setting("Folder of the run; the same command continues it.")]
-Backend = Annotated[str, Setting("Simulator: mujoco, thor (AI2-THOR), or fake (no engine).", metavar="NAME")]
+LogDir = Annotated[
+    Path | None,
+    Setting(
+        "Folder in which the run is recorded; a folder under runs/ if unset. The same command "
+        "continues an interrupted run."
+    ),
+]
+Backend = Annotated[
+    str,
+    Setting(
+        "Simulator in which episodes are played: mujoco (VIGIL's own), thor (AI2-THOR), or fake (no "
+        "physics engine and coarse pictures, for tests).",
+        metavar="NAME",
+    ),
+]
 RenderQuality = Annotated[
-    Quality, Setting("Quality of the frames; fast draws about twice as many per second.", name="render-quality")
+    Quality,
+    Setting(
+        "Quality of the frames; fast is coarser than default and draws about twice as many frames per second.",
+        name="render-quality",
+    ),
 ]
 Workers = Annotated[
     int | None,
-    Setting("Number of worker processes; it does not change the result.", minimum=1, metavar="N", unset="one per CPU"),
+    Setting(
+        "Number of processes that share the work; the result does not depend on it.",
+        minimum=1,
+        metavar="N",
+        unset="one per CPU",
+    ),
 ]
 AssetFile = Annotated[
     Path | None,
     Setting(
-        "AI2-THOR's asset database, for houses with THOR's assets. Without it, sizes are typical ones.",
+        "AI2-THOR's asset-database.json, which gives the sizes of THOR's assets in ProcTHOR's houses. "
+        "Without it, typical sizes are used.",
         name="assets",
         metavar="FILE",
         env="VIGIL_ASSETS",

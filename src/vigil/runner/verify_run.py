@@ -34,11 +34,22 @@ SAME_HOST = ("machine", "python", "numpy", "processor")
 class VerifySettings:
     """Settings for verifying a run."""
 
-    frames: Annotated[bool, Setting("Compare saved frames too; they are equal only on the same renderer.")] = False
-    records_only: Annotated[
-        bool, Setting("Do not start a simulator: check only replies, budgets, ends, prompts and identities.")
+    frames: Annotated[
+        bool,
+        Setting(
+            "Also compare the saved frames with frames drawn again; these are equal only if the renderer is the same."
+        ),
     ] = False
-    limit: Annotated[int | None, Setting("Verify only the first N records.", minimum=1, metavar="N")] = None
+    records_only: Annotated[
+        bool,
+        Setting(
+            "Check only what does not need a simulator: replies, budgets, ends, prompts, and whether the "
+            "records belong to the run."
+        ),
+    ] = False
+    limit: Annotated[int | None, Setting("Verify only the first N records; all if unset.", minimum=1, metavar="N")] = (
+        None
+    )
     workers: Workers = None
     pack: PackLocation = None
     asset_database: AssetFile = None

@@ -47,7 +47,9 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="vigil thor-engine", allow_abbrev=False)
     parser.add_argument("--backend", default="mujoco", choices=sorted(EDITABLE_BACKENDS))
     parser.add_argument("--render-quality", dest="quality", default="default", choices=["default", "fast"])
-    parser.add_argument("--assets", type=Path, default=None, help="AI2-THOR's asset-database.json")
+    parser.add_argument(
+        "--assets", type=Path, default=None, help="AI2-THOR's asset-database.json, which gives the sizes of the objects"
+    )
     parser.add_argument("-screen-width", dest="width", type=int, default=300, help=argparse.SUPPRESS)
     parser.add_argument("-screen-height", dest="height", type=int, default=300, help=argparse.SUPPRESS)
     parser.add_argument("-nographics", dest="without_pictures", action="store_true", help=argparse.SUPPRESS)

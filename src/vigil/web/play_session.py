@@ -45,17 +45,28 @@ _PLAYER = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,39}")
 class PlaySettings:
     """Settings of a play session."""
 
-    player: Annotated[str, Setting("Name of the player; recorded in the run's header.")]
+    player: Annotated[str, Setting("Name of the person who plays, recorded in the run's header.")]
     pack: PackName = "starter"
-    limit: Annotated[int | None, Setting("Only N episodes, drawn at random.", minimum=1, metavar="N")] = None
+    limit: Annotated[
+        int | None, Setting("Play at most N episodes, drawn at random; all if unset.", minimum=1, metavar="N")
+    ] = None
     families: Families = ()
-    practice: Annotated[bool, Setting("Show feedback and verdicts; recorded as a separate run.")] = False
+    practice: Annotated[
+        bool,
+        Setting(
+            "Practise: show feedback after each action and the verdict after each episode. Practice is "
+            "recorded as a separate run."
+        ),
+    ] = False
     """Whether to show feedback after each action and the verdict after each episode."""
     log_dir: LogDir = None
     quality: RenderQuality = "default"
     backend: Backend = "mujoco"
     assets: AssetFile = None
-    seed: Annotated[int | None, Setting("Seed of the random order.", unset="from the player's name")] = None
+    seed: Annotated[
+        int | None,
+        Setting("Random seed of the order in which the episodes are played.", unset="made from the player's name"),
+    ] = None
 
     def __post_init__(self) -> None:
         """Check the values against their declarations."""

@@ -21,19 +21,41 @@ FORMATS = (SITE, PARQUET, HF, EVERY_EVAL_EVER)
 
 
 def export(
-    runs: Annotated[list[Path], typer.Argument(help="Folder of a run; formats other than site take several.")],
+    runs: Annotated[
+        list[Path], typer.Argument(help="Folder of the run to export; every format except site takes several runs.")
+    ],
     out: Annotated[
         Path,
-        typer.Option(help="A new folder; for an episode a .html, .gif, .webp or .mp4 file; for parquet a file."),
+        typer.Option(
+            help="Where to write: a new folder; with --episode, a file ending in .html, .gif, .webp or .mp4; "
+            "with --format parquet, a file."
+        ),
     ],
-    format_: Annotated[str, typer.Option("--format", help=f"{', '.join(FORMATS)}.")] = SITE,
-    episode: Annotated[str | None, typer.Option(help="Export only this episode.", show_default="the run")] = None,
+    format_: Annotated[
+        str,
+        typer.Option(
+            "--format",
+            help=f"What to write: {SITE} (web pages of a run), {PARQUET} (a table of episodes), {HF} (a dataset "
+            f"of steps), or {EVERY_EVAL_EVER} (results to share).",
+        ),
+    ] = SITE,
+    episode: Annotated[
+        str | None,
+        typer.Option(help="Id of the only episode to export, as a page or a film.", show_default="all episodes"),
+    ] = None,
     epoch: Epoch = 1,
     pack: Annotated[
-        list[str] | None, typer.Option(help="Folder or name of the run's pack.", show_default="as recorded")
+        list[str] | None,
+        typer.Option(
+            help="Pack on which the run was played, as folder or name; needed if the pack's folder has moved.",
+            show_default="the pack that the run recorded",
+        ),
     ] = None,
     assets: AssetFile = None,
-    reasoning: Annotated[bool, typer.Option("--reasoning", help="Also export saved reasoning (hf only).")] = False,
+    reasoning: Annotated[
+        bool,
+        typer.Option("--reasoning", help="Also export the model's reasoning that the run saved; for --format hf only."),
+    ] = False,
     *,
     publisher: Publisher,
     disclosure: Disclosure,

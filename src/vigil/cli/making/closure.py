@@ -26,12 +26,19 @@ from vigil.scoring.closure import KINDS, Kind
 Suite = Annotated[
     Literal["closure"] | None,
     typer.Option(
-        "--suite", help="Make a suite's pack; --per-family is then the number of tasks (single, or twins) of each kind."
+        "--suite",
+        help="Make episodes of this suite instead of the usual families. In a pack, --per-family then sets "
+        "the number of tasks of each kind; a pair of twins is one task.",
     ),
 ]
 Kinds = Annotated[
     list[str] | None,
-    typer.Option("--kind", help=f"KIND or KIND:TASKS of a suite: {', '.join(KINDS)}; repeat.", show_default="all"),
+    typer.Option(
+        "--kind",
+        help="Kind of task of the suite to include, or KIND:N for N tasks of the kind; may be repeated. "
+        f"Kinds: {', '.join(KINDS)}.",
+        show_default="all",
+    ),
 ]
 SMALL_HOUSES = ("2", "kitchen", "2", "bedroom", "2", "living-room")
 """Meaning of `--rooms mixed` in the suite, whose houses make reaching easy."""

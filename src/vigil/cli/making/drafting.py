@@ -19,8 +19,9 @@ FormsOption = Annotated[
     FormsName | None,
     typer.Option(
         "--forms",
-        help="Sentence forms: those of published packs, those held out, or both.",
-        show_default="make with a secret seed: all; else public",
+        help="Sentence forms in which instructions are written: public (those of published packs), "
+        "held-out (those that published packs do not use), or all.",
+        show_default="all for `vigil pack make` with a secret seed, otherwise public",
     ),
 ]
 

@@ -25,11 +25,22 @@ from vigil.runner.workers.pool import worker_count
 
 
 def demos(
-    pack: Annotated[str, typer.Option(metavar="stream:SEED", help="Stream of episodes; packs are not accepted.")],
-    out: Annotated[Path, typer.Option(help="New or empty folder.")],
-    count: Annotated[int, typer.Option(min=1, help="Number of episodes.")] = 100,
+    pack: Annotated[
+        str,
+        typer.Option(
+            metavar="stream:SEED",
+            help="Stream from whose episodes the demonstrations are made, named by its seed; packs are not accepted.",
+        ),
+    ],
+    out: Annotated[Path, typer.Option(help="Folder for the demonstrations: new or empty.")],
+    count: Annotated[int, typer.Option(min=1, help="Number of episodes from which demonstrations are made.")] = 100,
     form: Annotated[
-        Format, typer.Option("--format", help="Chats as JSON lines or Parquet, or actions as a LeRobot dataset.")
+        Format,
+        typer.Option(
+            "--format",
+            help="Form of the demonstrations: sft (chats as JSON lines), parquet (the same chats as Parquet), "
+            "or lerobot (actions as a LeRobot dataset).",
+        ),
     ] = "sft",
     families: Families = (),
     difficulties: Difficulties = (),
@@ -38,14 +49,18 @@ def demos(
     prompt_variant: PromptVariantOption = "default",
     prompt_template: PromptFileOption = None,
     coordinates: CoordinatesOption = None,
-    model: Annotated[str | None, typer.Option(help="Model whose coordinate system the demonstrations use.")] = None,
+    model: Annotated[
+        str | None,
+        typer.Option(help="Model whose coordinate system the demonstrations use for clicks, as provider/model."),
+    ] = None,
     quality: RenderQuality = "default",
     workers: Workers = None,
-) -> None:  # fmt: skip
+) -> None:
     """Example: vigil demos --pack stream:7 --count 100 --out demos
 
-    Each row is a model's request with the right answer; a correction also holds a false report. In a LeRobot
-    dataset each row is a frame with its action, without corrections.
+    Each row is a request to a model with the right answer. Some rows are corrections: they also hold a false report
+    that an agent could have given. In a LeRobot dataset, each row is a frame with the action that follows; it does not
+    have corrections.
     """
     check_source(pack)
     asked = RunSettings(

@@ -19,23 +19,37 @@ from vigil.runner.workers.pool import worker_count
 Difficulties = Annotated[
     tuple[Difficulty, ...],
     Setting(
-        "easy, medium or hard; may be repeated.",
+        "Use only episodes of this difficulty (easy, medium or hard); may be repeated. All difficulties if unset.",
         name="difficulty",
         metavar="DIFFICULTY",
         read=difficulties_named,
         repeats=True,
     ),
 ]
-Houses = Annotated[str, typer.Option(metavar="FIRST:END", help="Houses of the stream; without END, all of them.")]
+Houses = Annotated[
+    str,
+    typer.Option(
+        metavar="FIRST:END",
+        help="Which houses of the stream to use, by number: from FIRST up to the one before END, or all "
+        "from FIRST on if END is left out.",
+    ),
+]
 
 
 def stream(
-    count: Annotated[int, typer.Option(min=1, help="Number of episodes.")],
+    count: Annotated[int, typer.Option(min=1, help="Number of episodes to write.")],
     out: Annotated[
-        Path, typer.Option(help="Folder to write: new, empty, or with the beginning of this stream, to continue.")
+        Path,
+        typer.Option(
+            help="Folder for the episodes: new, empty, or with fewer episodes of the same stream, to which the "
+            "missing ones are then added."
+        ),
     ],
     seed: Annotated[
-        int | None, typer.Option(min=0, help="Seed of the stream; the same seed gives the same episodes.")
+        int | None,
+        typer.Option(
+            min=0, help="Seed of the stream; the same seed gives the same episodes. Give either this or --seed-file."
+        ),
     ] = None,
     seed_file: SeedFile = None,
     families: Families = (),
@@ -45,7 +59,8 @@ def stream(
 ) -> None:
     """Example: vigil pack stream --seed 7 --count 200 --out train
 
-    Progress is kept next to the folder: the same command continues, and with a larger --count adds episodes.
+    Progress is saved next to the folder. The same command continues an interrupted one; with a larger --count, it adds
+    episodes.
     """
     first, last = house_range(houses)
     made_from = chosen_seed(seed, seed_file)

@@ -12,14 +12,26 @@ Relationship = Literal["first_party", "third_party", "collaborative", "other"]
 class Publisher:
     """Who publishes the results, and how."""
 
-    organization: Annotated[str, Setting("Organization that ran the evaluation, for every-eval-ever.")] = "unknown"
+    organization: Annotated[
+        str, Setting("Organization that ran the evaluation, stated in the results of --format every-eval-ever.")
+    ] = "unknown"
     relationship: Annotated[
-        Relationship, Setting("Relationship of the evaluator to the model's developer, for every-eval-ever.")
+        Relationship,
+        Setting(
+            "Relationship of that organization to the model's developer, stated in the results of "
+            "--format every-eval-ever."
+        ),
     ] = "other"
     developer: Annotated[
-        str | None, Setting("Developer of the model, for every-eval-ever.", unset="from the model's name")
+        str | None,
+        Setting(
+            "Developer of the model, stated in the results of --format every-eval-ever.", unset="from the model's name"
+        ),
     ] = None
-    force: Annotated[bool, Setting("Also write an incomplete run, for every-eval-ever; the file says so.")] = False
+    force: Annotated[
+        bool,
+        Setting("Write results even if the run is incomplete, for --format every-eval-ever; the file then says so."),
+    ] = False
 
     def __post_init__(self) -> None:
         """Check the values against their declarations."""
