@@ -7,6 +7,7 @@ import typer
 
 from vigil.authoring.drafting.procthor import DATASET
 from vigil.base.imports import ENVIRONMENT_VARIABLE, import_modules
+from vigil.base.settings import Setting
 from vigil.packs.private import REVEAL, REVEAL_HELP
 from vigil.scoring.saved_run import find_runs
 
@@ -23,10 +24,7 @@ RunArguments = Annotated[
     list[Path], typer.Argument(help="Folders of runs, or folders with runs in them.", callback=find_runs)
 ]
 HouseArgument = Annotated[str, typer.Argument(metavar="HOUSE", help=f"A house file, or {DATASET}:SPLIT:INDEX.")]
-Robust = Annotated[
-    bool,
-    typer.Option("--robust", help="Also require that the solver succeeds with motor noise; takes seconds per episode."),
-]
+Robust = Annotated[bool, Setting("Also require that the solver succeeds with motor noise; takes seconds per episode.")]
 Imports = Annotated[
     list[str] | None,
     typer.Option(
@@ -44,7 +42,7 @@ OpenBrowser = Annotated[bool, typer.Option("--open/--no-open", help="Open a brow
 WithPaper = Annotated[bool, typer.Option("--paper/--no-paper", help="Also show the published rows.")]
 Epoch = Annotated[int, typer.Option(min=1, help="Number of the play of the episode.")]
 SeedFile = Annotated[
-    Path | None, typer.Option(help="File with a secret seed, 2^64 or more; shells keep a history of commands.")
+    Path | None, Setting("File with a secret seed, 2^64 or more; shells keep a history of commands.", metavar="FILE")
 ]
 Reveal = Annotated[bool, typer.Option(REVEAL, help=REVEAL_HELP)]
 LevelsFile = Annotated[

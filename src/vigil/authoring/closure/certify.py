@@ -4,8 +4,7 @@ The possible side satisfies the rules of its family (`vigil.authoring.review`), 
 side has its own rules. Source: `protocol.md` section 8, decision 30.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from vigil.authoring.closure.twins import (
     check_single_difference,
     reason_for_absence,
 )
+from vigil.authoring.drafting.generation import SolvedSide
 from vigil.authoring.language.referring import Phrase, items_of, referents
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.robustness import shows_one_wall
@@ -87,15 +87,6 @@ SUMMARY = "Done."
 BrokenRules = Iterator[tuple[str, str]]
 
 
-@dataclass(frozen=True, slots=True)
-class Certified:
-    """One side of a task with its answer and the actions that close it correctly."""
-
-    episode: Episode
-    answer: ClosureAnswer
-    actions: tuple[Action, ...]
-
-
 def exempt_of(task: ClosureTask) -> frozenset[str]:
     """Return the names of the families' rules that a task breaks on purpose."""
     is_put = isinstance(task.episodes[0].goal, ObjectAtReceptacle) and task.kind == "impossible"
@@ -115,7 +106,7 @@ class Certifier:
 
     def certify(
         self, task: ClosureTask, house: House, recorded: tuple[tuple[Action, ...], ...] = ()
-    ) -> tuple[list[Certified], list[Finding]]:
+    ) -> tuple[list[SolvedSide], list[Finding]]:
         """Return the sides of a task with their answers, or an empty list with findings about the first faulty side.
 
         `recorded` has the actions of each side in a frozen pack; without them the actions are searched for.
@@ -136,7 +127,7 @@ class Certifier:
             if found:
                 return [], found
             solved.append(actions)
-        return [Certified(*side) for side in zip(task.episodes, answers, solved, strict=True)], []
+        return [SolvedSide(*side) for side in zip(task.episodes, solved, answers, strict=True)], []
 
     def _other_side(
         self,
@@ -399,3 +390,12 @@ class Certifier:
 def _referent_faults(meant: set[str], ids: set[str]) -> BrokenRules:
     if meant != ids:
         yield "distinguished", f"the instruction means {len(meant)} things, the goal is about {len(ids)}"
+
+
+def task_of(episodes: Sequence[Episode], answers: Sequence[ClosureAnswer]) -> ClosureTask:
+    """Return the task of some sides with their answers, which have the same order."""
+    first = answers[0]
+    sides = PAIRED.get(first.kind, ())
+    ordered = sorted(zip(answers, episodes, strict=True), key=lambda each: sides.index(each[0].side) if sides else 0)  # pyright: ignore
+    removed = first.certificate.removed if first.certificate else ""
+    return ClosureTask(first.kind, tuple(episode for _, episode in ordered), removed, first.evidence, first.form)

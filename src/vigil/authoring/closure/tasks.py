@@ -37,6 +37,11 @@ class ClosureTask:
     form: str = ""
     """Form of the task within its kind; empty if there is only one."""
 
+    @property
+    def instruction(self) -> str:
+        """The instruction, which twins share."""
+        return self.episodes[0].instruction
+
 
 Tasks = Iterator[ClosureTask | Rejection]
 

@@ -57,7 +57,7 @@ class StreamItem:
     @cached_property
     def solution(self) -> Solution:
         """Actions that solve the episode; validation has replayed them."""
-        return Solution(episode_id=self.episode.id, actions=self.draft.actions)
+        return self.draft.solution
 
 
 class Stream:
