@@ -15,7 +15,8 @@ from vigil.authoring.drafting.drafts import DRAFTS_VERSION, DraftsFile
 from vigil.authoring.drafting.generation import GenerationSettings
 from vigil.authoring.drafting.procthor import REVISION
 from vigil.authoring.packing.recipes import PACKAGED, Recipe, made_with
-from vigil.cli import app, pack_making
+from vigil.cli import app
+from vigil.cli.making import pack as making
 from vigil.errors import EpisodeError, PackMismatch, SettingError
 from vigil.housegen import generate, spec_for
 from vigil.packs.pack import Pack
@@ -151,7 +152,7 @@ def test_a_secret_seed_speaks_both_halves_unless_told(
         asked.append(settings.forms)
         raise SettingError("seen enough")
 
-    monkeypatch.setattr(pack_making, "generate_drafts", noted)
+    monkeypatch.setattr(making, "generate_drafts", noted)
     vigil("make", "--name", "mine", "--seed", str(2**70), *given, "--out", tmp_path / "mine")
     assert asked == wanted
 
