@@ -101,7 +101,7 @@ def make_pack(
             raise TooFewDrafts(_spent_message(file, len(sources), request, missing), missing)
         families = tuple(family for family in request.families if any(family == each.group for each in missing))
         begin, end = end, min(end + max(MIN_STEP, first // STEP_SHARE), len(sources))
-        print(f"missing after {begin} houses: {_listed(missing)}; now {end} houses, at most {len(sources)}")
+        print(f"missing after house {begin} of at most {len(sources)}: {_listed(missing)}")
 
 
 def drafting_settings(
@@ -161,7 +161,7 @@ def _spent_message(file: DraftsFile, houses: int, request: PackRequest, missing:
     """Return the message about what is missing when all houses are used, and how to go on."""
     go_on = "give more --houses" if request.drafted_in is None else "give the same command with a larger --max-houses"
     return (
-        f"Pack {request.name!r} is not complete: after {houses} houses, all that were allowed, the drafts hold only "
-        f"{_listed(missing)}. The drafts are kept in {str(file.path)!r}. To go on, {go_on}; or freeze what they hold "
+        f"Pack {request.name!r} is not complete: all houses that it may use ({houses}) hold only {_listed(missing)}. "
+        f"The drafts are kept in {str(file.path)!r}. To go on, {go_on}; or freeze what they hold "
         "with `vigil pack build --drafts` and smaller numbers."
     )
