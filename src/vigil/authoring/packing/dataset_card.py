@@ -1,7 +1,7 @@
 """The card of a pack: a README that describes its content, with the configuration for HF `datasets`.
 
 The card is not part of the pack's hash: it is written again when baselines were measured on the frozen pack. Its text
-is the template `templates/card.md`.
+is the template `vigil/authoring/templates/pack.md`.
 """
 
 from collections import Counter
@@ -9,8 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
-
+from vigil.authoring.cards import CARD, render_card
 from vigil.authoring.packing.baselines import baselines_table, guess_lines, read_baselines
 from vigil.authoring.packing.reader_plays import plays_table, read_plays
 from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
@@ -20,16 +19,8 @@ from vigil.protocol.actions import SKILLS
 from vigil.protocol.families import FAMILIES
 from vigil.scoring.levels import LEVELS
 
-CARD = "README.md"
 TABLES = ("episodes", "solutions", "facts", "levels", "closure")
 """Tables (`<table>.jsonl`, one row per line) that a pack may have; HF `datasets` loads the first by default."""
-_TEMPLATES = Environment(
-    loader=PackageLoader("vigil.authoring.packing"),
-    undefined=StrictUndefined,
-    trim_blocks=True,
-    lstrip_blocks=True,
-    keep_trailing_newline=True,
-)
 
 
 def write_card(pack: Pack) -> Path:
@@ -43,7 +34,8 @@ def card_of(pack: Pack) -> str:
     """Return the text of a pack's README."""
     meta, measured, played = pack.manifest.meta, read_baselines(pack), read_plays(pack)
     graded: Mapping[str, Mapping[str, int]] = meta.get("levels", {})
-    return _TEMPLATES.get_template("card.md").render(
+    return render_card(
+        "pack",
         manifest=pack.manifest,
         meta=meta,
         sha256=pack.sha256,
