@@ -41,9 +41,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 OpenBrowser = Annotated[bool, typer.Option("--open/--no-open", help="Open a browser.")]
 WithPaper = Annotated[bool, typer.Option("--paper/--no-paper", help="Also show the published rows.")]
 Epoch = Annotated[int, typer.Option(min=1, help="Number of the play of the episode.")]
-SeedFile = Annotated[
-    Path | None, Setting("File with a secret seed, 2^64 or more; shells keep a history of commands.", metavar="FILE")
-]
+SeedFile = Annotated[Path | None, Setting("File with a secret seed, 2^64 or more; shells keep a history of commands.")]
 Reveal = Annotated[bool, typer.Option(REVEAL, help=REVEAL_HELP)]
 LevelsFile = Annotated[
     Path | None,
