@@ -134,8 +134,8 @@ def make(out: OutFolder, content: Content, drawing: Drawing, drafting: Drafting)
     vigil pack make --name stress --suite closure --seed 918273645 --per-family 20 --out packs/stress
 
     It draws more houses until the pack is complete or --max-houses are used, and says what is missing; the same
-    command with more of them goes on. With --houses the seed, 0 by default, is not secret, and OUT.recipe.json is
-    written, which names all houses with their hashes: `vigil pack remake` makes the same bytes from it.
+    command with a larger --max-houses goes on. With --houses the seed, 0 by default, is not secret, and OUT.recipe.json
+    is written, which names all houses with their hashes: `vigil pack remake` makes the same bytes from it.
     """
     _check_seed(content, drawing)
     content.check_suite(
