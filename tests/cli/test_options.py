@@ -26,7 +26,7 @@ class Some:
     share: Annotated[float | None, Setting("How much.", unset="all of it")] = None
     place: Annotated[str | Path, Setting("Where.", name="at", env="SOME_PLACE")] = "here"
     kind: Annotated[Literal["round", "square"] | None, Setting("Which.")] = None
-    words: Annotated[tuple[str, ...], Setting("Each.", name="word")] = ()
+    words: Annotated[tuple[str, ...], Setting("Each.", name="word", other_name="term")] = ()
     sum: Annotated[int, Setting("Added up.", read=lambda texts: sum(map(int, texts)), repeats=True)] = 7
     size: Annotated[Mapping[str, int], Setting("Its length.", read=lambda text: {text: len(text)})] = field(
         default_factory=dict
@@ -58,7 +58,7 @@ def test_defaults_are_those_of_the_declaration() -> None:
 
 
 def test_what_is_typed_arrives() -> None:
-    words = "a --count 9 --share -0.5 --at there --kind square --word x --word y --sum 1 --sum 2 --size abc --bold"
+    words = "a --count 9 --share -0.5 --at there --kind square --word x --term y --sum 1 --sum 2 --size abc --bold"
     some = Some(9, -0.5, "there", "square", ("x", "y"), 3, {"abc": 3}, True, False)
     assert typed(*words.split(), "--no-care", "--last", "0")[1] == ["a", some, 0]
 

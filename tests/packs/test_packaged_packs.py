@@ -9,7 +9,8 @@ from pyarrow import json as arrow_json
 
 import vigil
 from tests.support.published_runs import PUBLISHED
-from vigil.authoring.packing.assemble import FOUND_BY_TURNING, MAX_PER_HOUSE
+from vigil.authoring.packing.requests import MAX_PER_HOUSE
+from vigil.authoring.packing.selection import FOUND_BY_TURNING
 from vigil.authoring.packing.verify import VerificationSettings, verify_pack
 from vigil.packs.files import MANIFEST
 from vigil.packs.pack import Pack

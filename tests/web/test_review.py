@@ -8,7 +8,8 @@ import pytest
 
 from tests.support.web_server import Site, served
 from vigil.authoring.drafting.drafts import Draft, DraftFacts, DraftsFile, FamilyDone, Header
-from vigil.authoring.packing.assemble import PackRequest, assemble
+from vigil.authoring.packing.assemble import assemble
+from vigil.authoring.packing.requests import PackRequest
 from vigil.authoring.review.reviews import read_reviews
 from vigil.errors import SettingError
 from vigil.packs.files import HOUSES

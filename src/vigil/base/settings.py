@@ -22,6 +22,8 @@ class Setting:
     """One line of help. For a switch that is on by default, what turning it off does."""
     name: str = ""
     """Name of the option, without the dashes; empty to use the name of the field."""
+    other_name: str = ""
+    """Another name of the option; empty without one."""
     minimum: float | None = None
     maximum: float | None = None
     metavar: str | None = None

@@ -7,6 +7,7 @@ import typer
 
 from vigil.authoring.drafting.procthor import DATASET
 from vigil.base.imports import ENVIRONMENT_VARIABLE, import_modules
+from vigil.base.settings import Setting
 from vigil.packs.private import REVEAL, REVEAL_HELP
 from vigil.scoring.saved_run import find_runs
 
@@ -37,10 +38,9 @@ HouseArgument = Annotated[
 ]
 Robust = Annotated[
     bool,
-    typer.Option(
-        "--robust",
-        help="Also require that the solver succeeds with small random errors in its movements and clicks. "
-        "This takes seconds per episode.",
+    Setting(
+        "Also require that the solver succeeds with small random errors in its movements and clicks. "
+        "This takes seconds per episode."
     ),
 ]
 Imports = Annotated[
@@ -69,8 +69,8 @@ Epoch = Annotated[
 ]
 SeedFile = Annotated[
     Path | None,
-    typer.Option(
-        help="File with a secret seed, a whole number of 2^64 or more. A seed in a file does not appear in "
+    Setting(
+        "File with a secret seed, a whole number of 2^64 or more. A seed in a file does not appear in "
         "the shell's history, unlike a seed on the command line."
     ),
 ]

@@ -66,6 +66,7 @@ def _option(one: DeclaredSetting) -> Any:
     setting = one.setting
     return typer.Option(
         f"--no-{one.option}" if one.default is True else f"--{one.option}",
+        *([f"--{setting.other_name}"] if setting.other_name else []),
         help=setting.help,
         min=setting.minimum,
         max=setting.maximum,

@@ -1,6 +1,7 @@
 """`vigil pack propose`, `build`, `make` and `remake`: from houses to drafts, from drafts and reviews to a pack."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -8,20 +9,18 @@ from typing import Annotated
 import typer
 
 from vigil.assets.database import AssetDatabase
-from vigil.authoring.closure.generation import closure_worker
+from vigil.authoring.closure.generation import CLOSURE_GRAMMAR, FAMILY
 from vigil.authoring.drafting.drafts import DraftsFile, HouseOrigin
-from vigil.authoring.drafting.generation import (
-    PER_HOUSE,
-    TRIED,
-    GenerationSettings,
-    generate_drafts,
-)
+from vigil.authoring.drafting.generation import FAMILY_GRAMMAR, GenerationSettings, generate_drafts
 from vigil.authoring.drafting.model_proposals import model_proposer
-from vigil.authoring.drafting.procthor import FORM
-from vigil.authoring.drafting.sources import HouseInFile, HouseSource, draw_sample, houses_from
-from vigil.authoring.packing.assemble import MAX_PER_HOUSE, PER_FAMILY, PackRequest, assemble, candidates
-from vigil.authoring.packing.candidate_checks import candidate_checker, house_finder
-from vigil.authoring.packing.level_measurement import measured_levels
+from vigil.authoring.drafting.sources import (
+    HouseInFile,
+    HouseSource,
+    draw_sample,
+    houses_drawn_from,
+    houses_from,
+    houses_from_seeds,
+)
 from vigil.authoring.packing.recipes import (
     Recipe,
     check_assets,
@@ -31,128 +30,38 @@ from vigil.authoring.packing.recipes import (
     recipe_of,
     sources_of,
 )
-from vigil.authoring.packing.verify import VerificationSettings, episode_tasks, house_batches
-from vigil.authoring.review.reviews import Review, read_reviews
-from vigil.cli.arguments import Robust, SeedFile
-from vigil.cli.making.closure import (
-    Kinds,
-    Suite,
-    build_suite,
-    draft_suite,
-    parse_tasks,
-    refuse_with_suite,
-    refuse_without_suite,
-    suite_request,
-    suite_settings,
-)
-from vigil.cli.making.drafting import (
-    FormsOption,
-    drafting_for_pack,
-    drafts_summary,
-    forms_named,
-    progress_callback,
-)
-from vigil.cli.making.houses import SECRET_RECIPE, generated_sources, parse_specs, requested_sources
+from vigil.authoring.packing.verify import VerificationSettings
+from vigil.cli.making.options import Building, Common, Content, Drafting, Drawing, OutFolder, Proposing
+from vigil.cli.making.pack import PackFreezer, make_pack, print_drafts, progress_callback
 from vigil.cli.progress import progress
 from vigil.cli.text import print_note, print_notes
 from vigil.errors import SettingError
 from vigil.packs.freeze import check_can_freeze
-from vigil.packs.pack import Pack
-from vigil.packs.private import chosen_seed, is_secret
+from vigil.packs.private import NEW_SEED, is_secret
 from vigil.protocol.families import FAMILIES
 from vigil.runner.models.completion import open_completion
-from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families, Workers
+from vigil.runner.shared_settings import AssetFile, Workers
 from vigil.runner.workers.pool import worker_count
-from vigil.scoring.closure import Kind
-from vigil.scoring.levels import LEVELS, EpisodeLevel, parse_levels
 
-Rooms = Annotated[
-    str,
-    typer.Option(
-        help="Numbers of rooms, or names of house specs, separated by commas; the generated houses use them in turn."
-    ),
-]
-HousePlaces = Annotated[
-    list[str] | None,
-    typer.Option(
-        help="Houses in which the episodes take place: a file (.json, .jsonl, .jsonl.gz), or houses of "
-        f"ProcTHOR-10K as {FORM}; may be repeated."
-    ),
-]
-Name = Annotated[str, typer.Option(help="Name that the new pack gets.")]
-PerFamily = Annotated[int, typer.Option(min=1, help="Number of episodes of each family that the pack gets.")]
-MaxPerHouse = Annotated[
-    int, typer.Option(min=1, help="Maximum number of episodes of one family that take place in the same house.")
-]
-LevelNames = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--level",
-        help=f"Difficulty level of the episodes to choose: {', '.join(LEVELS)} or all; may be repeated. "
-        "Each level gets an equal share of the episodes.",
-        show_default="any",
-    ),
-]
-Starts = Annotated[
-    int,
-    typer.Option(
-        "--hardest-of",
-        min=1,
-        help="Number of start positions that are tried for each draft; the hardest of them is used.",
-    ),
-]
-Reviews = Annotated[
-    list[Path] | None,
-    typer.Option(
-        "--review",
-        "--reviews",
-        help="File with reviewers' verdicts on the drafts, written by `vigil review`; may be repeated.",
-    ),
-]
+SHORT_SEED = (
+    "A seed below 2^64 can be found by trying all of them against the pack, and the names of its houses and episodes "
+    f"hold the houses' own seeds. For a pack that must stay unseen use a long one: {NEW_SEED} > seed.txt, then "
+    "--seed-file seed.txt."
+)
+SECRET_RECIPE = (
+    "With --houses the seed of `pack make` is not secret: it is in the recipe, and anyone with the houses can make "
+    "the pack. Give --seed with a number instead of --seed-file; or draft with `pack propose --houses ... "
+    "--seed-file FILE` and freeze with `pack build`, which does not write a recipe."
+)
 
 
 def propose(
     out: Annotated[
         Path, typer.Option(help="File to which the valid drafts are written (JSONL); the same command continues it.")
     ],
-    houses: HousePlaces = None,
-    seeds: Annotated[
-        str | None,
-        typer.Option(
-            help="Seeds of the houses to generate, as FIRST:END (END itself is not used). Give either this or --houses."
-        ),
-    ] = None,
-    rooms: Rooms = "mixed",
-    families: Families = (),
-    suite: Suite = None,
-    grammar: Annotated[
-        bool,
-        typer.Option(
-            "--grammar",
-            help="Propose episodes with the built-in grammar. This is the default; the alternative is --model.",
-        ),
-    ] = False,
-    model: Annotated[
-        str | None, typer.Option(help="Model that proposes the episodes instead of the grammar, as provider/model.")
-    ] = None,
-    base_url: BaseUrl = None,
-    api_key_env: ApiKeyEnv = None,
-    seed: Annotated[int | None, typer.Option(help="Random seed of the drafts; 0 if unset.")] = None,
-    seed_file: SeedFile = None,
-    per_house: Annotated[
-        int, typer.Option(min=1, help="Maximum number of valid drafts that are kept for each family in a house.")
-    ] = PER_HOUSE,
-    tries: Annotated[
-        int, typer.Option(min=1, help="Maximum number of drafts that are tried for each family in a house.")
-    ] = TRIED,
-    hardest_of: Starts = 1,
-    forms: FormsOption = None,
-    limit: Annotated[
-        int | None, typer.Option(min=1, help="Use only the first N houses of each value of --houses; all if unset.")
-    ] = None,
-    workers: Workers = None,
-    backend: Backend = "mujoco",
-    assets: AssetFile = None,
+    common: Common,
+    proposing: Proposing,
+    drafting: Drafting,
 ) -> None:
     """Examples:
     vigil pack propose --seeds 100:160 --rooms kitchen,2,3 --out drafts.jsonl
@@ -163,280 +72,125 @@ def propose(
     With a secret seed (--seed-file), --seeds only numbers the houses, and the names of houses and episodes do not
     reveal the seed.
     """
-    drawn_by = chosen_seed(seed, seed_file) or 0
-    if grammar and model is not None:
+    model, workers = proposing.model, worker_count(common.workers)
+    if proposing.grammar and model is not None:
         raise SettingError("--grammar and --model exclude each other.")
+    common.check_suite(model=model, grammar=proposing.grammar, hardest_of=drafting.hardest_of > 1)
+    seed = common.chosen_seed or 0
     settings = GenerationSettings(
-        families or tuple(FAMILIES),
-        drawn_by,
-        per_house,
-        tries,
-        backend,
-        AssetDatabase.from_file(assets),
-        forms=forms_named(forms or "public"),
-        starts=hardest_of,
-        is_seed_secret=is_secret(drawn_by),
+        (FAMILY,) if common.suite else common.families or tuple(FAMILIES),
+        seed,
+        proposing.per_house,
+        proposing.tries,
+        common.backend,
+        AssetDatabase.from_file(common.assets),
+        forms=drafting.forms("public"),
+        starts=drafting.hardest_of,
+        is_seed_secret=is_secret(seed),
+        grammar=CLOSURE_GRAMMAR if common.suite else FAMILY_GRAMMAR,
     )
-    if suite is not None:
-        refuse_with_suite(family=families, model=model, grammar=grammar, hardest_of=hardest_of > 1)
-        settings = suite_settings(settings)
-    sources = requested_sources(houses or [], seeds, parse_specs(rooms, suite), limit, settings.secret, print_note)
+    sources = _requested_sources(proposing, drafting.specs(common.suite), settings.secret)
     file = DraftsFile(out)
-    with progress("houses") as show:
-        on_progress = progress_callback(show)
-        if model is None:
-            make_worker = closure_worker if suite else None
-            generate_drafts(
-                file, sources, settings, workers=worker_count(workers), make_worker=make_worker, on_progress=on_progress
-            )
-        else:
-            with open_completion(model, base_url, api_key_env=api_key_env) as complete:
-                proposer = model, model_proposer(complete, per_house, model)
-                generate_drafts(file, sources, settings, proposer=proposer, on_progress=on_progress)
-    drafts_summary(file)
+    with ExitStack() as stack:
+        show = stack.enter_context(progress("houses"))
+        if model is not None:
+            access = open_completion(model, proposing.base_url, api_key_env=proposing.api_key_env)
+            proposer = model_proposer(stack.enter_context(access), proposing.per_house, model)
+            asked = replace(FAMILY_GRAMMAR, author=model, make_proposer=lambda seed: proposer)
+            settings, workers = replace(settings, grammar=asked), 1  # a proposer that asks a model stays here
+        generate_drafts(file, sources, settings, workers=workers, on_progress=progress_callback(show))
+    print_drafts(file)
+
+
+def _requested_sources(proposing: Proposing, specs: list[str], secret: int | None) -> Sequence[HouseSource]:
+    """Return houses from files, or houses to generate: for `--seeds`, or with a secret seed for those numbers."""
+    if bool(proposing.houses) == (proposing.seeds is not None):
+        raise SettingError("Give either --houses or --seeds.")
+    if proposing.seeds is None:
+        return houses_from(proposing.houses, proposing.limit, print_note)
+    return houses_from_seeds(proposing.seeds, specs, secret)
 
 
 def build(
-    name: Name,
-    out: Annotated[Path, typer.Option(help="Folder for the pack: new or empty.")],
-    drafts: Annotated[
-        list[Path] | None,
-        typer.Option(
-            help="File with drafts from which the episodes are chosen, written by `vigil pack propose`; may be "
-            "repeated."
-        ),
-    ] = None,
-    kept: Annotated[
-        Path | None,
-        typer.Option(
-            "--earlier-drafts",
-            help="Drafts of an earlier version of the pack; they are chosen before those of --drafts.",
-        ),
-    ] = None,
-    version: Annotated[str, typer.Option(help="Version of the pack that its manifest states.")] = "1",
-    reviews: Reviews = None,
-    per_family: PerFamily = PER_FAMILY,
-    families: Families = (),
-    suite: Suite = None,
-    kind: Kinds = None,
-    alias: Annotated[
-        list[str] | None, typer.Option(help="Further name by which the pack can be called; may be repeated.")
-    ] = None,
-    description: Annotated[
-        str, typer.Option(help="One sentence that describes the pack, for its manifest and its card.")
-    ] = "",
-    seed: Annotated[
-        int | None, typer.Option(help="Random seed of the choice between equally good drafts; 0 if unset.")
-    ] = None,
-    seed_file: SeedFile = None,
-    max_per_house: MaxPerHouse = MAX_PER_HOUSE,
-    level: LevelNames = None,
-    robust: Robust = False,
-    workers: Workers = None,
-    backend: Backend = "mujoco",
-    assets: AssetFile = None,
+    out: Annotated[Path, typer.Option(help="Folder for the pack: new or empty.")], content: Content, building: Building
 ) -> None:
     """Example: vigil pack build --drafts drafts.jsonl --reviews reviews.jsonl --per-family 10 --name mine --out mine"""
-    old = DraftsFile(kept) if kept else None
-    files = [*([old] if old else []), *(DraftsFile(path) for path in drafts or [])]
+    old = DraftsFile(building.earlier_drafts) if building.earlier_drafts else None
+    files = [*([old] if old else []), *map(DraftsFile, building.drafts)]
     if not files:
         raise SettingError("Give --drafts, --earlier-drafts or both: files with episodes to choose from.")
-    if suite is not None:
-        refuse_with_suite(family=families, earlier_drafts=kept, level=level, robust=robust)
-    else:
-        refuse_without_suite(kind)
-    given = [review for path in reviews or [] for review in _reviews(path)]
-    breaks_ties = chosen_seed(seed, seed_file) or 0
-    database = AssetDatabase.from_file(assets)
-    pack_request = PackRequest(
-        name,
-        per_family,
-        breaks_ties,
-        max_per_house,
-        version=version,
-        description=description,
-        aliases=tuple(alias or []),
-        families=families or tuple(FAMILIES),
-        is_seed_secret=any(map(is_secret, (breaks_ties, *(file.read().header.seed for file in files)))),
-        asset_database_sha256=database.sha256,
-        levels=parse_levels(level or []),
-        is_robust=robust,
+    content.check_suite(earlier_drafts=building.earlier_drafts, level=content.levels, robust=content.robust)
+    seeds = [content.chosen_seed or 0, *(file.read().header.seed for file in files)]
+    request = content.request(
+        version=building.version,
+        description=building.description,
+        aliases=building.aliases,
+        is_seed_secret=any(map(is_secret, seeds)),
     )
-    verification = VerificationSettings(backend, database, worker_count(workers), robust)
-    if suite is not None:
-        asked = suite_request(pack_request, parse_tasks(kind or [], per_family))
-        with progress("checks"):
-            build_suite(out, files, asked, given, verification)
-        return
-    _freeze(out, files, given, pack_request, verification, kept=old)
+    PackFreezer(out, request, content.reviews, content.verification).freeze(files, old)
 
 
-def _freeze(
-    out: Path,
-    files: list[DraftsFile],
-    given: list[Review],
-    pack_request: PackRequest,
-    verification: VerificationSettings,
-    *,
-    kept: DraftsFile | None = None,
-) -> Pack:
-    levels = _levels(files, given, pack_request, verification, kept)
-    with progress("checks") as show:
-        check = candidate_checker(files, verification, lambda now: show(now.done, now.of, f"{now.faulty} left out"))
-        pack, bad = assemble(out, files, given, pack_request, check, previous=kept, levels=levels)
-    for findings in bad.values():
-        print(f"left out: {findings[0]}")
-    print(f"{out}: {len(pack.episodes)} episodes in {pack.manifest.houses} houses, sha256 {pack.sha256}")
-    print(f"reviewed: {pack.manifest.meta['reviews']}")
-    return pack
-
-
-def _levels(
-    files: list[DraftsFile],
-    given: list[Review],
-    pack_request: PackRequest,
-    verification: VerificationSettings,
-    kept: DraftsFile | None,
-) -> dict[str, EpisodeLevel] | None:
-    """Return the level of every candidate draft; None if the pack does not ask for levels."""
-    if not pack_request.levels:
-        return None
-    pool = [each for each in candidates(files, given, kept) if each.episode.family in pack_request.families]
-    solved = {candidate.episode.id: candidate.draft.actions for candidate in pool}
-    work = house_batches(episode_tasks([each.episode for each in pool], solved), house_finder(files))
-    with progress("levels") as show:
-        return {found.episode_id: found for found in measured_levels(work, verification, show)}
-
-
-def make(
-    name: Name,
-    out: Annotated[
-        Path, typer.Option(help="Folder for the pack: new or empty. The drafts are kept in files next to it.")
-    ],
-    seed: Annotated[
-        int | None,
-        typer.Option(
-            min=0, help="Random seed of the houses and episodes. Keep it secret: it lets others make the same pack."
-        ),
-    ] = None,
-    seed_file: SeedFile = None,
-    houses: HousePlaces = None,
-    count: Annotated[
-        int | None,
-        typer.Option(
-            min=1,
-            help="Number of houses in which drafts are made. If unset: all of --houses, or a number of "
-            "generated houses that fits --per-family.",
-        ),
-    ] = None,
-    one_family_per_house: Annotated[
-        bool,
-        typer.Option("--one-family-per-house", help="Use each house for only one family; the families take turns."),
-    ] = False,
-    rooms: Rooms = "mixed",
-    per_family: PerFamily = PER_FAMILY,
-    families: Families = (),
-    suite: Suite = None,
-    kind: Kinds = None,
-    max_per_house: MaxPerHouse = MAX_PER_HOUSE,
-    level: LevelNames = None,
-    forms: FormsOption = None,
-    robust: Robust = False,
-    hardest_of: Starts = 1,
-    reviews: Reviews = None,
-    workers: Workers = None,
-    backend: Backend = "mujoco",
-    assets: AssetFile = None,
-) -> None:
+def make(out: OutFolder, content: Content, drawing: Drawing, drafting: Drafting) -> None:
     """Examples:
     vigil pack make --name held_out --seed-file seed.txt --per-family 25 --out packs/held_out
     vigil pack make --name real --houses procthor-10k:val --count 200 --per-family 25 --out packs/real
     vigil pack make --name stress --suite closure --seed 918273645 --per-family 20 --out packs/stress
 
-    Without --houses, the houses are generated from the seed, which is kept secret. With --houses, the seed is not
-    secret (0 if unset), and the command also writes OUT.recipe.json. The recipe names all houses with their hashes, and
-    `vigil pack remake` makes the same pack from it.
+    It draws more houses until the pack is complete or --max-houses are used, and says what is missing; the same
+    command with a larger --max-houses goes on. With --houses the seed, 0 by default, is not secret, and OUT.recipe.json
+    is written, which names all houses with their hashes: `vigil pack remake` makes the same bytes from it.
     """
-    drawn_by = _seed_of(houses, seed, seed_file)
-    if suite is not None:
-        refuse_with_suite(
-            family=families,
-            one_family_per_house=one_family_per_house,
-            level=level,
-            robust=robust,
-            hardest_of=hardest_of > 1,
-        )
-    else:
-        refuse_without_suite(kind)
-    tasks = parse_tasks(kind or [], per_family) if suite is not None else None
-    check_can_freeze(out, name)
-    offered = houses_from(houses or [], report=print_note)
-    origins = [] if reviews else _origins(offered)
-    if houses:
-        sources = draw_sample(offered, drawn_by or 0, count)
-    else:
-        sources = generated_sources(drawn_by or 0, count, per_family, parse_specs(rooms, suite), print_note)
-    database = AssetDatabase.from_file(assets)
-    pack_request = PackRequest(
-        name,
-        per_family,
-        drawn_by or 0,
-        max_per_house,
-        families=families or tuple(FAMILIES),
-        is_seed_secret=not houses,
-        asset_database_sha256=database.sha256,
-        levels=parse_levels(level or []),
-        is_robust=robust,
-        forms=forms_named(forms or ("public" if houses else "all")),
+    _check_seed(content, drawing)
+    content.check_suite(
+        one_family_per_house=drawing.one_family_per_house,
+        level=content.levels,
+        robust=content.robust,
+        hardest_of=drafting.hardest_of > 1,
     )
-    verification = VerificationSettings(backend, database, worker_count(workers), robust)
-    given = [review for path in reviews or [] for review in _reviews(path)]
-    if tasks is not None:
-        pack = _make_suite(out, sources, pack_request, tasks, verification, given)
+    request = content.request(
+        is_seed_secret=not drawing.houses,
+        forms=drafting.forms("public" if drawing.houses else "all"),
+        drafted_in=drawing.first(content.per_family),
+        one_family_per_house=drawing.one_family_per_house,
+        starts=drafting.hardest_of,
+    )
+    check_can_freeze(out, content.name)
+    most = drawing.most(content.per_family)
+    offered = houses_from(drawing.houses, report=print_note)
+    origins = [] if content.reviews else _origins(offered)
+    if offered:
+        sources = draw_sample(offered, request.seed, most)
     else:
-        pack = _make(
-            out,
-            sources,
-            pack_request,
-            given,
-            verification,
-            one_family_per_house=one_family_per_house,
-            starts=hardest_of,
-        )
+        if not is_secret(request.seed):
+            print_note(SHORT_SEED)
+        sources = houses_drawn_from(request.seed, most or 0, drafting.specs(content.suite))
+    pack = make_pack(out, sources, request, content.reviews, content.verification)
     if origins:
-        recipe = recipe_of(
-            pack_request, origins, pack.sha256,
-            backend=backend, drafted_in=count, one_family_per_house=one_family_per_house, starts=hardest_of,
-            tasks=tasks,
-        )  # fmt: skip
-        _save_recipe(out, recipe)
+        written = out.with_name(f"{out.name}.recipe.json")
+        recipe_of(request, origins, pack.sha256).save(written)
+        print(f"{written}: with the same houses, vigil pack remake makes the same bytes from it")
 
 
-def _seed_of(houses: list[str] | None, seed: int | None, seed_file: Path | None) -> int | None:
-    """Return the seed that was given; with --houses it may be missing. Raises SettingError."""
-    if houses and seed_file is not None:
+def _check_seed(content: Content, drawing: Drawing) -> None:
+    """Raise SettingError if a seed is missing, or a secret one would be in a recipe."""
+    if drawing.houses and content.seed_file is not None:
         raise SettingError(SECRET_RECIPE)
-    drawn_by = chosen_seed(seed, seed_file)
-    if drawn_by is None and not houses:
+    if content.chosen_seed is None and not drawing.houses:
         raise SettingError(
             "Give either --seed or --seed-file, which generate houses, or --houses with files or a dataset of them."
         )
-    return drawn_by
 
 
-def _save_recipe(out: Path, recipe: Recipe) -> None:
-    written = out.with_name(f"{out.name}.recipe.json")
-    recipe.save(written)
-    print(f"{written}: with the same houses, vigil pack remake makes the same bytes from it")
+def _origins(offered: Sequence[HouseInFile]) -> list[HouseOrigin]:
+    with progress("houses read") as show:
+        return origins_of(offered, lambda number: show(number, len(offered)))
 
 
 def remake(
     recipe: Annotated[
         str, typer.Argument(help="Recipe of the pack: a file, or the name of a recipe that comes with VIGIL.")
     ],
-    out: Annotated[
-        Path, typer.Option(help="Folder for the pack: new or empty. The drafts are kept in files next to it.")
-    ],
+    out: OutFolder,
     houses: Annotated[
         list[str] | None,
         typer.Option(help="File with the houses that the recipe names; not needed for houses from ProcTHOR-10K."),
@@ -455,62 +209,10 @@ def remake(
     with progress("houses read") as show:
         check_houses(wanted, sources, lambda number: show(number, len(sources)))
     print(f"{len(sources)} houses are those of recipe {wanted.name!r}")
-    verification = VerificationSettings(wanted.backend, database, worker_count(workers), wanted.is_robust)
-    chosen = draw_sample(sources, wanted.seed, wanted.drafted_in)
-    if wanted.suite is not None:
-        pack = _make_suite(out, chosen, wanted.request, wanted.tasks, verification, [])
-    else:
-        one_family_per_house, starts = wanted.one_family_per_house, wanted.starts
-        pack = _make(
-            out, chosen, wanted.request, [], verification, one_family_per_house=one_family_per_house, starts=starts
-        )
+    checks = VerificationSettings(wanted.backend, database, worker_count(workers), wanted.is_robust)
+    drawn = draw_sample(sources, wanted.seed, wanted.drafted_in and len(sources))
+    pack = make_pack(out, drawn, wanted.request, [], checks)
     if pack.sha256 != wanted.pack_sha256:
         print(f"not the recipe's bytes: its pack has sha256 {wanted.pack_sha256}")
         raise typer.Exit(2)
     print("the same bytes as the recipe's")
-
-
-def _origins(offered: Sequence[HouseInFile]) -> list[HouseOrigin]:
-    with progress("houses read") as show:
-        return origins_of(offered, lambda number: show(number, len(offered)))
-
-
-def _make(
-    out: Path,
-    sources: Sequence[HouseSource],
-    pack_request: PackRequest,
-    given: list[Review],
-    verification: VerificationSettings,
-    *,
-    one_family_per_house: bool,
-    starts: int,
-) -> Pack:
-    """Propose in all houses, or continue, and freeze the pack."""
-    file, settings = drafting_for_pack(out, pack_request, verification)
-    settings = replace(settings, one_family_per_house=one_family_per_house, starts=starts)
-    with progress("houses") as show:
-        generate_drafts(file, sources, settings, workers=verification.workers, on_progress=progress_callback(show))
-    drafts_summary(file)
-    return _freeze(out, [file], given, pack_request, verification)
-
-
-def _make_suite(
-    out: Path,
-    sources: Sequence[HouseSource],
-    pack_request: PackRequest,
-    tasks: Mapping[Kind, int],
-    verification: VerificationSettings,
-    given: list[Review],
-) -> Pack:
-    """Propose tasks of the suite in all houses, or continue, and freeze the pack."""
-    with progress("houses") as show:
-        file = draft_suite(out, sources, pack_request, verification, progress_callback(show))
-    drafts_summary(file)
-    with progress("checks"):
-        return build_suite(out, [file], suite_request(pack_request, tasks), given, verification)
-
-
-def _reviews(path: Path) -> list[Review]:
-    if not path.is_file():
-        raise SettingError(f"Review file {str(path)!r} does not exist.")
-    return read_reviews(path)

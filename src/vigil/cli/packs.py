@@ -13,7 +13,6 @@ import typer
 from rich.table import Table
 
 from vigil.assets.database import AssetDatabase
-from vigil.authoring.closure.verify import SuiteVerifier, suite_tasks
 from vigil.authoring.packing.compare import compare
 from vigil.authoring.packing.solution_statistics import skill_shares, steps_of
 from vigil.authoring.packing.starter import build_starter
@@ -29,7 +28,6 @@ from vigil.packs.private import is_private
 from vigil.protocol.families import FAMILIES, Family
 from vigil.runner.shared_settings import AssetFile, Backend, EpisodeIds, Families, Workers
 from vigil.runner.workers.pool import worker_count
-from vigil.scoring.closure import SUITE
 from vigil.scoring.levels import LEVELS, read_pack_levels
 from vigil.scoring.target_strata import sort_by_size
 from vigil.sim import make_simulator
@@ -152,12 +150,7 @@ def verify(
     with progress("verify") as show:
         rules = loaded.manifest.versions.rules
         settings = VerificationSettings(backend, database, worker_count(workers), robust, rules)
-        suite = {}
-        if loaded.manifest.suite == SUITE:
-            suite = {"tasks": suite_tasks(loaded), "make_verifier": SuiteVerifier}
-        findings = verify_pack(
-            loaded, settings, log, lambda now: show(now.done, now.of, f"{now.faulty} faulty"), **suite
-        )
+        findings = verify_pack(loaded, settings, log, lambda now: show(now.done, now.of, f"{now.faulty} faulty"))
     for finding in findings:
         print(finding)
     for (family, rule), count in sorted(_faulty_of(loaded, findings).items()):

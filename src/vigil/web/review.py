@@ -68,7 +68,7 @@ class ReviewSet:
         """
         file = DraftsFile(path)
         proposed = file.read()
-        drafts = [*proposed.drafts, *(draft for task in proposed.closures for draft in task.drafts)]
+        drafts = proposed.drafts
         if not drafts:
             raise SettingError(f"Drafts file {str(path)!r} does not have drafts yet. `vigil pack propose` adds some.")
         solutions = {draft.episode.id: draft.actions for draft in drafts}

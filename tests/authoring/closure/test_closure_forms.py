@@ -17,10 +17,10 @@ from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.sources import GeneratedHouse
 from vigil.authoring.review.placements import placements_on
 from vigil.authoring.review.synthetic_records import changed_setup
-from vigil.cli.making.closure import parse_tasks
+from vigil.cli.making.options import Content
 from vigil.errors import SettingError
 from vigil.protocol.world import ObjectSetup, Setup
-from vigil.scoring.closure import KINDS
+from vigil.scoring.closure import KINDS, Kind
 from vigil.sim.privileged import PrivilegedSimulator
 
 
@@ -110,12 +110,15 @@ def test_a_thing_ajar_may_be_called_open_and_closed(context: HouseContext) -> No
 
 
 def test_kinds_are_asked_for_by_number() -> None:
-    assert parse_tasks([], 5) == dict.fromkeys(KINDS, 5)
-    assert parse_tasks(["look_alike", "impossible:70"], 5) == {"impossible": 70, "look_alike": 5}
+    def tasks_of(*kinds: str) -> dict[Kind, int]:
+        return Content(name="p", suite="closure", kinds=kinds, per_family=5).tasks()
+
+    assert tasks_of() == dict.fromkeys(KINDS, 5)
+    assert tasks_of("look_alike", "impossible:70") == {"impossible": 70, "look_alike": 5}
     for wrong, said in (
         ("imposible", "Did you mean 'impossible'"),
         ("all_of:0", "not a number of tasks"),
         ("all_of:", "no"),
     ):
         with pytest.raises(SettingError, match=said):
-            parse_tasks([wrong], 5)
+            tasks_of(wrong)

@@ -3,7 +3,7 @@
 import json
 import shutil
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from hashlib import sha256
@@ -18,29 +18,24 @@ from typer.testing import CliRunner, Result
 from tests.support import builders
 from vigil.authoring.closure.all_of import HOME
 from vigil.authoring.closure.already_done import EVERYTHING_FORMS
-from vigil.authoring.closure.certify import EXEMPT, MIN_LOOKING_SHARE, Certifier
+from vigil.authoring.closure.certify import EXEMPT, MIN_LOOKING_SHARE, Certifier, task_of
 from vigil.authoring.closure.distractors import look_alike
-from vigil.authoring.closure.generation import AUTHOR, ClosureGenerator
+from vigil.authoring.closure.generation import CLOSURE_GRAMMAR
 from vigil.authoring.closure.impossible import BLOCKERS, NOTICE_READABLE_M, impossible
-from vigil.authoring.closure.packing import (
-    BLIND,
-    ClosureRequest,
-    freeze_closure,
-    guessing,
-    reviewed_tasks,
-    select_tasks,
-)
 from vigil.authoring.closure.silent_refusals import FULL, silent_refusal
 from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.closure.twins import STRICT_SINCE, BrokenRule, check_hidden
-from vigil.authoring.closure.verify import SuiteVerifier, recertifier, suite_tasks, task_of
-from vigil.authoring.drafting.drafts import ClosureDraft, DraftsFile, Header, Rejection
-from vigil.authoring.drafting.generation import GenerationSettings
+from vigil.authoring.drafting.drafts import ClosureDraft, DraftsFile, Rejection
+from vigil.authoring.drafting.generation import DraftWorker, GenerationSettings, SolvedSide
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import is_seen
 from vigil.authoring.drafting.sources import GeneratedHouse
 from vigil.authoring.language.referring import ROOM_NAMES
-from vigil.authoring.packing.verify import VerificationSettings, verify_pack
+from vigil.authoring.packing.assemble import assemble
+from vigil.authoring.packing.guessing import BLIND, guessing
+from vigil.authoring.packing.requests import PackRequest
+from vigil.authoring.packing.selection import Candidate, candidates, select
+from vigil.authoring.packing.verify import VerificationSettings, candidate_checker, verify_pack
 from vigil.authoring.review.reviews import Review, Verdict, episode_sha256
 from vigil.authoring.review.rules import RULES
 from vigil.authoring.review.validate import BUDGET_SHARE, SUITE_RULES, Finding, Validator
@@ -78,25 +73,44 @@ Reported = Callable[[Episode, Status | None], EpisodeRecord]
 @pytest.fixture(scope="module")
 def drafts(tmp_path_factory: pytest.TempPathFactory) -> DraftsFile:
     file = DraftsFile(tmp_path_factory.mktemp("drafts") / "drafts.jsonl")
-    generator = ClosureGenerator(GenerationSettings(("SI",), seed=9, per_house=PER_HOUSE, tried=14, author=AUTHOR))
-    house, lines = generator.work(GeneratedHouse(541, "2"), ("SI",))
-    header = Header(author=AUTHOR, seed=9, simulator="mujoco", per_house=PER_HOUSE, tried=14)
-    with file.writing(header) as writer:
+    settings = GenerationSettings(("SI",), seed=9, per_house=PER_HOUSE, tried=14, grammar=CLOSURE_GRAMMAR)
+    house, lines = DraftWorker(settings).work(GeneratedHouse(541, "2"), ("SI",))
+    with file.writing(settings.header()) as writer:
         writer.add(house, lines)
     return file
+
+
+def request(name: str, each: int, *kinds: Kind, max_per_house: int = 3) -> PackRequest:
+    """The request for a number of tasks of each kind, or of some kinds."""
+    return PackRequest(name, tasks=dict.fromkeys(kinds or KINDS, each), max_per_house=max_per_house)
+
+
+def answer_of(side: SolvedSide) -> ClosureAnswer:
+    assert side.answer is not None
+    return side.answer
+
+
+def frozen(
+    out: Path, drafts: DraftsFile, request: PackRequest, reviews: Sequence[Review] = ()
+) -> tuple[Pack, dict[str, list[Finding]]]:
+    return assemble(out, [drafts], reviews, request, candidate_checker([drafts], VerificationSettings()))
+
+
+def pool_of(drafts: DraftsFile) -> list[Candidate]:
+    return candidates([drafts], [])
 
 
 @pytest.fixture(scope="module")
 def pack(drafts: DraftsFile, tmp_path_factory: pytest.TempPathFactory) -> Pack:
     out = tmp_path_factory.mktemp("packs") / "stress"
-    return freeze_closure(out, [drafts], ClosureRequest("stress", PER_KIND))[0]
+    return frozen(out, drafts, request("stress", PER_KIND))[0]
 
 
 @pytest.fixture(scope="module")
 def twins_pack(drafts: DraftsFile, tmp_path_factory: pytest.TempPathFactory) -> Pack:
     """A smaller pack: twins of two kinds, those of which one is impossible among them."""
     out = tmp_path_factory.mktemp("packs") / "twins"
-    return freeze_closure(out, [drafts], ClosureRequest("twins", PER_KIND, kinds=("impossible", "already")))[0]
+    return frozen(out, drafts, request("twins", PER_KIND, "impossible", "already"))[0]
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +161,7 @@ def test_episodes_say_nothing_of_kind_side_or_twin(pack: Pack, answers: dict[str
 
 
 def test_the_pack_is_verified_and_the_same_bytes_again(pack: Pack, drafts: DraftsFile, tmp_path: Path) -> None:
-    again, _ = freeze_closure(tmp_path / "again", [drafts], ClosureRequest("stress", PER_KIND))
+    again, _ = frozen(tmp_path / "again", drafts, request("stress", PER_KIND))
     assert again.sha256 == pack.sha256
     verified = vigil("pack", "verify", pack.folder)
     assert verified.exit_code == 0, verified.output
@@ -169,7 +183,7 @@ def altered(pack: Pack, folder: Path, change: Callable[[dict], dict]) -> Pack:
 def verified(pack: Pack) -> list[Finding]:
     """Return the findings about a pack of the suite, as `vigil pack verify` does."""
     settings = VerificationSettings(rules=pack.manifest.versions.rules)
-    return verify_pack(pack, settings, tasks=suite_tasks(pack), make_verifier=SuiteVerifier)
+    return verify_pack(pack, settings)
 
 
 def test_answers_that_the_search_does_not_give_are_found(twins_pack: Pack, tmp_path: Path) -> None:
@@ -200,7 +214,7 @@ def test_every_rule_of_the_suite_is_documented() -> None:
 
 
 def task_of_reason(drafts: DraftsFile, reason: Reason) -> ClosureTask:
-    found = next(task for task in drafts.read().closures if task.answers[-1].reason == reason)
+    found = next(task for task in drafts.read().tasks if task.answers[-1].reason == reason)
     return task_of([draft.episode for draft in found.drafts], found.answers)
 
 
@@ -243,7 +257,7 @@ def test_what_bars_the_way_is_in_no_first_frame(drafts: DraftsFile, simulator: P
 def test_what_is_asked_about_is_in_no_first_frame_of_a_second_side(
     drafts: DraftsFile, simulator: PrivilegedSimulator
 ) -> None:
-    found = next(task for task in drafts.read().closures if task.kind == "already")
+    found = next(task for task in drafts.read().tasks if task.kind == "already")
     task = task_of([draft.episode for draft in found.drafts], found.answers)
     second, house = task.episodes[1], drafts.house(task.episodes[1].house.name)
     context = HouseContext(simulator, house, np.random.default_rng(3))
@@ -289,8 +303,8 @@ def test_a_door_that_heavy_furniture_bars_is_locked(simulator: PrivilegedSimulat
                 break
     else:
         pytest.fail("no twins with a barred door")
-    assert sides[1].answer.reason == "locked"
-    assert sides[1].answer.accepted == ("fail", "invalid")
+    assert answer_of(sides[1]).reason == "locked"
+    assert answer_of(sides[1]).accepted == ("fail", "invalid")
     simulator.reset(task.episodes[1].start, task.episodes[1].setup)
     assert simulator.scene().things[task.removed].category in BLOCKERS
 
@@ -304,7 +318,7 @@ def test_the_obvious_act_is_refused_by_a_swing_a_machine_and_a_full_shelf(simula
 def test_twins_about_everything_somewhere_mean_just_what_may_be_on_or_open_there(
     drafts: DraftsFile, simulator: PrivilegedSimulator
 ) -> None:
-    found = next(task for task in drafts.read().closures if task.answers[0].form in EVERYTHING_FORMS)
+    found = next(task for task in drafts.read().tasks if task.answers[0].form in EVERYTHING_FORMS)
     task = task_of([draft.episode for draft in found.drafts], found.answers)
     first, second = task.episodes
     house, certifier = drafts.house(first.house.name), Certifier(simulator)
@@ -333,7 +347,7 @@ def test_a_broken_machine_is_read_from_near_by_and_does_not_start(
     house = drafts.house(task.episodes[0].house.name)
     sides, found = Certifier(simulator).certify(task, house)
     assert not found
-    answer = sides[1].answer
+    answer = answer_of(sides[1])
     assert answer.accepted[0] == "fail"
     assert answer.evidence[0].within_m == NOTICE_READABLE_M
     assert answer.certificate is not None
@@ -404,24 +418,28 @@ def test_no_agent_without_sight_closes_both_twins_of_a_kind(kind: Kind, answers:
 
 
 def test_too_few_tasks_are_an_error_that_counts_them(drafts: DraftsFile) -> None:
-    pool = drafts.read().closures
+    pool = pool_of(drafts)
     with pytest.raises(EpisodeError, match=r"all_of 2 of 9 \(of 2 drafts\).*impossible 3 of 9.*look_alike 3 of 9"):
-        select_tasks(pool, ClosureRequest("p", 9))
-    two = ClosureRequest("p", PER_KIND)
-    assert select_tasks(pool, two) == select_tasks(pool[::-1], two)
+        select(pool, request("p", 9))
+    two = request("p", PER_KIND)
+    assert select(pool, two) == select(pool[::-1], two)
     with pytest.raises(EpisodeError, match="all_of 1 of 2"):
-        select_tasks(pool, ClosureRequest("p", 2, max_per_house=1))
+        select(pool, request("p", 2, max_per_house=1))
 
 
 def test_kinds_have_quotas_and_forms_are_shared_out(drafts: DraftsFile) -> None:
-    pool = drafts.read().closures
-    request = ClosureRequest("p", 1, quotas={"impossible": 3, "already": 2}, kinds=("impossible", "already", "if_so"))
-    chosen = select_tasks(pool, request)
+    pool = pool_of(drafts)
+
+    def chosen_of(tasks: Mapping[Kind, int]) -> list[ClosureDraft]:
+        found = [candidate.task for candidate in select(pool, PackRequest("p", tasks=tasks))]
+        return [task for task in found if isinstance(task, ClosureDraft)]
+
+    chosen = chosen_of({"impossible": 3, "already": 2, "if_so": 1})
     assert Counter(task.kind for task in chosen) == {"impossible": 3, "already": 2, "if_so": 1}
     assert len({task.answers[-1].reason for task in chosen if task.kind == "impossible"}) == 3
-    alike = select_tasks(pool, ClosureRequest("p", 2, kinds=("look_alike",)))
+    alike = chosen_of({"look_alike": 2})
     assert {task.answers[0].form for task in alike} == {"place", "state"}
-    made_sure = select_tasks(pool, ClosureRequest("p", 2, kinds=("already",)))
+    made_sure = chosen_of({"already": 2})
     assert {task.answers[0].form for task in made_sure} == {"one_thing", "closed_home"}
 
 
@@ -437,37 +455,40 @@ def review_of(episode: Episode, verdict: Verdict, instruction: str | None = None
 
 
 def test_twins_are_rejected_together_and_approved_tasks_enter_first(drafts: DraftsFile, tmp_path: Path) -> None:
-    pool = [task for task in drafts.read().closures if task.kind == "already"]
+    pool = [task for task in drafts.read().tasks if task.kind == "already"]
     rejected, approved = pool[0].drafts[1].episode, pool[2].drafts[0].episode
     reviews = [review_of(rejected, "reject"), review_of(approved, "approve")]
-    request = ClosureRequest("p", 1, kinds=("already",))
-    pack, bad = freeze_closure(tmp_path / "p", [drafts], request, reviews)
+    pack, bad = frozen(tmp_path / "p", drafts, request("p", 1, "already"), reviews)
     assert not bad
     assert approved.id in {episode.id for episode in pack.episodes}
     assert pack.manifest.meta["reviews"] == {"person": 1, "model": 0, "none": 1, "rejected": 2}
     with pytest.raises(EpisodeError, match=r"already 2 of 3 \(of 2 drafts\)"):
-        freeze_closure(tmp_path / "q", [drafts], ClosureRequest("q", 3, kinds=("already",)), reviews)
+        frozen(tmp_path / "q", drafts, request("q", 3, "already"), reviews)
 
 
 def test_words_given_to_one_twin_are_those_of_both_and_are_certified(
-    drafts: DraftsFile, simulator: PrivilegedSimulator, tmp_path: Path
+    drafts: DraftsFile,
 ) -> None:
-    task = next(task for task in drafts.read().closures if task.answers[0].form == "one_thing")
-    check = recertifier(simulator, lambda episode: drafts.house(episode.house.name))
-    assert check(task) == []
+    task = next(task for task in drafts.read().tasks if task.answers[0].form == "one_thing")
     first = task.drafts[0].episode
-    kept, bad = reviewed_tasks([task], [review_of(first, "edit", f"Please. {first.instruction}")], check)
-    assert not bad
-    assert {draft.episode.instruction for draft in kept[0].drafts} == {f"Please. {first.instruction}"}
-    kept, bad = reviewed_tasks([task], [review_of(first, "edit", "Open the sesame.")], check)
-    assert not kept
-    assert {finding.rule for finding in bad} == {"target_named"}
+    check = candidate_checker([drafts], VerificationSettings())
+
+    def worded(instruction: str) -> Candidate:
+        pool = candidates([drafts], [review_of(first, "edit", instruction)])
+        assert sum(each.is_reworded for each in pool) == 1
+        return next(each for each in pool if each.episode.id == first.id)
+
+    polite = worded(f"Please. {first.instruction}")
+    assert {draft.episode.instruction for draft in polite.task.drafts} == {f"Please. {first.instruction}"}
+    assert check([polite]) == {}
+    (found,) = check([worded("Open the sesame.")]).values()
+    assert {finding.rule for finding in found} == {"target_named"}
 
 
 def test_drafts_of_the_suite_are_reviewed_with_what_closes_them(drafts: DraftsFile) -> None:
     found = ReviewSet.of_drafts(drafts.path)
-    task = next(task for task in drafts.read().closures if task.kind == "impossible")
-    assert len(found.episodes) == sum(len(task.drafts) for task in drafts.read().closures)
+    task = next(task for task in drafts.read().tasks if task.kind == "impossible")
+    assert len(found.episodes) == sum(len(task.drafts) for task in drafts.read().tasks)
     told = found.closings[task.drafts[1].episode.id]
     assert told.startswith(f"impossible, impossible, {task.answers[1].reason}")
     assert "its twin" in told
@@ -478,7 +499,7 @@ def test_what_was_proposed_in_vain_is_counted_by_rule(drafts: DraftsFile) -> Non
     refused = {line.rule for line in proposed.rejections}
     assert refused == set(proposed.done[0].rejected)
     assert all(isinstance(line, Rejection) for line in proposed.rejections)
-    assert proposed.done[0].kept == len([line for line in proposed.closures if isinstance(line, ClosureDraft)])
+    assert proposed.done[0].kept == len([line for line in proposed.tasks if isinstance(line, ClosureDraft)])
 
 
 def test_a_silent_refusal_is_met_by_whoever_goes_straight_for_it(
@@ -510,7 +531,7 @@ def test_look_alikes_differ_in_colour_and_the_wrong_one_is_told(simulator: Privi
     sides, found = Certifier(simulator).certify(task, house)
     assert not found
     record = Validator(simulator).play(episode, house, sides[0].actions)
-    verdict = score_closure(sides[0].answer, episode, record)
+    verdict = score_closure(answer_of(sides[0]), episode, record)
     assert verdict.C
     assert not verdict.is_wrong_object
     swapped = {alike: target, target: alike}
@@ -521,7 +542,9 @@ def test_look_alikes_differ_in_colour_and_the_wrong_one_is_told(simulator: Privi
     steps = tuple(
         step.model_copy(update={"world": world}) for step, world in zip(record.steps, worlds[1:], strict=True)
     )
-    wrong = score_closure(sides[0].answer, episode, record.model_copy(update={"initial": worlds[0], "steps": steps}))
+    wrong = score_closure(
+        answer_of(sides[0]), episode, record.model_copy(update={"initial": worlds[0], "steps": steps})
+    )
     assert wrong.is_wrong_object
     assert wrong.is_false_success
 

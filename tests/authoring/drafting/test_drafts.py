@@ -7,21 +7,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vigil.authoring.drafting.drafts import Draft, DraftsFile, FamilyDone, Header, draft_id
+from vigil.authoring.drafting.drafts import Draft, DraftsFile, Header, draft_id
 from vigil.authoring.drafting.generation import (
-    DraftGenerator,
+    FAMILY_GRAMMAR,
+    DraftWorker,
     GenerationProgress,
     GenerationSettings,
-    HouseResult,
     generate_drafts,
-    grammar_proposer,
 )
 from vigil.authoring.drafting.sources import (
     DRAWN_SEEDS,
     MIXED,
     GeneratedHouse,
     HouseInFile,
-    HouseSource,
     houses_drawn_from,
     houses_from,
     houses_from_seeds,
@@ -54,12 +52,8 @@ def written(source: HouseInFile, tmp_path_factory: pytest.TempPathFactory) -> Dr
     return file
 
 
-class Idle:
-    """What is asked for drafts in a house, and finds none."""
-
-    def work(self, source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
-        rows = [FamilyDone(family=family, house=source.name, kept=0, rejected={}, seconds=0.0) for family in families]
-        return source.house(), list(rows)
+IDLE = replace(FAMILY_GRAMMAR, make_proposer=lambda seed: lambda context, family: iter(()))
+"""A grammar that proposes nothing."""
 
 
 def copies(source: HouseInFile, folder: Path, names: str) -> list[HouseInFile]:
@@ -122,7 +116,7 @@ def test_other_settings_are_refused(written: DraftsFile) -> None:
 
 
 def test_two_campaigns_cannot_write_one_file(tmp_path: Path) -> None:
-    file, header = DraftsFile(tmp_path / "drafts.jsonl"), TERMS.header("mujoco", "grammar")
+    file, header = DraftsFile(tmp_path / "drafts.jsonl"), TERMS.header()
     with (
         file.writing(header),
         pytest.raises(RecordError, match="being written by another process"),
@@ -171,8 +165,8 @@ def test_ids_say_who_made_the_house(starter: Pack, metadata: dict, name: str, be
 
 def test_spread_houses_are_asked_for_one_family_each(source: HouseInFile, tmp_path: Path) -> None:
     drafts = DraftsFile(tmp_path / "drafts.jsonl")
-    settings = GenerationSettings(("PG", "SV"), per_house=1, tried=1, one_family_per_house=True)
-    generate_drafts(drafts, copies(source, tmp_path, "abc"), settings, make_worker=lambda settings: Idle())
+    settings = GenerationSettings(("PG", "SV"), per_house=1, tried=1, one_family_per_house=True, grammar=IDLE)
+    generate_drafts(drafts, copies(source, tmp_path, "abc"), settings)
     assert [(row.house, row.family) for row in drafts.read().done] == [("a", "PG"), ("b", "SV"), ("c", "PG")]
 
 
@@ -214,7 +208,7 @@ def test_houses_come_from_files_and_lines(starter: Pack, tmp_path: Path) -> None
 
 def test_a_seed_changes_what_is_proposed(written: DraftsFile, source: HouseInFile) -> None:
     other = GenerationSettings(("PG",), seed=4, per_house=3, tried=6)
-    _, lines = DraftGenerator(other, grammar_proposer(other)).work(source, ("PG",))
+    _, lines = DraftWorker(other).work(source, ("PG",))
     ids = {line.episode.id for line in lines if isinstance(line, Draft)}
     assert ids
     assert ids != {draft.episode.id for draft in written.read().drafts if draft.episode.family == "PG"}
@@ -222,7 +216,7 @@ def test_a_seed_changes_what_is_proposed(written: DraftsFile, source: HouseInFil
 
 
 def test_a_header_that_a_kill_has_cut_is_written_again(tmp_path: Path) -> None:
-    file, header = DraftsFile(tmp_path / "drafts.jsonl"), TERMS.header("mujoco", "grammar")
+    file, header = DraftsFile(tmp_path / "drafts.jsonl"), TERMS.header()
     with file.writing(header):
         whole = file.path.read_bytes()
     for size in (0, 1, len(whole) - 1, len(whole)):
@@ -236,14 +230,14 @@ def test_a_header_that_a_kill_has_cut_is_written_again(tmp_path: Path) -> None:
 def test_a_file_of_something_else_is_left_as_it_is(text: str, tmp_path: Path) -> None:
     path = tmp_path / "notes.txt"
     path.write_text(text)
-    header = TERMS.header("mujoco", "grammar")
+    header = TERMS.header()
     with pytest.raises(SettingError, match=r"notes\.txt"), DraftsFile(path).writing(header):
         pass
     assert path.read_text() == text
 
 
 def test_how_many_starts_were_compared_is_told_where_they_were(tmp_path: Path) -> None:
-    plain, hard = (GenerationSettings(FAMILIES, starts=starts).header("mujoco", "grammar") for starts in (1, 4))
+    plain, hard = (GenerationSettings(FAMILIES, starts=starts).header() for starts in (1, 4))
     for name, header in (("plain", plain), ("hard", hard)):
         with DraftsFile(tmp_path / f"{name}.jsonl").writing(header):
             pass

@@ -1,6 +1,7 @@
 """Proposals by a model: asked with an inventory, answered in a schema, judged by the same rules."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from tests.support.chat_server import ChatAnswer, ChatRequest, serving
 from tests.support.inspect_marks import INSPECT
 from vigil.authoring.drafting.drafts import Draft, Rejection
-from vigil.authoring.drafting.generation import DraftGenerator, GenerationSettings
+from vigil.authoring.drafting.generation import FAMILY_GRAMMAR, DraftWorker, GenerationSettings, Proposer
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.model_proposals import inventory, model_proposer, question
 from vigil.authoring.drafting.sources import HouseInFile
@@ -19,6 +20,11 @@ from vigil.sim.privileged import PrivilegedSimulator
 pytestmark = INSPECT
 
 TERMS = GenerationSettings(("AI",), seed=3)
+
+
+def worker(proposer: Proposer) -> DraftWorker:
+    """Return a worker that proposes with a model."""
+    return DraftWorker(replace(TERMS, grammar=replace(FAMILY_GRAMMAR, make_proposer=lambda seed: proposer)))
 
 
 IN_THE_OPEN = ("Box|", "Statue|", "Vase|")
@@ -68,7 +74,7 @@ def test_answers_are_drafted_validated_and_counted(source: HouseInFile, context:
         return ChatAnswer(f"```json\n{json.dumps({'drafts': [*bad, *good]})}\n```")
 
     with serving(brain) as server, open_completion("openai/anything", server.url) as complete:
-        _, lines = DraftGenerator(TERMS, model_proposer(complete, 4, "openai/anything")).work(source, ("AI",))
+        _, lines = worker(model_proposer(complete, 4, "openai/anything")).work(source, ("AI",))
         assert len(server.asked) == 1
     drafts = [line for line in lines if isinstance(line, Draft)]
     rules = [line.rule for line in lines if isinstance(line, Rejection)]
@@ -81,7 +87,7 @@ def test_answers_are_drafted_validated_and_counted(source: HouseInFile, context:
 
 def test_prose_is_one_rejection(source: HouseInFile) -> None:
     proposer = model_proposer(lambda text: "I would rather not.", 2, "m")
-    _, lines = DraftGenerator(TERMS, proposer).work(source, ("AI",))
+    _, lines = worker(proposer).work(source, ("AI",))
     found = [line for line in lines if isinstance(line, Rejection)]
     assert [line.rule for line in found] == ["reply_parses"]
     assert "I would rather not." in found[0].message

@@ -10,8 +10,10 @@ from pathlib import Path
 import pytest
 
 from vigil.authoring.drafting.drafts import Draft, DraftFacts, DraftsFile, FamilyDone, Header
-from vigil.authoring.packing.assemble import Candidate, PackRequest, assemble, candidates, select, select_valid
+from vigil.authoring.packing.assemble import assemble
 from vigil.authoring.packing.balance import text_guess
+from vigil.authoring.packing.requests import PackRequest
+from vigil.authoring.packing.selection import Candidate, candidates, select, select_valid
 from vigil.authoring.review.reviews import Review, episode_sha256
 from vigil.authoring.review.validate import Finding
 from vigil.errors import EpisodeError
@@ -32,7 +34,7 @@ def draft(episode: Episode, number: int, house: str, **facts: object) -> Draft:
 
 
 def pool_of(drafts: list[Draft]) -> list[Candidate]:
-    return [Candidate(each, each.episode) for each in drafts]
+    return [Candidate(each) for each in drafts]
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +57,7 @@ def test_a_house_holds_a_few_of_a_family(search: Episode) -> None:
     drafts = [draft(search, n, f"h{n % 3}") for n in range(30)]
     chosen = select(pool_of(drafts), PackRequest("p", 6, max_per_house=2, families=("VS",)))
     assert set(Counter(candidate.episode.house.name for candidate in chosen).values()) == {2}
-    with pytest.raises(EpisodeError, match=r"VS 6 \(of 30 drafts\).*more houses"):
+    with pytest.raises(EpisodeError, match=r"VS 6 of 7 \(of 30 drafts\).*more houses"):
         select(pool_of(drafts), PackRequest("p", 7, max_per_house=2, families=("VS",)))
 
 
@@ -93,8 +95,9 @@ def test_what_does_not_hold_is_replaced(search: Episode) -> None:
         ids = {candidate.episode.id for candidate in chosen}
         return {spoiled: [Finding(spoiled, "solvable", "no")]} if spoiled in ids else {}
 
-    chosen, bad = select_valid(pool, pack_request, check)
+    chosen, bad, tried = select_valid(pool, pack_request, check)
     assert list(bad) == [spoiled]
+    assert tried == 7
     assert len(chosen) == 6
     assert spoiled not in {candidate.episode.id for candidate in chosen}
 

@@ -6,9 +6,14 @@ from pathlib import Path
 import pytest
 
 from vigil.authoring.drafting.drafts import Draft, DraftFacts, DraftsFile, FamilyDone, Header, Rejection
-from vigil.authoring.packing.assemble import PackRequest, assemble
-from vigil.authoring.packing.candidate_checks import candidate_checker, check_log_of
-from vigil.authoring.packing.verify import VerificationProgress, VerificationSettings
+from vigil.authoring.packing.assemble import assemble
+from vigil.authoring.packing.requests import PackRequest
+from vigil.authoring.packing.verify import (
+    VerificationProgress,
+    VerificationSettings,
+    candidate_checker,
+    check_log_of,
+)
 from vigil.authoring.review import robustness
 from vigil.authoring.solving.goal_actions import expected_status
 from vigil.authoring.solving.privileged_view import PrivilegedView

@@ -7,10 +7,11 @@ from pathlib import Path
 import pytest
 
 from vigil.authoring.drafting.drafts import Draft, DraftFacts, DraftsFile, FamilyDone, Header
-from vigil.authoring.packing.assemble import Candidate, PackRequest, assemble, select
+from vigil.authoring.packing.assemble import assemble
 from vigil.authoring.packing.level_measurement import measured_levels, pack_levels
-from vigil.authoring.packing.verify import VerificationSettings, episode_tasks, house_batches
-from vigil.errors import EpisodeError
+from vigil.authoring.packing.requests import PackRequest
+from vigil.authoring.packing.selection import Candidate, TooFewDrafts, select
+from vigil.authoring.packing.verify import VerificationSettings, VerificationTask, house_batches
 from vigil.packs.freeze import freeze
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Report
@@ -38,7 +39,7 @@ def candidate(episode: Episode, number: int, level: Level | None) -> Candidate:
     ref = episode.house.model_copy(update={"name": f"h{number}"})
     named = episode.model_copy(update={"id": f"procthor_x_seed001_{number:04d}", "house": ref})
     draft = Draft(kind="", episode=named, actions=(Report(status="success", summary=""),), facts=FACTS)
-    return Candidate(draft, named, level=level)
+    return Candidate(draft, level=level)
 
 
 def test_workers_make_no_difference(small: Pack) -> None:
@@ -50,7 +51,7 @@ def test_workers_make_no_difference(small: Pack) -> None:
 
 
 def test_what_has_no_solution_has_no_level(small: Pack) -> None:
-    work = house_batches(episode_tasks(small.episodes[:1], {}), small.house_of)
+    work = house_batches([VerificationTask(small.episodes[:1], (None,))], small.house_of)
     assert measured_levels(work, VerificationSettings()) == []
 
 
@@ -81,8 +82,10 @@ def test_small_targets_come_first_in_the_upper_levels_until_their_kind_has_its_s
 def test_a_level_that_cannot_be_filled_is_named_not_replaced(starter: Pack) -> None:
     episode = next(e for e in starter.episodes if e.family == "AI")
     pool = [candidate(episode, n, "easy" if n else "hard") for n in range(20)]
-    with pytest.raises(EpisodeError, match=r"only AI hard 1 of 3 \(of 1 drafts\)\. Propose in more"):
+    with pytest.raises(TooFewDrafts, match=r"only AI hard 1 of 3 \(of 1 drafts\)\. Propose in more") as short:
         select(pool, PackRequest("p", 6, families=("AI",), levels=("easy", "hard")))
+    (missing,) = short.value.missing
+    assert (missing.group, missing.level, missing.found, missing.asked) == ("AI", "hard", 1, 3)
 
 
 def test_the_same_bytes_without_levels_and_a_file_with_them(starter: Pack, tmp_path: Path) -> None:

@@ -15,7 +15,9 @@ from vigil.authoring.drafting.drafts import DRAFTS_VERSION, DraftsFile
 from vigil.authoring.drafting.generation import GenerationSettings
 from vigil.authoring.drafting.procthor import REVISION
 from vigil.authoring.packing.recipes import PACKAGED, Recipe, made_with
-from vigil.cli import app, pack_making
+from vigil.authoring.packing.selection import TooFewDrafts
+from vigil.cli import app
+from vigil.cli.making import pack as making
 from vigil.errors import EpisodeError, PackMismatch, SettingError
 from vigil.housegen import generate, spec_for
 from vigil.packs.pack import Pack
@@ -108,6 +110,37 @@ def test_a_recipe_of_a_suite_gives_the_same_bytes(
     assert "already 1 of 2" in str(done.exception)
 
 
+def test_more_houses_are_drawn_until_the_pack_is_complete(made: Path, tmp_path: Path) -> None:
+    """The budget decides whether there is a pack, not which one."""
+    asked = ("--family", "PG", "--per-family", "4", "--seed", "5", "--workers", "1", "--count", "1")
+    make = ("make", "--name", "four", "--houses", made / "two.jsonl.gz", *asked, "--out")
+    out = tmp_path / "pack"
+    short = vigil(*make, out, "--max-houses", "1")
+    assert isinstance(short.exception, TooFewDrafts)
+    assert [(each.group, each.asked) for each in short.exception.missing] == [("PG", 4)]
+    assert "larger --max-houses; or freeze what they hold" in str(short.exception)
+    assert not out.exists()
+    done = vigil(*make, out)
+    assert done.exit_code == 0, done.output
+    assert "missing after house 1 of at most 2: PG" in done.stdout
+    recipe = Recipe.load(str(tmp_path / "pack.recipe.json"))
+    assert recipe.drafted_in == 1
+    done = vigil(
+        "remake", tmp_path / "pack.recipe.json", "--houses", made / "two.jsonl.gz", "--out", tmp_path / "again"
+    )
+    assert done.exit_code == 0, done.output
+    assert contents(tmp_path / "again") == contents(out)
+
+
+@pytest.mark.parametrize(("count", "said"), [((), "goes with --count"), (("--count", "5"), "5 houses are drawn first")])
+def test_a_budget_below_the_first_houses_is_refused(
+    made: Path, tmp_path: Path, count: tuple[str, ...], said: str
+) -> None:
+    arguments = ("--name", "n", "--houses", made / "two.jsonl.gz", "--max-houses", "2", *count)
+    with pytest.raises(SettingError, match=said):
+        raise vigil("make", *arguments, "--out", tmp_path / "o").exception or AssertionError
+
+
 def test_the_first_house_that_differs_is_named(made: Path, lines: list[bytes], tmp_path: Path) -> None:
     changed = lines[1].replace(b'"horizon": ', b'"horizon": 1', 1)
     assert changed != lines[1]
@@ -151,7 +184,7 @@ def test_a_secret_seed_speaks_both_halves_unless_told(
         asked.append(settings.forms)
         raise SettingError("seen enough")
 
-    monkeypatch.setattr(pack_making, "generate_drafts", noted)
+    monkeypatch.setattr(making, "generate_drafts", noted)
     vigil("make", "--name", "mine", "--seed", str(2**70), *given, "--out", tmp_path / "mine")
     assert asked == wanted
 

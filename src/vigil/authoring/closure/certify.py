@@ -4,8 +4,7 @@ The possible side satisfies the rules of its family (`vigil.authoring.review`), 
 side has its own rules. Source: `protocol.md` section 8, decision 30.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from vigil.authoring.closure.attribute_phrases import referents_in
 from vigil.authoring.closure.partly_open import can_be_partly_open, gap_evidence, is_partly_open
 from vigil.authoring.closure.receptacle_space import fits_on
 from vigil.authoring.closure.silent_refusals import FULL, is_full
-from vigil.authoring.closure.tasks import ClosureTask
+from vigil.authoring.closure.tasks import BY_NAME, UNMENTIONED_ROLES, ClosureTask
 from vigil.authoring.closure.twins import (
     STRICT_SINCE,
     BrokenRule,
@@ -23,6 +22,7 @@ from vigil.authoring.closure.twins import (
     check_single_difference,
     reason_for_absence,
 )
+from vigil.authoring.drafting.generation import SolvedSide
 from vigil.authoring.language.referring import Phrase, items_of, referents
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.robustness import shows_one_wall
@@ -32,6 +32,7 @@ from vigil.authoring.solving.goal_actions import is_doable
 from vigil.authoring.solving.look_targets import surface_points
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.privileged_view import PrivilegedView
+from vigil.authoring.solving.solvers import carry_out
 from vigil.authoring.solving.viewpoints import Viewpoint, ViewpointQuery, viewpoints
 from vigil.base.geometry import Pose, floor_distance
 from vigil.base.versions import RULES_VERSION
@@ -72,8 +73,6 @@ EXEMPT: dict[str, frozenset[str]] = {
 """Kind, or kind and form -> rules of the families that it breaks on purpose; `protocol` is checked as for a suite."""
 FORMS_READ_BACK = ("state", "bearing", "size")
 """Forms of look-alike tasks whose phrases have their own reader (`attribute_phrases`)."""
-UNMENTIONED_ROLES = frozenset({DISTRACTOR, "place", "blocker", "occupant"})
-"""Roles of objects that an episode records but its instruction does not name."""
 MIN_LOOKING_SHARE = 0.5
 """Least share of the step budget for looking at everything that is asked about."""
 MAX_ACTING_SHARE = 0.6
@@ -85,15 +84,6 @@ MAX_LOOKS = 80
 SUMMARY = "Done."
 """Summary of the report that closes the second side."""
 BrokenRules = Iterator[tuple[str, str]]
-
-
-@dataclass(frozen=True, slots=True)
-class Certified:
-    """One side of a task with its answer and the actions that close it correctly."""
-
-    episode: Episode
-    answer: ClosureAnswer
-    actions: tuple[Action, ...]
 
 
 def exempt_of(task: ClosureTask) -> frozenset[str]:
@@ -115,7 +105,7 @@ class Certifier:
 
     def certify(
         self, task: ClosureTask, house: House, recorded: tuple[tuple[Action, ...], ...] = ()
-    ) -> tuple[list[Certified], list[Finding]]:
+    ) -> tuple[list[SolvedSide], list[Finding]]:
         """Return the sides of a task with their answers, or an empty list with findings about the first faulty side.
 
         `recorded` has the actions of each side in a frozen pack; without them the actions are searched for.
@@ -136,7 +126,7 @@ class Certifier:
             if found:
                 return [], found
             solved.append(actions)
-        return [Certified(*side) for side in zip(task.episodes, answers, solved, strict=True)], []
+        return [SolvedSide(*side) for side in zip(task.episodes, solved, answers, strict=True)], []
 
     def _other_side(
         self,
@@ -166,10 +156,8 @@ class Certifier:
         if not found:
             self._simulator.reset(episode.start, episode.setup)
             found = [Finding(episode.id, *broken) for broken in self._faults(task, episode)]
-            if (
-                BY_STATE_PATTERN.search(episode.instruction)
-                and len(result.actions) > MAX_ACTING_SHARE * episode.max_steps
-            ):
+            is_by_state = task.kind == "all_of" and task.form != BY_NAME
+            if is_by_state and len(result.actions) > MAX_ACTING_SHARE * episode.max_steps:
                 found.append(Finding(episode.id, "time_to_look", f"{len(result.actions)} of {episode.max_steps} steps"))
             if shows_one_wall(EpisodeStart(episode, house, self._view)):
                 found.append(Finding(episode.id, "more_than_a_wall", "the first frame shows one wall"))
@@ -180,10 +168,10 @@ class Certifier:
         yield from (("protocol", fault) for fault in protocol_faults(episode, SUITE))
         if "clear_openness" in exempt_of(task):
             yield from self._faults_of_gaps(episode)
-        if task.kind == "all_of" and isinstance(episode.goal, AllOf):
-            yield from self._faults_of_all(episode, episode.goal)
-        if task.form in EVERYTHING_FORMS and isinstance(episode.goal, AllOf):
-            yield from self._faults_of_everything(episode, episode.goal)
+        if task.kind == "all_of" or task.form in EVERYTHING_FORMS:
+            yield from self._faults_of_words(task, episode)
+        if task.kind == "all_of":
+            yield from self._faults_of_view(task)
         if task.kind == "look_alike":
             yield from self._faults_of_alike(task, episode)
         if task.form == FULL and isinstance(episode.goal, ObjectAtReceptacle):
@@ -199,9 +187,9 @@ class Certifier:
         if things[alike].category != things[target].category or not things[alike].is_present:
             yield "distinguished", f"{alike!r} does not have the category of {target!r}"
         if task.form in FORMS_READ_BACK:
-            meant = referents_in(episode.instruction, items_of(self._view.scene).values(), self._view)
-            if meant != {target}:
-                yield "distinguished", f"the instruction means {', '.join(sorted(meant)) or 'nothing'}"
+            read = referents_in(episode.instruction, items_of(self._view.scene).values(), self._view)
+            if read != task.meant:
+                yield "distinguished", f"the instruction means {', '.join(sorted(read)) or 'nothing'}"
 
     def _faults_of_gaps(self, episode: Episode) -> BrokenRules:
         """Yield the faults of things that are neither closed, nor wide open, nor visibly partly open from close by."""
@@ -216,14 +204,19 @@ class Certifier:
             except Unsolvable:
                 yield "gap_visible", f"no reachable place shows the free edge of {thing.id!r} from close by"
 
-    def _faults_of_all(self, episode: Episode, goal: AllOf) -> BrokenRules:
-        ids = {part.object_id for part in goal.parts}
-        yield from _referent_faults(self._meant_by(episode.instruction), ids)
-        states = self._view.world(ids).objects.values()
-        if not hides_half([state.visible_px for state in states]):
-            yield "some_out_of_view", f"more than half of the {len(ids)} targets are in view at the start"
+    def _faults_of_words(self, task: ClosureTask, episode: Episode) -> BrokenRules:
+        """Yield a fault unless the words of a task about several things, read back, mean exactly these things."""
+        is_everything = task.form in EVERYTHING_FORMS
+        read = self._everything_meant_by(episode) if is_everything else self._all_meant_by(episode.instruction)
+        if read != task.meant:
+            yield "distinguished", f"the instruction means {len(read)} things, the goal is about {len(task.meant)}"
 
-    def _meant_by(self, instruction: str) -> set[str]:
+    def _faults_of_view(self, task: ClosureTask) -> BrokenRules:
+        states = self._view.world(set(task.meant)).objects.values()
+        if not hides_half([state.visible_px for state in states]):
+            yield "some_out_of_view", f"more than half of the {len(task.meant)} targets are in view at the start"
+
+    def _all_meant_by(self, instruction: str) -> set[str]:
         """Return the ids of all things that "every ..." or "everything that ..." means in the current state."""
         items = items_of(self._view.scene)
         if named := BY_NAME_PATTERN.search(instruction):
@@ -233,12 +226,12 @@ class Certifier:
             return {thing.id for thing in on_or_open(here, "turn_off" if found["state"] == "is on" else "close")}
         return set()
 
-    def _faults_of_everything(self, episode: Episode, goal: AllOf) -> BrokenRules:
+    def _everything_meant_by(self, episode: Episode) -> set[str]:
+        """Return the ids of all things that "make sure that everything ..." means in the current state."""
         found = MAKE_SURE_ALL_PATTERN.search(episode.instruction)
-        is_open = isinstance(goal.parts[0], ObjectInState) and goal.parts[0].state == "is_open"
-        here = self._in_room(found["room"]) if found else []
-        meant = objects_meant(here, "close" if is_open else "turn_off")
-        yield from _referent_faults({thing.id for thing in meant}, {part.object_id for part in goal.parts})
+        part = episode.goal.parts[0] if isinstance(episode.goal, AllOf) else episode.goal
+        act = "close" if isinstance(part, ObjectInState) and part.state == "is_open" else "turn_off"
+        return {thing.id for thing in objects_meant(self._in_room(found["room"]), act)} if found else set()
 
     def _in_room(self, room: str | None) -> list[Thing]:
         """Return the things in rooms with a name, or in all rooms if it is None."""
@@ -308,17 +301,11 @@ class Certifier:
         Raises BrokenRule if the evidence cannot be seen.
         """
         self._begin(second)
-        actions: list[Action] = []
-        with self._view.rollback():
-            macro_actions = MacroActions(self._view, may_tilt=True)
-            try:
-                for action in self._show_evidence(macro_actions, answer):
-                    actions.append(action)
-                    if not isinstance(action, Report):
-                        self._view.step(action)
-            except Unsolvable as error:
-                raise BrokenRule("evidence_seen", str(error)) from None
-        return (*actions, Report(status=answer.accepted[0], summary=SUMMARY))
+        try:
+            shown = carry_out(self._show_evidence(MacroActions(self._view, may_tilt=True), answer), self._view)
+        except Unsolvable as error:
+            raise BrokenRule("evidence_seen", str(error)) from None
+        return (*shown, Report(status=answer.accepted[0], summary=SUMMARY))
 
     def _show_evidence(self, macro_actions: MacroActions, answer: ClosureAnswer) -> Iterator[Action]:
         """Yield the actions that show all evidence: in one view, or for everything in a place the nearest thing first.
@@ -396,6 +383,10 @@ class Certifier:
             raise BrokenRule("can_be_set_up", str(error)) from None
 
 
-def _referent_faults(meant: set[str], ids: set[str]) -> BrokenRules:
-    if meant != ids:
-        yield "distinguished", f"the instruction means {len(meant)} things, the goal is about {len(ids)}"
+def task_of(episodes: Sequence[Episode], answers: Sequence[ClosureAnswer]) -> ClosureTask:
+    """Return the task of some sides with their answers, which have the same order."""
+    first = answers[0]
+    sides = PAIRED.get(first.kind, ())
+    ordered = sorted(zip(answers, episodes, strict=True), key=lambda each: sides.index(each[0].side) if sides else 0)  # pyright: ignore
+    removed = first.certificate.removed if first.certificate else ""
+    return ClosureTask(first.kind, tuple(episode for _, episode in ordered), removed, first.evidence, first.form)

@@ -14,7 +14,7 @@ def expected_reports_of_pack(pack: Pack) -> dict[str, str]:
 
 def expected_reports_of_drafts(proposed: DraftsContent) -> dict[str, str]:
     """Return episode id -> text for all tasks of the suite in a drafts file."""
-    return {answer.episode_id: expected_report(answer) for task in proposed.closures for answer in task.answers}
+    return {answer.episode_id: expected_report(answer) for task in proposed.tasks for answer in task.answers}
 
 
 def expected_report(answer: ClosureAnswer) -> str:

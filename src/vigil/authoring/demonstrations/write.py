@@ -9,6 +9,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from vigil.authoring.cards import CARD
 from vigil.authoring.demonstrations.card import card_of
 from vigil.authoring.demonstrations.formats import FORMATS, Format
 from vigil.authoring.demonstrations.play import Demonstrator
@@ -22,7 +23,7 @@ from vigil.protocol.profile import Profile
 from vigil.protocol.prompt import policy_sha256, policy_version
 
 FACTS = "demonstrations.json"
-CARD = "README.md"
+
 OnEpisode = Callable[[int], None]
 """A function that gets the number of episodes written so far."""
 

@@ -31,7 +31,7 @@ from vigil.housegen.document import generator_name
 from vigil.packs.pack import asset_mismatch
 from vigil.packs.private import secret_name
 from vigil.protocol.actions import Action
-from vigil.protocol.episode import Episode
+from vigil.protocol.episode import Episode, Solution
 from vigil.protocol.families import Family
 from vigil.protocol.house import House, canonical_json
 from vigil.scoring.closure import ClosureAnswer, Kind
@@ -119,6 +119,26 @@ class Draft(_Line):
     actions: tuple[Action, ...]
     facts: DraftFacts
 
+    @property
+    def solution(self) -> Solution:
+        """The recorded solution."""
+        return Solution(episode_id=self.episode.id, actions=self.actions)
+
+    @property
+    def group(self) -> str:
+        """The episode's family, of which packs hold a number of drafts."""
+        return self.episode.family
+
+    @property
+    def drafts(self) -> tuple["Draft", ...]:
+        """The draft itself: an episode of the families is a task with one side."""
+        return (self,)
+
+    @property
+    def answers(self) -> tuple[ClosureAnswer, ...]:
+        """An empty tuple: only tasks of a suite have answers."""
+        return ()
+
 
 class ClosureDraft(_Line):
     """A certified task of the closure-stress suite: one episode, or two twins."""
@@ -128,6 +148,11 @@ class ClosureDraft(_Line):
     drafts: tuple[Draft, ...] = Field(min_length=1, max_length=2)
     answers: tuple[ClosureAnswer, ...] = Field(min_length=1, max_length=2)
     """One entry for each draft, in the same order."""
+
+    @property
+    def group(self) -> str:
+        """The kind of the suite, of which packs hold a number of tasks."""
+        return self.kind
 
 
 class Rejection(_Line):
@@ -154,7 +179,8 @@ class FamilyDone(_Line):
     seconds: float
 
 
-DraftLine = HouseOrigin | Draft | ClosureDraft | Rejection | FamilyDone
+TaskDraft = Draft | ClosureDraft
+DraftLine = HouseOrigin | TaskDraft | Rejection | FamilyDone
 _LINE: TypeAdapter[Header | DraftLine] = TypeAdapter(Annotated[Header | DraftLine, Field(discriminator="line")])
 
 
@@ -163,11 +189,15 @@ class DraftsContent:
     """Content of a drafts file."""
 
     header: Header
-    drafts: tuple[Draft, ...]
-    rejections: tuple[Rejection, ...]
-    done: tuple[FamilyDone, ...]
+    tasks: tuple[TaskDraft, ...] = ()
+    rejections: tuple[Rejection, ...] = ()
+    done: tuple[FamilyDone, ...] = ()
     origins: tuple[HouseOrigin, ...] = ()
-    closures: tuple[ClosureDraft, ...] = ()
+
+    @property
+    def drafts(self) -> tuple[Draft, ...]:
+        """The sides of all tasks."""
+        return tuple(draft for task in self.tasks for draft in task.drafts)
 
     @property
     def reasons(self) -> dict[str, dict[str, int]]:
@@ -195,9 +225,9 @@ class DraftsFile:
         if not self.path.parent.is_dir():
             raise SettingError(f"Folder {str(self.path.parent)!r} does not exist. Create it first.")
         with AppendFile(self.path) as file:
-            done = self._continue(file, header)
+            content = self._continue(file, header)
             self.houses.mkdir(exist_ok=True)
-            yield DraftsWriter(file, self.houses, frozenset((each.house, each.family) for each in done))
+            yield DraftsWriter(file, self.houses, content)
 
     def read(self) -> DraftsContent:
         """Return the content of the finished part. Raises SettingError if the file is missing or a line is invalid."""
@@ -226,13 +256,13 @@ class DraftsFile:
             raise SettingError(f"Drafts file {str(self.path)!r} does not exist. `vigil pack propose` writes one.")
         return read_lines(self.path, most)
 
-    def _continue(self, file: AppendFile, header: Header) -> tuple[FamilyDone, ...]:
-        """Cut off unfinished work, or write the header of an empty file; return the families that are finished."""
+    def _continue(self, file: AppendFile, header: Header) -> DraftsContent:
+        """Cut off unfinished work, or write the header of an empty file; return the finished content."""
         first = _bytes_of(header)
         if first.startswith(b"".join(line.data for line in file.lines.complete) + file.lines.partial_line):
             file.truncate(0)  # empty, or an interrupted first line
             file.append(first)
-            return ()
+            return DraftsContent(header)
         finished = _finished(file.lines.complete)
         found = self._proposed(finished)
         if found.header != header:
@@ -241,7 +271,7 @@ class DraftsFile:
                 "Use the same ones, or another file."
             )
         file.truncate(finished[-1].end)
-        return found.done
+        return found
 
     def _proposed(self, lines: Sequence[JsonLine]) -> DraftsContent:
         rows = [
@@ -252,11 +282,10 @@ class DraftsFile:
             raise SettingError(f"Drafts file {str(self.path)!r} does not begin with a header. Propose again.")
         return DraftsContent(
             rows[0],
-            tuple(row for row in rows if isinstance(row, Draft)),
+            tuple(row for row in rows if isinstance(row, Draft | ClosureDraft)),
             tuple(row for row in rows if isinstance(row, Rejection)),
             tuple(row for row in rows if isinstance(row, FamilyDone)),
             tuple(row for row in rows if isinstance(row, HouseOrigin)),
-            tuple(row for row in rows if isinstance(row, ClosureDraft)),
         )
 
 
@@ -271,8 +300,13 @@ class DraftsWriter:
 
     file: AppendFile
     houses: Path
-    done: frozenset[tuple[str, Family]]
-    """Pairs of house and family that were already done when the file was opened."""
+    begun: DraftsContent
+    """Finished content of the file when it was opened."""
+
+    @property
+    def done(self) -> frozenset[tuple[str, Family]]:
+        """Pairs of house and family that were already done when the file was opened."""
+        return frozenset((each.house, each.family) for each in self.begun.done)
 
     def add(self, house: House | None, lines: Iterable[DraftLine]) -> None:
         """Append the lines of a house, and save the house; it is None if it could not be made. Raises RecordError."""

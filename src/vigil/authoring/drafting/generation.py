@@ -1,17 +1,19 @@
-"""Generation of drafts: propose episodes of some families in many houses, and validate each.
+"""Generation of drafts: propose tasks in many houses, and check each.
 
 One unit of work is a house with the families that are still to be done in it. Units run in worker processes, and their
 results are written in the order of the houses. The file thus depends only on its settings, except for the durations.
+A grammar says who proposes and who checks: that of the families is here, that of the closure suite in
+`vigil.authoring.closure.generation`.
 """
 
 import time
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -26,13 +28,14 @@ from vigil.authoring.drafting.drafts import (
     FamilyDone,
     Header,
     Rejection,
+    TaskDraft,
     draft_id,
 )
 from vigil.authoring.drafting.grammar import kinds_of
 from vigil.authoring.drafting.house_context import AUTHOR, HouseContext
 from vigil.authoring.drafting.sources import HouseSource
 from vigil.authoring.language.sentences import Forms
-from vigil.authoring.review.validate import Validator
+from vigil.authoring.review.validate import Finding, Validator
 from vigil.base.processes import map_in_workers
 from vigil.errors import EpisodeError, HouseError, SettingError
 from vigil.protocol.actions import Action, Report
@@ -42,14 +45,80 @@ from vigil.protocol.goals import ReportStatus
 from vigil.protocol.house import House
 from vigil.protocol.world import Setup
 from vigil.scene.outlines import room_floor
+from vigil.scoring.closure import ClosureAnswer
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
 
 PER_HOUSE, TRIED = 3, 20
 HOUSE_RULE = "house_holds_episodes"
 """Rule that a house breaks if it cannot be loaded or nobody can stand in it."""
-Proposer = Callable[[HouseContext, Family], Iterator[tuple[str, Iterator[Episode | Rejection]]]]
-"""A function that yields kinds, each with its drafts and with rejections of proposals that did not become drafts."""
+
+
+class Proposal(Protocol):
+    """A proposed task: an episode, or in a suite one or two sides."""
+
+    @property
+    def instruction(self) -> str: ...  # noqa: D102
+
+
+@dataclass(frozen=True, slots=True)
+class SolvedSide:
+    """One side of a valid task, with the actions that close it correctly."""
+
+    episode: Episode
+    actions: tuple[Action, ...]
+    answer: ClosureAnswer | None = None
+    """Correct closing in a suite; None for an episode of the families."""
+
+
+Proposer = Callable[[HouseContext, Family], Iterator[tuple[str, Iterator[Any]]]]
+"""A function that yields kinds, each with its proposals and with rejections of what did not become a proposal."""
+Checker = Callable[[Any, House], tuple[Sequence[SolvedSide], Sequence[Finding]]]
+"""A function that returns the sides of a valid proposal, or else findings about it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Grammar:
+    """A way to make drafts."""
+
+    author: str
+    """Author of the proposals in the drafts file."""
+    make_proposer: Callable[[int], Proposer]
+    """Function that returns the proposer for a seed."""
+    make_checker: Callable[[PrivilegedSimulator], Checker]
+    """Function that returns the checker on a simulator."""
+    shares_limits: bool = True
+    """Whether the limits of a house are divided among the kinds of a family; else they hold for each kind."""
+
+
+def seed_context(context: HouseContext, seed: int, label: str) -> None:
+    """Give a context the random numbers that are due to a label in its house."""
+    context.rng = np.random.default_rng([seed, zlib.crc32(f"{label} {context.house.name}".encode())])
+
+
+def family_proposer(seed: int) -> Proposer:
+    """Return the proposer of the families' kinds."""
+
+    def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode]]]:
+        for kind, drafts in kinds_of(family).items():
+            seed_context(context, seed, f"{family} {kind}")
+            yield kind, drafts(context)
+
+    return proposals
+
+
+def family_checker(simulator: PrivilegedSimulator) -> Checker:
+    """Return the checker of single episodes by the rules of the families."""
+    validator = Validator(simulator, is_draft=True)
+
+    def check(episode: Episode, house: House) -> tuple[Sequence[SolvedSide], Sequence[Finding]]:
+        result = validator.validate(episode, house)
+        return [SolvedSide(episode, result.actions)], result.findings
+
+    return check
+
+
+FAMILY_GRAMMAR = Grammar(AUTHOR, family_proposer, family_checker)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,8 +144,7 @@ class GenerationSettings:
     """Half of the sentence forms from which instructions are drawn, or all."""
     is_seed_secret: bool = False
     """Whether names of houses and episodes must not reveal the seed."""
-    author: str = AUTHOR
-    """Author of the proposals in the drafts file; the grammar of a suite has its own name."""
+    grammar: Grammar = FAMILY_GRAMMAR
 
     @property
     def secret(self) -> int | None:
@@ -87,12 +155,12 @@ class GenerationSettings:
         """Return the families proposed in the house at an index of the list of houses."""
         return (self.families[index % len(self.families)],) if self.one_family_per_house else self.families
 
-    def header(self, simulator: str, author: str) -> Header:
+    def header(self) -> Header:
         """Return the first line of the drafts file."""
         return Header(
-            author=author,
+            author=self.grammar.author,
             seed=self.seed,
-            simulator=simulator,
+            simulator=self.backend,
             per_house=self.per_house,
             tried=self.tried,
             starts=self.starts,
@@ -102,13 +170,9 @@ class GenerationSettings:
             asset_database_sha256=None if self.assets is None else self.assets.sha256,
         )
 
-    def kept_of_kind(self, family: Family) -> int:
-        """Return the greatest number of valid drafts of each of a family's kinds in a house."""
-        return -(-self.per_house // len(FAMILIES[family].kinds))
-
-    def tried_of_kind(self, family: Family) -> int:
-        """Return the greatest number of drafts validated of each of a family's kinds in a house."""
-        return -(-self.tried // len(FAMILIES[family].kinds))
+    def limit(self, of_house: int, family: Family) -> int:
+        """Return the limit for each of a family's kinds in a house, given the limit for the house."""
+        return -(-of_house // len(FAMILIES[family].kinds)) if self.grammar.shares_limits else of_house
 
     def simulator(self) -> PrivilegedSimulator:
         """Return a new simulator."""
@@ -123,9 +187,10 @@ class GenerationProgress:
     """Number of houses done."""
     of: int
     """Number of houses to do."""
-    kept: int
-    """Number of valid drafts or tasks."""
+    kept: Mapping[str, int]
+    """Family, or kind of a suite -> number of valid drafts in the file."""
     rejected: int
+    """Number of rejections in the file."""
 
 
 WorkUnit = tuple[HouseSource, tuple[Family, ...]]
@@ -138,86 +203,40 @@ def generate_drafts(
     settings: GenerationSettings,
     *,
     workers: int = 1,
-    proposer: tuple[str, Proposer] | None = None,
-    make_worker: Callable[[GenerationSettings], "DraftWorker"] | None = None,
     on_progress: Callable[[GenerationProgress], None] = lambda report: None,
 ) -> None:
     """Propose in all houses that are not done yet, and append the drafts and rejections to `file`.
 
-    `proposer` is an author's name with its function, which then runs only in this process; the grammar by default.
-    `make_worker` makes the worker of each process; a suite whose drafts are not single episodes gives its own.
     Raises SettingError, or RecordError if the file cannot be written.
     """
-    wanted = list(sources)
-    author = proposer[0] if proposer else settings.author
-    with file.writing(settings.header(settings.backend, author)) as writer:
+    with file.writing(settings.header()) as writer:
         units: list[WorkUnit] = []
-        for index, source in enumerate(wanted):
-            missing: tuple[Family, ...] = tuple(
-                family for family in settings.families_in(index) if (source.name, family) not in writer.done
-            )
+        done = writer.done
+        for index, source in enumerate(sources):
+            missing = [each for each in settings.families_in(index) if (source.name, each) not in done]
             if missing:
-                units.append((source, missing))
-        kept = rejected = 0
-        work = _house_results(units, settings, workers, proposer, make_worker or grammar_worker)
-        for number, (house, lines) in enumerate(work, start=1):
+                units.append((source, tuple(missing)))
+        kept, rejected = Counter(task.group for task in writer.begun.tasks), len(writer.begun.rejections)
+        results = map_in_workers(partial(DraftWorker, settings), _work, units, workers)
+        for number, (house, lines) in enumerate(results, start=1):
             writer.add(house, lines)
-            kept += sum(isinstance(line, Draft | ClosureDraft) for line in lines)
+            kept.update(line.group for line in lines if isinstance(line, Draft | ClosureDraft))
             rejected += sum(isinstance(line, Rejection) for line in lines)
             on_progress(GenerationProgress(number, len(units), kept, rejected))
 
 
-def _house_results(
-    units: Sequence[WorkUnit],
-    settings: GenerationSettings,
-    workers: int,
-    proposer: tuple[str, Proposer] | None,
-    make_worker: Callable[[GenerationSettings], "DraftWorker"],
-) -> Iterator[HouseResult]:
-    if proposer is not None:
-        make, workers = partial(DraftGenerator, settings, proposer[1]), 1  # a proposer that asks a model stays here
-    else:
-        make = partial(make_worker, settings)
-    yield from map_in_workers(make, _work, units, workers)
-
-
-class DraftWorker(Protocol):
-    """A worker that proposes and validates in one process."""
-
-    def work(self, source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
-        """Return a house, or None if it cannot be made, and the lines of proposing some families in it."""
-        ...
-
-
-def grammar_worker(settings: GenerationSettings) -> DraftWorker:
-    """Return a worker that proposes with the built-in grammar on its own simulator."""
-    return DraftGenerator(settings, grammar_proposer(settings))
-
-
-def _work(worker: DraftWorker, unit: WorkUnit) -> HouseResult:
+def _work(worker: "DraftWorker", unit: WorkUnit) -> HouseResult:
     return worker.work(*unit)
 
 
-def grammar_proposer(settings: GenerationSettings) -> Proposer:
-    """Return the built-in grammar as a proposer."""
+class DraftWorker:
+    """A worker that proposes tasks in houses and checks them, on its own simulator."""
 
-    def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode]]]:
-        for kind, drafts in kinds_of(family).items():
-            key = f"{family} {kind} {context.house.name}"
-            context.rng = np.random.default_rng([settings.seed, zlib.crc32(key.encode())])
-            yield kind, drafts(context)
-
-    return proposals
-
-
-class DraftGenerator:
-    """A draft worker whose proposer yields single episodes."""
-
-    def __init__(self, settings: GenerationSettings, proposer: Proposer) -> None:
+    def __init__(self, settings: GenerationSettings) -> None:
         self._settings = settings
-        self._proposer = proposer
         self._simulator = settings.simulator()
-        self._validator = Validator(self._simulator, is_draft=True)
+        self._propose = settings.grammar.make_proposer(settings.seed)
+        self._check = settings.grammar.make_checker(self._simulator)
 
     def work(self, source: HouseSource, families: tuple[Family, ...]) -> HouseResult:
         """Return a house, or None if it cannot be made, and the lines of proposing some families in it."""
@@ -225,70 +244,78 @@ class DraftGenerator:
         try:
             house = source.house()
             context = HouseContext(self._simulator, house, np.random.default_rng(self._settings.seed))
-            context.compared_starts = self._settings.starts
-            context.forms = self._settings.forms
         except (HouseError, EpisodeError, SettingError) as error:
-            return None, list(lines_without_house(source.name, families, str(error), time.monotonic() - begun))
+            failed = [
+                Rejection(family=family, kind="", house=source.name, rule=HOUSE_RULE, message=str(error))
+                for family in families
+            ]
+            return None, [line for each in failed for line in (each, _done(each.family, source.name, [each], begun))]
+        context.compared_starts = self._settings.starts
+        context.forms = self._settings.forms
         origin = source.origin(house)
         lines: list[DraftLine] = [] if origin is None else [origin]
         for family in families:
             begun = time.monotonic()
             found = list(self._lines_of_family(context, family))
-            lines += found
-            rules = Counter(line.rule for line in found if isinstance(line, Rejection))
-            kept = sum(isinstance(line, Draft) for line in found)
-            seconds = round(time.monotonic() - begun, 2)
-            lines.append(
-                FamilyDone(
-                    family=family, house=house.name, kept=kept, rejected=dict(sorted(rules.items())), seconds=seconds
-                )
-            )
+            lines += [*found, _done(family, house.name, found, begun)]
         return house, lines
 
-    def _lines_of_family(self, context: HouseContext, family: Family) -> Iterator[Draft | Rejection]:
-        most, tried = self._settings.kept_of_kind(family), self._settings.tried_of_kind(family)
+    def _lines_of_family(self, context: HouseContext, family: Family) -> Iterator[DraftLine]:
+        most, tried = (self._settings.limit(each, family) for each in (self._settings.per_house, self._settings.tried))
         seen: set[str] = set()
-        for kind, proposals in self._proposer(context, family):
+        for kind, proposals in self._propose(context, family):
             kept = 0
             context.begin(Setup())
             for proposal in islice(proposals, tried):
-                line = proposal if isinstance(proposal, Rejection) else self._examine(context, kind, proposal)
+                is_draft = not isinstance(proposal, Rejection)
+                line = self._examine(context, family, kind, proposal) if is_draft else proposal
                 context.begin(Setup())
-                if isinstance(line, Draft):
-                    if line.episode.id in seen:
+                if not isinstance(line, Rejection):
+                    if line.drafts[0].episode.id in seen:
                         continue
-                    seen.add(line.episode.id)
+                    seen.add(line.drafts[0].episode.id)
                     kept += 1
                 yield line
                 if kept >= most:
                     break
 
-    def _examine(self, context: HouseContext, kind: str, episode: Episode) -> Draft | Rejection:
-        """Return the draft of a valid episode, with its final id; else a rejection with the first broken rule."""
-        verdict = self._validator.validate(episode, context.house)
-        rule, message = next(((found.rule, found.message) for found in verdict.findings), ("", ""))
-        if rule:
+    def _examine(self, context: HouseContext, family: Family, kind: str, proposal: Proposal) -> TaskDraft | Rejection:
+        """Return the draft of a valid proposal, with final ids; else a rejection with the first broken rule."""
+        house, secret = context.house, self._settings.secret
+        sides, findings = self._check(proposal, house)
+        if findings:
+            rule, message = findings[0].rule, findings[0].message
             return Rejection(
-                family=episode.family,
-                kind=kind,
-                house=context.house.name,
-                rule=rule,
-                message=message,
-                instruction=episode.instruction,
+                family=family, kind=kind, house=house.name, rule=rule, message=message, instruction=proposal.instruction
             )
-        facts = facts_of(context, episode, verdict.actions)
-        provenance = episode.provenance.model_copy(update={"validated": True, "solution_steps": len(verdict.actions)})
-        name = draft_id(episode, facts.category, context.house, self._settings.secret)
-        named = episode.model_copy(update={"id": name, "provenance": provenance})
-        return Draft(kind=kind, episode=named, actions=verdict.actions, facts=facts)
+        facts = facts_of(context, sides[0])
+        drafts = tuple(named_draft(kind, side, facts, house, secret) for side in sides)
+        answers = [side.answer for side in sides if side.answer is not None]
+        if not answers:
+            return drafts[0]
+        pair = f"pair:{drafts[0].episode.id}" if len(drafts) > 1 else None
+        named = tuple(
+            answer.model_copy(update={"episode_id": draft.episode.id, "pair": pair})
+            for answer, draft in zip(answers, drafts, strict=True)
+        )
+        return ClosureDraft(kind=answers[0].kind, drafts=drafts, answers=named)
 
 
-def facts_of(context: HouseContext, episode: Episode, actions: tuple[Action, ...]) -> DraftFacts:
+def named_draft(kind: str, side: SolvedSide, facts: DraftFacts, house: House, secret: int | None) -> Draft:
+    """Return the draft of a side with its final id, which has one form for both twins and does not reveal the side."""
+    name = draft_id(side.episode, facts.category, house, secret)
+    shown = {"validated": True, "solution_steps": len(side.actions)}
+    provenance = side.episode.provenance.model_copy(update=shown)
+    episode = side.episode.model_copy(update={"id": name, "provenance": provenance})
+    return Draft(kind=kind, episode=episode, actions=side.actions, facts=facts)
+
+
+def facts_of(context: HouseContext, side: SolvedSide) -> DraftFacts:
     """Return the facts over which packs are balanced; resets the simulator to the episode's start."""
+    episode, last = side.episode, side.actions[-1]
     context.simulator.reset(episode.start, episode.setup)
     target = context.thing(episode.goal.object_id)
     rooms = context.simulator.scene().rooms
-    last = actions[-1]
     label = last.status if isinstance(episode.goal, ReportStatus) and isinstance(last, Report) else None
     return DraftFacts(
         category=target.category,
@@ -300,8 +327,9 @@ def facts_of(context: HouseContext, episode: Episode, actions: tuple[Action, ...
     )
 
 
-def lines_without_house(name: str, families: tuple[Family, ...], message: str, seconds: float) -> Iterator[DraftLine]:
-    """Yield the lines of a house that cannot be made: for each family a rejection and its end."""
-    for family in families:
-        yield Rejection(family=family, kind="", house=name, rule=HOUSE_RULE, message=message)
-        yield FamilyDone(family=family, house=name, kept=0, rejected={HOUSE_RULE: 1}, seconds=round(seconds, 2))
+def _done(family: Family, house: str, found: Sequence[DraftLine], begun: float) -> FamilyDone:
+    """Return the line that ends a family in a house; `begun` is the time (s) at which its work began."""
+    rules = Counter(line.rule for line in found if isinstance(line, Rejection))
+    kept = sum(isinstance(line, Draft | ClosureDraft) for line in found)
+    seconds = round(time.monotonic() - begun, 2)
+    return FamilyDone(family=family, house=house, kept=kept, rejected=dict(sorted(rules.items())), seconds=seconds)

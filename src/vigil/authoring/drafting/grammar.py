@@ -1,6 +1,6 @@
 """The grammar: the kinds of episodes of each family, with the functions that propose them in a house.
 
-The kinds are also strata over which a pack is balanced (`vigil.authoring.packing.assemble`).
+The kinds are also strata over which a pack is balanced (`vigil.authoring.packing.selection`).
 """
 
 from collections.abc import Callable

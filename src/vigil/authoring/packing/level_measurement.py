@@ -25,7 +25,7 @@ def measured_levels(
     work: Sequence[HouseBatch], settings: VerificationSettings, on_measured: OnMeasured = lambda done, of: None
 ) -> list[EpisodeLevel]:
     """Return the level of each episode that has a solution, sorted by id."""
-    total = sum(len(batch.tasks) for batch in work)
+    total = sum(len(task.episodes) for batch in work for task in batch.tasks)
     found: list[EpisodeLevel] = []
     for batch in map_in_workers(settings.simulator, _measure, work, settings.workers):
         found += batch
@@ -36,9 +36,9 @@ def measured_levels(
 def _measure(simulator: PrivilegedSimulator, batch: HouseBatch) -> list[EpisodeLevel]:
     house = House(batch.name, batch.document)
     simulator.load(house)
-    solved = ((task.episodes[0], task.solutions[0]) for task in batch.tasks)
     return [
         grade_episode(episode, measures_of_episode(simulator, episode, house, actions))
-        for episode, actions in solved
+        for task in batch.tasks
+        for episode, actions in zip(task.episodes, task.solutions, strict=True)
         if actions is not None
     ]

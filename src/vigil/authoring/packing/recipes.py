@@ -5,7 +5,8 @@ everyone who has the dataset can make the same bytes. Packaged recipes are in `v
 """
 
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import fields
 from importlib.metadata import version
 from importlib.resources import files
 from itertools import groupby
@@ -19,7 +20,7 @@ from vigil.authoring.drafting.drafts import DRAFTS_VERSION, MAX_LINES, UNVERSION
 from vigil.authoring.drafting.procthor import DATASET
 from vigil.authoring.drafting.sources import HouseInFile, dataset_houses, read_all
 from vigil.authoring.language.sentences import Forms
-from vigil.authoring.packing.assemble import PackRequest
+from vigil.authoring.packing.requests import PackRequest
 from vigil.base.files import read_file
 from vigil.base.json_files import read_json
 from vigil.base.versions import PackVersions, schema_validator
@@ -27,7 +28,7 @@ from vigil.errors import HouseError, PackMismatch, SettingError, did_you_mean, f
 from vigil.packs.files import NAME_PATTERN
 from vigil.packs.pack import asset_mismatch
 from vigil.protocol.families import Family
-from vigil.scoring.closure import SUITE, Kind
+from vigil.scoring.closure import Kind
 from vigil.scoring.levels import Level
 
 RECIPE_SCHEMA = 2
@@ -59,7 +60,7 @@ class Recipe(BaseModel):
     """Versions of Python and libraries with which the bytes were made."""
     pack_sha256: str = Field(pattern=r"^[0-9a-f]{64}$")
     drafted_in: int | None = Field(default=None, ge=1)
-    """Number of houses, drawn by the seed, in which episodes are proposed; None for all."""
+    """Number of houses, drawn by the seed, in which episodes are proposed first; None for all."""
     one_family_per_house: bool = False
     """Whether each house gets only one family, in rotation."""
     levels: tuple[Level, ...] = ()
@@ -81,17 +82,7 @@ class Recipe(BaseModel):
     @property
     def request(self) -> PackRequest:
         """Settings of the pack to assemble."""
-        return PackRequest(
-            self.name,
-            self.per_family,
-            self.seed,
-            self.max_per_house,
-            families=self.families,
-            asset_database_sha256=self.asset_database_sha256,
-            levels=self.levels,
-            is_robust=self.is_robust,
-            forms=self.forms,
-        )
+        return PackRequest(**{name: getattr(self, name) for name in _SHARED})
 
     def notes(self) -> list[str]:
         """Return texts about the differences between the installed versions and the recipe's that may change bytes."""
@@ -132,38 +123,19 @@ class Recipe(BaseModel):
             raise SettingError(f"Recipe {str(path)!r} is not JSON: {error}.") from None
 
 
-def recipe_of(
-    pack_request: PackRequest,
-    origins: Iterable[HouseOrigin],
-    pack_sha256: str,
-    *,
-    backend: str,
-    drafted_in: int | None,
-    one_family_per_house: bool,
-    starts: int = 1,
-    tasks: Mapping[Kind, int] | None = None,
-) -> Recipe:
-    """Return the recipe of an unreviewed pack whose houses are all third-party; `tasks` are those of a suite."""
+_SHARED = Recipe.model_fields.keys() & {each.name for each in fields(PackRequest)}
+"""Names of the settings that a request and a recipe share."""
+
+
+def recipe_of(request: PackRequest, origins: Iterable[HouseOrigin], pack_sha256: str) -> Recipe:
+    """Return the recipe of an unreviewed pack whose houses are all third-party."""
     return Recipe(
-        name=pack_request.name,
-        seed=pack_request.seed,
-        families=pack_request.families,
-        per_family=pack_request.per_family,
-        max_per_house=pack_request.max_per_house,
-        backend=backend,
-        asset_database_sha256=pack_request.asset_database_sha256,
+        **{name: getattr(request, name) for name in _SHARED},
         versions=PackVersions.current(),
         made_with=made_with(),
         pack_sha256=pack_sha256,
-        drafted_in=drafted_in,
-        one_family_per_house=one_family_per_house,
-        levels=pack_request.levels,
-        is_robust=pack_request.is_robust,
-        starts=starts,
-        forms=pack_request.forms,
         drafts=DRAFTS_VERSION,
-        suite=None if tasks is None else SUITE,
-        tasks=dict(tasks or {}),
+        suite=request.suite,
         houses=tuple(origins),
     )
 

@@ -4,17 +4,20 @@ Results can be stored in a log with one line per episode, from which the same co
 """
 
 import hashlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from itertools import groupby
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from pydantic import BaseModel, ConfigDict
 
 from vigil.assets.database import AssetDatabase
+from vigil.authoring.closure.certify import Certifier, task_of
+from vigil.authoring.drafting.drafts import DraftsFile, TaskDraft, house_in
+from vigil.authoring.packing.selection import Candidate, CandidateCheck
 from vigil.authoring.review.rules import RULES, binds
 from vigil.authoring.review.validate import Finding, Validator
 from vigil.base.json_lines import AppendFile, dump_line, parse_line
@@ -24,7 +27,7 @@ from vigil.packs.pack import Pack
 from vigil.protocol.actions import Action
 from vigil.protocol.episode import Episode, Solution
 from vigil.protocol.house import House, canonical_json
-from vigil.scoring.closure import ClosureAnswer
+from vigil.scoring.closure import SUITE, ClosureAnswer, closure_answers
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
 
@@ -36,8 +39,14 @@ class VerificationTask:
     episodes: tuple[Episode, ...]
     solutions: tuple[tuple[Action, ...] | None, ...]
     """Recorded solution of each episode; None without one."""
-    answers: tuple[ClosureAnswer, ...] = ()
-    """Correct closing of each episode in a pack of the closure suite, else empty."""
+    answers: tuple[ClosureAnswer, ...] | None = None
+    """Correct closing of each episode in a pack of the closure suite, empty if it has none; None in other packs."""
+
+    @classmethod
+    def of_draft(cls, draft: TaskDraft) -> "VerificationTask":
+        """Return the task of a draft."""
+        episodes, solutions = zip(*((side.episode, side.actions) for side in draft.drafts), strict=True)
+        return cls(episodes, solutions, draft.answers or None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,28 +75,44 @@ class VerificationSettings:
         return make_simulator(self.backend, assets=self.assets or AssetDatabase.default())
 
 
-class TaskVerifier(Protocol):
-    """A verifier of tasks on its own simulator."""
-
-    def faults(self, task: VerificationTask, house: House) -> Sequence[Finding]:
-        """Return the findings about the episodes of a task."""
-        ...
-
-
-class EpisodeVerifier:
-    """A verifier of single episodes by the rules of the families."""
+class Verifier:
+    """A verifier of tasks on its own simulator: by the rules of the families, and of the suite if they have answers."""
 
     def __init__(self, settings: VerificationSettings) -> None:
-        self._validator = Validator(settings.simulator())
+        simulator = settings.simulator()
+        self._validator = Validator(simulator)
+        self._certifier = Certifier(simulator, settings.rules)
         self._is_robust = settings.is_robust
 
     def faults(self, task: VerificationTask, house: House) -> Sequence[Finding]:
-        """Return the findings about the episode of a task."""
-        ((episode,), (actions,)) = task.episodes, task.solutions
-        if actions is None:
-            return (Finding(episode.id, "solvable", "no solution is recorded"),)
-        found = self._validator.validate(episode, house, actions).findings
-        return found or (self._validator.robustness(episode, house) if self._is_robust else ())
+        """Return the findings about a task; robustness is checked of the sides that the solver acts in."""
+        if task.answers == ():
+            return [Finding(each.id, "closes_correctly", "it has no answer") for each in task.episodes]
+        unsolved = [each for each, actions in zip(task.episodes, task.solutions, strict=True) if actions is None]
+        if unsolved:
+            return [Finding(each.id, "solvable", "no solution is recorded") for each in unsolved]
+        if task.answers is None:
+            found = self._validator.validate(task.episodes[0], house, task.solutions[0]).findings
+        else:
+            found = self._faults_of_answers(task, task.answers, house)
+        if found or not self._is_robust:
+            return found
+        idle = {each.episode_id for each in task.answers or () if each.side in ("impossible", "already")}
+        acted = [each for each in task.episodes if each.id not in idle]
+        return [fault for episode in acted for fault in self._validator.robustness(episode, house)]
+
+    def _faults_of_answers(
+        self, task: VerificationTask, answers: Sequence[ClosureAnswer], house: House
+    ) -> Sequence[Finding]:
+        """Return the findings about a task of the suite, whose sides are all solved and answered."""
+        given = {each.id: actions or () for each, actions in zip(task.episodes, task.solutions, strict=True)}
+        certified = task_of(task.episodes, answers)
+        sides, found = self._certifier.certify(certified, house, tuple(given[each.id] for each in certified.episodes))
+        return found or [
+            Finding(side.episode.id, "closes_correctly", "its answer is not the one that the search gives")
+            for side in sides
+            if side.answer not in answers
+        ]
 
 
 class EpisodeFindings(BaseModel):
@@ -119,38 +144,65 @@ class VerificationProgress:
 OnVerified = Callable[[VerificationProgress], None]
 
 
-MakeVerifier = Callable[[VerificationSettings], TaskVerifier]
-
-
 def verify_pack(
     pack: Pack,
     settings: VerificationSettings,
     log: Path | None = None,
     on_progress: OnVerified = lambda progress: None,
-    *,
-    tasks: Sequence[VerificationTask] | None = None,
-    make_verifier: MakeVerifier = EpisodeVerifier,
 ) -> list[Finding]:
     """Return the findings about a pack's episodes, sorted by episode and rule; an existing `log` is continued.
 
-    `tasks` and `make_verifier` are those of a suite; without them each episode is a task. Raises RecordError if the
-    log cannot be read or written.
+    Raises RecordError if the log cannot be read or written, PackMismatch if the answers of a suite were changed.
     """
-    chosen = pack_tasks(pack) if tasks is None else tasks
-    results = findings_of(chosen, pack.house_of, settings, log, on_progress, make_verifier)
+    results = findings_of(pack_tasks(pack), pack.house_of, settings, log, on_progress)
     return sorted(
         (finding for result in results for finding in result.faults), key=lambda each: (each.episode_id, each.rule)
     )
 
 
 def pack_tasks(pack: Pack) -> list[VerificationTask]:
-    """Return a task for each episode of a pack."""
-    return episode_tasks(pack.episodes, {name: solution.actions for name, solution in pack.solutions.items()})
+    """Return the tasks of a pack, twins of a suite together. Raises PackMismatch if the answers were changed."""
+    answers = closure_answers(pack.folder) if pack.manifest.suite == SUITE else None
+    twins: dict[str, list[Episode]] = {}
+    for episode in pack.episodes:
+        answer = (answers or {}).get(episode.id)
+        twins.setdefault((answer and answer.pair) or episode.id, []).append(episode)
+    solved = {name: solution.actions for name, solution in pack.solutions.items()}
+    return [
+        VerificationTask(
+            tuple(members),
+            tuple(solved.get(each.id) for each in members),
+            None if answers is None else tuple(answers[each.id] for each in members if each.id in answers),
+        )
+        for members in twins.values()
+    ]
 
 
-def episode_tasks(episodes: Iterable[Episode], solved: Mapping[str, tuple[Action, ...]]) -> list[VerificationTask]:
-    """Return a task for each episode; `solved` are the recorded solutions by episode id."""
-    return [VerificationTask((episode,), (solved.get(episode.id),)) for episode in episodes]
+def check_log_of(file: DraftsFile) -> Path:
+    """Return the path of the log with the robustness results of drafts; without it, drafts are checked again."""
+    return file.path.with_name(f"{file.path.stem}.checks.jsonl")
+
+
+def candidate_checker(
+    files: Sequence[DraftsFile], settings: VerificationSettings, on_verified: OnVerified = lambda progress: None
+) -> CandidateCheck:
+    """Return the function that checks candidates from some drafts files and returns the findings of those that fail.
+
+    Episodes are replayed and, for a robust pack, played by the noisy solver, which takes a second or more each; the
+    results are then kept in the log next to the first file. Tasks of the suite were certified when they were drafted,
+    and are certified again only if a reviewer reworded them. Raises RecordError if the log cannot be read or written.
+    """
+    log = check_log_of(files[0]) if settings.is_robust else None
+
+    def check(chosen: Sequence[Candidate]) -> dict[str, list[Finding]]:
+        due = [candidate.task for candidate in chosen if candidate.is_reworded or not candidate.task.answers]
+        tasks = [VerificationTask.of_draft(task) for task in due]
+        results = findings_of(tasks, lambda each: house_in(files, each.house.name), settings, log, on_verified)
+        faults = {result.episode_id: result.faults for result in results}
+        found = {task.drafts[0].episode.id: [f for d in task.drafts for f in faults[d.episode.id]] for task in due}
+        return {name: findings for name, findings in found.items() if findings}
+
+    return check
 
 
 def findings_of(
@@ -159,7 +211,6 @@ def findings_of(
     settings: VerificationSettings,
     log: Path | None = None,
     on_progress: OnVerified = lambda progress: None,
-    make_verifier: MakeVerifier = EpisodeVerifier,
 ) -> list[EpisodeFindings]:
     """Return the findings of each episode; those in `log` are reused, new ones are appended to it.
 
@@ -173,7 +224,7 @@ def findings_of(
         missing = [task for key, task in keys.items() if len(known.get(key, ())) < len(task.episodes)]
         work = house_batches(missing, house_of)
         verify = partial(_verify, settings)
-        for found in map_in_workers(partial(make_verifier, settings), verify, work, settings.workers):
+        for found in map_in_workers(partial(Verifier, settings), verify, work, settings.workers):
             results += found
             if file is not None:
                 file.append(*map(dump_line, found))
@@ -198,12 +249,12 @@ def key_of(task: VerificationTask, settings: VerificationSettings) -> str:
     more = ["robust"] if settings.is_robust else []
     more += [settings.assets.sha256] if settings.assets and settings.assets.sha256 else []
     more += [name for name, rule in RULES.items() if any(binds(rule, name, each.family) for each in task.episodes)]
-    dumped = [[each.model_dump(mode="json") for each in facts] for facts in (task.episodes, task.answers)]
+    dumped = [[each.model_dump(mode="json") for each in facts] for facts in (task.episodes, task.answers or ())]
     facts = [*dumped, solutions, settings.backend, settings.rules, PackVersions.current().model_dump(), *more]
     return hashlib.sha256(canonical_json(facts)).hexdigest()
 
 
-def _verify(settings: VerificationSettings, verifier: TaskVerifier, batch: HouseBatch) -> list[EpisodeFindings]:
+def _verify(settings: VerificationSettings, verifier: Verifier, batch: HouseBatch) -> list[EpisodeFindings]:
     house, rows = House(batch.name, batch.document), list[EpisodeFindings]()
     for task in batch.tasks:
         key, faults = key_of(task, settings), verifier.faults(task, house)

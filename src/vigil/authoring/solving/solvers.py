@@ -5,7 +5,8 @@ that the runner can play; the analysis marks those agents as privileged.
 """
 
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from itertools import islice
 
 import numpy as np
 
@@ -59,14 +60,23 @@ def solution(episode: Episode, view: PrivilegedView) -> tuple[Action, ...]:
 
     Raises Unsolvable if there is no way or the solution exceeds the step budget.
     """
+    actions = carry_out(islice(solve(episode, view), episode.max_steps + 1), view)
+    if len(actions) > episode.max_steps:
+        raise Unsolvable(f"Episode {episode.id!r}: more than the {episode.max_steps} steps of its budget.")
+    return actions
+
+
+def carry_out(steps: Iterable[Action], view: PrivilegedView) -> tuple[Action, ...]:
+    """Return actions, each of which is carried out before the next is taken; the simulator's state remains as it was.
+
+    Raises Unsolvable if the actions do.
+    """
     actions: list[Action] = []
     with view.rollback():
-        for action in solve(episode, view):
+        for action in steps:
             actions.append(action)
             if not isinstance(action, Report):
                 view.step(action)
-            if len(actions) > episode.max_steps:
-                raise Unsolvable(f"Episode {episode.id!r}: more than the {episode.max_steps} steps of its budget.")
     return tuple(actions)
 
 

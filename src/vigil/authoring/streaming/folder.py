@@ -14,7 +14,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict
 
 import vigil
-from vigil.authoring.packing.assemble import FACTS
+from vigil.authoring.packing.assemble import FACTS, dump_rows
 from vigil.authoring.packing.dataset_card import write_card
 from vigil.authoring.streaming.address import address_of, hidden_address_of
 from vigil.authoring.streaming.difficulty import Difficulty
@@ -28,7 +28,6 @@ from vigil.packs.freeze import check_can_freeze, freeze
 from vigil.packs.pack import Pack, manifest_of
 from vigil.packs.private import SEED_SHA256, seed_sha256
 from vigil.protocol.families import Family
-from vigil.protocol.house import canonical_json
 
 ADVICE = "Remove the file; it is made again."
 OnItem = Callable[[int], None]
@@ -154,7 +153,7 @@ def _freeze(
         name=out.name,
         description=f"The first {len(items)} episodes of {header.stream}, for training. No number is published on it.",
         meta=meta,
-        extra={FACTS: b"".join(canonical_json(row) + b"\n" for row in facts)},
+        extra={FACTS: dump_rows(facts)},
     )
     write_card(pack)
     if is_grown:

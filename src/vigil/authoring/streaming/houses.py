@@ -7,13 +7,19 @@ difficulties only leave out episodes; they do not change any.
 import hashlib
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 from pydantic import BaseModel, ConfigDict
 
 from vigil.authoring.drafting.drafts import DIGITS, Draft, Rejection
-from vigil.authoring.drafting.generation import DraftGenerator, GenerationSettings, Proposer, grammar_proposer
+from vigil.authoring.drafting.generation import (
+    FAMILY_GRAMMAR,
+    DraftWorker,
+    GenerationSettings,
+    Proposer,
+    family_proposer,
+)
 from vigil.authoring.drafting.grammar import kinds_of
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.sources import MIXED, GeneratedHouse, secret_house
@@ -105,14 +111,19 @@ class StreamHouseMaker:
     def __init__(self, settings: StreamSettings) -> None:
         self._settings = settings
         drafting = GenerationSettings(
-            settings.families, settings.seed, PER_HOUSE, TRIED, is_seed_secret=settings.is_seed_secret
+            settings.families,
+            settings.seed,
+            PER_HOUSE,
+            TRIED,
+            is_seed_secret=settings.is_seed_secret,
+            grammar=replace(FAMILY_GRAMMAR, make_proposer=_proposer_with_less_search),
         )
-        self._generator = DraftGenerator(drafting, _with_less_search(grammar_proposer(drafting)))
+        self._worker = DraftWorker(drafting)
 
     def made(self, number: int) -> StreamHouse:
         """Return a house of the stream with its episodes."""
         source = source_of(self._settings, number)
-        house, lines = self._generator.work(source, self._settings.families)
+        house, lines = self._worker.work(source, self._settings.families)
         if house is None or is_packaged(house):
             why = PACKAGED if house else next(line.message for line in lines if isinstance(line, Rejection))
             return StreamHouse(number=number, name=source.name, document=None, left_out=why)
@@ -132,8 +143,9 @@ class StreamHouseMaker:
         return draft.model_copy(update={"episode": named})
 
 
-def _with_less_search(propose: Proposer) -> Proposer:
+def _proposer_with_less_search(seed: int) -> Proposer:
     """Return a proposer that tries fewer starts, and only some kinds of families with many."""
+    propose = family_proposer(seed)
 
     def proposals(context: HouseContext, family: Family) -> Iterator[tuple[str, Iterator[Episode | Rejection]]]:
         context.tried_starts = TRIED_STARTS

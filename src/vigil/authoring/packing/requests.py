@@ -1,0 +1,65 @@
+"""The request for a pack: what it holds and how its drafts are made, from the command line to the frozen folder."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from vigil.authoring.language.sentences import Forms
+from vigil.protocol.families import FAMILIES, Family
+from vigil.scoring.closure import SUITE, Kind
+from vigil.scoring.levels import Level
+
+MAX_PER_HOUSE = 3
+"""Greatest number of episodes of one family, or tasks of one kind, in one house."""
+PER_FAMILY = 125
+
+
+@dataclass(frozen=True, slots=True)
+class PackRequest:
+    """Settings of a pack to make."""
+
+    name: str
+    per_family: int = PER_FAMILY
+    seed: int = 0
+    """Seed that draws houses and drafts, and breaks ties."""
+    max_per_house: int = MAX_PER_HOUSE
+    """Greatest number of episodes of one family, or tasks of one kind, in one house."""
+    version: str = "1"
+    description: str = ""
+    aliases: tuple[str, ...] = ()
+    families: tuple[Family, ...] = tuple(FAMILIES)
+    tasks: Mapping[Kind, int] = field(default_factory=dict)
+    """Kind of the closure suite -> number of tasks; empty for a pack of families. Twins are one task."""
+    is_seed_secret: bool = False
+    """Whether the pack reveals only the hash of its seed."""
+    backend: str = "mujoco"
+    asset_database_sha256: str | None = None
+    """Hash of the asset database from which things get their sizes; None if they have typical sizes."""
+    levels: tuple[Level, ...] = ()
+    """Levels of difficulty over which each family is divided evenly; empty if levels do not matter."""
+    is_robust: bool = False
+    """Whether episodes must also satisfy the robustness rules; the check of candidates must then include them."""
+    forms: Forms = "public"
+    """Half of the sentence forms from which new drafts are made, or all."""
+    drafted_in: int | None = None
+    """Number of houses in which drafts are made first; None for all houses that are offered."""
+    one_family_per_house: bool = False
+    """Whether each house gets only one family, in rotation."""
+    starts: int = 1
+    """Number of start poses drawn for each draft, of which the hardest is used."""
+
+    @property
+    def suite(self) -> Literal["closure"] | None:
+        """The suite of the pack; None for a pack of families."""
+        return SUITE if self.tasks else None
+
+    @property
+    def quotas(self) -> dict[str, int]:
+        """Family -> number of episodes, or kind of the suite -> number of tasks."""
+        return {**self.tasks} if self.tasks else dict.fromkeys(self.families, self.per_family)
+
+    @property
+    def level_quotas(self) -> dict[Level, int]:
+        """Level -> number of episodes of each family; a remainder goes to the first levels."""
+        each, left = divmod(self.per_family, max(len(self.levels), 1))
+        return {level: each + (place < left) for place, level in enumerate(self.levels)}

@@ -1,0 +1,328 @@
+"""Selection of a pack's tasks from drafts and reviews: deterministic, and balanced over the pack's strata.
+
+Within a stratum, tasks that a reviewer approved are selected before unreviewed ones; rejected ones are never selected.
+For a new version of a pack, episodes of the previous version are selected before all others.
+"""
+
+import zlib
+from collections import Counter, defaultdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+from vigil.authoring.drafting.drafts import Draft, DraftsFile, TaskDraft
+from vigil.authoring.packing.balance import stratum_of
+from vigil.authoring.packing.requests import PackRequest
+from vigil.authoring.review.reviews import Review, apply_reviews, decisions
+from vigil.authoring.review.validate import Finding
+from vigil.errors import EpisodeError
+from vigil.protocol.episode import Episode
+from vigil.protocol.families import FAMILIES
+from vigil.scoring.levels import EpisodeLevel, Level
+
+FOUND_BY_TURNING = 0.4
+"""Greatest share of searches (VS, SI) whose target can be found by turning at the start."""
+UPPER_LEVELS: tuple[Level, ...] = ("hard", "extreme")
+CLEAR_PX = 400
+"""Visible pixels of a target at first sight above which it counts as clear."""
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A task from a drafts file."""
+
+    task: TaskDraft
+    """The task with the reviews applied."""
+    reviewer_kinds: tuple[frozenset[str], ...] = ()
+    """Kinds of the reviewers who judged each side."""
+    is_reworded: bool = False
+    """Whether a reviewer gave it another instruction."""
+    is_from_previous: bool = False
+    """Whether it comes from the previous version of the pack."""
+    level: Level | None = None
+    """Level of difficulty; None if it was not measured."""
+    target_px: int = 0
+    """Visible pixels of the target at first sight; 0 if the level was not measured."""
+
+    @property
+    def draft(self) -> Draft:
+        """The draft of its first side."""
+        return self.task.drafts[0]
+
+    @property
+    def episode(self) -> Episode:
+        """The episode of its first side, with the reviews applied."""
+        return self.draft.episode
+
+    @property
+    def stratum(self) -> str:
+        """The stratum of the episode within its family."""
+        return stratum_of(self.episode, self.draft.facts)
+
+    @property
+    def is_approved(self) -> bool:
+        """Whether a reviewer approved a side and none rejected one."""
+        return any(draft.episode.provenance.reviewed == "approved" for draft in self.task.drafts)
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether its level is an upper one although its target is clearly in view at the start."""
+        is_upper = self.level in UPPER_LEVELS and FAMILIES[self.episode.family].visible_at_start
+        return is_upper and self.target_px > CLEAR_PX
+
+
+CandidateCheck = Callable[[Sequence[Candidate]], dict[str, list[Finding]]]
+"""A function that replays candidates and returns id of the first side -> findings, for those that have findings."""
+
+
+@dataclass(frozen=True, slots=True)
+class Missing:
+    """A number of episodes or tasks that a pack asks for and the drafts do not hold."""
+
+    group: str
+    """The family, or kind of the suite."""
+    found: int
+    asked: int
+    offered: int
+    """Number of drafts from which to choose."""
+    level: Level | None = None
+    """Level of difficulty of the episodes; None if levels do not matter."""
+
+    def __str__(self) -> str:
+        name = " ".join(filter(None, (self.group, self.level)))
+        return f"{name} {self.found} of {self.asked} (of {self.offered} drafts)"
+
+
+class TooFewDrafts(EpisodeError):
+    """The drafts do not hold what a pack asks for."""
+
+    def __init__(self, message: str, missing: Sequence[Missing]) -> None:
+        super().__init__(message)
+        self.missing = tuple(missing)
+
+
+def candidates(
+    files: Iterable[DraftsFile],
+    reviews: Sequence[Review],
+    previous: DraftsFile | None = None,
+    levels: Mapping[str, EpisodeLevel] | None = None,
+) -> list[Candidate]:
+    """Return all tasks of which no reviewer rejected a side, each id once, sorted by id.
+
+    `previous` is that of `files` with the drafts of the previous version; `levels` are the drafts' levels by id, if
+    measured. Raises EpisodeError if two different drafts have one id, SettingError if a file is invalid.
+    """
+    by_id: dict[str, list[Review]] = defaultdict(list)
+    for review in reviews:
+        by_id[review.episode_id].append(review)
+    found: dict[str, TaskDraft] = {}
+    for file in files:
+        for task in file.read().tasks:
+            name = task.drafts[0].episode.id
+            if [d.episode for d in found.setdefault(name, task).drafts] != [d.episode for d in task.drafts]:
+                raise EpisodeError(f"Two different drafts have the id {name!r}; leave out one file.")
+    old = {draft.episode.id for draft in previous.read().drafts} if previous else set()
+    judged = [_judged(task, by_id) for _, task in sorted(found.items())]
+    return [_with_facts(each, old, levels or {}) for each in judged if each is not None]
+
+
+def _judged(task: TaskDraft, reviews: Mapping[str, Sequence[Review]]) -> Candidate | None:
+    """Return a task with the reviews by episode id applied; None if one of its sides is rejected.
+
+    A new wording of one side is the wording of both.
+    """
+    own = [reviews.get(draft.episode.id, ()) for draft in task.drafts]
+    episodes = [apply_reviews(draft.episode, mine) for draft, mine in zip(task.drafts, own, strict=True)]
+    if any(episode.provenance.reviewed == "rejected" for episode in episodes):
+        return None
+    before = task.drafts[0].episode.instruction
+    instruction = next((each.instruction for each in episodes[::-1] if each.instruction != before), before)
+    drafts = [
+        draft.model_copy(update={"episode": episode.model_copy(update={"instruction": instruction})})
+        for draft, episode in zip(task.drafts, episodes, strict=True)
+    ]
+    kinds = tuple(kinds_of_reviewers(draft.episode, mine) for draft, mine in zip(task.drafts, own, strict=True))
+    judged = drafts[0] if isinstance(task, Draft) else task.model_copy(update={"drafts": tuple(drafts)})
+    return Candidate(judged, kinds, is_reworded=instruction != before)
+
+
+def kinds_of_reviewers(episode: Episode, reviews: Sequence[Review]) -> frozenset[str]:
+    """Return the kinds of the reviewers who approved or rejected this version of an episode."""
+    judged = {name for name, decision in decisions(episode, reviews).items() if decision.judgement}
+    return frozenset(review.reviewer_kind for review in reviews if review.reviewer in judged)
+
+
+def _with_facts(candidate: Candidate, old: set[str], levels: Mapping[str, EpisodeLevel]) -> Candidate:
+    known = replace(candidate, is_from_previous=candidate.episode.id in old)
+    found = levels.get(candidate.episode.id)
+    return known if found is None else replace(known, level=found.level, target_px=found.measures.target_px)
+
+
+class Balance(Protocol):
+    """The tasks chosen so far, with counts from which the next one follows."""
+
+    def takes(self, candidate: Candidate) -> bool:
+        """Return whether the pack's limits allow a candidate."""
+        ...
+
+    def cost(self, candidate: Candidate) -> tuple:
+        """Return the sort key of a candidate; the smallest is chosen first."""
+        ...
+
+    def add(self, candidate: Candidate) -> None:
+        """Count a chosen candidate."""
+        ...
+
+
+class FamilyBalance:
+    """Balance of a pack of families: levels, strata, labels, categories and houses."""
+
+    def __init__(self, pool: Sequence[Candidate], request: PackRequest) -> None:
+        self._request = request
+        strata: dict[str, set[str]] = {family: set() for family in request.families}
+        for candidate in pool:
+            strata.setdefault(candidate.task.group, set()).add(candidate.stratum)
+        self._even_share = {family: request.per_family // max(len(found), 1) for family, found in strata.items()}
+        """Family -> equal share of episodes for each of its strata."""
+        self._categories, self._houses, self._rooms = Counter[str](), Counter[str](), Counter[int]()
+        self.of_family: Counter[tuple[str, ...]] = Counter()
+
+    def add(self, candidate: Candidate) -> None:
+        """Count a chosen candidate."""
+        episode, facts = candidate.episode, candidate.draft.facts
+        self._categories[facts.category] += 1
+        self._houses[episode.house.name] += 1
+        self._rooms[facts.rooms] += 1
+        keys = [("stratum", candidate.stratum), ("category", facts.category), ("house", episode.house.name)]
+        keys += [("turn", str(facts.is_seen_by_turning)), ("label", facts.category, facts.label or "")]
+        keys += [("thing", episode.house.name, episode.goal.object_id), ("level", candidate.level or "")]
+        self.of_family.update((episode.family, *key) for key in keys)
+
+    def takes(self, candidate: Candidate) -> bool:
+        """Return whether the pack's limits allow a candidate."""
+        episode, family = candidate.episode, candidate.episode.family
+        if self.of_family[family, "house", episode.house.name] >= self._request.max_per_house:
+            return False
+        level, quotas = candidate.level, self._request.level_quotas
+        if quotas and (level is None or self.of_family[family, "level", level] >= quotas.get(level, 0)):
+            return False
+        turned = self.of_family[family, "turn", "True"]
+        is_search = not FAMILIES[family].visible_at_start and candidate.draft.facts.is_seen_by_turning
+        return not is_search or turned < int(FOUND_BY_TURNING * self._request.per_family)
+
+    def cost(self, candidate: Candidate) -> tuple:
+        """Return the sort key of a candidate; the smallest is chosen first."""
+        episode, facts, family = candidate.episode, candidate.draft.facts, candidate.episode.family
+        opposite = {"on": "off", "off": "on", "open": "closed", "closed": "open"}.get(facts.label or "", "")
+        lead = self.of_family[family, "label", facts.category, facts.label or ""]
+        turned, walked = (self.of_family[family, "turn", value] for value in ("True", "False"))
+        is_ahead = not FAMILIES[family].visible_at_start and turned >= FOUND_BY_TURNING * (turned + walked + 1)
+        return (
+            is_ahead and facts.is_seen_by_turning,  # limits that would otherwise be missed come first
+            0 if candidate.level is None else self.of_family[family, "level", candidate.level],
+            self.of_family[family, "stratum", candidate.stratum] >= self._even_share[family],
+            lead - self.of_family[family, "label", facts.category, opposite] if opposite else 0,
+            candidate.is_clear,
+            self.of_family[family, "stratum", candidate.stratum],
+            candidate.stratum,
+            not candidate.is_from_previous,
+            not candidate.is_approved,
+            self.of_family[family, "thing", episode.house.name, episode.goal.object_id],  # then variety
+            self.of_family[family, "category", facts.category],
+            self.of_family[family, "house", episode.house.name],
+            self._categories[facts.category],
+            self._houses[episode.house.name],
+            self._rooms[facts.rooms],
+            *_by_chance(candidate, self._request.seed),
+        )
+
+
+class SuiteBalance:
+    """Balance of a pack of the suite: reasons and forms, acts, categories and houses within each kind."""
+
+    def __init__(self, request: PackRequest) -> None:
+        self._request = request
+        self._uses: Counter[tuple[str, str, str]] = Counter()
+
+    def add(self, candidate: Candidate) -> None:
+        """Count a chosen candidate."""
+        self._uses.update(self._keys(candidate))
+
+    def takes(self, candidate: Candidate) -> bool:
+        """Return whether the pack's limits allow a candidate."""
+        return self._uses[candidate.task.group, "house", candidate.episode.house.name] < self._request.max_per_house
+
+    def cost(self, candidate: Candidate) -> tuple:
+        """Return the sort key of a candidate; the smallest is chosen first."""
+        form, *variety = (self._uses[key] for key in self._keys(candidate))
+        return (form, not candidate.is_approved, *variety, *_by_chance(candidate, self._request.seed))
+
+    def _keys(self, candidate: Candidate) -> list[tuple[str, str, str]]:
+        episode, answers, kind = candidate.episode, candidate.task.answers, candidate.task.group
+        return [
+            (kind, "form", answers[-1].reason or answers[0].form),
+            (kind, "thing", f"{episode.house.name} {episode.goal.object_id}"),
+            (kind, "what", f"{answers[-1].reason} {episode.provenance.template}"),
+            (kind, "category", candidate.draft.facts.category),
+            (kind, "house", episode.house.name),
+        ]
+
+
+def _by_chance(candidate: Candidate, seed: int) -> tuple[int, str]:
+    return zlib.crc32(f"{seed} {candidate.episode.id}".encode()), candidate.episode.id
+
+
+def select(pool: Sequence[Candidate], request: PackRequest) -> list[Candidate]:
+    """Return exactly the requested number of candidates of each family or kind, in the order of their choice.
+
+    Raises TooFewDrafts if there are too few.
+    """
+    balance: Balance = SuiteBalance(request) if request.suite else FamilyBalance(pool, request)
+    chosen: list[Candidate] = []
+    missing: list[Missing] = []
+    for group, quota in request.quotas.items():
+        left = own = [candidate for candidate in pool if candidate.task.group == group]
+        mine: list[Candidate] = []
+        while len(mine) < quota and (left := [each for each in left if balance.takes(each)]):
+            mine.append(min(left, key=balance.cost))
+            balance.add(mine[-1])
+            left.remove(mine[-1])
+        chosen += mine
+        missing += _missing(group, own, mine, request)
+    if missing:
+        raise TooFewDrafts(
+            f"Pack {request.name!r} asks for more than the drafts hold within its limits; they hold only "
+            f"{', '.join(map(str, missing))}. Propose in more houses (more seeds, a larger --count), or ask for fewer.",
+            missing,
+        )
+    return chosen
+
+
+def _missing(
+    group: str, pool: Sequence[Candidate], chosen: Sequence[Candidate], request: PackRequest
+) -> Iterable[Missing]:
+    """Return what is missing of a family, by level if levels matter, or of a kind."""
+    parts = request.level_quotas or {None: request.quotas[group]}
+    for level, quota in parts.items():
+        found, offered = (sum(level in (None, each.level) for each in some) for some in (chosen, pool))
+        if found < quota:
+            yield Missing(group, found, quota, offered, level)
+
+
+def select_valid(
+    pool: Sequence[Candidate], request: PackRequest, check: CandidateCheck
+) -> tuple[list[Candidate], dict[str, list[Finding]], int]:
+    """Return a selection without findings, the findings of what was left out by id, and the number of checked ones.
+
+    Raises TooFewDrafts if there are too few candidates.
+    """
+    left, bad, valid = list(pool), dict[str, list[Finding]](), set[str]()
+    while True:
+        chosen = select(left, request)
+        unchecked = [candidate for candidate in chosen if candidate.episode.id not in valid]
+        found = check(unchecked) if unchecked else {}
+        if not found:
+            return chosen, bad, len(valid | {each.episode.id for each in unchecked}) + len(bad)
+        bad |= found
+        valid |= {candidate.episode.id for candidate in unchecked} - found.keys()
+        left = [candidate for candidate in left if candidate.episode.id not in bad]

@@ -1,0 +1,298 @@
+"""Options of `vigil pack propose`, `build` and `make`."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from vigil.assets.database import AssetDatabase
+from vigil.authoring.drafting.generation import PER_HOUSE, TRIED
+from vigil.authoring.drafting.procthor import FORM
+from vigil.authoring.language.sentences import Forms
+from vigil.authoring.packing.requests import MAX_PER_HOUSE, PER_FAMILY, PackRequest
+from vigil.authoring.packing.verify import VerificationSettings
+from vigil.authoring.review.reviews import Review, read_reviews
+from vigil.base.settings import Setting
+from vigil.cli.arguments import Robust, SeedFile
+from vigil.errors import SettingError, did_you_mean
+from vigil.packs.private import chosen_seed
+from vigil.protocol.families import FAMILIES
+from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families, Workers
+from vigil.runner.workers.pool import worker_count
+from vigil.scoring.closure import KINDS, Kind
+from vigil.scoring.levels import LEVELS, Level, parse_levels
+
+SMALL_HOUSES = ("2", "kitchen", "2", "bedroom", "2", "living-room")
+"""Meaning of `--rooms mixed` in the suite, whose houses make reaching easy."""
+HOUSES_PER_EPISODE, MIN_HOUSES = 1.12, 12
+"""Default number of houses for each episode of a family, and the minimum."""
+BUDGET = 10
+"""Default number of houses that may be used, as a multiple of those that are used first."""
+HousePlaces = Annotated[
+    tuple[str, ...],
+    Setting(
+        "Houses in which the episodes take place: a file (.json, .jsonl, .jsonl.gz), or houses of "
+        f"ProcTHOR-10K as {FORM}; may be repeated.",
+        name="houses",
+    ),
+]
+OutFolder = Annotated[Path, Setting("Folder for the pack: new or empty. The drafts are kept in files next to it.")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Common:
+    """Options of every verb that makes drafts or packs."""
+
+    families: Families = ()
+    suite: Annotated[
+        Literal["closure"] | None,
+        Setting(
+            "Make episodes of this suite instead of the usual families. In a pack, --per-family then sets "
+            "the number of tasks of each kind; a pair of twins is one task."
+        ),
+    ] = None
+    seed: Annotated[
+        int | None,
+        Setting(
+            "Random seed of houses, drafts and choices. Keep it secret for a private pack: it lets others make the "
+            "same pack.",
+            minimum=0,
+        ),
+    ] = None
+    seed_file: SeedFile = None
+    workers: Workers = None
+    backend: Backend = "mujoco"
+    assets: AssetFile = None
+
+    @property
+    def chosen_seed(self) -> int | None:
+        """The seed that was given, as a number or in a file; None without one. Raises SettingError."""
+        return chosen_seed(self.seed, self.seed_file)
+
+    def check_suite(self, **given: object) -> None:
+        """Raise SettingError, naming the option, when an option is given that a suite does not have."""
+        for name, value in {"family": self.families, **given}.items():
+            if self.suite and value:
+                option = name.replace("_", "-")
+                raise SettingError(
+                    f"--suite and --{option} exclude each other: a suite does not have that option. Leave one out."
+                )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Content(Common):
+    """What a pack holds."""
+
+    name: Annotated[str, Setting("Name that the new pack gets.")]
+    per_family: Annotated[int, Setting("Number of episodes of each family that the pack gets.", minimum=1)] = PER_FAMILY
+    kinds: Annotated[
+        tuple[str, ...],
+        Setting(
+            "Kind of task of the suite to include, or KIND:N for N tasks of the kind; may be repeated. "
+            f"Kinds: {', '.join(KINDS)}.",
+            name="kind",
+            unset="all",
+        ),
+    ] = ()
+    max_per_house: Annotated[
+        int, Setting("Maximum number of episodes of one family that take place in the same house.", minimum=1)
+    ] = MAX_PER_HOUSE
+    levels: Annotated[
+        tuple[Level, ...],
+        Setting(
+            f"Difficulty level of the episodes to choose: {', '.join(LEVELS)} or all; may be repeated. "
+            "Each level gets an equal share of the episodes.",
+            name="level",
+            unset="any",
+            read=parse_levels,
+            repeats=True,
+        ),
+    ] = ()
+    robust: Robust = False
+    review_files: Annotated[
+        tuple[Path, ...],
+        Setting(
+            "File with reviewers' verdicts on the drafts, written by `vigil review`; may be repeated.",
+            name="review",
+            other_name="reviews",
+        ),
+    ] = ()
+
+    @property
+    def reviews(self) -> list[Review]:
+        """The reviews in all files. Raises SettingError if a file is missing, RecordError if a line is invalid."""
+        for path in self.review_files:
+            if not path.is_file():
+                raise SettingError(f"Review file {str(path)!r} does not exist.")
+        return [review for path in self.review_files for review in read_reviews(path)]
+
+    @property
+    def verification(self) -> VerificationSettings:
+        """Settings of the check of candidates. Raises SettingError if the asset database is invalid."""
+        database = AssetDatabase.from_file(self.assets)
+        return VerificationSettings(self.backend, database, worker_count(self.workers), self.robust)
+
+    def request(self, **more: Any) -> PackRequest:
+        """Return the request for the pack; `more` are further fields. Raises SettingError."""
+        return PackRequest(
+            self.name,
+            self.per_family,
+            self.chosen_seed or 0,
+            self.max_per_house,
+            families=self.families or tuple(FAMILIES),
+            tasks=self.tasks(),
+            backend=self.backend,
+            asset_database_sha256=AssetDatabase.from_file(self.assets).sha256,
+            levels=self.levels,
+            is_robust=self.robust,
+            **more,
+        )
+
+    def tasks(self) -> dict[Kind, int]:
+        """Return the number of tasks by kind, in the table's order; empty without a suite. Raises SettingError.
+
+        `KIND` asks for the number of each kind, `KIND:TASKS` for that number; without names, all kinds.
+        """
+        if self.suite is None and self.kinds:
+            raise SettingError("--kind is for a suite's pack: give --suite closure too, or --family instead.")
+        found: dict[str, int] = {}
+        for name in self.kinds:
+            kind, colon, count = name.partition(":")
+            if kind not in KINDS:
+                raise SettingError(
+                    f"Kind {kind!r} does not exist.{did_you_mean(kind, KINDS)} Kinds: {', '.join(KINDS)}."
+                )
+            if colon and (not count.isdecimal() or int(count) < 1):
+                raise SettingError(
+                    f"--kind {name}: {count!r} is not a number of tasks. Write --kind {kind}:20, for instance."
+                )
+            found[kind] = int(count) if colon else self.per_family
+        if self.suite is None:
+            return {}
+        return {kind: found.get(kind, self.per_family) for kind in KINDS if kind in found or not found}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drafting:
+    """How drafts are made."""
+
+    rooms: Annotated[
+        str,
+        Setting(
+            "Numbers of rooms, or names of house specs, separated by commas; the generated houses use them in turn."
+        ),
+    ] = "mixed"
+    hardest_of: Annotated[
+        int, Setting("Number of start positions that are tried for each draft; the hardest of them is used.", minimum=1)
+    ] = 1
+    form_names: Annotated[
+        Literal["public", "held-out", "all"] | None,
+        Setting(
+            "Sentence forms in which instructions are written: public (those of published packs), held-out (those that "
+            "published packs do not use), or all.",
+            name="forms",
+            unset="all for `vigil pack make` with a secret seed, otherwise public",
+        ),
+    ] = None
+
+    def forms(self, default: Forms) -> Forms:
+        """Return the half of the sentence forms that was asked for."""
+        return "held_out" if self.form_names == "held-out" else self.form_names or default
+
+    def specs(self, suite: str | None) -> list[str]:
+        """Return the specs of houses to generate."""
+        if suite is not None and self.rooms == "mixed":
+            return list(SMALL_HOUSES)
+        return [name.strip() for name in self.rooms.split(",")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Proposing:
+    """Who proposes, where, and how much."""
+
+    houses: HousePlaces = ()
+    seeds: Annotated[
+        str | None,
+        Setting(
+            "Seeds of the houses to generate, as FIRST:END (END itself is not used). Give either this or --houses."
+        ),
+    ] = None
+    limit: Annotated[
+        int | None, Setting("Use only the first N houses of each value of --houses; all if unset.", minimum=1)
+    ] = None
+    grammar: Annotated[
+        bool, Setting("Propose episodes with the built-in grammar. This is the default; the alternative is --model.")
+    ] = False
+    model: Annotated[
+        str | None, Setting("Model that proposes the episodes instead of the grammar, as provider/model.")
+    ] = None
+    base_url: BaseUrl = None
+    api_key_env: ApiKeyEnv = None
+    per_house: Annotated[
+        int, Setting("Maximum number of valid drafts that are kept for each family in a house.", minimum=1)
+    ] = PER_HOUSE
+    tries: Annotated[int, Setting("Maximum number of drafts that are tried for each family in a house.", minimum=1)] = (
+        TRIED
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawing:
+    """Houses in which a pack is made."""
+
+    houses: HousePlaces = ()
+    count: Annotated[
+        int | None,
+        Setting(
+            "Number of houses in which drafts are made first. If unset: all of --houses, or a number of generated "
+            "houses that fits --per-family.",
+            minimum=1,
+        ),
+    ] = None
+    max_houses: Annotated[
+        int | None,
+        Setting(
+            "Maximum number of houses that may be used. More houses are drawn while episodes are missing.",
+            minimum=1,
+            unset=f"{BUDGET} times those drawn first",
+        ),
+    ] = None
+    one_family_per_house: Annotated[bool, Setting("Use each house for only one family; the families take turns.")] = (
+        False
+    )
+
+    def first(self, per_family: int) -> int | None:
+        """Return the number of houses in which drafts are made first; None for all of --houses."""
+        if self.count is not None or self.houses:
+            return self.count
+        return max(MIN_HOUSES, round(HOUSES_PER_EPISODE * per_family))
+
+    def most(self, per_family: int) -> int | None:
+        """Return the number of houses that may be used; None for all of --houses. Raises SettingError."""
+        first = self.first(per_family)
+        if first is None:
+            if self.max_houses is not None:
+                raise SettingError("--max-houses goes with --count: without --count, all of --houses are used.")
+            return None
+        if self.max_houses is not None and self.max_houses < first:
+            raise SettingError(f"--max-houses is {self.max_houses}, but {first} houses are drawn first (--count).")
+        return self.max_houses or BUDGET * first
+
+
+@dataclass(frozen=True, kw_only=True)
+class Building:
+    """Drafts from which a pack is built, and what its manifest says about it."""
+
+    drafts: Annotated[
+        tuple[Path, ...],
+        Setting(
+            "File with drafts from which the episodes are chosen, written by `vigil pack propose`; may be repeated."
+        ),
+    ] = ()
+    earlier_drafts: Annotated[
+        Path | None, Setting("Drafts of an earlier version of the pack; they are chosen before those of --drafts.")
+    ] = None
+    version: Annotated[str, Setting("Version of the pack that its manifest states.")] = "1"
+    aliases: Annotated[
+        tuple[str, ...], Setting("Further name by which the pack can be called; may be repeated.", name="alias")
+    ] = ()
+    description: Annotated[str, Setting("One sentence that describes the pack, for its manifest and its card.")] = ""

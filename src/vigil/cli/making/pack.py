@@ -1,0 +1,167 @@
+"""From drafts to a pack: proposing in as many houses as it takes, measuring levels, checking and freezing."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from vigil.authoring.closure.generation import CLOSURE_GRAMMAR, FAMILY
+from vigil.authoring.drafting.drafts import DraftsFile, house_in
+from vigil.authoring.drafting.generation import (
+    FAMILY_GRAMMAR,
+    GenerationProgress,
+    GenerationSettings,
+    generate_drafts,
+)
+from vigil.authoring.drafting.sources import HouseSource
+from vigil.authoring.packing.assemble import assemble
+from vigil.authoring.packing.level_measurement import measured_levels
+from vigil.authoring.packing.requests import PackRequest
+from vigil.authoring.packing.selection import Missing, TooFewDrafts, candidates
+from vigil.authoring.packing.verify import VerificationSettings, VerificationTask, candidate_checker, house_batches
+from vigil.authoring.review.reviews import Review
+from vigil.cli.progress import ShowProgress, progress
+from vigil.packs.pack import Pack
+from vigil.packs.private import is_secret
+from vigil.protocol.families import FAMILIES
+from vigil.scoring.levels import EpisodeLevel
+
+MIN_STEP, STEP_SHARE = 4, 4
+"""Least number of houses that are added at a time, and the share (one in this number) of the first houses."""
+
+
+class PackFreezer:
+    """A freezer of one pack that can be tried again when there are more drafts; it measures each level once."""
+
+    def __init__(
+        self, out: Path, request: PackRequest, reviews: Sequence[Review], checks: VerificationSettings
+    ) -> None:
+        self._out = out
+        self._request = request
+        self._reviews = reviews
+        self._checks = checks
+        self._levels: dict[str, EpisodeLevel] = {}
+
+    def freeze(self, files: Sequence[DraftsFile], previous: DraftsFile | None = None) -> Pack:
+        """Freeze the pack from some drafts files, print what it holds, and return it. Raises TooFewDrafts."""
+        levels = self._measured_levels(files, previous) if self._request.levels else None
+        with progress("checks") as show:
+            check = candidate_checker(files, self._checks, lambda now: show(now.done, now.of, f"{now.faulty} left out"))
+            pack, bad = assemble(
+                self._out, files, self._reviews, self._request, check, previous=previous, levels=levels
+            )
+        for findings in bad.values():
+            print(f"left out: {findings[0]}")
+        print(f"{self._out}: {len(pack.episodes)} episodes in {pack.manifest.houses} houses, sha256 {pack.sha256}")
+        if self._request.suite:
+            print(", ".join(f"{name}: {count}" for name, count in pack.manifest.meta["kinds"].items()))
+        print(f"reviewed: {pack.manifest.meta['reviews']}")
+        return pack
+
+    def _measured_levels(self, files: Sequence[DraftsFile], previous: DraftsFile | None) -> Mapping[str, EpisodeLevel]:
+        """Return the level of every candidate, by id."""
+        pool = [each.task for each in candidates(files, self._reviews, previous)]
+        pool = [task for task in pool if task.group in self._request.quotas]
+        fresh = [VerificationTask.of_draft(task) for task in pool if task.drafts[0].episode.id not in self._levels]
+        with progress("levels") as show:
+            work = house_batches(fresh, lambda episode: house_in(files, episode.house.name))
+            self._levels |= {found.episode_id: found for found in measured_levels(work, self._checks, show)}
+        return self._levels
+
+
+def make_pack(
+    out: Path,
+    sources: Sequence[HouseSource],
+    request: PackRequest,
+    reviews: Sequence[Review],
+    checks: VerificationSettings,
+) -> Pack:
+    """Propose in some houses, or continue, until the drafts hold what is asked for, and freeze the pack.
+
+    Drafts are made in the first `request.drafted_in` houses, and then in a quarter as many more at a time, there only
+    of the families that are still missing. The pack thus depends on the order of the houses and on the request; houses
+    that were not needed do not change it. Raises TooFewDrafts when all houses are used and something is missing.
+    """
+    out.parent.mkdir(parents=True, exist_ok=True)
+    file = DraftsFile(out.with_name(f"{out.name}.drafts.jsonl"))
+    freezer = PackFreezer(out, request, reviews, checks)
+    first = request.drafted_in or len(sources)
+    begin, end = 0, first
+    families, missing = request.families, ()
+    while True:
+        settings = drafting_settings(request, families, checks)
+        with progress("houses") as show:
+            report = progress_callback(show, request.quotas, missing)
+            generate_drafts(file, sources[begin:end], settings, workers=checks.workers, on_progress=report)
+        if begin == 0:
+            print_drafts(file)
+        try:
+            return freezer.freeze([file])
+        except TooFewDrafts as error:
+            missing = error.missing
+        if end >= len(sources):
+            raise TooFewDrafts(_spent_message(file, len(sources), request, missing), missing)
+        families = tuple(family for family in request.families if any(family == each.group for each in missing))
+        begin, end = end, min(end + max(MIN_STEP, first // STEP_SHARE), len(sources))
+        print(f"missing after house {begin} of at most {len(sources)}: {_listed(missing)}")
+
+
+def drafting_settings(
+    request: PackRequest, families: tuple[str, ...], checks: VerificationSettings
+) -> GenerationSettings:
+    """Return the settings that make drafts of some families, or of a suite, for a pack."""
+    return GenerationSettings(
+        (FAMILY,) if request.suite else families,
+        request.seed,
+        request.max_per_house,
+        backend=checks.backend,
+        assets=checks.assets,
+        one_family_per_house=request.one_family_per_house,
+        starts=request.starts,
+        forms=request.forms,
+        is_seed_secret=request.is_seed_secret and is_secret(request.seed),
+        grammar=CLOSURE_GRAMMAR if request.suite else FAMILY_GRAMMAR,
+    )
+
+
+def progress_callback(
+    show: ShowProgress, quotas: Mapping[str, int] | None = None, missing: Sequence[Missing] = ()
+) -> Callable[[GenerationProgress], None]:
+    """Return a callback that shows the progress of draft generation, and what a pack still lacks.
+
+    `missing` is what the last selection lacked; without it, families and kinds with fewer drafts than their quota are
+    shown.
+    """
+
+    def report(now: GenerationProgress) -> None:
+        short = {group: quota - now.kept.get(group, 0) for group, quota in (quotas or {}).items()}
+        lacking = _listed(missing) or ", ".join(f"{group} {count}" for group, count in short.items() if count > 0)
+        facts = [f"{sum(now.kept.values())} drafts", f"{now.rejected} rejected"]
+        show(now.houses, now.of, "  ".join([*facts, *([f"missing: {lacking}"] if lacking else [])]))
+
+    return report
+
+
+def print_drafts(file: DraftsFile) -> None:
+    """Print what a drafts file holds, and the number rejected by each rule."""
+    proposed = file.read()
+    for family in FAMILIES:
+        done = [row for row in proposed.done if row.family == family]
+        if done:
+            kept, seconds = sum(row.kept for row in done), sum(row.seconds for row in done)
+            reasons = ", ".join(f"{rule} {count}" for rule, count in proposed.reasons.get(family, {}).items())
+            rate = f"{60 * kept / seconds:.0f} a minute" if seconds else "-"
+            print(f"{family}: {kept} drafts in {len(done)} houses ({rate}); rejected: {reasons or 'none'}")
+    print(f"{file.path}: {len(proposed.tasks)} drafts, {len(proposed.rejections)} rejected")
+
+
+def _listed(missing: Sequence[Missing]) -> str:
+    return ", ".join(map(str, missing))
+
+
+def _spent_message(file: DraftsFile, houses: int, request: PackRequest, missing: Sequence[Missing]) -> str:
+    """Return the message about what is missing when all houses are used, and how to go on."""
+    go_on = "give more --houses" if request.drafted_in is None else "give the same command with a larger --max-houses"
+    return (
+        f"Pack {request.name!r} is not complete: all houses that it may use ({houses}) hold only {_listed(missing)}. "
+        f"The drafts are kept in {str(file.path)!r}. To go on, {go_on}; or freeze what they hold "
+        "with `vigil pack build --drafts` and smaller numbers."
+    )
