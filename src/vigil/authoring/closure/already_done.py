@@ -38,9 +38,9 @@ from vigil.authoring.drafting.proposals import (
     goal_for,
     is_seen,
     is_target,
-    seeking,
     setup_for,
 )
+from vigil.authoring.families.si.drafts import seeking
 from vigil.authoring.language.referring import ROOM_NAMES
 from vigil.authoring.language.wording import VERBS, Act, opening_phrase, order_slots, say
 from vigil.authoring.review.synthetic_records import changed_setup

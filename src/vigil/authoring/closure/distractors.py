@@ -9,7 +9,8 @@ from vigil.authoring.closure.attribute_phrases import by_bearing, by_size, by_st
 from vigil.authoring.closure.impossible import PLACED_ORDERS, phrase_by_support
 from vigil.authoring.closure.tasks import FLAMES, LEVEL_DEG, NEAR_M, ClosureTask, Tasks, interleave, is_out_of_view_from
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
-from vigil.authoring.drafting.proposals import CLEAR_PX, allows, goal_for, is_seen, is_target, seeking, setup_for
+from vigil.authoring.drafting.proposals import CLEAR_PX, allows, goal_for, is_seen, is_target, setup_for
+from vigil.authoring.families.si.drafts import seeking
 from vigil.authoring.language.referring import DescribedThing, Phrase, referents
 from vigil.authoring.language.sentences import SEARCH_ORDERS
 from vigil.authoring.language.wording import Act, order_slots, pronoun_slots

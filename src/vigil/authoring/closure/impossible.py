@@ -17,9 +17,10 @@ from vigil.authoring.closure.tasks import (
     object_evidence,
     rejection,
 )
-from vigil.authoring.drafting.constraints import fits_on_floor, is_furniture, placements_in_front_of
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
-from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen, is_target, seeking
+from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen, is_target
+from vigil.authoring.families.cr.drafts import fits_on_floor, is_furniture, placements_in_front_of
+from vigil.authoring.families.si.drafts import seeking
 from vigil.authoring.language.referring import DescribedThing, Phrase, referents
 from vigil.authoring.language.sentences import SEARCH_ORDERS, Sentences
 from vigil.authoring.language.wording import order_slots, pronoun_slots, say

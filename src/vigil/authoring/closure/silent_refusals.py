@@ -13,9 +13,9 @@ from vigil.assets.kernel.asset import Surface
 from vigil.authoring.closure.impossible import PUT_ON
 from vigil.authoring.closure.receptacle_space import free_surfaces, refuses_clicks
 from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, ClosureTask, Tasks, interleave
-from vigil.authoring.drafting.constraints import interlocked, swing_blocked
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen, is_target
+from vigil.authoring.families.cr.drafts import interlocked, swing_blocked
 from vigil.authoring.language.sentences import ORDERS
 from vigil.authoring.language.wording import Act, order_slots, pronoun_slots, say
 from vigil.authoring.review.containers import BELONGS_IN

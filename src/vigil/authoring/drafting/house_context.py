@@ -1,6 +1,6 @@
 """A loaded house in which episodes are proposed: its inventory, seeded start poses and referring expressions."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import islice
 
@@ -8,11 +8,12 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.authoring.drafting.hard_starts import look_alikes, naming_cost, start_cost
+from vigil.authoring.drafting.hard_starts import naming_cost, start_cost
+from vigil.authoring.language.disambiguation import confusable
 from vigil.authoring.language.phrases import phrases_of
 from vigil.authoring.language.referring import DescribedThing, Phrase, items_as_seen, without_repeats
 from vigil.authoring.language.sentences import Forms, Sentences
-from vigil.authoring.language.wording import pronoun_slots, say
+from vigil.authoring.language.wording import Act, order_slots, pronoun_slots, say
 from vigil.authoring.solving.free_space import has_room_to_move
 from vigil.authoring.solving.look_targets import surface_points
 from vigil.authoring.solving.privileged_view import PrivilegedView
@@ -154,9 +155,25 @@ class HouseContext:
         """Return a random one of the sentences in use, with its slots filled."""
         return say(sentences.of(self.forms), self.rng, **slots)
 
-    def sentence_about(self, thing: Thing, sentences: Sentences) -> str:
-        """Return a random sentence about one thing in its current state."""
-        return self.say(sentences, target=str(self.phrase(thing.id)), **pronoun_slots(thing.category))
+    def order(self, sentences: Sentences, act: Act | None, thing: Thing, phrase: Phrase | str | None) -> str:
+        """Return a random one of the sentences in use about a thing that `phrase` means, and an act on it."""
+        words = {} if act is None else order_slots(act, thing.category, str(phrase), self.rng)
+        return self.say(sentences, target=str(phrase), **words | pronoun_slots(thing.category))
+
+    def start_and_phrases(
+        self, setup: Setup, things: Mapping[str, Thing], find_start: Callable[[dict[str, Phrase]], Pose | None]
+    ) -> tuple[Pose, dict[str, Phrase]] | None:
+        """Return a start in the house with a setup, and a phrase for each of the things, by the same keys.
+
+        `find_start` finds the start, given the phrases, while the house has the setup; afterwards the house has none.
+        None if the setup is impossible, a thing cannot be named, or there is no start.
+        """
+        if not self.can_begin(setup):
+            return None
+        phrases = {key: phrase for key, thing in things.items() if (phrase := self.phrase(thing.id)) is not None}
+        start = find_start(phrases)
+        self.begin(Setup())
+        return None if start is None or len(phrases) < len(things) else (start, phrases)
 
     def shuffled(self, things: list[Thing]) -> list[Thing]:
         """Return things in a random order."""
@@ -255,7 +272,7 @@ class HouseContext:
         if len(found) < 2:
             return next(iter(found), None)
         items = self.items
-        others = look_alikes(items[thing.id], items.values())
+        others = [other.id for other in confusable(items[thing.id], items.values())]
         return max(found, key=lambda pose: start_cost(self.view, thing, others, pose))
 
     def sees_clearly(self, pose: Pose, thing_ids: list[str], is_clear: VisibilityTest) -> bool:

@@ -17,13 +17,13 @@ FAMILY = FamilySpec(
     summary="VS + DA + interaction",
     position=6,
     kinds={
-        **{act: DraftKind("vigil.authoring.drafting.proposals:seeking", {"act": act}, in_starter=2) for act in ACTS},
+        **{act: DraftKind("vigil.authoring.families.si.drafts:seeking", {"act": act}, in_starter=2) for act in ACTS},
         **{
-            f"{act}_afar": DraftKind("vigil.authoring.drafting.proposals:seeking", {"act": act, "by_turning": False})
+            f"{act}_afar": DraftKind("vigil.authoring.families.si.drafts:seeking", {"act": act, "by_turning": False})
             for act in ACTS
         },
-        "pick_inside": DraftKind("vigil.authoring.drafting.hidden_targets:picking_from_inside"),
-        "look_alike": DraftKind("vigil.authoring.drafting.look_alike_targets:seeking_among_look_alikes"),
+        "pick_inside": DraftKind("vigil.authoring.families.si.drafts:picking_from_inside"),
+        "look_alike": DraftKind("vigil.authoring.families.si.drafts:seeking_among_look_alikes"),
     },
     briefing="Ask to find a target that is out of view and do one thing with it. Kinds: open, close, turn_on, "
     "turn_off, pick, each also with _afar (not visible by turning); look_alike (its bare name could mean something "

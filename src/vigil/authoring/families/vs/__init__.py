@@ -14,9 +14,9 @@ FAMILY = FamilySpec(
     summary="bring it into view",
     position=3,
     kinds={
-        "walk": DraftKind("vigil.authoring.drafting.proposals:searching", {"by_turning": False}, in_starter=7),
-        "turn": DraftKind("vigil.authoring.drafting.proposals:searching", {"by_turning": True}, in_starter=3),
-        "look_alike": DraftKind("vigil.authoring.drafting.look_alike_targets:searching_among_look_alikes"),
+        "walk": DraftKind("vigil.authoring.families.vs.drafts:searching", {"by_turning": False}, in_starter=7),
+        "turn": DraftKind("vigil.authoring.families.vs.drafts:searching", {"by_turning": True}, in_starter=3),
+        "look_alike": DraftKind("vigil.authoring.families.vs.drafts:searching_among_look_alikes"),
     },
     briefing="Ask to look for one thing that is out of view at the start. Kinds: walk (another room or place), turn "
     "(turning on the spot shows it), look_alike (its bare name could mean something else too). Say when it is done: "

@@ -1,10 +1,10 @@
-"""Proposals of constraints to resolve (CR): an obstacle in the way, a blocked door, an interlock, a full hand.
+"""Drafts of Constraint Resolving (CR): an obstacle in the way, a blocked door, an interlock, a full hand.
 
-Open leaves are proposed by `vigil.authoring.drafting.leaves`. Proposals do not guarantee that a constraint binds;
+Open leaves are drafted by `vigil.authoring.families.cr.leaves`. Drafts do not guarantee that a constraint binds;
 the rule `constraint_holds` of `vigil.authoring.review.rules` checks it.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import islice
 
@@ -15,6 +15,8 @@ from vigil.assets.catalog import CATALOG
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
 from vigil.authoring.drafting.proposals import (
     Drafts,
+    act_of,
+    acts_for,
     allows,
     goal_for,
     is_in_view,
@@ -22,13 +24,14 @@ from vigil.authoring.drafting.proposals import (
     is_target,
     setup_for,
 )
-from vigil.authoring.language.constraint_sentences import CONSTRAINTS
-from vigil.authoring.language.referring import referents
+from vigil.authoring.families.cr.sentences import CONSTRAINTS
+from vigil.authoring.language.implicit_constraints import implicit_kind
+from vigil.authoring.language.referring import Phrase, referents, without_repeats
+from vigil.authoring.language.sentences import ORDERS
 from vigil.authoring.language.wording import Act, opening_phrase, order_slots, pronoun_slots
 from vigil.authoring.solving.free_space import is_cut_off
 from vigil.authoring.solving.visible_points import SEEN_POINTS
 from vigil.base.geometry import Box, Pose, Vec3, rotate_floor
-from vigil.protocol.episode import Episode
 from vigil.protocol.family import DEFAULT_HORIZON_DEG
 from vigil.protocol.goals import Constraint
 from vigil.protocol.world import ObjectSetup, Placement, Setup
@@ -47,7 +50,6 @@ OBSTACLE_PX = 800
 """Visible pixels of an obstacle at the start."""
 LOW_M = 0.3
 """Height (m) below which a drawer can be blocked; a higher one passes over most obstacles."""
-ACTS: tuple[Act, ...] = ("turn_on", "turn_off", "open", "close", "pick")
 TRIED_OBSTACLES, TRIED_TARGETS, TRIED_STARTS = 4, 12, 5
 TRIED_HELD = 2
 """Number of objects tried in the hand for each target."""
@@ -191,11 +193,6 @@ def _barrier(
     return None
 
 
-def acts_for(target: Thing) -> list[Act]:
-    """Return the acts that can be asked for with a target."""
-    return [act for act in ACTS if allows(target, act)]
-
-
 def _obstacles(context: HouseContext, target: Thing) -> list[Thing]:
     """Return the objects that may be put in the way to a target, in a random order."""
     return context.things(
@@ -250,23 +247,40 @@ def _moved_constraint(obstacle: Thing) -> Constraint:
     return Constraint(kind="object_moved", object_id=obstacle.id, latched=True, distance_m=MOVED_M)
 
 
-def drafts_of_task(context: HouseContext, sketch: PartialTask, start: Pose | None = None) -> Iterator[Episode]:
+def drafts_of_task(context: HouseContext, sketch: PartialTask, start: Pose | None = None) -> Drafts:
     """Yield one draft, or none if no start pose or no words are found; `start` is used if given."""
-    target, constraint = sketch.target, sketch.constraint
-    if not context.can_begin(sketch.setup):
+    target, obstacle = sketch.target, context.thing(sketch.constraint.object_id)
+    also = [obstacle.id] if sketch.template == "swing" else []
+
+    def find_start(_: object) -> Pose | None:
+        return start or context.start_seeing(
+            target,
+            START_AWAY_M,
+            DEFAULT_HORIZON_DEG,
+            is_in_view(context),
+            lambda pose: context.sees_clearly(pose, also, is_in_view(context)),
+        )
+
+    found = context.start_and_phrases(sketch.setup, {"target": target, "obstacle": obstacle}, find_start)
+    if found is None:
         return
-    also = [constraint.object_id] if sketch.template == "swing" else []
-    start = start or context.start_seeing(
-        target,
-        START_AWAY_M,
-        DEFAULT_HORIZON_DEG,
-        is_in_view(context),
-        lambda pose: context.sees_clearly(pose, also, is_in_view(context)),
+    pose, phrases = found
+    bindings = {"target": target.id, "obstacle": obstacle.id} if obstacle is not target else {"target": target.id}
+    task = TaskSpec(
+        start=pose,
+        setup=sketch.setup,
+        instruction=_instruction(context, sketch, phrases),
+        goal=goal_for(target, sketch.act).model_copy(update={"constraint": sketch.constraint}),
+        bindings=bindings,
+        template=sketch.template,
     )
-    phrase, other = context.phrase(target.id), context.phrase(constraint.object_id)
-    context.begin(Setup())
-    if start is None or phrase is None or other is None:
-        return
+    yield context.draft("CR", task)
+
+
+def _instruction(context: HouseContext, sketch: PartialTask, phrases: dict[str, Phrase]) -> str:
+    """Return a random sentence that states the constraint, given the phrases for `target` and `obstacle`."""
+    target, obstacle = sketch.target, context.thing(sketch.constraint.object_id)
+    phrase, other = phrases["target"], phrases["obstacle"]
     if sketch.template == "hand" and not referents(other.without_place, [context.items[target.id]]):
         other = other.without_place
     words = sketch.words or sketch.template
@@ -274,23 +288,29 @@ def drafts_of_task(context: HouseContext, sketch: PartialTask, start: Pose | Non
         "target": str(phrase),
         "obstacle": str(other),
         **pronoun_slots(target.category, "target_"),
-        **pronoun_slots(context.thing(constraint.object_id).category, "obstacle_"),
+        **pronoun_slots(obstacle.category, "obstacle_"),
     }
     if words == "leaf":
-        slots |= opening_phrase(context.thing(constraint.object_id).category, str(other)).slots("blocker")
+        slots |= opening_phrase(obstacle.category, str(other)).slots("blocker")
     elif sketch.act in ("open", "close"):
         slots |= opening_phrase(target.category, str(phrase)).slots()
-    bindings = {"target": target.id}
-    if constraint.object_id != target.id:
-        bindings["obstacle"] = constraint.object_id
-    yield context.draft(
-        "CR",
-        TaskSpec(
-            start=start,
-            setup=sketch.setup,
-            instruction=context.say(CONSTRAINTS[words], **slots),
-            goal=goal_for(target, sketch.act).model_copy(update={"constraint": constraint}),
-            bindings=bindings,
-            template=sketch.template,
-        ),
-    )
+    return context.say(CONSTRAINTS[words], **slots)
+
+
+def without_constraint(context: HouseContext, drafts: Callable[[HouseContext], Drafts]) -> Drafts:
+    """Yield the drafts of an explicit kind, whose instructions give the order alone.
+
+    Agents must find what prevents it; setup, bindings and goal stay as they are.
+    """
+    for episode in drafts(context):
+        context.begin(episode.setup)
+        target, names = context.thing(episode.goal.object_id), [item.name for item in context.items.values()]
+        sentence = context.order(ORDERS, act_of(episode.goal), target, context.phrase(target.id))
+        context.begin(Setup())
+        template = implicit_kind(episode.provenance.template)
+        yield episode.model_copy(
+            update={
+                "instruction": without_repeats(sentence, names),
+                "provenance": episode.provenance.model_copy(update={"template": template}),
+            }
+        )

@@ -2,6 +2,13 @@
 
 from vigil.protocol.family import DraftKind, FamilySpec, StreamGrading
 
+
+def _kind(plans: str, in_starter: int = 0) -> DraftKind:
+    """Return the kind whose plans a function yields."""
+    arguments = {"plans": DraftKind(f"vigil.authoring.families.sm.plans:{plans}")}
+    return DraftKind("vigil.authoring.families.sm.drafts:drafts_of", arguments, in_starter)
+
+
 FAMILY = FamilySpec(
     code="SM",
     name="Sequential Manipulation",
@@ -15,16 +22,16 @@ FAMILY = FamilySpec(
     summary="ordered chain of AI",
     position=7,
     kinds={
-        "reveal_pick": DraftKind("vigil.authoring.drafting.sequences:revealing", in_starter=3),
-        "put_into": DraftKind("vigil.authoring.drafting.sequences:putting_in", in_starter=3),
-        "rearrange": DraftKind("vigil.authoring.drafting.sequences:rearranging", in_starter=2),
-        "open_pick_place": DraftKind("vigil.authoring.drafting.sequences:emptying", in_starter=2),
-        "two_to_one": DraftKind("vigil.authoring.drafting.chains:two_to_one"),
-        "put_and_close": DraftKind("vigil.authoring.drafting.chains:put_and_close"),
-        "take_and_close": DraftKind("vigil.authoring.drafting.chains:take_and_close"),
-        "swap": DraftKind("vigil.authoring.drafting.chains:swapping"),
-        "out_of_into": DraftKind("vigil.authoring.drafting.chains:from_one_into_another"),
-        "three_acts": DraftKind("vigil.authoring.drafting.chains:three_acts"),
+        "reveal_pick": _kind("revealing", in_starter=3),
+        "put_into": _kind("putting_in", in_starter=3),
+        "rearrange": _kind("rearranging", in_starter=2),
+        "open_pick_place": _kind("emptying", in_starter=2),
+        "two_to_one": _kind("two_to_one"),
+        "put_and_close": _kind("put_and_close"),
+        "take_and_close": _kind("take_and_close"),
+        "swap": _kind("swapping"),
+        "out_of_into": _kind("from_one_into_another"),
+        "three_acts": _kind("three_acts"),
     },
     briefing="Ask for a sequence. Kinds: reveal_pick (open container, take target), put_into (take target, put into "
     "receptacle, opened first where it is closed), rearrange (take target from source to receptacle), open_pick_place "

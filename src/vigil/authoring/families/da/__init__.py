@@ -14,8 +14,8 @@ FAMILY = FamilySpec(
     summary="walk up to it",
     position=2,
     kinds={
-        "approach": DraftKind("vigil.authoring.drafting.proposals:approaching", in_starter=10),
-        "look_alike": DraftKind("vigil.authoring.drafting.look_alike_targets:approaching_among_look_alikes"),
+        "approach": DraftKind("vigil.authoring.families.da.drafts:approaching", in_starter=10),
+        "look_alike": DraftKind("vigil.authoring.families.da.drafts:approaching_among_look_alikes"),
     },
     briefing="Ask to walk up to one thing in view. Say the standard: 'to within about one and a half metres of ..., "
     "near enough to touch it'. Kinds: approach, look_alike (something else that its bare name could mean is in view). "

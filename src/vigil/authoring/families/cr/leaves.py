@@ -1,4 +1,4 @@
-"""Proposals of open leaves in the way (CR `leaf`): a door, lid or drawer blocks the only way until it is closed.
+"""Drafts with open leaves in the way (CR `leaf`): a door, lid or drawer blocks the only way until it is closed.
 
 Few leaves do so where the furniture of a house stands, so furniture that cannot be carried may be put next to them.
 """
@@ -11,16 +11,15 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.authoring.drafting.constraints import (
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.drafting.proposals import Drafts, acts_for, is_in_view, is_seen, is_target, setup_for
+from vigil.authoring.families.cr.drafts import (
     FACING_SPREAD_DEG,
     PartialTask,
-    acts_for,
     drafts_of_task,
     floor_placement,
     footprints_at,
 )
-from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.proposals import Drafts, is_in_view, is_seen, is_target, setup_for
 from vigil.authoring.solving.free_space import is_cut_off
 from vigil.base.geometry import Pose
 from vigil.protocol.family import DEFAULT_HORIZON_DEG

@@ -3,16 +3,14 @@
 from vigil.protocol.family import DraftKind, FamilySpec, StreamGrading
 
 _EXPLICIT = {
-    "obstacle": DraftKind("vigil.authoring.drafting.constraints:obstacle_blocked", in_starter=2),
-    "leaf": DraftKind("vigil.authoring.drafting.leaves:leaf_in_the_way", in_starter=2, fallback="obstacle"),
-    "swing": DraftKind("vigil.authoring.drafting.constraints:swing_blocked", in_starter=2),
-    "interlock": DraftKind("vigil.authoring.drafting.constraints:interlocked", in_starter=2),
-    "hand": DraftKind("vigil.authoring.drafting.constraints:hand_full", in_starter=2),
+    "obstacle": DraftKind("vigil.authoring.families.cr.drafts:obstacle_blocked", in_starter=2),
+    "leaf": DraftKind("vigil.authoring.families.cr.leaves:leaf_in_the_way", in_starter=2, fallback="obstacle"),
+    "swing": DraftKind("vigil.authoring.families.cr.drafts:swing_blocked", in_starter=2),
+    "interlock": DraftKind("vigil.authoring.families.cr.drafts:interlocked", in_starter=2),
+    "hand": DraftKind("vigil.authoring.families.cr.drafts:hand_full", in_starter=2),
 }
 _IMPLICIT = {
-    f"{kind}_implicit": DraftKind(
-        "vigil.authoring.drafting.implicit_constraint_drafts:without_constraint", {"drafts": explicit}
-    )
+    f"{kind}_implicit": DraftKind("vigil.authoring.families.cr.drafts:without_constraint", {"drafts": explicit})
     for kind, explicit in _EXPLICIT.items()
 }
 

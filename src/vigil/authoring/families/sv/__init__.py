@@ -14,10 +14,10 @@ FAMILY = FamilySpec(
     summary="tell the state it is in",
     position=4,
     kinds={
-        "on": DraftKind("vigil.authoring.drafting.proposals:verifying", {"label": "on"}, in_starter=3),
-        "off": DraftKind("vigil.authoring.drafting.proposals:verifying", {"label": "off"}, in_starter=3),
-        "open": DraftKind("vigil.authoring.drafting.proposals:verifying", {"label": "open"}, in_starter=2),
-        "closed": DraftKind("vigil.authoring.drafting.proposals:verifying", {"label": "closed"}, in_starter=2),
+        "on": DraftKind("vigil.authoring.families.sv.drafts:verifying", {"label": "on"}, in_starter=3),
+        "off": DraftKind("vigil.authoring.families.sv.drafts:verifying", {"label": "off"}, in_starter=3),
+        "open": DraftKind("vigil.authoring.families.sv.drafts:verifying", {"label": "open"}, in_starter=2),
+        "closed": DraftKind("vigil.authoring.families.sv.drafts:verifying", {"label": "closed"}, in_starter=2),
     },
     briefing="Ask in which state one thing in view is; name both possible answers, never the answer. Kinds are the "
     "true answer: on, off, open, closed. Role: target.",
