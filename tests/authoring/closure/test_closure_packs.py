@@ -15,12 +15,14 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
-from vigil.authoring.closure.all_of import HOME
-from vigil.authoring.closure.already_done import EVERYTHING_FORMS
-from vigil.authoring.closure.certify import EXEMPT, MIN_LOOKING_SHARE, Certifier
-from vigil.authoring.closure.distractors import look_alike
+from vigil.authoring.closure.certify import MIN_LOOKING_SHARE, Certifier
+from vigil.authoring.closure.everything import HOME
 from vigil.authoring.closure.generation import AUTHOR, ClosureGenerator
-from vigil.authoring.closure.impossible import BLOCKERS, NOTICE_READABLE_M, impossible
+from vigil.authoring.closure.kinds.already import EVERYTHING_FORMS
+from vigil.authoring.closure.kinds.impossible.tasks import BLOCKERS, NOTICE_READABLE_M, impossible
+from vigil.authoring.closure.kinds.look_alike.tasks import look_alike
+from vigil.authoring.closure.kinds.silent_refusal import FULL
+from vigil.authoring.closure.kinds.silent_refusal.tasks import silent_refusal
 from vigil.authoring.closure.packing import (
     BLIND,
     ClosureRequest,
@@ -29,7 +31,6 @@ from vigil.authoring.closure.packing import (
     reviewed_tasks,
     select_tasks,
 )
-from vigil.authoring.closure.silent_refusals import FULL, silent_refusal
 from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.closure.twins import STRICT_SINCE, BrokenRule, check_hidden
 from vigil.authoring.closure.verify import SuiteVerifier, recertifier, suite_tasks, task_of
@@ -56,6 +57,7 @@ from vigil.protocol.profile import Profile
 from vigil.protocol.prompt import rendered_sha256
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.closure import (
+    CLOSURE_KINDS,
     DISTRACTOR,
     KINDS,
     PAIRED,
@@ -507,7 +509,8 @@ def test_look_alikes_differ_in_colour_and_the_wrong_one_is_told(simulator: Privi
 
 
 def test_exemptions_are_rules_of_the_families() -> None:
-    assert set().union(*EXEMPT.values()) <= set(RULES)
+    broken = [rules for kind in CLOSURE_KINDS.values() for rules in kind.exempt.values()]
+    assert set().union(*broken) <= set(RULES)
 
 
 def test_a_run_is_reported_in_a_section_of_its_own(pack: Pack, tmp_path: Path) -> None:

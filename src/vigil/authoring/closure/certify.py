@@ -9,12 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vigil.authoring.closure.all_of import BY_NAME_PATTERN, BY_STATE_PATTERN, hides_half, on_or_open
-from vigil.authoring.closure.already_done import EVERYTHING_FORMS, MAKE_SURE_ALL_PATTERN, objects_meant
-from vigil.authoring.closure.attribute_phrases import referents_in
 from vigil.authoring.closure.partly_open import can_be_partly_open, gap_evidence, is_partly_open
 from vigil.authoring.closure.receptacle_space import fits_on
-from vigil.authoring.closure.silent_refusals import FULL, is_full
 from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.closure.twins import (
     STRICT_SINCE,
@@ -23,7 +19,7 @@ from vigil.authoring.closure.twins import (
     check_single_difference,
     reason_for_absence,
 )
-from vigil.authoring.language.referring import Phrase, items_of, referents
+from vigil.authoring.language.referring import items_of
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.robustness import shows_one_wall
 from vigil.authoring.review.rules import ALMOST_CLOSED, MARGIN_PX, WIDE_OPEN
@@ -33,19 +29,19 @@ from vigil.authoring.solving.look_targets import surface_points
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.viewpoints import Viewpoint, ViewpointQuery, viewpoints
+from vigil.base.exported import loaded
 from vigil.base.geometry import Pose, floor_distance
 from vigil.base.versions import RULES_VERSION
 from vigil.errors import EpisodeError
 from vigil.packs.pack import protocol_faults
 from vigil.protocol.actions import Action, Report, Status
 from vigil.protocol.episode import Episode
-from vigil.protocol.goals import AllOf, ObjectAtReceptacle, ObjectInState, is_observable
+from vigil.protocol.goals import ObjectAtReceptacle, is_observable
 from vigil.protocol.house import House
 from vigil.scene.geometry import body_box, box_distances
-from vigil.scene.things import Thing
 from vigil.scoring.closure import (
+    CLOSURE_KINDS,
     CONCEDED,
-    DISTRACTOR,
     FAIL_REASONS,
     PAIRED,
     SUITE,
@@ -58,26 +54,8 @@ from vigil.scoring.closure import (
 )
 from vigil.sim.privileged import PrivilegedSimulator
 
-_WORDING_RULES = frozenset({"target_named", "unambiguous"})
-EXEMPT: dict[str, frozenset[str]] = {
-    "all_of": frozenset({"protocol", "hidden_at_start", "clear_openness", *_WORDING_RULES}),
-    "already": frozenset({"clear_openness"}),
-    **{f"already {form}": frozenset({"protocol", "clear_openness", *_WORDING_RULES}) for form in EVERYTHING_FORMS},
-    "if_so": frozenset({"protocol", "hidden_at_start", "clear_openness"}),
-    "impossible put": frozenset({"protocol", "hidden_at_start"}),
-    "silent_refusal full_shelf": frozenset({"protocol", "hidden_at_start"}),
-    "out_of_sight": frozenset({"protocol", "hidden_at_start"}),
-    **{f"look_alike {form}": _WORDING_RULES for form in ("state", "bearing", "size")},
-}
-"""Kind, or kind and form -> rules of the families that it breaks on purpose; `protocol` is checked as for a suite."""
-FORMS_READ_BACK = ("state", "bearing", "size")
-"""Forms of look-alike tasks whose phrases have their own reader (`attribute_phrases`)."""
-UNMENTIONED_ROLES = frozenset({DISTRACTOR, "place", "blocker", "occupant"})
-"""Roles of objects that an episode records but its instruction does not name."""
 MIN_LOOKING_SHARE = 0.5
 """Least share of the step budget for looking at everything that is asked about."""
-MAX_ACTING_SHARE = 0.6
-"""Greatest share of the step budget for acting, if the agent must look around for what to act on."""
 EVIDENCE_DISTANCE_M = (0.5, 4.0)
 """Distances (m) from a thing between which views of its evidence are looked for."""
 MAX_LOOKS = 80
@@ -98,9 +76,7 @@ class Certified:
 
 def exempt_of(task: ClosureTask) -> frozenset[str]:
     """Return the names of the families' rules that a task breaks on purpose."""
-    is_put = isinstance(task.episodes[0].goal, ObjectAtReceptacle) and task.kind == "impossible"
-    form = "put" if is_put else task.form
-    return EXEMPT.get(f"{task.kind} {form}", EXEMPT.get(task.kind, frozenset()))
+    return CLOSURE_KINDS[task.kind].exempt_of(task.form, task.episodes[0].provenance.template)
 
 
 class Certifier:
@@ -147,7 +123,7 @@ class Certifier:
         recorded: tuple[Action, ...] | None,
     ) -> tuple[tuple[Action, ...], list[Finding]]:
         """Return the actions that close the second side correctly, with findings about it. May raise BrokenRule."""
-        if task.kind == "if_so":
+        if CLOSURE_KINDS[task.kind].has_branches:
             return self._solve_side(task, second, house, recorded)
         actions = recorded or self._show_evidence_and_report(second, answer)
         return actions, [
@@ -158,50 +134,26 @@ class Certifier:
         self, task: ClosureTask, episode: Episode, house: House, recorded: tuple[Action, ...] | None
     ) -> tuple[tuple[Action, ...], list[Finding]]:
         """Return the solution of a side to which the families' rules apply, with findings about it."""
-        mentioned = {role: each for role, each in episode.bindings.items() if role not in UNMENTIONED_ROLES}
+        unnamed = CLOSURE_KINDS[task.kind].unnamed_roles
+        mentioned = {role: each for role, each in episode.bindings.items() if role not in unnamed}
         bare = episode.model_copy(update={"bindings": mentioned})
         exempt = exempt_of(task)
         result = self._validator.validate(bare, house, recorded, exempt=exempt)
         found = list(result.findings)
         if not found:
             self._simulator.reset(episode.start, episode.setup)
-            found = [Finding(episode.id, *broken) for broken in self._faults(task, episode)]
-            if (
-                BY_STATE_PATTERN.search(episode.instruction)
-                and len(result.actions) > MAX_ACTING_SHARE * episode.max_steps
-            ):
-                found.append(Finding(episode.id, "time_to_look", f"{len(result.actions)} of {episode.max_steps} steps"))
+            found = [Finding(episode.id, *broken) for broken in self._faults(task, episode, result.actions)]
             if shows_one_wall(EpisodeStart(episode, house, self._view)):
                 found.append(Finding(episode.id, "more_than_a_wall", "the first frame shows one wall"))
         return result.actions, found
 
-    def _faults(self, task: ClosureTask, episode: Episode) -> BrokenRules:
+    def _faults(self, task: ClosureTask, episode: Episode, actions: tuple[Action, ...]) -> BrokenRules:
         """Yield (rule, message) for the faults of a side under the rules of the suite and its kind."""
         yield from (("protocol", fault) for fault in protocol_faults(episode, SUITE))
         if "clear_openness" in exempt_of(task):
             yield from self._faults_of_gaps(episode)
-        if task.kind == "all_of" and isinstance(episode.goal, AllOf):
-            yield from self._faults_of_all(episode, episode.goal)
-        if task.form in EVERYTHING_FORMS and isinstance(episode.goal, AllOf):
-            yield from self._faults_of_everything(episode, episode.goal)
-        if task.kind == "look_alike":
-            yield from self._faults_of_alike(task, episode)
-        if task.form == FULL and isinstance(episode.goal, ObjectAtReceptacle):
-            yield from self._faults_of_full(episode.goal)
-
-    def _faults_of_full(self, goal: ObjectAtReceptacle) -> BrokenRules:
-        if not is_full(self._view, goal.object_id, goal.receptacle_id):
-            yield "obvious_is_full", f"{goal.receptacle_id!r} has room at the obvious place, or nowhere"
-
-    def _faults_of_alike(self, task: ClosureTask, episode: Episode) -> BrokenRules:
-        alike, target = episode.bindings[DISTRACTOR], episode.goal.object_id
-        things = self._view.scene.things
-        if things[alike].category != things[target].category or not things[alike].is_present:
-            yield "distinguished", f"{alike!r} does not have the category of {target!r}"
-        if task.form in FORMS_READ_BACK:
-            meant = referents_in(episode.instruction, items_of(self._view.scene).values(), self._view)
-            if meant != {target}:
-                yield "distinguished", f"the instruction means {', '.join(sorted(meant)) or 'nothing'}"
+        if (faults := CLOSURE_KINDS[task.kind].faults) is not None:
+            yield from loaded(faults)(self._view, task, episode, actions)
 
     def _faults_of_gaps(self, episode: Episode) -> BrokenRules:
         """Yield the faults of things that are neither closed, nor wide open, nor visibly partly open from close by."""
@@ -216,47 +168,18 @@ class Certifier:
             except Unsolvable:
                 yield "gap_visible", f"no reachable place shows the free edge of {thing.id!r} from close by"
 
-    def _faults_of_all(self, episode: Episode, goal: AllOf) -> BrokenRules:
-        ids = {part.object_id for part in goal.parts}
-        yield from _referent_faults(self._meant_by(episode.instruction), ids)
-        states = self._view.world(ids).objects.values()
-        if not hides_half([state.visible_px for state in states]):
-            yield "some_out_of_view", f"more than half of the {len(ids)} targets are in view at the start"
-
-    def _meant_by(self, instruction: str) -> set[str]:
-        """Return the ids of all things that "every ..." or "everything that ..." means in the current state."""
-        items = items_of(self._view.scene)
-        if named := BY_NAME_PATTERN.search(instruction):
-            return {item.id for item in referents(Phrase(named["name"], room=named["room"]), items.values())}
-        if found := BY_STATE_PATTERN.search(instruction):
-            here = self._in_room(found["room"])
-            return {thing.id for thing in on_or_open(here, "turn_off" if found["state"] == "is on" else "close")}
-        return set()
-
-    def _faults_of_everything(self, episode: Episode, goal: AllOf) -> BrokenRules:
-        found = MAKE_SURE_ALL_PATTERN.search(episode.instruction)
-        is_open = isinstance(goal.parts[0], ObjectInState) and goal.parts[0].state == "is_open"
-        here = self._in_room(found["room"]) if found else []
-        meant = objects_meant(here, "close" if is_open else "turn_off")
-        yield from _referent_faults({thing.id for thing in meant}, {part.object_id for part in goal.parts})
-
-    def _in_room(self, room: str | None) -> list[Thing]:
-        """Return the things in rooms with a name, or in all rooms if it is None."""
-        items = items_of(self._view.scene).values()
-        return [self._view.scene.things[item.id] for item in items if item.room_id and room in (None, item.room)]
-
     def _answers(self, task: ClosureTask, second: Episode, house: House) -> list[ClosureAnswer]:
         """Return the answers of twins. Raises BrokenRule if they are not twins, or the impossible side is possible."""
         first = task.episodes[0]
         check_single_difference(task, second)
-        for side in task.episodes if self._is_strict and task.kind != "if_so" else ():
+        for side in task.episodes if self._is_strict and not CLOSURE_KINDS[task.kind].has_branches else ():
             self._begin(side)
             check_hidden(task, side, self._view, is_searched="hidden_at_start" not in exempt_of(task))
         sides, pair = PAIRED[task.kind], f"pair:{first.id}"
         facts = {"kind": task.kind, "form": task.form, "pair": pair, "evidence": task.evidence}
         plan = Certificate(removed=task.removed, has_plan=True)
         answer = ClosureAnswer(episode_id=first.id, side=sides[0], certificate=plan, **facts)
-        if task.kind != "impossible":
+        if sides[1] != "impossible":
             self._begin(second)
             return [answer, ClosureAnswer(episode_id=second.id, side=sides[1], certificate=plan, **facts)]
         reason = self._reason(task, second, house)
@@ -325,7 +248,7 @@ class Certifier:
 
         Raises Unsolvable if no reachable place shows it.
         """
-        is_of_many = answer.form in EVERYTHING_FORMS
+        is_of_many = answer.form in CLOSURE_KINDS[answer.kind].forms_of_many
         left = [(each,) for each in answer.evidence] if is_of_many else [answer.evidence]
         while left:
             nearest = min(left, key=lambda evidence: self._distance_to(evidence[0]))
@@ -374,7 +297,8 @@ class Certifier:
         self, second: Episode, answer: ClosureAnswer, house: House, actions: tuple[Action, ...]
     ) -> BrokenRules:
         """Yield (rule, message) for the faults of the second side of twins and of the actions that should close it."""
-        if answer.form in EVERYTHING_FORMS and len(actions) < MIN_LOOKING_SHARE * second.max_steps:
+        is_of_many = answer.form in CLOSURE_KINDS[answer.kind].forms_of_many
+        if is_of_many and len(actions) < MIN_LOOKING_SHARE * second.max_steps:
             yield "enough_to_look_at", f"only {len(actions)} steps of {second.max_steps} to see all that is asked about"
         if len(actions) > BUDGET_SHARE * second.max_steps:
             yield "evidence_seen", f"{len(actions)} steps of {second.max_steps} to see the evidence"
@@ -394,8 +318,3 @@ class Certifier:
             self._simulator.reset(episode.start, episode.setup)
         except EpisodeError as error:
             raise BrokenRule("can_be_set_up", str(error)) from None
-
-
-def _referent_faults(meant: set[str], ids: set[str]) -> BrokenRules:
-    if meant != ids:
-        yield "distinguished", f"the instruction means {len(meant)} things, the goal is about {len(ids)}"

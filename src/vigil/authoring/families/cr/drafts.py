@@ -112,13 +112,11 @@ def swing_blocked(context: HouseContext) -> Drafts:
     for target in [door for door in doors if not door.is_pickupable]:
         setup = setup_for(target, "open")
         for obstacle in _obstacles(context, target):
-            for spot in placements_in_front_of(target, obstacle):
-                if fits_on_floor(context, obstacle, spot, setup):
-                    blocked = _with(setup, obstacle, spot)
-                    yield from drafts_of_task(
-                        context, PartialTask("swing", blocked, target, "open", _moved_constraint(obstacle))
-                    )
-                    break
+            for spot in islice(placements_in_the_way(context, target, obstacle, setup), 1):
+                blocked = _with(setup, obstacle, spot)
+                yield from drafts_of_task(
+                    context, PartialTask("swing", blocked, target, "open", _moved_constraint(obstacle))
+                )
 
 
 def _is_low(thing: Thing) -> bool:
@@ -205,13 +203,21 @@ def _obstacles(context: HouseContext, target: Thing) -> list[Thing]:
     )
 
 
-def placements_in_front_of(target: Thing, obstacle: Thing) -> Iterator[Placement]:
-    """Yield placements of an obstacle on the floor in front of a target."""
+def placements_in_the_way(context: HouseContext, target: Thing, obstacle: Thing, setup: Setup) -> Iterator[Placement]:
+    """Yield placements of an obstacle in front of a target where its outline covers only bare floor.
+
+    The house has the setup while the floor is looked at, and none between placements.
+    """
     deep = target.asset.size.z / 2 + obstacle.asset.size.z / 2
     for gap in GAPS_M:
         for share in SHIFTS:
             x, z = rotate_floor(share * target.asset.size.x, deep + gap, target.rotation.y)
-            yield floor_placement(obstacle, target.position.x + x, target.position.z + z, target.rotation.y)
+            spot = floor_placement(obstacle, target.position.x + x, target.position.z + z, target.rotation.y)
+            outline = footprint(Box(center=spot.position, size=obstacle.asset.size, yaw=spot.rotation.y))
+            fits = context.can_begin(setup) and context.view.bare_floor().covers(outline)
+            context.begin(Setup())
+            if fits:
+                yield spot
 
 
 def floor_placement(thing: Thing, x: float, z: float, yaw: float) -> Placement:
@@ -220,23 +226,11 @@ def floor_placement(thing: Thing, x: float, z: float, yaw: float) -> Placement:
     return Placement(position=position, rotation=Vec3(0.0, yaw, 0.0))
 
 
-def placed_footprint(thing: Thing, spot: Placement) -> shapely.Polygon:
-    """Return the outline on the floor of a placed thing's box."""
-    return footprint(Box(center=spot.position, size=thing.asset.size, yaw=spot.rotation.y))
-
-
 def footprints_at(thing: Thing, spots: np.ndarray, yaw: float) -> np.ndarray:
     """Return the outlines on the floor (n,) of a thing at each of the spots (n, 2) in x, z, turned by `yaw` (deg)."""
     corners = floor_corners(Box(center=Vec3(0.0, 0.0, 0.0), size=thing.asset.size, yaw=yaw))
     rounded = np.array([(round(x, 3), round(z, 3)) for x, z in spots.tolist()])  # as in `floor_placement`
     return np.asarray(shapely.polygons(rounded.reshape(-1, 1, 2) + corners))
-
-
-def fits_on_floor(context: HouseContext, obstacle: Thing, spot: Placement, setup: Setup) -> bool:
-    """Return whether an obstacle's outline covers only bare floor in the house with a setup."""
-    fits = context.can_begin(setup) and context.view.bare_floor().covers(placed_footprint(obstacle, spot))
-    context.begin(Setup())
-    return fits
 
 
 def _with(setup: Setup, obstacle: Thing, spot: Placement) -> Setup:

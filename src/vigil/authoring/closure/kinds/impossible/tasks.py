@@ -1,15 +1,14 @@
-"""Twins of which one is impossible: the target is absent, blocked or broken, or the receptacle is full."""
+"""Proposals of twins of which one is impossible."""
 
 from itertools import islice
 
 import numpy as np
 
-from vigil.assets.catalog import CATALOG
 from vigil.assets.notice import notice_centre, notice_parts
+from vigil.authoring.closure.putting import PLACED_ORDERS, PUT_ON, phrase_by_support
 from vigil.authoring.closure.receptacle_space import fits_on
+from vigil.authoring.closure.starts import start_near
 from vigil.authoring.closure.tasks import (
-    LEVEL_DEG,
-    NEAR_M,
     ClosureTask,
     Tasks,
     interleave,
@@ -17,13 +16,11 @@ from vigil.authoring.closure.tasks import (
     object_evidence,
     rejection,
 )
+from vigil.authoring.drafting.filling import can_be_put
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
-from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen, is_target
-from vigil.authoring.families.cr.drafts import fits_on_floor, is_furniture, placements_in_front_of
+from vigil.authoring.families.cr.drafts import is_furniture, placements_in_the_way
 from vigil.authoring.families.si.drafts import seeking
-from vigil.authoring.language.referring import DescribedThing, Phrase, referents
-from vigil.authoring.language.sentences import SEARCH_ORDERS, Sentences
-from vigil.authoring.language.wording import order_slots, pronoun_slots, say
+from vigil.authoring.language.wording import say
 from vigil.authoring.review.placements import placements_on
 from vigil.authoring.review.synthetic_records import changed_setup
 from vigil.base.geometry import EYE_HEIGHT_M, Vec3
@@ -51,21 +48,6 @@ MIN_OCCUPIED_SHARE = 0.5
 BLOCKERS = ("Ottoman", "ArmChair", "SideTable", "CoffeeTable", "Cart")
 """Categories that may block a door or drawer and clearly cannot be carried, unlike a chair or a lamp."""
 TRIED_TARGETS, MAX_OCCUPANTS_TRIED = 6, 3
-_CLAIMS = ("I do not know where {target} is", "Where is {target}?")
-PLACED_ORDERS = Sentences(
-    *(
-        tuple(each for each in half if not each.startswith(_CLAIMS))
-        for half in (SEARCH_ORDERS.public, SEARCH_ORDERS.held_out)
-    )
-)
-"""Orders of searches that do not ask where the target is, since the phrase says it."""
-PUT_ON = (
-    "Put {target} on {receptacle}.",
-    "Please put {target} on {receptacle}.",
-    "Pick up {target} and put it on {receptacle}.",
-    "Take {target} and set it down on {receptacle}.",
-    "I would like you to put {target} on {receptacle}.",
-)
 
 
 def impossible(context: HouseContext) -> Tasks:
@@ -91,35 +73,15 @@ def _absent_tasks(context: HouseContext) -> Tasks:
                 context, "impossible", "place_can_be_seen", f"{support.id!r} cannot be looked at from above"
             )
             continue
-        words = order_slots("pick", target.category, str(phrase), context.rng) | pronoun_slots(target.category)
         first = episode.model_copy(
             update={
-                "instruction": context.say(PLACED_ORDERS, target=str(phrase), **words),
+                "instruction": context.order(PLACED_ORDERS, "pick", target, phrase),
                 "bindings": {"target": target.id, "place": support.id},
             }
         )
         gone = changed_setup(first.setup, target.id, is_absent=True)
         evidence = tuple(Evidence(object_id=support.id, spot=spot) for spot in spots)
         yield ClosureTask("impossible", (first, first.model_copy(update={"setup": gone})), target.id, evidence)
-
-
-def phrase_by_support(context: HouseContext, item: DescribedThing, *, may_colour: bool = True) -> Phrase | None:
-    """Return a phrase for a thing that names its support; None if there is no unambiguous one."""
-    items = list(context.items.values())
-    if item.support is None or {each.id for each in referents(Phrase(item.support), items)} != {item.support_id}:
-        return None
-    colours = item.colours[:1] if len(item.colours) == 1 and may_colour else ()
-    for colour in (None, *colours):
-        phrase = Phrase(
-            item.name,
-            colour=colour,
-            support=item.support,
-            is_inside=item.is_inside,
-            is_on_shelf=item.is_on_shelf,
-        )
-        if [each.id for each in referents(phrase, items)] == [item.id]:
-            return phrase
-    return None
 
 
 def _evidence_spots(support: Thing, target: Thing) -> list[Vec3]:
@@ -141,21 +103,13 @@ def _blocked_tasks(context: HouseContext) -> Tasks:
         room = context.view.room_at(target.position)
         furniture = context.things(lambda thing, room=room, target=target: _may_block(context, thing, target, room))
         for blocker in islice(furniture, TRIED_FURNITURE):
-            spot = next(
-                (
-                    spot
-                    for spot in placements_in_front_of(target, blocker)
-                    if fits_on_floor(context, blocker, spot, episode.setup)
-                    and _is_never_in_view(context, episode, blocker, spot)
-                ),
-                None,
-            )
-            if spot is None:
-                continue
-            first = episode.model_copy(update={"bindings": {"target": target.id, "blocker": blocker.id}})
-            barred = changed_setup(first.setup, blocker.id, placement=spot)
-            evidence = object_evidence(target.id), object_evidence(blocker.id)
-            yield ClosureTask("impossible", (first, first.model_copy(update={"setup": barred})), blocker.id, evidence)
+            for spot in placements_in_the_way(context, target, blocker, episode.setup):
+                if _is_never_in_view(context, episode, blocker, spot):
+                    first = episode.model_copy(update={"bindings": {"target": target.id, "blocker": blocker.id}})
+                    barred = first.model_copy(update={"setup": changed_setup(first.setup, blocker.id, placement=spot)})
+                    evidence = object_evidence(target.id), object_evidence(blocker.id)
+                    yield ClosureTask("impossible", (first, barred), blocker.id, evidence)
+                    break
 
 
 def _is_never_in_view(context: HouseContext, episode: Episode, thing: Thing, moved: Placement) -> bool:
@@ -195,18 +149,11 @@ def _no_room_tasks(context: HouseContext) -> Tasks:
             taken = next(islice(placements_on(stand, occupant, inside=False), 1), None)
             if taken is None or not _takes_enough_room(stand, occupant):
                 continue
-            targets = context.things(lambda thing, stand=stand: _may_go_on(context, thing, stand))
-            for target in targets[:TRIED_TARGETS]:
-                task = _no_room_task(context, stand, occupant, taken, target)
-                if task is not None:
-                    yield task
-                    break
-
-
-def _orders_for(target: Phrase | None) -> tuple[str, ...]:
-    """Return the orders for a target that do not name two places in succession ("the pen on the bed on the chair")."""
-    names_place = target is not None and target.support is not None
-    return tuple(each for each in PUT_ON if not names_place or " it " in each)
+            targets = context.things(
+                lambda thing, stand=stand: can_be_put(thing, stand) and not children(context.view.scene, thing.id)
+            )[:TRIED_TARGETS]
+            found = (task for target in targets for task in _no_room_task(context, stand, occupant, taken, target))
+            yield from islice(found, 1)
 
 
 def _takes_enough_room(stand: Thing, occupant: Thing) -> bool:
@@ -221,46 +168,31 @@ def _may_occupy(context: HouseContext, thing: Thing, stand: Thing) -> bool:
     return thing.category in OCCUPANTS and not thing.is_pickupable and is_bare and thing.parent != stand.id
 
 
-def _may_go_on(context: HouseContext, thing: Thing, stand: Thing) -> bool:
-    is_free = thing.is_pickupable and is_target(thing) and thing.parent != stand.id
-    takes = CATALOG[stand.category].can_hold(CATALOG[thing.category])
-    return is_free and takes and not children(context.view.scene, thing.id)
+def _no_room_task(context: HouseContext, stand: Thing, occupant: Thing, taken: Placement, target: Thing) -> Tasks:
+    """Yield twins in which a target fits on a stand, or does not fit because an occupant stands there.
 
-
-def _no_room_task(
-    context: HouseContext, stand: Thing, occupant: Thing, taken: Placement, target: Thing
-) -> ClosureTask | None:
-    """Return twins in which a target fits on a stand, or does not fit because an occupant stands there.
-
-    None if that is not so, the setup is impossible, or no start or words are found.
+    Nothing is yielded if that is not so, the setup is impossible, or no start or words are found.
     """
     setup = Setup()
     full = changed_setup(setup, occupant.id, placement=taken)
     if not context.can_begin(full):
-        return None
+        return
     is_full = not fits_on(context.view.scene, target.id, stand.id)
     context.begin(setup)
     if not is_full or not fits_on(context.view.scene, target.id, stand.id, may_clear=False):
-        return None
-    phrases = context.phrase(target.id), context.phrase(stand.id)
+        return
+    phrase, on = context.phrase(target.id), context.phrase(stand.id)
     context.begin(full)
-    start = context.start_seeing(
-        target, NEAR_M, LEVEL_DEG, is_seen(CLEAR_PX), lambda pose: is_out_of_view_from(context, pose, occupant.id)
-    )
+    start = start_near(context, target, occupant.id)
     context.begin(setup)
-    if start is None or None in phrases or not is_out_of_view_from(context, start, occupant.id):
-        return None
-    first = context.draft(
-        "SI",
-        TaskSpec(
-            start=start,
-            setup=setup,
-            instruction=say(_orders_for(phrases[0]), context.rng, target=str(phrases[0]), receptacle=str(phrases[1])),
-            goal=ObjectAtReceptacle(object_id=target.id, receptacle_id=stand.id),
-            bindings={"target": target.id, "receptacle": stand.id, "occupant": occupant.id},
-            template="put",
-        ),
-    )
+    if start is None or phrase is None or on is None or not is_out_of_view_from(context, start, occupant.id):
+        return
+    # not two places in succession: "the pen on the bed on the chair"
+    orders = tuple(each for each in PUT_ON if phrase.support is None or " it " in each)
+    sentence = say(orders, context.rng, target=str(phrase), receptacle=str(on))
+    goal = ObjectAtReceptacle(object_id=target.id, receptacle_id=stand.id)
+    bindings = {"target": target.id, "receptacle": stand.id, "occupant": occupant.id}
+    first = context.draft("SI", TaskSpec(start, sentence, goal, bindings, template="put"))
     second = first.model_copy(update={"setup": changed_setup(first.setup, occupant.id, placement=taken)})
     evidence = object_evidence(stand.id), object_evidence(occupant.id)
-    return ClosureTask("impossible", (first, second), occupant.id, evidence)
+    yield ClosureTask("impossible", (first, second), occupant.id, evidence)

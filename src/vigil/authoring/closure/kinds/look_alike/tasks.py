@@ -1,21 +1,34 @@
-"""Tasks about one of several things of a category, distinguished by colour, place, state, what lies on it, or size."""
+"""Proposals of tasks about one of several things of a category, and what must hold of them."""
 
 from collections.abc import Iterator
 from itertools import islice
 
-from vigil.assets.catalog import CATALOG
-from vigil.authoring.closure.all_of import ALL_ACTS
-from vigil.authoring.closure.attribute_phrases import by_bearing, by_size, by_state, is_clearly_larger, is_inside_of
-from vigil.authoring.closure.impossible import PLACED_ORDERS, phrase_by_support
-from vigil.authoring.closure.tasks import FLAMES, LEVEL_DEG, NEAR_M, ClosureTask, Tasks, interleave, is_out_of_view_from
+from vigil.authoring.closure.everything import ALL_ACTS
+from vigil.authoring.closure.kinds.look_alike import FORMS_READ_BACK
+from vigil.authoring.closure.kinds.look_alike.phrases import (
+    by_bearing,
+    by_size,
+    by_state,
+    is_clearly_larger,
+    is_inside_of,
+    referents_in,
+)
+from vigil.authoring.closure.putting import PLACED_ORDERS, phrase_by_support
+from vigil.authoring.closure.starts import start_near
+from vigil.authoring.closure.tasks import FLAMES, ClosureTask, Tasks, interleave
+from vigil.authoring.drafting.filling import can_hold
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
-from vigil.authoring.drafting.proposals import CLEAR_PX, allows, goal_for, is_seen, is_target, setup_for
+from vigil.authoring.drafting.proposals import allows, goal_for, is_target, setup_for
 from vigil.authoring.families.si.drafts import seeking
-from vigil.authoring.language.referring import DescribedThing, Phrase, referents
+from vigil.authoring.language.disambiguation import confusable
+from vigil.authoring.language.referring import DescribedThing, items_of
 from vigil.authoring.language.sentences import SEARCH_ORDERS
-from vigil.authoring.language.wording import Act, order_slots, pronoun_slots
+from vigil.authoring.language.wording import Act
 from vigil.authoring.review.placements import placements_on
 from vigil.authoring.review.synthetic_records import changed_setup
+from vigil.authoring.solving.privileged_view import PrivilegedView
+from vigil.protocol.actions import Action
+from vigil.protocol.episode import Episode
 from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.supports import children
 from vigil.scene.things import Thing
@@ -70,9 +83,8 @@ def _of_place(context: HouseContext) -> Tasks:
         alike = next((context.items[thing.id] for thing in _same_name_objects(context, target.id)), None)
         if phrase is None or alike is None:
             continue
-        words = order_slots("pick", target.category, str(phrase), context.rng) | pronoun_slots(target.category)
         facts = {
-            "instruction": context.say(PLACED_ORDERS, target=str(phrase), **words),
+            "instruction": context.order(PLACED_ORDERS, "pick", context.thing(target.id), phrase),
             "bindings": {"target": target.id, DISTRACTOR: alike.id},
         }
         yield ClosureTask("look_alike", (episode.model_copy(update=facts),), form="place")
@@ -84,9 +96,8 @@ def _same_name_objects(context: HouseContext, thing_id: str) -> list[Thing]:
     The list is empty if one of them has another category.
     """
     items = context.items
-    item = items[thing_id]
-    others = [each for each in referents(Phrase(item.name), items.values()) if each.id != thing_id]
-    if not others or any(each.category != item.category for each in others):
+    others = confusable(items[thing_id], items.values())
+    if any(each.category != items[thing_id].category for each in others):
         return []
     return [context.thing(each.id) for each in others]
 
@@ -170,12 +181,11 @@ def _supported_candidates(context: HouseContext, target: Thing, others: list[Thi
 
     def is_wanted(thing: Thing) -> bool:
         fits = max(thing.asset.size.x, thing.asset.size.z) <= min(target.asset.size.x, target.asset.size.z)
-        takes = CATALOG[target.category].can_hold(CATALOG[thing.category])
         is_free = thing.id not in ids and thing.parent not in ids and not children(context.view.scene, thing.id)
-        return thing.category in suits and fits and takes and is_free
+        return thing.category in suits and fits and can_hold(target, thing) and is_free
 
     wanted = context.things(is_wanted)
-    return [thing for thing in wanted if len(referents(Phrase(context.items[thing.id].name), items)) == 1]
+    return [thing for thing in wanted if not confusable(context.items[thing.id], items)]
 
 
 def _placements_on_top(target: Thing, borne: Thing) -> Iterator[Placement]:
@@ -194,19 +204,23 @@ def _distractor_task(
     """
     if not context.can_begin(setup):
         return
-    start = context.start_seeing(
-        alike, NEAR_M, LEVEL_DEG, is_seen(CLEAR_PX), lambda pose: is_out_of_view_from(context, pose, target.id)
-    )
+    start = start_near(context, alike, target.id)
     context.begin(Setup())
-    if start is None:
-        return
-    slots = order_slots(act, target.category, words, context.rng) | pronoun_slots(target.category)
-    task = TaskSpec(
-        start=start,
-        setup=setup,
-        instruction=context.say(SEARCH_ORDERS, target=words, **slots),
-        goal=goal_for(target, act),
-        bindings={"target": target.id, DISTRACTOR: alike.id},
-        template=act,
-    )
-    yield ClosureTask("look_alike", (context.draft("SI", task),), form=form)
+    if start is not None:
+        sentence = context.order(SEARCH_ORDERS, act, target, words)
+        bindings = {"target": target.id, DISTRACTOR: alike.id}
+        task = TaskSpec(start, sentence, goal_for(target, act), bindings, setup=setup, template=act)
+        yield ClosureTask("look_alike", (context.draft("SI", task),), form=form)
+
+
+def faults(
+    view: PrivilegedView, task: ClosureTask, episode: Episode, _: tuple[Action, ...]
+) -> Iterator[tuple[str, str]]:
+    """Yield (rule, message) where there is no look-alike, or the words do not distinguish the target from it."""
+    alike, target, things = episode.bindings[DISTRACTOR], episode.goal.object_id, view.scene.things
+    if things[alike].category != things[target].category or not things[alike].is_present:
+        yield "distinguished", f"{alike!r} does not have the category of {target!r}"
+    if task.form in FORMS_READ_BACK:
+        meant = referents_in(episode.instruction, items_of(view.scene).values(), view)
+        if meant != {target}:
+            yield "distinguished", f"the instruction means {', '.join(sorted(meant)) or 'nothing'}"

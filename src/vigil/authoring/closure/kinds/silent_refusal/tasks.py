@@ -1,26 +1,26 @@
-"""Tasks whose obvious action is refused for a reason that is visible but not stated.
+"""Proposals of tasks whose obvious action is refused, and what must hold of a full shelf."""
 
-A machine runs or is open, an obstacle stands in front of a door, or a shelf is full.
-"""
-
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from itertools import combinations, islice
 
 import numpy as np
 
-from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Surface
-from vigil.authoring.closure.impossible import PUT_ON
+from vigil.authoring.closure.kinds.silent_refusal import FULL
+from vigil.authoring.closure.putting import PUT_ON
 from vigil.authoring.closure.receptacle_space import free_surfaces, refuses_clicks
-from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, ClosureTask, Tasks, interleave
+from vigil.authoring.closure.starts import start_near
+from vigil.authoring.closure.tasks import ClosureTask, Tasks, interleave
+from vigil.authoring.drafting.filling import can_be_put, can_hold
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
-from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen, is_target
+from vigil.authoring.drafting.proposals import act_of
 from vigil.authoring.families.cr.drafts import interlocked, swing_blocked
 from vigil.authoring.language.sentences import ORDERS
-from vigil.authoring.language.wording import Act, order_slots, pronoun_slots, say
+from vigil.authoring.language.wording import say
 from vigil.authoring.review.containers import BELONGS_IN
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.geometry import Vec3
+from vigil.protocol.actions import Action
 from vigil.protocol.episode import Episode
 from vigil.protocol.goals import ObjectAtReceptacle, ObjectInState
 from vigil.protocol.world import ObjectSetup, Placement, Setup
@@ -39,7 +39,6 @@ TRIED_SHELVES, TRIED_TARGETS, TRIED_FILLERS, MAX_FILLERS, TRIED_ROWS = 3, 2, 6, 
 """Limits of the search: pieces of furniture, targets, fillers to choose from, fillers on a shelf, and rows of them."""
 MIN_SIDE_M = 0.07
 """Least width (m) of a target; narrower ones almost always fit into a gap."""
-FULL = "full_shelf"
 PUT_IN = (
     "Put {target} into {receptacle}.",
     "Please put {target} into {receptacle}.",
@@ -63,14 +62,11 @@ def _implicit_tasks(context: HouseContext, drafts: Iterable[Episode], form: str)
         target = context.thing(goal.object_id)
         if constraint is None or not isinstance(goal, ObjectInState):
             continue
-        act: Act = "open" if goal.state == "is_open" else "turn_on"
-        phrase = str(context.phrase(target.id))
-        words = order_slots(act, target.category, phrase, context.rng) | pronoun_slots(target.category)
         if constraint.kind == "object_moved":  # the door opens only if the obstacle was moved far enough
             constraint = constraint.model_copy(update={"distance_m": ANY_MOVE_M})
         bare = episode.model_copy(
             update={
-                "instruction": context.say(ORDERS, target=phrase, **words),
+                "instruction": context.order(ORDERS, act_of(goal), target, context.phrase(target.id)),
                 "bindings": {"target": target.id},
                 "goal": goal.model_copy(update={"constraint": constraint}),
             }
@@ -88,11 +84,8 @@ def _full_shelf_tasks(context: HouseContext) -> Tasks:
         if obvious is None:
             continue
         targets = context.things(lambda thing, shelves=shelves: _may_go_on(context, thing, shelves))
-        for target in targets[:TRIED_TARGETS]:
-            task = _filled_up(context, shelves, opened, target)
-            if task is not None:
-                yield task
-                break
+        found = (task for target in targets[:TRIED_TARGETS] for task in _filled_up(context, shelves, opened, target))
+        yield from islice(found, 1)
 
 
 def obvious_surface(shelves: Thing) -> tuple[Surface, Motion] | None:
@@ -109,9 +102,8 @@ def obvious_surface(shelves: Thing) -> tuple[Surface, Motion] | None:
 
 
 def _may_go_on(context: HouseContext, thing: Thing, shelves: Thing) -> bool:
-    is_free = thing.is_pickupable and is_target(thing) and thing.parent != shelves.id
-    takes = CATALOG[shelves.category].can_hold(CATALOG[thing.category]) and _belongs(thing, shelves)
-    return is_free and takes and _side(thing) >= MIN_SIDE_M and not children(context.view.scene, thing.id)
+    suits = can_be_put(thing, shelves) and _belongs(thing, shelves)
+    return suits and _side(thing) >= MIN_SIDE_M and not children(context.view.scene, thing.id)
 
 
 def _belongs(thing: Thing, shelves: Thing) -> bool:
@@ -124,14 +116,14 @@ def _side(thing: Thing) -> float:
     return min(thing.asset.size.x, thing.asset.size.z)
 
 
-def _filled_up(context: HouseContext, shelves: Thing, opened: Setup, target: Thing) -> ClosureTask | None:
-    """Return the task of putting a target on shelves of which the obvious one is full; None if none can be made."""
+def _filled_up(context: HouseContext, shelves: Thing, opened: Setup, target: Thing) -> Tasks:
+    """Yield the task of putting a target on shelves of which the obvious one is full, if one can be made."""
     if not context.can_begin(opened):
-        return None
+        return
     stands = context.thing(shelves.id)
     found = obvious_surface(stands)
     if found is None:
-        return None
+        return
     surface, frame = found
     fillers = sorted(
         (thing for thing in context.view.scene.things.values() if _may_fill(context, thing, stands, target, surface)),
@@ -141,9 +133,9 @@ def _filled_up(context: HouseContext, shelves: Thing, opened: Setup, target: Thi
     rows = (_row(opened, stands, surface, frame, chosen, _side(target)) for chosen in sets)
     for setup in islice((row for row in rows if row is not None), TRIED_ROWS):
         if context.can_begin(setup) and is_full(context.view, target.id, stands.id):
-            return _putting(context, setup, stands, target, surface)
+            yield from _putting(context, setup, stands, target, surface)
+            return
     context.begin(Setup())
-    return None
 
 
 def is_full(view: PrivilegedView, target_id: str, shelves_id: str) -> bool:
@@ -161,7 +153,7 @@ def is_full(view: PrivilegedView, target_id: str, shelves_id: str) -> bool:
 def _may_fill(context: HouseContext, thing: Thing, shelves: Thing, target: Thing, surface: Surface) -> bool:
     is_movable = thing.is_present and thing.is_pickupable and not children(context.view.scene, thing.id)
     is_other = thing.id != target.id and thing.category != target.category and thing.parent != shelves.id
-    takes = CATALOG[shelves.category].can_hold(CATALOG[thing.category]) and _belongs(thing, shelves)
+    takes = can_hold(shelves, thing) and _belongs(thing, shelves)
     fits = thing.asset.size.z <= surface.size_z and thing.asset.size.y <= surface.clearance
     leaves_none = (surface.size_z - thing.asset.size.z) / 2 + EDGE_M < _side(target)
     return is_movable and is_other and not thing.is_receptacle and takes and fits and leaves_none
@@ -190,22 +182,24 @@ def _row(
     return Setup(objects=objects)
 
 
-def _putting(
-    context: HouseContext, setup: Setup, shelves: Thing, target: Thing, surface: Surface
-) -> ClosureTask | None:
-    phrases = context.phrase(target.id), context.phrase(shelves.id)
-    start = context.start_seeing(target, NEAR_M, LEVEL_DEG, is_seen(CLEAR_PX))
-    context.begin(Setup())
-    if start is None or None in phrases:
-        return None
-    sentences = PUT_IN if surface.is_inside else PUT_ON
-    words = {"target": str(phrases[0]), "receptacle": str(phrases[1])}
-    task = TaskSpec(
-        start=start,
-        setup=setup,
-        instruction=say(sentences, context.rng, **words),
-        goal=ObjectAtReceptacle(object_id=target.id, receptacle_id=shelves.id, inside=surface.is_inside),
-        bindings={"target": target.id, "receptacle": shelves.id},
-        template="put",
-    )
-    return ClosureTask("silent_refusal", (context.draft("SI", task),), form=FULL)
+def _putting(context: HouseContext, setup: Setup, shelves: Thing, target: Thing, surface: Surface) -> Tasks:
+    things = {"target": target, "receptacle": shelves}
+    found = context.start_and_phrases(setup, things, lambda _: start_near(context, target))
+    if found is not None:
+        start, phrases = found
+        words = {role: str(phrase) for role, phrase in phrases.items()}
+        sentence = say(PUT_IN if surface.is_inside else PUT_ON, context.rng, **words)
+        goal = ObjectAtReceptacle(object_id=target.id, receptacle_id=shelves.id, inside=surface.is_inside)
+        bindings = {role: thing.id for role, thing in things.items()}
+        draft = context.draft("SI", TaskSpec(start, sentence, goal, bindings, setup=setup, template="put"))
+        yield ClosureTask("silent_refusal", (draft,), form=FULL)
+
+
+def faults(
+    view: PrivilegedView, task: ClosureTask, episode: Episode, _: tuple[Action, ...]
+) -> Iterator[tuple[str, str]]:
+    """Yield (rule, message) where a shelf that must be full is not."""
+    goal = episode.goal
+    is_of_shelf = task.form == FULL and isinstance(goal, ObjectAtReceptacle)
+    if is_of_shelf and not is_full(view, goal.object_id, goal.receptacle_id):
+        yield "obvious_is_full", f"{goal.receptacle_id!r} has room at the obvious place, or nowhere"
