@@ -3,6 +3,7 @@
 Where the target is in view at the start, so is another object that its bare name could mean.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from vigil.authoring.drafting.house_context import HouseContext
@@ -34,11 +35,13 @@ HALF_VIEW_DEG = 53.0
 """Angle (deg) from the middle of the frame to its side, rounded."""
 
 
-def drafts_among_look_alikes(context: HouseContext, ask: Ask) -> Drafts:
+def drafts_among_look_alikes(context: HouseContext, asking: Callable[[HouseContext], Ask]) -> Drafts:
     """Yield a draft for each object that a phrase distinguishes from its look-alikes and that has a start.
 
-    Where the family does not give the goal, a random act that the object allows is asked for.
+    `asking` returns how the family asks. Where it does not give the goal, the act is a random one that the object
+    allows.
     """
+    ask = asking(context)
     for thing in context.shuffled(_wanted(context, in_view=FAMILIES[ask.family].visible_at_start)):
         options = acts_for(thing) if ask.goal_of is None else []
         if ask.goal_of is None and not options:

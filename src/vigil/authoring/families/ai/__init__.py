@@ -18,7 +18,10 @@ FAMILY = FamilySpec(
             act: DraftKind("vigil.authoring.families.ai.drafts:acting", {"act": act}, in_starter=2)
             for act in ("open", "close", "turn_on", "turn_off", "pick")
         },
-        "look_alike": DraftKind("vigil.authoring.families.ai.drafts:acting_among_look_alikes"),
+        "look_alike": DraftKind(
+            "vigil.authoring.drafting.look_alike_targets:drafts_among_look_alikes",
+            {"asking": DraftKind("vigil.authoring.families.ai.drafts:asking")},
+        ),
     },
     briefing="Ask to do one thing with a target in view but out of reach. Kinds: open, close, turn_on, turn_off, pick, "
     "look_alike (any of these, with something else in view that the target's bare name could mean). Role: target.",

@@ -15,7 +15,10 @@ FAMILY = FamilySpec(
     position=2,
     kinds={
         "approach": DraftKind("vigil.authoring.families.da.drafts:approaching", in_starter=10),
-        "look_alike": DraftKind("vigil.authoring.families.da.drafts:approaching_among_look_alikes"),
+        "look_alike": DraftKind(
+            "vigil.authoring.drafting.look_alike_targets:drafts_among_look_alikes",
+            {"asking": DraftKind("vigil.authoring.families.da.drafts:asking")},
+        ),
     },
     briefing="Ask to walk up to one thing in view. Say the standard: 'to within about one and a half metres of ..., "
     "near enough to touch it'. Kinds: approach, look_alike (something else that its bare name could mean is in view). "

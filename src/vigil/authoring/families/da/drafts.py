@@ -1,7 +1,6 @@
 """Drafts of Distance Approach (DA), with the sentence forms (see `vigil.authoring.language.sentences`)."""
 
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.look_alike_targets import drafts_among_look_alikes
 from vigil.authoring.drafting.proposals import (
     Ask,
     Drafts,
@@ -64,15 +63,11 @@ APPROACH = Sentences(
 
 def approaching(context: HouseContext) -> Drafts:
     """Yield drafts about things of a suitable size."""
-    yield from drafts_about(context, _asking(context), context.things(_is_approachable))
+    yield from drafts_about(context, asking(context), context.things(_is_approachable))
 
 
-def approaching_among_look_alikes(context: HouseContext) -> Drafts:
-    """Yield drafts about one of several look-alikes."""
-    yield from drafts_among_look_alikes(context, _asking(context))
-
-
-def _asking(context: HouseContext) -> Ask:
+def asking(context: HouseContext) -> Ask:
+    """Return how the family asks for one thing."""
     start_in_view = finder_of_starts_in_view(context, "DA")
 
     def find_start(thing: Thing, also: PoseTest) -> Pose | None:

@@ -17,7 +17,10 @@ FAMILY = FamilySpec(
         "large": DraftKind("vigil.authoring.families.pg.drafts:pointing", {"size": "large"}, in_starter=3),
         "medium": DraftKind("vigil.authoring.families.pg.drafts:pointing", {"size": "medium"}, in_starter=4),
         "small": DraftKind("vigil.authoring.families.pg.drafts:pointing", {"size": "small"}, in_starter=3),
-        "look_alike": DraftKind("vigil.authoring.families.pg.drafts:pointing_among_look_alikes"),
+        "look_alike": DraftKind(
+            "vigil.authoring.drafting.look_alike_targets:drafts_among_look_alikes",
+            {"asking": DraftKind("vigil.authoring.families.pg.drafts:asking")},
+        ),
     },
     briefing="Ask to point at one thing in view, within reach. Kinds are the size of the target, and look_alike "
     "(something else that its bare name could mean is in view). Role: target.",

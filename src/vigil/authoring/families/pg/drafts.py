@@ -1,7 +1,6 @@
 """Drafts of Pixel Grounding (PG), with the sentence forms (see `vigil.authoring.language.sentences`)."""
 
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.look_alike_targets import drafts_among_look_alikes
 from vigil.authoring.drafting.proposals import (
     Ask,
     Drafts,
@@ -60,15 +59,11 @@ POINT = Sentences(
 def pointing(context: HouseContext, size: TargetSize) -> Drafts:
     """Yield drafts with targets of a size class."""
     things = context.things(lambda thing: is_target(thing) and size_of_thing(thing) == size)
-    yield from drafts_about(context, _asking(context), things)
+    yield from drafts_about(context, asking(context), things)
 
 
-def pointing_among_look_alikes(context: HouseContext) -> Drafts:
-    """Yield drafts about one of several look-alikes."""
-    yield from drafts_among_look_alikes(context, _asking(context))
-
-
-def _asking(context: HouseContext) -> Ask:
+def asking(context: HouseContext) -> Ask:
+    """Return how the family asks for one thing."""
     least_px = HARD_PX_BY_SIZE if context.prefers_hard_starts else CLEAR_PX_BY_SIZE
     find_start = finder_of_starts_in_view(context, "PG", lambda thing: is_seen(least_px[size_of_thing(thing)]))
     return Ask("PG", POINT, find_start, lambda thing: TargetGrounded(object_id=thing.id))

@@ -23,7 +23,10 @@ FAMILY = FamilySpec(
             for act in ACTS
         },
         "pick_inside": DraftKind("vigil.authoring.families.si.drafts:picking_from_inside"),
-        "look_alike": DraftKind("vigil.authoring.families.si.drafts:seeking_among_look_alikes"),
+        "look_alike": DraftKind(
+            "vigil.authoring.drafting.look_alike_targets:drafts_among_look_alikes",
+            {"asking": DraftKind("vigil.authoring.families.si.drafts:asking")},
+        ),
     },
     briefing="Ask to find a target that is out of view and do one thing with it. Kinds: open, close, turn_on, "
     "turn_off, pick, each also with _afar (not visible by turning); look_alike (its bare name could mean something "

@@ -2,7 +2,7 @@
 
 from vigil.authoring.drafting.filling import filled
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
-from vigil.authoring.drafting.look_alike_targets import drafts_among_look_alikes, start_out_of_view
+from vigil.authoring.drafting.look_alike_targets import start_out_of_view
 from vigil.authoring.drafting.proposals import (
     Ask,
     Drafts,
@@ -32,15 +32,11 @@ def seeking(context: HouseContext, act: Act, *, by_turning: bool | None = None) 
     `by_turning` says whether turning must or must not show the target (None: either).
     """
     things = context.things(lambda thing: allows(thing, act) and can_be_searched_for(context, thing))
-    yield from drafts_about(context, _asking(context, act, by_turning), things)
+    yield from drafts_about(context, asking(context, act, by_turning), things)
 
 
-def seeking_among_look_alikes(context: HouseContext) -> Drafts:
-    """Yield drafts of a random act on one of several look-alikes."""
-    yield from drafts_among_look_alikes(context, _asking(context, None, None))
-
-
-def _asking(context: HouseContext, act: Act | None, by_turning: bool | None) -> Ask:
+def asking(context: HouseContext, act: Act | None = None, by_turning: bool | None = None) -> Ask:
+    """Return how the family asks for one thing."""
     return Ask(
         "SI",
         SEARCH_ORDERS,

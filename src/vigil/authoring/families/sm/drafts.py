@@ -1,5 +1,6 @@
 """Drafts of Sequential Manipulation (SM): the starts and words of plans (`vigil.authoring.families.sm.plans`)."""
 
+from collections import defaultdict
 from collections.abc import Callable
 from functools import partial
 
@@ -16,6 +17,8 @@ from vigil.protocol.goals import ObjectAtReceptacle, ObjectInState
 
 START_AWAY_M = (0.7, 4.0)
 """Distances (m) from the first object to act on between which an episode starts."""
+_INSIDE = {"into": "into", "in_": "in"}
+"""Slot -> word for placing inside."""
 MOVED = ("target", "second")
 """Roles of objects that are moved; naming their present room could be read as naming their destination."""
 
@@ -74,15 +77,7 @@ def _instruction(context: HouseContext, plan: SequencePlan, named: dict[str, Phr
 def sequence_forms(template: str, forms: Forms, *, inside: bool) -> tuple[str, ...]:
     """Return the sentence forms of a template; with `inside`, only those that ask to put the object inside."""
     sentences = SEQUENCES[template].of(forms)
-    slots = _Blank({"into": "into", "in_": "in"})
-    return tuple(each for each in sentences if not inside or asks_inside(each.format_map(slots)))
-
-
-class _Blank(dict[str, str]):
-    """Slots with an empty text for unknown names."""
-
-    def __missing__(self, _: str) -> str:
-        return ""
+    return tuple(each for each in sentences if not inside or asks_inside(each.format_map(defaultdict(str, _INSIDE))))
 
 
 def is_wordy(phrases: dict[str, Phrase]) -> bool:

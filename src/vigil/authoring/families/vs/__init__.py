@@ -16,7 +16,10 @@ FAMILY = FamilySpec(
     kinds={
         "walk": DraftKind("vigil.authoring.families.vs.drafts:searching", {"by_turning": False}, in_starter=7),
         "turn": DraftKind("vigil.authoring.families.vs.drafts:searching", {"by_turning": True}, in_starter=3),
-        "look_alike": DraftKind("vigil.authoring.families.vs.drafts:searching_among_look_alikes"),
+        "look_alike": DraftKind(
+            "vigil.authoring.drafting.look_alike_targets:drafts_among_look_alikes",
+            {"asking": DraftKind("vigil.authoring.families.vs.drafts:asking")},
+        ),
     },
     briefing="Ask to look for one thing that is out of view at the start. Kinds: walk (another room or place), turn "
     "(turning on the spot shows it), look_alike (its bare name could mean something else too). Say when it is done: "

@@ -1,7 +1,7 @@
 """Drafts of View Search (VS), with the sentence forms (see `vigil.authoring.language.sentences`)."""
 
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.look_alike_targets import drafts_among_look_alikes, start_out_of_view
+from vigil.authoring.drafting.look_alike_targets import start_out_of_view
 from vigil.authoring.drafting.proposals import (
     LEVEL_DEG,
     Ask,
@@ -58,15 +58,12 @@ SEARCH = Sentences(
 def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
     """Yield drafts; `by_turning` says whether turning at the start position must or must not show the target."""
     things = context.things(lambda thing: _is_searchable(thing) and can_be_searched_for(context, thing))
-    yield from drafts_about(context, _asking(context, by_turning=by_turning), things)
+    yield from drafts_about(context, asking(context, by_turning=by_turning), things)
 
 
-def searching_among_look_alikes(context: HouseContext) -> Drafts:
-    """Yield drafts about one of several look-alikes; the target is visible from other places only."""
-    yield from drafts_among_look_alikes(context, _asking(context, by_turning=False))
+def asking(context: HouseContext, *, by_turning: bool = False) -> Ask:
+    """Return how the family asks for one thing."""
 
-
-def _asking(context: HouseContext, *, by_turning: bool) -> Ask:
     def find_start(thing: Thing, also: PoseTest) -> Pose | None:
         if not _is_searchable(thing):
             return None

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Iterator
 
+from vigil.authoring.closure.asking import start_near
 from vigil.authoring.closure.everything import (
     ALL_ACTS,
     FINISHED_STATE,
@@ -21,7 +22,6 @@ from vigil.authoring.closure.everything import (
 )
 from vigil.authoring.closure.kinds.already import EVERYTHING_FORMS
 from vigil.authoring.closure.partly_open import gap_evidence
-from vigil.authoring.closure.starts import start_near
 from vigil.authoring.closure.states import drafts_of_state, phrase_for_state, setup_with_goal_met, unfinished_setup
 from vigil.authoring.closure.tasks import ClosureTask, Tasks, interleave, object_evidence, rejection
 from vigil.authoring.drafting.house_context import HouseContext

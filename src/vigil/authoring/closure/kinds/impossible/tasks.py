@@ -5,9 +5,8 @@ from itertools import islice
 import numpy as np
 
 from vigil.assets.notice import notice_centre, notice_parts
-from vigil.authoring.closure.putting import PLACED_ORDERS, PUT_ON, phrase_by_support
+from vigil.authoring.closure.asking import PLACED_ORDERS, PUT_ON, phrase_by_support, start_near
 from vigil.authoring.closure.receptacle_space import fits_on
-from vigil.authoring.closure.starts import start_near
 from vigil.authoring.closure.tasks import (
     ClosureTask,
     Tasks,

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from itertools import islice
 
+from vigil.authoring.closure.asking import PLACED_ORDERS, phrase_by_support, start_near
 from vigil.authoring.closure.everything import ALL_ACTS
 from vigil.authoring.closure.kinds.look_alike import FORMS_READ_BACK
 from vigil.authoring.closure.kinds.look_alike.phrases import (
@@ -13,8 +14,6 @@ from vigil.authoring.closure.kinds.look_alike.phrases import (
     is_inside_of,
     referents_in,
 )
-from vigil.authoring.closure.putting import PLACED_ORDERS, phrase_by_support
-from vigil.authoring.closure.starts import start_near
 from vigil.authoring.closure.tasks import FLAMES, ClosureTask, Tasks, interleave
 from vigil.authoring.drafting.filling import can_hold
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec

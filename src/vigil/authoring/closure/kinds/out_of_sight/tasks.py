@@ -2,7 +2,7 @@
 
 from itertools import islice
 
-from vigil.authoring.closure.starts import start_near
+from vigil.authoring.closure.asking import start_near
 from vigil.authoring.closure.tasks import ClosureTask, Tasks
 from vigil.authoring.drafting.filling import can_be_put
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec

@@ -6,10 +6,9 @@ from itertools import combinations, islice
 import numpy as np
 
 from vigil.assets.kernel.asset import Surface
+from vigil.authoring.closure.asking import PUT_ON, start_near
 from vigil.authoring.closure.kinds.silent_refusal import FULL
-from vigil.authoring.closure.putting import PUT_ON
 from vigil.authoring.closure.receptacle_space import free_surfaces, refuses_clicks
-from vigil.authoring.closure.starts import start_near
 from vigil.authoring.closure.tasks import ClosureTask, Tasks, interleave
 from vigil.authoring.drafting.filling import can_be_put, can_hold
 from vigil.authoring.drafting.house_context import HouseContext, TaskSpec

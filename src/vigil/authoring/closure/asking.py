@@ -1,11 +1,15 @@
-"""Words for things by what they rest on, and for putting things on others: what several kinds share."""
+"""Starts near a thing, phrases by what it rests on, and orders to put it on others: what several kinds share."""
 
 from dataclasses import replace
 
+from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, is_out_of_view_from
 from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen
 from vigil.authoring.language.disambiguation import first_meaning
 from vigil.authoring.language.referring import DescribedThing, Phrase, referents
 from vigil.authoring.language.sentences import SEARCH_ORDERS, Sentences
+from vigil.base.geometry import Pose
+from vigil.scene.things import Thing
 
 _CLAIMS = ("I do not know where {target} is", "Where is {target}?")
 PLACED_ORDERS = Sentences(
@@ -31,3 +35,17 @@ def phrase_by_support(context: HouseContext, item: DescribedThing, *, may_colour
         return None
     phrases = [item.on_support, *([replace(item.on_support, colour=item.colour)] if may_colour else [])]
     return first_meaning(phrases, item, items)
+
+
+def start_near(context: HouseContext, thing: Thing, hidden: str | None = None, min_px: int = CLEAR_PX) -> Pose | None:
+    """Return a start that sees a thing from nearby with at least `min_px` pixels, in the current setup.
+
+    The thing with the id `hidden` is fully out of view. None without such a start.
+    """
+    return context.start_seeing(
+        thing,
+        NEAR_M,
+        LEVEL_DEG,
+        is_seen(min_px),
+        lambda pose: hidden is None or is_out_of_view_from(context, pose, hidden),
+    )
