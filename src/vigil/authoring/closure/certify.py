@@ -4,7 +4,7 @@ The possible side satisfies the rules of its family (`vigil.authoring.review`), 
 side has its own rules. Source: `protocol.md` section 8, decision 30.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,6 +48,7 @@ from vigil.scoring.closure import (
     Certificate,
     ClosureAnswer,
     Evidence,
+    Kind,
     Reason,
     is_in_picture,
     score_closure,
@@ -63,6 +64,10 @@ MAX_LOOKS = 80
 SUMMARY = "Done."
 """Summary of the report that closes the second side."""
 BrokenRules = Iterator[tuple[str, str]]
+FAULTS_BY_KIND: dict[Kind, Callable[..., BrokenRules]] = {
+    name: loaded(kind.faults) for name, kind in CLOSURE_KINDS.items() if kind.faults is not None
+}
+"""Kind -> the function that yields the faults of a side by rules of the kind alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,8 +157,8 @@ class Certifier:
         yield from (("protocol", fault) for fault in protocol_faults(episode, SUITE))
         if "clear_openness" in exempt_of(task):
             yield from self._faults_of_gaps(episode)
-        if (faults := CLOSURE_KINDS[task.kind].faults) is not None:
-            yield from loaded(faults)(self._view, task, episode, actions)
+        if task.kind in FAULTS_BY_KIND:
+            yield from FAULTS_BY_KIND[task.kind](self._view, task, episode, actions)
 
     def _faults_of_gaps(self, episode: Episode) -> BrokenRules:
         """Yield the faults of things that are neither closed, nor wide open, nor visibly partly open from close by."""
