@@ -37,18 +37,10 @@ NEVER_CHANGED = frozenset({"Doorway"})
 TABLES = ("CounterTop", "DiningTable", "CoffeeTable", "Desk", "SideTable", "Dresser", "TVStand", "Cart")
 SEATS = ("Sofa", "Bed", "ArmChair", "Ottoman", "Chair", "Stool")
 SOFT = frozenset(
-    (
-        "Pillow",
-        "TeddyBear",
-        "Towel",
-        "HandTowel",
-        "Cloth",
-        "Book",
-        "Newspaper",
-        "Laptop",
-        "RemoteControl",
+    {
+        *("Pillow", "TeddyBear", "Towel", "HandTowel", "Cloth", "Book", "Newspaper", "Laptop", "RemoteControl"),
         "TennisRacket",
-    )
+    }
 )
 """Categories that people put on a seat as well as on a table."""
 FOOD = ("Apple", "Tomato", "Potato", "Egg", "Bread", "Lettuce")

@@ -99,9 +99,8 @@ def _blocked_tasks(context: HouseContext) -> Tasks:
         target = context.thing(episode.goal.object_id)
         if target.is_structure or target.is_pickupable or not is_furniture(target):
             continue
-        room = context.view.room_at(target.position)
-        furniture = context.things(lambda thing, room=room, target=target: _may_block(context, thing, target, room))
-        for blocker in islice(furniture, TRIED_FURNITURE):
+        furniture = context.things(lambda thing, target=target: _may_block(context, thing, target))
+        for blocker in furniture[:TRIED_FURNITURE]:
             for spot in placements_in_the_way(context, target, blocker, episode.setup):
                 if _is_never_in_view(context, episode, blocker, spot):
                     first = episode.model_copy(update={"bindings": {"target": target.id, "blocker": blocker.id}})
@@ -119,10 +118,10 @@ def _is_never_in_view(context: HouseContext, episode: Episode, thing: Thing, mov
     return found
 
 
-def _may_block(context: HouseContext, thing: Thing, target: Thing, room: str | None) -> bool:
+def _may_block(context: HouseContext, thing: Thing, target: Thing) -> bool:
     is_kind = thing.category in BLOCKERS and not thing.is_pickupable and thing.parent is None
-    is_bare = not children(context.view.scene, thing.id)
-    return is_kind and is_bare and thing.id != target.id and context.view.room_at(thing.position) == room
+    is_bare, room_at = not children(context.view.scene, thing.id), context.view.room_at
+    return is_kind and is_bare and thing.id != target.id and room_at(thing.position) == room_at(target.position)
 
 
 def _broken_tasks(context: HouseContext) -> Tasks:
@@ -139,13 +138,11 @@ def _broken_tasks(context: HouseContext) -> Tasks:
 
 
 def _no_room_tasks(context: HouseContext) -> Tasks:
-    for stand in context.things(
-        lambda thing: thing.category in STANDS and thing.is_receptacle and thing.parent is None
-    ):
-        for occupant in islice(
-            context.things(lambda thing, stand=stand: _may_occupy(context, thing, stand)), MAX_OCCUPANTS_TRIED
-        ):
-            taken = next(islice(placements_on(stand, occupant, inside=False), 1), None)
+    stands = context.things(lambda thing: thing.category in STANDS and thing.is_receptacle and thing.parent is None)
+    for stand in stands:
+        occupants = context.things(lambda thing, stand=stand: _may_occupy(context, thing, stand))
+        for occupant in occupants[:MAX_OCCUPANTS_TRIED]:
+            taken = next(placements_on(stand, occupant, inside=False), None)
             if taken is None or not _takes_enough_room(stand, occupant):
                 continue
             targets = context.things(

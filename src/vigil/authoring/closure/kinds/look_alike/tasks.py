@@ -1,7 +1,6 @@
 """Proposals of tasks about one of several things of a category, and what must hold of them."""
 
 from collections.abc import Iterator
-from itertools import islice
 
 from vigil.authoring.closure.asking import PLACED_ORDERS, phrase_by_support, start_near
 from vigil.authoring.closure.everything import ALL_ACTS
@@ -28,7 +27,7 @@ from vigil.authoring.review.synthetic_records import changed_setup
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.protocol.actions import Action
 from vigil.protocol.episode import Episode
-from vigil.protocol.world import ObjectSetup, Placement, Setup
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.supports import children
 from vigil.scene.things import Thing
 from vigil.scoring.closure import DISTRACTOR
@@ -47,15 +46,12 @@ _BEARING_ACTS: tuple[Act, ...] = ("pick", "open")
 
 def look_alike(context: HouseContext) -> Tasks:
     """Yield tasks about one of several things of a category that differ in one visible attribute."""
-    forms = _of_colour(context), _of_place(context), _of_state(context), _of_bearing(context), _of_size(context)
+    of_colour = interleave(context, *(_of_colour(context, act) for act in ACTS))
+    forms = of_colour, _of_place(context), _of_state(context), _of_bearing(context), _of_size(context)
     yield from interleave(context, *forms)
 
 
-def _of_colour(context: HouseContext) -> Tasks:
-    yield from interleave(context, *(_of_a_colour(context, act) for act in ACTS))
-
-
-def _of_a_colour(context: HouseContext, act: Act) -> Tasks:
+def _of_colour(context: HouseContext, act: Act) -> Tasks:
     for episode in seeking(context, act):
         target = context.items[episode.goal.object_id]
         phrase = context.phrase(target.id)
@@ -155,7 +151,8 @@ def _of_bearing(context: HouseContext) -> Tasks:
             continue
         act = acts[0]
         for borne in _supported_candidates(context, target, others)[:MAX_BORNE_TRIED]:
-            place = next(islice(_placements_on_top(target, borne), 1), None)
+            insides = (False, True) if target.is_pickupable else (False,)
+            place = next((spot for inside in insides for spot in placements_on(target, borne, inside=inside)), None)
             if place is None:
                 continue
             setup = Setup(objects={**setup_for(target, act).objects, **setup_for(others[0], act).objects})
@@ -185,13 +182,6 @@ def _supported_candidates(context: HouseContext, target: Thing, others: list[Thi
 
     wanted = context.things(is_wanted)
     return [thing for thing in wanted if not confusable(context.items[thing.id], items)]
-
-
-def _placements_on_top(target: Thing, borne: Thing) -> Iterator[Placement]:
-    """Yield the placements of a thing on a target, and inside it if it can be carried."""
-    yield from placements_on(target, borne, inside=False)
-    if target.is_pickupable:
-        yield from placements_on(target, borne, inside=True)
 
 
 def _distractor_task(
