@@ -22,7 +22,7 @@ from vigil.assets.kernel.asset import Asset
 from vigil.assets.kernel.builder import Builder
 from vigil.assets.kernel.palette import colour
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.proposals import acting
+from vigil.authoring.families.ai.drafts import acting
 from vigil.authoring.solving.solvers import privileged_agent
 from vigil.base.geometry import Vec3
 from vigil.env import Env

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.support.protocol_backend import with_protocol_only
-from vigil.authoring.drafting import proposals
 from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.families.si.drafts import seeking
 from vigil.authoring.review.validate import Validator
 from vigil.authoring.solving.ablated_solvers import ABLATIONS
 from vigil.authoring.solving.solvers import PRIVILEGED, privileged_agent
@@ -25,7 +25,7 @@ def backend(simulator: PrivilegedSimulator) -> PrivilegedSimulator:
 
 def test_episodes_are_proposed_and_validated(starter: Pack, backend: PrivilegedSimulator) -> None:
     house = starter.house_of(starter.episodes[0])
-    drafts = list(islice(proposals.seeking(HouseContext(backend, house, np.random.default_rng(5)), "pick"), 3))
+    drafts = list(islice(seeking(HouseContext(backend, house, np.random.default_rng(5)), "pick"), 3))
     assert drafts
     validator = Validator(backend)
     assert any(validator.validate(draft, house).is_valid for draft in drafts)

@@ -4,19 +4,17 @@ The table `FAMILIES` is data: nothing branches on a family's name when an episod
 section 4 and the paper's table `family_specs`.
 """
 
-import importlib
-import pkgutil
 import re
 from collections.abc import Iterable
 from typing import Annotated, get_args
 
 from pydantic import AfterValidator
 
+from vigil.base.exported import exported_by_modules
 from vigil.errors import SettingError, did_you_mean
 from vigil.protocol.family import FamilySpec
 from vigil.protocol.goals import Goal
 
-_PACKAGE = "vigil.authoring.families"
 _REQUIRED = ("summary", "kinds", "briefing", "level_bounds", "sample_goal")
 """Fields that a family of the package must fill."""
 
@@ -34,20 +32,9 @@ Family = Annotated[str, AfterValidator(_check_family)]
 """A name in `FAMILIES`."""
 
 
-def _packaged_families() -> dict[str, FamilySpec]:
-    """Import each file of the package of families, and return the families by code, in the order of tables."""
-    package = importlib.import_module(_PACKAGE)
-    found = [
-        importlib.import_module(f"{_PACKAGE}.{module.name}").FAMILY for module in pkgutil.iter_modules(package.__path__)
-    ]
-    for spec in found:
-        missing = [name for name in _REQUIRED if not getattr(spec, name)]
-        if missing:
-            raise TypeError(f"Family {spec.code!r} of {_PACKAGE} lacks {', '.join(missing)}.")
-    return {spec.code: spec for spec in sorted(found, key=lambda spec: (spec.position, spec.code))}
-
-
-FAMILIES: dict[Family, FamilySpec] = _packaged_families()
+FAMILIES: dict[Family, FamilySpec] = {
+    spec.code: spec for spec in exported_by_modules("vigil.authoring.families", "FAMILY", _REQUIRED)
+}
 """Code -> family."""
 PACKAGED_FAMILIES = frozenset(FAMILIES)
 

@@ -9,10 +9,11 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
 
+from vigil.base.exported import exported_by_modules
 from vigil.base.geometry import Pose, Vec3, distance
 from vigil.errors import EpisodeError, PackMismatch
 from vigil.packs.pack import ANSWERS, frozen_table, manifest_of
@@ -31,19 +32,28 @@ from vigil.protocol.goals import (
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.world import Effect, RefusalCode, WorldState
 from vigil.records.record import EpisodeRecord
+from vigil.scoring.closure_kind import ClosureKind
 from vigil.scoring.goal_check import check
 from vigil.scoring.outcomes import NEGATIVE, Outcome, score
 
 SUITE: Literal["closure"] = "closure"
 """Value of `meta.suite` in the manifest of such a pack."""
-Kind = Literal["all_of", "impossible", "already", "if_so", "silent_refusal", "look_alike", "out_of_sight"]
-KINDS: tuple[Kind, ...] = get_args(Kind)
-Side = Literal["possible", "impossible", "open", "already", "so", "otherwise"]
-PAIRED: dict[Kind, tuple[Side, Side]] = {
-    "impossible": ("possible", "impossible"),
-    "already": ("open", "already"),
-    "if_so": ("so", "otherwise"),
+
+
+def _check_kind(name: str) -> str:
+    if name not in CLOSURE_KINDS:
+        raise ValueError(f"there is no kind {name!r}; the kinds are {', '.join(CLOSURE_KINDS)}")
+    return name
+
+
+Kind = Annotated[str, AfterValidator(_check_kind)]
+"""A name in `CLOSURE_KINDS`."""
+CLOSURE_KINDS: dict[Kind, ClosureKind] = {
+    kind.name: kind for kind in exported_by_modules("vigil.authoring.closure.kinds", "KIND", ("tasks",))
 }
+"""Name -> kind, in the order of tables."""
+KINDS: tuple[Kind, ...] = tuple(CLOSURE_KINDS)
+PAIRED: dict[Kind, tuple[str, ...]] = {name: kind.sides for name, kind in CLOSURE_KINDS.items() if kind.sides}
 """Kind of episodes that come as twins -> the sides of a pair."""
 Reason = Literal["absent", "elsewhere", "locked", "broken", "no_fit"]
 REASONS: tuple[Reason, ...] = get_args(Reason)
@@ -57,8 +67,6 @@ _SILENT_REFUSALS: frozenset[RefusalCode] = frozenset(
     {"interlock", "blocked_by_object", "hand_full", "receptacle_closed", "no_room", "out_of_order"}
 )
 """Refusals whose cause is in view and of which the agent is not informed."""
-_KINDS_HELD_AT_RESET: tuple[Kind, ...] = ("already", "if_so")
-"""Kinds in which the goal, or parts of it, may hold from the start."""
 Claim = Literal["success", "none", "concession"]
 ClosureLabel = Literal[
     "closed",  # correct, with no unnecessary action
@@ -111,7 +119,7 @@ class ClosureAnswer(_Fact):
     kind: Kind
     pair: str | None = None
     """Name of the pair, equal for both twins and unique; None without a twin."""
-    side: Side | None = None
+    side: str | None = None
     form: str = ""
     """Variant of the kind, if there are several: how a look-alike differs, what refuses silently ..."""
     accepted: tuple[Status, ...] = ("success",)
@@ -130,7 +138,7 @@ class ClosureAnswer(_Fact):
             raise ValueError(f"a side of kind {self.kind} is {' or '.join(sides)}, not {self.side}")
         if self.is_impossible != (self.reason is not None) or self.is_impossible != (self.accepted != ("success",)):
             raise ValueError("an impossible side, and no other, has a reason and accepts a concession")
-        if self.kind == "impossible" and not (self.evidence and self.certificate):
+        if "impossible" in sides and not (self.evidence and self.certificate):
             raise ValueError("a twin names its evidence and its certificate")
         return self
 
@@ -234,8 +242,8 @@ def score_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecord
     """
     if answer.episode_id != episode.id:
         raise EpisodeError(f"The answer of episode {answer.episode_id!r} is not that of {episode.id!r}.")
-    outcome = score(episode, record)
-    held = _held_at_reset(episode.goal, record) if answer.kind in _KINDS_HELD_AT_RESET else []
+    outcome, kind = score(episode, record), CLOSURE_KINDS[answer.kind]
+    held = _held_at_reset(episode.goal, record) if kind.may_hold_at_reset else []
     conceded = outcome.reported in answer.accepted and outcome.raw_status is None and not outcome.W
     return ClosureOutcome(
         answer=answer,
@@ -246,7 +254,7 @@ def score_closure(answer: ClosureAnswer, episode: Episode, record: EpisodeRecord
         is_exact=outcome.reported == answer.accepted[0] and outcome.raw_status is None,
         evidence_seen=evidence_seen(answer.evidence, record),
         is_needless=_is_needless(episode.goal, held, record),
-        is_wrong_branch=answer.kind == "if_so" and any(_is_changed(part, record) for part in held),
+        is_wrong_branch=kind.has_branches and any(_is_changed(part, record) for part in held),
         is_refused=any(step.effect is not None and step.effect.refusal in _SILENT_REFUSALS for step in record.steps),
         is_wrong_object=not outcome.W and _is_done_to(episode.bindings.get(DISTRACTOR), episode.goal, record),
     )

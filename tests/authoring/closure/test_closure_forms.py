@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vigil.authoring.closure.attribute_phrases import (
+from vigil.authoring.closure.kinds.look_alike.phrases import (
     by_bearing,
     by_size,
     by_state,
@@ -11,8 +11,8 @@ from vigil.authoring.closure.attribute_phrases import (
     is_in_state,
     referents_in,
 )
+from vigil.authoring.closure.kinds.silent_refusal.tasks import obvious_surface
 from vigil.authoring.closure.receptacle_space import fits_on, free_surfaces, refuses_clicks
-from vigil.authoring.closure.silent_refusals import obvious_surface
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.sources import GeneratedHouse
 from vigil.authoring.review.placements import placements_on

@@ -16,13 +16,14 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from tests.support import builders
-from vigil.authoring.closure.all_of import HOME
-from vigil.authoring.closure.already_done import EVERYTHING_FORMS
-from vigil.authoring.closure.certify import EXEMPT, MIN_LOOKING_SHARE, Certifier, task_of
-from vigil.authoring.closure.distractors import look_alike
+from vigil.authoring.closure.certify import MIN_LOOKING_SHARE, Certifier, task_of
+from vigil.authoring.closure.everything import HOME
 from vigil.authoring.closure.generation import CLOSURE_GRAMMAR
-from vigil.authoring.closure.impossible import BLOCKERS, NOTICE_READABLE_M, impossible
-from vigil.authoring.closure.silent_refusals import FULL, silent_refusal
+from vigil.authoring.closure.kinds.already import EVERYTHING_FORMS
+from vigil.authoring.closure.kinds.impossible.tasks import BLOCKERS, NOTICE_READABLE_M, impossible
+from vigil.authoring.closure.kinds.look_alike.tasks import look_alike
+from vigil.authoring.closure.kinds.silent_refusal import FULL
+from vigil.authoring.closure.kinds.silent_refusal.tasks import silent_refusal
 from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.closure.twins import STRICT_SINCE, BrokenRule, check_hidden
 from vigil.authoring.drafting.drafts import ClosureDraft, DraftsFile, Rejection
@@ -53,6 +54,7 @@ from vigil.protocol.prompt import rendered_sha256
 from vigil.protocol.world import Setup
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.closure import (
+    CLOSURE_KINDS,
     DISTRACTOR,
     KINDS,
     PAIRED,
@@ -550,7 +552,8 @@ def test_look_alikes_differ_in_colour_and_the_wrong_one_is_told(simulator: Privi
 
 
 def test_exemptions_are_rules_of_the_families() -> None:
-    assert set().union(*EXEMPT.values()) <= set(RULES)
+    broken = [rules for kind in CLOSURE_KINDS.values() for rules in kind.exempt.values()]
+    assert set().union(*broken) <= set(RULES)
 
 
 def test_a_run_is_reported_in_a_section_of_its_own(pack: Pack, tmp_path: Path) -> None:

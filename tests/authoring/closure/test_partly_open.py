@@ -7,9 +7,10 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from vigil.authoring.closure.all_of import all_of
-from vigil.authoring.closure.already_done import already, if_so
 from vigil.authoring.closure.certify import Certifier
+from vigil.authoring.closure.kinds.all_of.tasks import all_of
+from vigil.authoring.closure.kinds.already.tasks import already
+from vigil.authoring.closure.kinds.if_so.tasks import if_so
 from vigil.authoring.closure.partly_open import (
     DRAWERS_AND_DOORS,
     MIN_GAP_M,

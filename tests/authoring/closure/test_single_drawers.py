@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vigil.authoring.closure.all_of import all_of
 from vigil.authoring.closure.certify import Certifier
+from vigil.authoring.closure.kinds.all_of.tasks import all_of
 from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.housegen import generate, spec_for

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.drafting.leaves import HEAVY_FURNITURE, LIGHT_FURNITURE, leaf_in_the_way
 from vigil.authoring.drafting.sources import GeneratedHouse
+from vigil.authoring.families.cr.leaves import HEAVY_FURNITURE, LIGHT_FURNITURE, leaf_in_the_way
 from vigil.authoring.review.validate import Validator
 from vigil.errors import EpisodeError
 from vigil.protocol.episode import Episode

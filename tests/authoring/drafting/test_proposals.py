@@ -8,10 +8,19 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from vigil.authoring.drafting import constraints, proposals, sequences
-from vigil.authoring.drafting.hard_starts import look_alikes, naming_cost, start_cost
+from vigil.authoring.drafting import proposals
+from vigil.authoring.drafting.grammar import kinds_of
+from vigil.authoring.drafting.hard_starts import naming_cost, start_cost
 from vigil.authoring.drafting.house_context import HouseContext
-from vigil.authoring.language.sentences import POINT, Forms
+from vigil.authoring.families.ai.drafts import acting
+from vigil.authoring.families.cr.drafts import hand_full
+from vigil.authoring.families.da.drafts import approaching
+from vigil.authoring.families.pg.drafts import POINT, pointing
+from vigil.authoring.families.si.drafts import seeking
+from vigil.authoring.families.sv.drafts import verifying
+from vigil.authoring.families.vs.drafts import searching
+from vigil.authoring.language.disambiguation import confusable
+from vigil.authoring.language.sentences import Forms
 from vigil.authoring.review.validate import Validator
 from vigil.base.geometry import Pose
 from vigil.errors import EpisodeError
@@ -24,14 +33,14 @@ from vigil.sim.privileged import PrivilegedSimulator
 Proposals = Callable[[HouseContext], Iterator[Episode]]
 
 GRAMMAR: dict[str, Proposals] = {
-    "PG": lambda context: proposals.pointing(context, "medium"),
-    "DA": proposals.approaching,
-    "VS": lambda context: proposals.searching(context, by_turning=True),
-    "SV": lambda context: proposals.verifying(context, "on"),
-    "AI": lambda context: proposals.acting(context, "pick"),
-    "SI": lambda context: proposals.seeking(context, "pick"),
-    "SM": sequences.rearranging,
-    "CR": constraints.hand_full,
+    "PG": lambda context: pointing(context, "medium"),
+    "DA": approaching,
+    "VS": lambda context: searching(context, by_turning=True),
+    "SV": lambda context: verifying(context, "on"),
+    "AI": lambda context: acting(context, "pick"),
+    "SI": lambda context: seeking(context, "pick"),
+    "SM": kinds_of("SM")["rearrange"],
+    "CR": hand_full,
 }
 IN_A_BATHROOM = ("CR",)
 """Families that draft much sooner where there is little to look at."""
@@ -69,7 +78,7 @@ def test_drafts_are_mostly_valid_and_reproducible(family: str, simulator: Privil
 def test_drafts_speak_the_half_that_is_asked_for(forms: Forms, simulator: PrivilegedSimulator, house: House) -> None:
     context = HouseContext(simulator, house, np.random.default_rng(3))
     context.forms = forms
-    said = [draft.instruction for draft in islice(proposals.pointing(context, "medium"), 6)]
+    said = [draft.instruction for draft in islice(pointing(context, "medium"), 6)]
     assert said
     for instruction in said:
         assert any(is_of(form, instruction) for form in POINT.of(forms))
@@ -93,7 +102,7 @@ def test_what_cannot_be_set_up_is_passed_over(
     simulator: PrivilegedSimulator, house: House, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A leaf that would reach through a wall, say: the things after it are proposed all the same."""
-    monkeypatch.setitem(GRAMMAR, "AI", lambda context: proposals.acting(context, "open"))
+    monkeypatch.setitem(GRAMMAR, "AI", lambda context: acting(context, "open"))
     opened = {episode.goal.object_id for episode in drafts(simulator, house, "AI", 0)}
     first = min(opened)
     reset = simulator.reset
@@ -115,9 +124,9 @@ def test_of_several_starts_the_hardest_is_kept(simulator: PrivilegedSimulator, h
         context.compared_starts = compared
         items = context.items
         costs[compared] = []
-        for episode in islice(proposals.pointing(context, "medium"), 8):
+        for episode in islice(pointing(context, "medium"), 8):
             target = context.thing(episode.goal.object_id)
-            others = look_alikes(items[target.id], items.values())
+            others = [other.id for other in confusable(items[target.id], items.values())]
             cost = start_cost(context.view, target, others, episode.start)
             costs[compared].append(cost + naming_cost(items[target.id], items.values()))
     assert costs[6]
@@ -131,7 +140,7 @@ def test_a_hard_start_may_show_as_little_of_its_target_as_the_rules_ask_for(
     for compared in (1, 12):
         context = HouseContext(simulator, house, np.random.default_rng(5))
         context.compared_starts = compared
-        episodes = list(islice(proposals.acting(context, "pick"), 6))
+        episodes = list(islice(acting(context, "pick"), 6))
         shown[compared] = [context.seen_from(each.start, each.goal.object_id).visible_px for each in episodes]
         assert all(context.has_room_to_move(each.start) for each in episodes)
     assert min(shown[1]) >= proposals.CLEAR_PX

@@ -6,8 +6,15 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from vigil.authoring.drafting import constraints, proposals, sequences
+from vigil.authoring.drafting.grammar import kinds_of
 from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.families.ai.drafts import acting
+from vigil.authoring.families.cr.drafts import swing_blocked
+from vigil.authoring.families.da.drafts import approaching
+from vigil.authoring.families.pg.drafts import pointing
+from vigil.authoring.families.si.drafts import seeking
+from vigil.authoring.families.sv.drafts import verifying
+from vigil.authoring.families.vs.drafts import searching
 from vigil.authoring.review.validate import Validator
 from vigil.housegen import generate, spec_for
 from vigil.housegen.base.merged_drawers import with_merged_drawers
@@ -21,13 +28,13 @@ from vigil.sim.privileged import PrivilegedSimulator
 Proposals = Callable[[HouseContext], Iterator[Episode]]
 
 GRAMMAR: dict[str, Proposals] = {
-    "PG": lambda context: proposals.pointing(context, "medium"),
-    "SV": lambda context: proposals.verifying(context, "open"),
-    "AI": lambda context: proposals.acting(context, "open"),
-    "SI": lambda context: proposals.seeking(context, "close"),
-    "SM reveal_pick": sequences.revealing,
-    "SM put_into": sequences.putting_in,
-    "SM open_pick_place": sequences.emptying,
+    "PG": lambda context: pointing(context, "medium"),
+    "SV": lambda context: verifying(context, "open"),
+    "AI": lambda context: acting(context, "open"),
+    "SI": lambda context: seeking(context, "close"),
+    "SM reveal_pick": kinds_of("SM")["reveal_pick"],
+    "SM put_into": kinds_of("SM")["put_into"],
+    "SM open_pick_place": kinds_of("SM")["open_pick_place"],
 }
 
 
@@ -81,12 +88,12 @@ def test_a_drawer_that_the_house_does_not_name_is_proposed_and_holds(
     context = HouseContext(simulator, whole, np.random.default_rng(3))
     context.allowed_ids = frozenset(drawer_ids(context))
     assert context.allowed_ids.isdisjoint(whole.ids)
-    drafts = list(islice(proposals.verifying(context, "open"), 3))
+    drafts = list(islice(verifying(context, "open"), 3))
     assert drafts
     assert any(Validator(simulator).validate(draft, whole).is_valid for draft in drafts)
 
 
-@pytest.mark.parametrize("find", [proposals.approaching, lambda context: proposals.searching(context, by_turning=True)])
+@pytest.mark.parametrize("find", [approaching, lambda context: searching(context, by_turning=True)])
 def test_nobody_walks_up_to_a_drawer_or_looks_for_one(context: HouseContext, find: Proposals) -> None:
     context.allowed_ids = frozenset(drawer_ids(context))
     assert list(find(context)) == []
@@ -101,7 +108,7 @@ def test_what_is_taken_out_is_not_put_on_the_same_furniture(simulator: Privilege
     tables = ("Dresser", "SideTable", "Desk", "TVStand", "CoffeeTable", "Bed")
     named = loose | {thing.id for thing in things if thing.category in tables}
     context.allowed_ids = frozenset(named | set(furniture))
-    drafts = list(islice(sequences.emptying(context), 12))
+    drafts = list(islice(kinds_of("SM")["open_pick_place"](context), 12))
     context.allowed_ids = None
     about = [draft for draft in drafts if draft.bindings["container"] in furniture]
     assert about
@@ -112,11 +119,11 @@ def test_what_is_taken_out_is_not_put_on_the_same_furniture(simulator: Privilege
 
 def test_the_furniture_itself_holds_nothing_inside(context: HouseContext) -> None:
     wholes = {context.thing(name).parent for name in drawer_ids(context)}
-    for draft in islice(sequences.putting_in(context), 12):
+    for draft in islice(kinds_of("SM")["put_into"](context), 12):
         assert draft.bindings["receptacle"] not in wholes
 
 
 def test_only_low_drawers_are_blocked_by_what_stands_before_them(context: HouseContext) -> None:
-    asked = [draft.goal.object_id for draft in islice(constraints.swing_blocked(context), 12)]
+    asked = [draft.goal.object_id for draft in islice(swing_blocked(context), 12)]
     low = [name for name in asked if name in drawer_ids(context)]
     assert all(context.thing(name).position.y < 0.5 for name in low)

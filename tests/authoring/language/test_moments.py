@@ -6,8 +6,8 @@ import pytest
 
 from vigil.assets.database import AssetDatabase
 from vigil.authoring.language import referring
-from vigil.authoring.language.phrases import Phrases, phrases_of
-from vigil.authoring.language.referring import items_as_seen, items_of
+from vigil.authoring.language.phrases import phrase_finder
+from vigil.authoring.language.referring import items_as_seen, items_of, phrase_for
 from vigil.base.geometry import Vec3
 from vigil.packs.pack import Pack
 from vigil.scene.build import build_scene
@@ -78,11 +78,11 @@ def test_equal_scenes_have_no_moment_in_common(starter: Pack, scene: Scene) -> N
 
 def test_phrases_are_those_of_the_moment(scene: Scene) -> None:
     for thing in [thing for thing in scene.things.values() if thing.is_pickupable][:5]:
-        before = phrases_of(scene)
-        assert before is phrases_of(scene)
-        assert before.of(thing.id) == Phrases(items_as_seen(scene)).of(thing.id)
+        before, items = phrase_finder(scene), items_as_seen(scene)
+        assert before is phrase_finder(scene)
+        assert before(thing.id) == phrase_for(items[thing.id], items.values())
         thing.is_present = False
-        assert phrases_of(scene) is not before
+        assert phrase_finder(scene) is not before
         with pytest.raises(KeyError):
-            phrases_of(scene).of(thing.id)
+            phrase_finder(scene)(thing.id)
         thing.is_present = True

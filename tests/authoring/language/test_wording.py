@@ -6,20 +6,21 @@ import string
 import numpy as np
 import pytest
 
+from vigil.authoring.families.cr.sentences import CONSTRAINTS
+from vigil.authoring.families.da.drafts import APPROACH
+from vigil.authoring.families.pg.drafts import POINT
+from vigil.authoring.families.sm.sentences import CHAINS, SEQUENCES
+from vigil.authoring.families.sv.drafts import BURNING_OR_NOT, QUESTIONS, QueriedState, question
+from vigil.authoring.families.vs.drafts import SEARCH
 from vigil.authoring.language import sentences as tables
-from vigil.authoring.language.chain_sentences import CHAINS
-from vigil.authoring.language.constraint_sentences import CONSTRAINTS
 from vigil.authoring.language.referring import mentions
 from vigil.authoring.language.sentences import FORMS, Sentences
-from vigil.authoring.language.sequence_sentences import SEQUENCES
 from vigil.authoring.language.wording import (
     PARTICIPLES,
     Act,
-    QueriedState,
     opening_phrase,
     order_slots,
     pronoun_slots,
-    question,
     say,
 )
 from vigil.authoring.review.rules import STANDARDS_IN_WORDS
@@ -29,10 +30,10 @@ from vigil.protocol.goals import STATE_LABELS
 
 RNG = np.random.default_rng(0)
 FAMILY_TABLES: dict[str, dict[str, Sentences]] = {
-    "PG": {"point": tables.POINT},
-    "DA": {"approach": tables.APPROACH},
-    "VS": {"search": tables.SEARCH},
-    "SV": {"is_toggled": tables.ON_OR_OFF, "is_open": tables.OPEN_OR_CLOSED, "flame": tables.BURNING_OR_NOT},
+    "PG": {"point": POINT},
+    "DA": {"approach": APPROACH},
+    "VS": {"search": SEARCH},
+    "SV": {**QUESTIONS, "flame": BURNING_OR_NOT},
     "AI": {"orders": tables.ORDERS},
     "SI": {"search_orders": tables.SEARCH_ORDERS},
     "SM": {**SEQUENCES, **CHAINS},
@@ -86,14 +87,14 @@ def says_its_end(family: Family, sentence: str) -> bool:
     return words is not None and re.search(words, sentence) is not None
 
 
-@pytest.mark.parametrize("sentence", tables.APPROACH.of("all"))
+@pytest.mark.parametrize("sentence", APPROACH.of("all"))
 def test_approaching_says_how_near_and_how_to_tell(sentence: str) -> None:
     assert any(standard in sentence for standard in STANDARDS_IN_WORDS)
     assert says_its_end("DA", sentence)
     assert not VAGUE.search(sentence)
 
 
-@pytest.mark.parametrize("sentence", tables.SEARCH.of("all"))
+@pytest.mark.parametrize("sentence", SEARCH.of("all"))
 def test_searching_says_how_to_tell(sentence: str) -> None:
     assert says_its_end("VS", sentence)
     assert not VAGUE.search(sentence)
@@ -119,7 +120,7 @@ def test_orders_are_read_back_as_one_thing(act: Act, category: str) -> None:
 
 
 @pytest.mark.parametrize("category", ["Boots", "Mug"])
-@pytest.mark.parametrize("table", [tables.POINT, tables.APPROACH, tables.SEARCH], ids=["PG", "DA", "VS"])
+@pytest.mark.parametrize("table", [POINT, APPROACH, SEARCH], ids=["PG", "DA", "VS"])
 def test_one_thing_is_read_back(table: Sentences, category: str) -> None:
     phrase = f"the {ACTED[category]} in the bedroom"
     for form in table.of("all"):
@@ -218,5 +219,8 @@ def test_questions_name_both_answers_or_none(asked: QueriedState, category: str)
 @pytest.mark.parametrize("forms", ["public", "held_out"])
 def test_a_question_is_of_the_half_that_is_asked_for(forms: tables.Forms) -> None:
     said = {question("is_toggled", "Television", "the television", forms, RNG) for _ in range(200)}
-    wanted = {form.format(whole="the television", Whole="The television") for form in tables.ON_OR_OFF.of(forms)}
+    wanted = {
+        form.format(whole="the television", Whole="The television", it="it")
+        for form in QUESTIONS["is_toggled"].of(forms)
+    }
     assert said == wanted

@@ -4,9 +4,10 @@ from collections.abc import Callable
 
 import pytest
 
+from vigil.authoring.families.sm.drafts import sequence_forms
+from vigil.authoring.families.sm.sentences import SEQUENCES
 from vigil.authoring.language.sentences import FORMS, Forms
-from vigil.authoring.language.sequence_sentences import SEQUENCES
-from vigil.authoring.language.wording import asks_inside, sequence_forms
+from vigil.authoring.language.wording import asks_inside
 from vigil.authoring.review.validate import ValidationResult, Validator
 from vigil.packs.pack import Pack
 from vigil.protocol import goals

@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from vigil.authoring.drafting import proposals
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import Drafts
+from vigil.authoring.families.pg.drafts import pointing
 from vigil.authoring.streaming.stream import Stream
 from vigil.errors import SettingError
 from vigil.protocol.families import FAMILIES, register_family
@@ -36,7 +36,7 @@ def add_drafts(family: str) -> None:
 
 def drafts(context: HouseContext) -> Drafts:
     """Yields pointing under another name."""
-    for episode in proposals.pointing(context, "large"):
+    for episode in pointing(context, "large"):
         yield episode.model_copy(update={"family": "ZZ", "target_size": None})
 
 

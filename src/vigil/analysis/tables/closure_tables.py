@@ -5,7 +5,7 @@ from typing import Any
 
 from vigil.analysis.measures.closure import ClosureRun, correct_pairs, discrimination, house_interval, rate
 from vigil.analysis.tables.table import Column, RateCell, Table, TableRow, counts, intervals, points, rate_cell, texts
-from vigil.scoring.closure import CLOSURE_LABELS, PAIRED, ClosureOutcome, Kind
+from vigil.scoring.closure import CLOSURE_KINDS, CLOSURE_LABELS, PAIRED, ClosureOutcome, Kind
 from vigil.scoring.rates import Interval
 
 HEADING = "Closure stress: C, correct closure"
@@ -109,7 +109,7 @@ def _rates_of_parts(
 
 def _form(outcome: ClosureOutcome) -> str:
     answer = outcome.answer
-    form = "" if answer.kind == "if_so" else answer.form
+    form = "" if CLOSURE_KINDS[answer.kind].has_branches else answer.form
     return answer.reason or " ".join(filter(None, (answer.side, form))) or "-"
 
 
@@ -156,7 +156,9 @@ def _pairs(runs: Sequence[ClosureRun]) -> Table:
                     pairs=found.pairs,
                     right=rate_cell(correct_pairs(part)),
                     auc=points(found.auc, found.auc_interval),
-                    d_prime=_with_interval(found.d_prime, found.d_prime_interval) if kind == "impossible" else None,
+                    d_prime=_with_interval(found.d_prime, found.d_prime_interval)
+                    if "impossible" in PAIRED[kind]
+                    else None,
                 )
             )
     notes = (

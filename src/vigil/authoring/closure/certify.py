@@ -4,17 +4,13 @@ The possible side satisfies the rules of its family (`vigil.authoring.review`), 
 side has its own rules. Source: `protocol.md` section 8, decision 30.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from vigil.authoring.closure.all_of import BY_NAME_PATTERN, BY_STATE_PATTERN, hides_half, on_or_open
-from vigil.authoring.closure.already_done import EVERYTHING_FORMS, MAKE_SURE_ALL_PATTERN, objects_meant
-from vigil.authoring.closure.attribute_phrases import referents_in
 from vigil.authoring.closure.partly_open import can_be_partly_open, gap_evidence, is_partly_open
 from vigil.authoring.closure.receptacle_space import fits_on
-from vigil.authoring.closure.silent_refusals import FULL, is_full
-from vigil.authoring.closure.tasks import BY_NAME, UNMENTIONED_ROLES, ClosureTask
+from vigil.authoring.closure.tasks import ClosureTask
 from vigil.authoring.closure.twins import (
     STRICT_SINCE,
     BrokenRule,
@@ -23,7 +19,7 @@ from vigil.authoring.closure.twins import (
     reason_for_absence,
 )
 from vigil.authoring.drafting.generation import SolvedSide
-from vigil.authoring.language.referring import Phrase, items_of, referents
+from vigil.authoring.language.referring import items_of
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.review.robustness import shows_one_wall
 from vigil.authoring.review.rules import ALMOST_CLOSED, MARGIN_PX, WIDE_OPEN
@@ -34,49 +30,34 @@ from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.solvers import carry_out
 from vigil.authoring.solving.viewpoints import Viewpoint, ViewpointQuery, viewpoints
+from vigil.base.exported import loaded
 from vigil.base.geometry import Pose, floor_distance
 from vigil.base.versions import RULES_VERSION
 from vigil.errors import EpisodeError
 from vigil.packs.pack import protocol_faults
 from vigil.protocol.actions import Action, Report, Status
 from vigil.protocol.episode import Episode
-from vigil.protocol.goals import AllOf, ObjectAtReceptacle, ObjectInState, is_observable
+from vigil.protocol.goals import ObjectAtReceptacle, is_observable
 from vigil.protocol.house import House
 from vigil.scene.geometry import body_box, box_distances
-from vigil.scene.things import Thing
 from vigil.scoring.closure import (
+    CLOSURE_KINDS,
     CONCEDED,
-    DISTRACTOR,
     FAIL_REASONS,
     PAIRED,
     SUITE,
     Certificate,
     ClosureAnswer,
     Evidence,
+    Kind,
     Reason,
     is_in_picture,
     score_closure,
 )
 from vigil.sim.privileged import PrivilegedSimulator
 
-_WORDING_RULES = frozenset({"target_named", "unambiguous"})
-EXEMPT: dict[str, frozenset[str]] = {
-    "all_of": frozenset({"protocol", "hidden_at_start", "clear_openness", *_WORDING_RULES}),
-    "already": frozenset({"clear_openness"}),
-    **{f"already {form}": frozenset({"protocol", "clear_openness", *_WORDING_RULES}) for form in EVERYTHING_FORMS},
-    "if_so": frozenset({"protocol", "hidden_at_start", "clear_openness"}),
-    "impossible put": frozenset({"protocol", "hidden_at_start"}),
-    "silent_refusal full_shelf": frozenset({"protocol", "hidden_at_start"}),
-    "out_of_sight": frozenset({"protocol", "hidden_at_start"}),
-    **{f"look_alike {form}": _WORDING_RULES for form in ("state", "bearing", "size")},
-}
-"""Kind, or kind and form -> rules of the families that it breaks on purpose; `protocol` is checked as for a suite."""
-FORMS_READ_BACK = ("state", "bearing", "size")
-"""Forms of look-alike tasks whose phrases have their own reader (`attribute_phrases`)."""
 MIN_LOOKING_SHARE = 0.5
 """Least share of the step budget for looking at everything that is asked about."""
-MAX_ACTING_SHARE = 0.6
-"""Greatest share of the step budget for acting, if the agent must look around for what to act on."""
 EVIDENCE_DISTANCE_M = (0.5, 4.0)
 """Distances (m) from a thing between which views of its evidence are looked for."""
 MAX_LOOKS = 80
@@ -84,13 +65,15 @@ MAX_LOOKS = 80
 SUMMARY = "Done."
 """Summary of the report that closes the second side."""
 BrokenRules = Iterator[tuple[str, str]]
+FAULTS_BY_KIND: dict[Kind, Callable[..., BrokenRules]] = {
+    name: loaded(kind.faults) for name, kind in CLOSURE_KINDS.items() if kind.faults is not None
+}
+"""Kind -> the function that yields the faults of a side by rules of the kind alone."""
 
 
 def exempt_of(task: ClosureTask) -> frozenset[str]:
     """Return the names of the families' rules that a task breaks on purpose."""
-    is_put = isinstance(task.episodes[0].goal, ObjectAtReceptacle) and task.kind == "impossible"
-    form = "put" if is_put else task.form
-    return EXEMPT.get(f"{task.kind} {form}", EXEMPT.get(task.kind, frozenset()))
+    return CLOSURE_KINDS[task.kind].exempt_of(task.form, task.episodes[0].provenance.template)
 
 
 class Certifier:
@@ -137,7 +120,7 @@ class Certifier:
         recorded: tuple[Action, ...] | None,
     ) -> tuple[tuple[Action, ...], list[Finding]]:
         """Return the actions that close the second side correctly, with findings about it. May raise BrokenRule."""
-        if task.kind == "if_so":
+        if CLOSURE_KINDS[task.kind].has_branches:
             return self._solve_side(task, second, house, recorded)
         actions = recorded or self._show_evidence_and_report(second, answer)
         return actions, [
@@ -148,48 +131,26 @@ class Certifier:
         self, task: ClosureTask, episode: Episode, house: House, recorded: tuple[Action, ...] | None
     ) -> tuple[tuple[Action, ...], list[Finding]]:
         """Return the solution of a side to which the families' rules apply, with findings about it."""
-        mentioned = {role: each for role, each in episode.bindings.items() if role not in UNMENTIONED_ROLES}
+        unnamed = CLOSURE_KINDS[task.kind].unnamed_roles
+        mentioned = {role: each for role, each in episode.bindings.items() if role not in unnamed}
         bare = episode.model_copy(update={"bindings": mentioned})
         exempt = exempt_of(task)
         result = self._validator.validate(bare, house, recorded, exempt=exempt)
         found = list(result.findings)
         if not found:
             self._simulator.reset(episode.start, episode.setup)
-            found = [Finding(episode.id, *broken) for broken in self._faults(task, episode)]
-            is_by_state = task.kind == "all_of" and task.form != BY_NAME
-            if is_by_state and len(result.actions) > MAX_ACTING_SHARE * episode.max_steps:
-                found.append(Finding(episode.id, "time_to_look", f"{len(result.actions)} of {episode.max_steps} steps"))
+            found = [Finding(episode.id, *broken) for broken in self._faults(task, episode, result.actions)]
             if shows_one_wall(EpisodeStart(episode, house, self._view)):
                 found.append(Finding(episode.id, "more_than_a_wall", "the first frame shows one wall"))
         return result.actions, found
 
-    def _faults(self, task: ClosureTask, episode: Episode) -> BrokenRules:
+    def _faults(self, task: ClosureTask, episode: Episode, actions: tuple[Action, ...]) -> BrokenRules:
         """Yield (rule, message) for the faults of a side under the rules of the suite and its kind."""
         yield from (("protocol", fault) for fault in protocol_faults(episode, SUITE))
         if "clear_openness" in exempt_of(task):
             yield from self._faults_of_gaps(episode)
-        if task.kind == "all_of" or task.form in EVERYTHING_FORMS:
-            yield from self._faults_of_words(task, episode)
-        if task.kind == "all_of":
-            yield from self._faults_of_view(task)
-        if task.kind == "look_alike":
-            yield from self._faults_of_alike(task, episode)
-        if task.form == FULL and isinstance(episode.goal, ObjectAtReceptacle):
-            yield from self._faults_of_full(episode.goal)
-
-    def _faults_of_full(self, goal: ObjectAtReceptacle) -> BrokenRules:
-        if not is_full(self._view, goal.object_id, goal.receptacle_id):
-            yield "obvious_is_full", f"{goal.receptacle_id!r} has room at the obvious place, or nowhere"
-
-    def _faults_of_alike(self, task: ClosureTask, episode: Episode) -> BrokenRules:
-        alike, target = episode.bindings[DISTRACTOR], episode.goal.object_id
-        things = self._view.scene.things
-        if things[alike].category != things[target].category or not things[alike].is_present:
-            yield "distinguished", f"{alike!r} does not have the category of {target!r}"
-        if task.form in FORMS_READ_BACK:
-            read = referents_in(episode.instruction, items_of(self._view.scene).values(), self._view)
-            if read != task.meant:
-                yield "distinguished", f"the instruction means {', '.join(sorted(read)) or 'nothing'}"
+        if task.kind in FAULTS_BY_KIND:
+            yield from FAULTS_BY_KIND[task.kind](self._view, task, episode, actions)
 
     def _faults_of_gaps(self, episode: Episode) -> BrokenRules:
         """Yield the faults of things that are neither closed, nor wide open, nor visibly partly open from close by."""
@@ -204,52 +165,18 @@ class Certifier:
             except Unsolvable:
                 yield "gap_visible", f"no reachable place shows the free edge of {thing.id!r} from close by"
 
-    def _faults_of_words(self, task: ClosureTask, episode: Episode) -> BrokenRules:
-        """Yield a fault unless the words of a task about several things, read back, mean exactly these things."""
-        is_everything = task.form in EVERYTHING_FORMS
-        read = self._everything_meant_by(episode) if is_everything else self._all_meant_by(episode.instruction)
-        if read != task.meant:
-            yield "distinguished", f"the instruction means {len(read)} things, the goal is about {len(task.meant)}"
-
-    def _faults_of_view(self, task: ClosureTask) -> BrokenRules:
-        states = self._view.world(set(task.meant)).objects.values()
-        if not hides_half([state.visible_px for state in states]):
-            yield "some_out_of_view", f"more than half of the {len(task.meant)} targets are in view at the start"
-
-    def _all_meant_by(self, instruction: str) -> set[str]:
-        """Return the ids of all things that "every ..." or "everything that ..." means in the current state."""
-        items = items_of(self._view.scene)
-        if named := BY_NAME_PATTERN.search(instruction):
-            return {item.id for item in referents(Phrase(named["name"], room=named["room"]), items.values())}
-        if found := BY_STATE_PATTERN.search(instruction):
-            here = self._in_room(found["room"])
-            return {thing.id for thing in on_or_open(here, "turn_off" if found["state"] == "is on" else "close")}
-        return set()
-
-    def _everything_meant_by(self, episode: Episode) -> set[str]:
-        """Return the ids of all things that "make sure that everything ..." means in the current state."""
-        found = MAKE_SURE_ALL_PATTERN.search(episode.instruction)
-        part = episode.goal.parts[0] if isinstance(episode.goal, AllOf) else episode.goal
-        act = "close" if isinstance(part, ObjectInState) and part.state == "is_open" else "turn_off"
-        return {thing.id for thing in objects_meant(self._in_room(found["room"]), act)} if found else set()
-
-    def _in_room(self, room: str | None) -> list[Thing]:
-        """Return the things in rooms with a name, or in all rooms if it is None."""
-        items = items_of(self._view.scene).values()
-        return [self._view.scene.things[item.id] for item in items if item.room_id and room in (None, item.room)]
-
     def _answers(self, task: ClosureTask, second: Episode, house: House) -> list[ClosureAnswer]:
         """Return the answers of twins. Raises BrokenRule if they are not twins, or the impossible side is possible."""
         first = task.episodes[0]
         check_single_difference(task, second)
-        for side in task.episodes if self._is_strict and task.kind != "if_so" else ():
+        for side in task.episodes if self._is_strict and not CLOSURE_KINDS[task.kind].has_branches else ():
             self._begin(side)
             check_hidden(task, side, self._view, is_searched="hidden_at_start" not in exempt_of(task))
         sides, pair = PAIRED[task.kind], f"pair:{first.id}"
         facts = {"kind": task.kind, "form": task.form, "pair": pair, "evidence": task.evidence}
         plan = Certificate(removed=task.removed, has_plan=True)
         answer = ClosureAnswer(episode_id=first.id, side=sides[0], certificate=plan, **facts)
-        if task.kind != "impossible":
+        if sides[1] != "impossible":
             self._begin(second)
             return [answer, ClosureAnswer(episode_id=second.id, side=sides[1], certificate=plan, **facts)]
         reason = self._reason(task, second, house)
@@ -312,7 +239,7 @@ class Certifier:
 
         Raises Unsolvable if no reachable place shows it.
         """
-        is_of_many = answer.form in EVERYTHING_FORMS
+        is_of_many = answer.form in CLOSURE_KINDS[answer.kind].forms_of_many
         left = [(each,) for each in answer.evidence] if is_of_many else [answer.evidence]
         while left:
             nearest = min(left, key=lambda evidence: self._distance_to(evidence[0]))
@@ -361,7 +288,8 @@ class Certifier:
         self, second: Episode, answer: ClosureAnswer, house: House, actions: tuple[Action, ...]
     ) -> BrokenRules:
         """Yield (rule, message) for the faults of the second side of twins and of the actions that should close it."""
-        if answer.form in EVERYTHING_FORMS and len(actions) < MIN_LOOKING_SHARE * second.max_steps:
+        is_of_many = answer.form in CLOSURE_KINDS[answer.kind].forms_of_many
+        if is_of_many and len(actions) < MIN_LOOKING_SHARE * second.max_steps:
             yield "enough_to_look_at", f"only {len(actions)} steps of {second.max_steps} to see all that is asked about"
         if len(actions) > BUDGET_SHARE * second.max_steps:
             yield "evidence_seen", f"{len(actions)} steps of {second.max_steps} to see the evidence"

@@ -2,28 +2,17 @@
 
 from collections.abc import Callable, Iterator
 
-from vigil.authoring.closure.all_of import all_of
-from vigil.authoring.closure.already_done import already, if_so
 from vigil.authoring.closure.certify import Certifier
-from vigil.authoring.closure.distractors import look_alike
-from vigil.authoring.closure.impossible import impossible
-from vigil.authoring.closure.out_of_sight import out_of_sight
-from vigil.authoring.closure.silent_refusals import silent_refusal
 from vigil.authoring.closure.tasks import Tasks
 from vigil.authoring.drafting.generation import Checker, Grammar, Proposer, seed_context
 from vigil.authoring.drafting.house_context import HouseContext
+from vigil.base.exported import loaded
 from vigil.protocol.families import Family
-from vigil.scoring.closure import KINDS, Kind
+from vigil.scoring.closure import CLOSURE_KINDS, KINDS, Kind
 from vigil.sim.privileged import PrivilegedSimulator
 
 PROPOSALS: dict[Kind, Callable[[HouseContext], Tasks]] = {
-    "all_of": all_of,
-    "impossible": impossible,
-    "already": already,
-    "if_so": if_so,
-    "silent_refusal": silent_refusal,
-    "look_alike": look_alike,
-    "out_of_sight": out_of_sight,
+    name: loaded(kind.tasks) for name, kind in CLOSURE_KINDS.items()
 }
 """Kind -> the function that proposes its tasks in a house."""
 FAMILY: Family = "SI"

@@ -11,8 +11,8 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.assets.catalog import CATALOG
 from vigil.assets.kernel.asset import Surface
+from vigil.authoring.drafting.filling import can_hold
 from vigil.base.geometry import Pose, Vec3, rotate_floor
 from vigil.scene.geometry import Motion, Prism, prisms_of
 from vigil.scene.outlines import polygon_of
@@ -42,15 +42,17 @@ def fits_on(scene: Scene, thing_id: str, receptacle_id: str, *, may_clear: bool 
     if may_clear:
         gone |= {each.id for each in scene.things.values() if each.is_pickupable}
     stands = [receptacle]
-    if may_clear:
-        stands += [each for each in _fixed_on(scene, receptacle) if _takes(each, thing)]
+    if may_clear:  # what stands on the receptacle, directly or on others, and cannot be carried
+        fixed = [each for each in scene.things.values() if each.is_present and not each.is_pickupable]
+        stands += [each for each in fixed if receptacle in ancestors(scene, each) and _takes(each, thing)]
     if any(
         _free(scene, thing, stand, surface, frame, gone)
         for stand in stands
         for surface, frame in _bearing(stand, receptacle)
     ):
         return True
-    trays = [each for each in scene.things.values() if may_clear and _is_tray(each, thing) and each.id != thing_id]
+    carried = [each for each in scene.things.values() if each.is_present and each.is_pickupable and may_clear]
+    trays = [each for each in carried if _takes(each, thing) and each.id != thing_id]
     return any(
         _free(scene, tray, receptacle, surface, frame, gone | {tray.id})
         for tray in trays
@@ -86,21 +88,8 @@ def _bearing(stand: Thing, receptacle: Thing) -> list[tuple[Surface, Motion]]:
     return [each for each in level_surfaces(stand) if not ends_lying_on(stand, each[0], receptacle)]
 
 
-def _fixed_on(scene: Scene, receptacle: Thing) -> list[Thing]:
-    """Return the things that stand on a receptacle, directly or on others, and cannot be carried."""
-    return [
-        each
-        for each in scene.things.values()
-        if each.is_present and not each.is_pickupable and receptacle in ancestors(scene, each)
-    ]
-
-
 def _takes(receptacle: Thing, thing: Thing) -> bool:
-    return receptacle.is_receptacle and CATALOG[receptacle.category].can_hold(CATALOG[thing.category])
-
-
-def _is_tray(each: Thing, thing: Thing) -> bool:
-    return each.is_present and each.is_pickupable and _takes(each, thing)
+    return receptacle.is_receptacle and can_hold(receptacle, thing)
 
 
 def _free(scene: Scene, thing: Thing, receptacle: Thing, surface: Surface, frame: Motion, gone: set[str]) -> bool:
@@ -109,7 +98,9 @@ def _free(scene: Scene, thing: Thing, receptacle: Thing, surface: Surface, frame
     solids = [
         polygon_of(prism) for prism in _solids_between(scene, receptacle, gone, height, height + thing.asset.size.y)
     ]
-    flat = _widened_outline(surface, frame)
+    x, z = surface.size_x / 2 + EDGE_M, surface.size_z / 2 + EDGE_M  # things may extend beyond the edge
+    corners = frame(np.array([[-x, 0.0, -z], [x, 0.0, -z], [x, 0.0, z], [-x, 0.0, z]]))
+    flat = shapely.Polygon(corners[:, [0, 2]])
     solids = [each for each in solids if each.intersects(flat.buffer(2 * EDGE_M))]
     size = np.array([thing.asset.size.x, thing.asset.size.z]) - 2 * TOUCH_M
     return any(_is_free(flat, solids, size, float(yaw)) for yaw in np.arange(0.0, 180.0, TURN_STEP_DEG))
@@ -122,13 +113,6 @@ def _solids_between(scene: Scene, receptacle: Thing, gone: set[str], low: float,
             for prism in prisms_of(other):
                 if prism.bottom < high - TOUCH_M and prism.top > low + TOUCH_M:
                     yield prism
-
-
-def _widened_outline(surface: Surface, frame: Motion) -> shapely.Polygon:
-    """Return the outline of a surface on the floor, widened by the distance that things may extend beyond its edge."""
-    x, z = surface.size_x / 2 + EDGE_M, surface.size_z / 2 + EDGE_M
-    corners = frame(np.array([[-x, 0.0, -z], [x, 0.0, -z], [x, 0.0, z], [-x, 0.0, z]]))
-    return shapely.Polygon(corners[:, [0, 2]])
 
 
 def _is_free(flat: shapely.Polygon, solids: Sequence[BaseGeometry], size: np.ndarray, yaw: float) -> bool:

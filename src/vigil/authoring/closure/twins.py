@@ -11,6 +11,7 @@ from vigil.authoring.language.referring import DescribedThing, Phrase, referents
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.errors import EpisodeError
 from vigil.protocol.episode import Episode
+from vigil.scoring.closure import CLOSURE_KINDS
 
 STRICT_SINCE = 3
 """Version of the rules since which first frames must not show the difference, and `elsewhere` needs the exact name."""
@@ -25,10 +26,10 @@ class BrokenRule(EpisodeError):
 
 
 def check_single_difference(task: ClosureTask, second: Episode) -> None:
-    """Raise BrokenRule unless twins differ exactly in the setup of `task.removed` (and in the goal of `if_so`)."""
+    """Raise BrokenRule unless twins differ exactly in the setup of `task.removed` (with branches, in the goal too)."""
     first = task.episodes[0]
     same = ("family", "house", "start", "instruction", "bindings", "max_steps", "max_invalid")
-    goal = () if task.kind == "if_so" else ("goal",)
+    goal = () if CLOSURE_KINDS[task.kind].has_branches else ("goal",)
     apart = [name for name in (*same, *goal) if getattr(first, name) != getattr(second, name)]
     ids = {
         object_id

@@ -5,11 +5,11 @@ The kinds are also strata over which a pack is balanced (`vigil.authoring.packin
 
 from collections.abc import Callable
 from functools import partial
-from pkgutil import resolve_name
 from typing import Any
 
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.authoring.drafting.proposals import Drafts
+from vigil.base.exported import loaded
 from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.family import DraftKind
 
@@ -22,7 +22,7 @@ def kinds_of(family: Family) -> dict[str, Proposals]:
 
 
 def _proposals(kind: DraftKind) -> Proposals:
-    function: Callable[..., Drafts] = resolve_name(kind.drafts) if isinstance(kind.drafts, str) else kind.drafts
+    function = loaded(kind.drafts)
     arguments: dict[str, Any] = {
         name: _proposals(value) if isinstance(value, DraftKind) else value for name, value in kind.arguments.items()
     }

@@ -9,7 +9,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from vigil.authoring.language.referring import DescribedThing, Phrase, phrase_for, referents
+from vigil.authoring.language.disambiguation import confusable
+from vigil.authoring.language.referring import DescribedThing, phrase_for
 from vigil.authoring.solving.look_targets import surface_points
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.geometry import Pose
@@ -26,17 +27,12 @@ _NO_DIFFICULTY = LevelMeasures(
 """Measures that add nothing to the index."""
 
 
-def look_alikes(item: DescribedThing, items: Iterable[DescribedThing]) -> list[str]:
-    """Return the ids of the other objects that an object's bare name may mean."""
-    return [other.id for other in referents(Phrase(item.name), items) if other.id != item.id]
-
-
 def naming_cost(item: DescribedThing, items: Iterable[DescribedThing]) -> float:
     """Return the most that an object's look-alikes in the house and the words of its phrase can add to the index."""
     every = list(items)
     phrase = phrase_for(item, every)
     words = 0 if phrase is None else len(str(phrase).split()) - 1
-    figures = {"look_alikes": len(look_alikes(item, every)), "reference_words": words}
+    figures = {"look_alikes": len(confusable(item, every)), "reference_words": words}
     measures = _NO_DIFFICULTY.model_copy(update=figures)
     return sum(COSTS[name].of(measures) for name in figures)
 

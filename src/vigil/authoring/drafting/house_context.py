@@ -1,6 +1,6 @@
 """A loaded house in which episodes are proposed: its inventory, seeded start poses and referring expressions."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import islice
 
@@ -8,11 +8,12 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.authoring.drafting.hard_starts import look_alikes, naming_cost, start_cost
-from vigil.authoring.language.phrases import phrases_of
+from vigil.authoring.drafting.hard_starts import naming_cost, start_cost
+from vigil.authoring.language.disambiguation import confusable
+from vigil.authoring.language.phrases import phrase_finder
 from vigil.authoring.language.referring import DescribedThing, Phrase, items_as_seen, without_repeats
 from vigil.authoring.language.sentences import Forms, Sentences
-from vigil.authoring.language.wording import pronoun_slots, say
+from vigil.authoring.language.wording import Act, order_slots, pronoun_slots, say
 from vigil.authoring.solving.free_space import has_room_to_move
 from vigil.authoring.solving.look_targets import surface_points
 from vigil.authoring.solving.privileged_view import PrivilegedView
@@ -59,10 +60,6 @@ class VisibilityTest:
     min_px: int
     """Number of visible pixels below which the test fails, so that it need not be run."""
     is_met: Callable[[ObjectState], bool]
-
-    def __call__(self, state: ObjectState) -> bool:
-        """Return whether an object in that state is clearly seen."""
-        return self.is_met(state)
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,15 +145,31 @@ class HouseContext:
 
     def phrase(self, thing_id: str) -> Phrase | None:
         """Return the shortest phrase that means a thing only, in the current state; None if there is none."""
-        return phrases_of(self.view.scene).of(thing_id)
+        return phrase_finder(self.view.scene)(thing_id)
 
     def say(self, sentences: Sentences, **slots: str) -> str:
         """Return a random one of the sentences in use, with its slots filled."""
         return say(sentences.of(self.forms), self.rng, **slots)
 
-    def sentence_about(self, thing: Thing, sentences: Sentences) -> str:
-        """Return a random sentence about one thing in its current state."""
-        return self.say(sentences, target=str(self.phrase(thing.id)), **pronoun_slots(thing.category))
+    def order(self, sentences: Sentences, act: Act | None, thing: Thing, phrase: Phrase | str | None) -> str:
+        """Return a random one of the sentences in use about a thing that `phrase` means, and an act on it."""
+        words = {} if act is None else order_slots(act, thing.category, str(phrase), self.rng)
+        return self.say(sentences, target=str(phrase), **words | pronoun_slots(thing.category))
+
+    def start_and_phrases(
+        self, setup: Setup, things: Mapping[str, Thing], find_start: Callable[[dict[str, Phrase]], Pose | None]
+    ) -> tuple[Pose, dict[str, Phrase]] | None:
+        """Return a start in the house with a setup, and a phrase for each of the things, by the same keys.
+
+        `find_start` finds the start, given the phrases, while the house has the setup; afterwards the house has none.
+        None if the setup is impossible, a thing cannot be named, or there is no start.
+        """
+        if not self.can_begin(setup):
+            return None
+        phrases = {key: phrase for key, thing in things.items() if (phrase := self.phrase(thing.id)) is not None}
+        start = find_start(phrases)
+        self.begin(Setup())
+        return None if start is None or len(phrases) < len(things) else (start, phrases)
 
     def shuffled(self, things: list[Thing]) -> list[Thing]:
         """Return things in a random order."""
@@ -170,8 +183,10 @@ class HouseContext:
         wanted = [thing for thing in self.view.scene.things.values() if thing.is_present and is_wanted(thing)]
         if self.allowed_ids is not None:
             wanted = [thing for thing in wanted if thing.id in self.allowed_ids]
-        phrases = phrases_of(self.view.scene)
-        named = _one_drawer_each([thing for thing in self.shuffled(wanted) if phrases.of(thing.id)])
+        phrase_of = phrase_finder(self.view.scene)
+        named = [thing for thing in self.shuffled(wanted) if phrase_of(thing.id)]
+        drawers = {thing.parent: thing for thing in reversed(named) if thing.is_drawer}
+        named = [thing for thing in named if not thing.is_drawer or drawers[thing.parent] is thing]
         if not self.prefers_hard_starts:
             return named
         items = self.items
@@ -255,16 +270,17 @@ class HouseContext:
         if len(found) < 2:
             return next(iter(found), None)
         items = self.items
-        others = look_alikes(items[thing.id], items.values())
+        others = [other.id for other in confusable(items[thing.id], items.values())]
         return max(found, key=lambda pose: start_cost(self.view, thing, others, pose))
 
     def sees_clearly(self, pose: Pose, thing_ids: list[str], is_clear: VisibilityTest) -> bool:
         """Return whether a pose sees all of the things clearly."""
-        return all(self._is_clear_from(pose, thing_id, is_clear) for thing_id in thing_ids)
-
-    def _is_clear_from(self, pose: Pose, thing_id: str, is_clear: VisibilityTest) -> bool:
-        with self.view.at_pose(pose):
-            return self.view.may_be_visible(thing_id, is_clear.min_px) and is_clear(self.view.state_of(thing_id))
+        view = self.view
+        with view.at_pose(pose):
+            return all(
+                view.may_be_visible(thing_id, is_clear.min_px) and is_clear.is_met(view.state_of(thing_id))
+                for thing_id in thing_ids
+            )
 
     def away_from(self, thing: Thing, least_m: float, most_m: float) -> PositionMask:
         """Return the mask of places between two distances (m) from a thing's box."""
@@ -293,12 +309,6 @@ class HouseContext:
             target_size=ask.target_size,
             provenance=Provenance(author=AUTHOR, template=ask.template, seed=seed_of(self.house)),
         )
-
-
-def _one_drawer_each(things: list[Thing]) -> list[Thing]:
-    """Return things in their order, with only the first drawer of each piece of furniture."""
-    chosen = {thing.parent: thing for thing in reversed(things) if thing.is_drawer}
-    return [thing for thing in things if not thing.is_drawer or chosen[thing.parent] is thing]
 
 
 def _standing_poses(simulator: PrivilegedSimulator, house: House) -> list[Pose]:

@@ -1,32 +1,22 @@
-"""Proposals of the families with one object (PG, DA, VS, SV, AI, SI), with varied instructions.
+"""What families with one object share: which things may be targets, their starts, states, goals and drafts.
 
-Drafts satisfy most rules by construction; `vigil.authoring.review.validate` decides. `sequences` and `chains` propose
-SM, `constraints` and `leaves` CR.
+The functions that draft a family's kinds are in the family's folder in `vigil.authoring.families`. Drafts satisfy most
+rules by construction; `vigil.authoring.review.validate` decides.
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import Literal
+from dataclasses import dataclass
 
 from vigil.authoring.drafting.house_context import MARGIN_PX, HouseContext, TaskSpec, VisibilityTest
-from vigil.authoring.language.sentences import APPROACH, ORDERS, POINT, SEARCH, SEARCH_ORDERS, Sentences
-from vigil.authoring.language.wording import Act, order_slots, pronoun_slots, question
-from vigil.authoring.review.rules import SMALL_START_PX, START_PX, STATE_START_PX, WIDE_OPEN, place_blind_to
-from vigil.base.geometry import EYE_HEIGHT_M, Pose
+from vigil.authoring.language.referring import Phrase
+from vigil.authoring.language.sentences import Sentences
+from vigil.authoring.language.wording import Act
+from vigil.authoring.review.rules import START_PX, WIDE_OPEN
+from vigil.base.geometry import Pose
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES, Family
 from vigil.protocol.family import DEFAULT_HORIZON_DEG, TargetSize
-from vigil.protocol.goals import (
-    NEAR_M,
-    AgentNearTarget,
-    Goal,
-    ObjectHeld,
-    ObjectInState,
-    ReportStatus,
-    StateLabel,
-    TargetGrounded,
-    is_observable,
-    is_state_observable,
-)
+from vigil.protocol.goals import Goal, ObjectHeld, ObjectInState, is_observable
 from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.supports import surface_named
 from vigil.scene.things import Thing
@@ -35,9 +25,6 @@ from vigil.scoring.target_strata import size_of
 CLEAR_PX, HARD_PX = 400, START_PX
 """Visible pixels of the object to act on at a start that is clear to a person, and at a hard start (the rules' least).
 """
-CLEAR_PX_BY_SIZE: dict[TargetSize, int] = {"large": 4000, "medium": 800, "small": 180}
-HARD_PX_BY_SIZE: dict[TargetSize, int] = {"large": 1000, "medium": 200, "small": SMALL_START_PX}
-STATE_PX, HARD_STATE_PX = 350, STATE_START_PX
 LEVEL_DEG = 0.0
 NEVER_TARGETS = frozenset(
     {
@@ -57,26 +44,71 @@ SV_TOGGLES = frozenset(
     }
 )
 """Categories that show from across a room whether they are on."""
-APPROACHED_M = (0.15, 1.9)
-"""Longest sides (m) between which an object is approached; smaller ones are hard to see, larger ones always near."""
-MIN_SEARCHED_SIZE_M = 0.1
-"""Longest side (m) above which an object is searched for."""
-ABOVE_EYES_M = 0.3
-"""Height (m) below the eyes above which a state is judged with the camera level."""
 POSES_PER_PLACE = 3
 """Number of poses tried at one place for one that does not see the target."""
 SPREAD_DEG = {True: 60.0, False: 180.0}
 """Whether turning would show the target -> greatest angle (deg) of a start's heading to straight away from it."""
-
-LABELS: dict[StateLabel, tuple[Literal["is_toggled", "is_open"], ObjectSetup]] = {
-    "on": ("is_toggled", ObjectSetup(is_toggled=True)),
-    "off": ("is_toggled", ObjectSetup(is_toggled=False)),
-    "open": ("is_open", ObjectSetup(openness=1.0)),
-    "closed": ("is_open", ObjectSetup(openness=0.0)),
-}
-"""Label -> the state that is asked about, and the change that sets it."""
+ACTS: tuple[Act, ...] = ("turn_on", "turn_off", "open", "close", "pick")
 
 Drafts = Iterator[Episode]
+PoseTest = Callable[[Pose], bool]
+
+
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """How a family asks for one thing; the words and the goal follow from the act where there is one."""
+
+    family: Family
+    sentences: Sentences
+    find_start: Callable[[Thing, PoseTest], Pose | None]
+    """Function from a thing to a start that passes a further test, in the house with the setup; None without one."""
+    goal_of: Callable[[Thing], Goal] | None = None
+    """Function from a thing to the goal; None where the act gives the goal."""
+    act: Act | None = None
+    template: str = ""
+    """Template of the drafts; empty where the act is the template."""
+
+
+def drafts_about(context: HouseContext, ask: Ask, things: Iterable[Thing]) -> Drafts:
+    """Yield a draft for each of the things that has a start."""
+    for thing in things:
+        setup = setup_for(thing, ask.act)
+        if not context.can_begin(setup):
+            continue
+        start = ask.find_start(thing, lambda _: True)
+        phrase = context.phrase(thing.id)
+        context.begin(Setup())
+        if start is not None:
+            yield draft_about(context, ask, thing, start, phrase)
+
+
+def draft_about(context: HouseContext, ask: Ask, thing: Thing, start: Pose, phrase: Phrase | None) -> Episode:
+    """Return the draft about a thing that `phrase` means."""
+    task = TaskSpec(
+        start=start,
+        setup=setup_for(thing, ask.act),
+        instruction=context.order(ask.sentences, ask.act, thing, phrase),
+        goal=goal_for(thing, ask.act or "pick") if ask.goal_of is None else ask.goal_of(thing),
+        bindings={"target": thing.id},
+        template=ask.template or ask.act or "",
+        target_size=size_of_thing(thing) if FAMILIES[ask.family].stratum == "target_size" else None,
+    )
+    return context.draft(ask.family, task)
+
+
+def finder_of_starts_in_view(
+    context: HouseContext, family: Family, test_for: Callable[[Thing], VisibilityTest] | None = None
+) -> Callable[[Thing, PoseTest], Pose | None]:
+    """Return the function that finds a start of a family whose target is in view, for `Ask.find_start`.
+
+    `test_for` gives the test of whether a thing is in view enough; None: as for an object to act on.
+    """
+
+    def find_start(thing: Thing, also: PoseTest) -> Pose | None:
+        is_clear = is_in_view(context) if test_for is None else test_for(thing)
+        return context.start_seeing(thing, FAMILIES[family].start_distance_m, DEFAULT_HORIZON_DEG, is_clear, also)
+
+    return find_start
 
 
 def is_target(thing: Thing) -> bool:
@@ -95,79 +127,9 @@ def is_in_view(context: HouseContext) -> VisibilityTest:
     return is_seen(HARD_PX if context.prefers_hard_starts else CLEAR_PX)
 
 
-def is_in_view_to_point(context: HouseContext, size: TargetSize) -> VisibilityTest:
-    """Return the test that a start shows a target of a size to point at: clearly, or as the rules ask if hard."""
-    return is_seen((HARD_PX_BY_SIZE if context.prefers_hard_starts else CLEAR_PX_BY_SIZE)[size])
-
-
 def size_of_thing(thing: Thing) -> TargetSize:
     """Return the size class of a thing as a target."""
     return size_of(thing.category, max(thing.asset.size))
-
-
-def pointing(context: HouseContext, size: TargetSize) -> Drafts:
-    """Yield PG drafts with targets of a size class."""
-    for thing in context.things(lambda thing: is_target(thing) and size_of_thing(thing) == size):
-        start = context.start_seeing(
-            thing, FAMILIES["PG"].start_distance_m, DEFAULT_HORIZON_DEG, is_in_view_to_point(context, size)
-        )
-        if start is not None:
-            yield context.draft(
-                "PG",
-                TaskSpec(
-                    start=start,
-                    instruction=context.sentence_about(thing, POINT),
-                    goal=TargetGrounded(object_id=thing.id),
-                    bindings={"target": thing.id},
-                    target_size=size,
-                ),
-            )
-
-
-def approaching(context: HouseContext) -> Drafts:
-    """Yield DA drafts."""
-    for thing in context.things(lambda thing: is_approachable(thing)):
-        if place_blind_to(context.view, thing, NEAR_M) is not None:
-            continue
-        start = context.start_seeing(thing, FAMILIES["DA"].start_distance_m, DEFAULT_HORIZON_DEG, is_in_view(context))
-        if start is not None:
-            yield context.draft(
-                "DA",
-                TaskSpec(
-                    start=start,
-                    instruction=context.sentence_about(thing, APPROACH),
-                    goal=AgentNearTarget(object_id=thing.id, threshold_m=NEAR_M),
-                    bindings={"target": thing.id},
-                ),
-            )
-
-
-def is_approachable(thing: Thing) -> bool:
-    """Return whether a thing may be a target of DA: it has a suitable size and is not a drawer."""
-    low, high = APPROACHED_M
-    return is_target(thing) and low < max(thing.asset.size) < high and not thing.is_drawer
-
-
-def searching(context: HouseContext, *, by_turning: bool) -> Drafts:
-    """Yield VS drafts; `by_turning` says whether turning at the start position must or must not show the target."""
-    for thing in context.things(lambda thing: is_searchable(thing) and can_be_searched_for(context, thing)):
-        start = start_not_seeing(context, thing, by_turning=by_turning, horizon=LEVEL_DEG)
-        if start is not None:
-            yield context.draft(
-                "VS",
-                TaskSpec(
-                    start=start,
-                    instruction=context.sentence_about(thing, SEARCH),
-                    goal=ObjectInState(object_id=thing.id, state="is_visible"),
-                    bindings={"target": thing.id},
-                    template="turn" if by_turning else "walk",
-                ),
-            )
-
-
-def is_searchable(thing: Thing) -> bool:
-    """Return whether a thing may be searched for: it is not too small, and not a drawer, which is in its furniture."""
-    return max(thing.asset.size) > MIN_SEARCHED_SIZE_M and not thing.is_drawer
 
 
 def can_be_searched_for(context: HouseContext, thing: Thing) -> bool:
@@ -202,102 +164,6 @@ def _starts_not_seeing(context: HouseContext, thing: Thing, by_turning: bool | N
                 break
 
 
-def verifying(context: HouseContext, label: StateLabel) -> Drafts:
-    """Yield SV drafts whose state at the start is `label`."""
-    state, change = LABELS[label]
-    for thing in context.things(lambda thing: is_target(thing) and _has_state(thing, state)):
-        setup = Setup(objects={thing.id: _with_laptop_open(thing, change) if state == "is_toggled" else change})
-        if not context.can_begin(setup):
-            continue
-        start = context.start_seeing(
-            thing,
-            FAMILIES["SV"].start_distance_m,
-            LEVEL_DEG if thing.position.y > EYE_HEIGHT_M - ABOVE_EYES_M else DEFAULT_HORIZON_DEG / 2,
-            _shows_state(state, HARD_STATE_PX if context.prefers_hard_starts else STATE_PX),
-        )
-        phrase = context.phrase(thing.id)
-        context.begin(Setup())
-        if start is not None:
-            yield context.draft(
-                "SV",
-                TaskSpec(
-                    start=start,
-                    setup=setup,
-                    instruction=question(state, thing.category, str(phrase), context.forms, context.rng),
-                    goal=ReportStatus(object_id=thing.id, state=state),
-                    bindings={"target": thing.id},
-                    template=label,
-                ),
-            )
-
-
-def _shows_state(state: Literal["is_toggled", "is_open"], min_px: int) -> VisibilityTest:
-    """Return the test that the parts that show an object's state are in view with `min_px` pixels and a margin."""
-    needed = min_px + 2 * MARGIN_PX
-    return VisibilityTest(
-        needed, lambda seen: seen.state_px(state) >= needed and seen.visible and is_state_observable(seen, state)
-    )
-
-
-def _has_state(thing: Thing, state: str) -> bool:
-    if state == "is_toggled":
-        return thing.is_toggleable and thing.category in SV_TOGGLES
-    return thing.is_openable and thing.category not in UNCLEAR_WHEN_OPEN
-
-
-def acting(context: HouseContext, act: Act) -> Drafts:
-    """Yield AI drafts of an act: the target is in view but out of reach."""
-    yield from _drafts_of_act(
-        context,
-        ("AI", ORDERS, act),
-        context.things(lambda thing: is_target(thing) and allows(thing, act)),
-        lambda thing: context.start_seeing(
-            thing, FAMILIES["AI"].start_distance_m, DEFAULT_HORIZON_DEG, is_in_view(context)
-        ),
-    )
-
-
-def seeking(context: HouseContext, act: Act, *, by_turning: bool | None = None) -> Drafts:
-    """Yield SI drafts of an act: the target is out of view.
-
-    `by_turning` says whether turning must or must not show the target (None: either).
-    """
-    yield from _drafts_of_act(
-        context,
-        ("SI", SEARCH_ORDERS, act),
-        context.things(lambda thing: allows(thing, act) and can_be_searched_for(context, thing)),
-        lambda thing: start_not_seeing(context, thing, by_turning=by_turning, horizon=DEFAULT_HORIZON_DEG / 2),
-    )
-
-
-def _drafts_of_act(
-    context: HouseContext,
-    kind: tuple[Family, Sentences, Act],
-    things: Iterable[Thing],
-    start_for: Callable[[Thing], Pose | None],
-) -> Drafts:
-    """Yield a draft of a family and an act for each thing that has a start."""
-    family, sentences, act = kind
-    for thing in things:
-        setup = setup_for(thing, act)
-        if not context.can_begin(setup):
-            continue
-        start = start_for(thing)
-        phrase = str(context.phrase(thing.id))
-        context.begin(Setup())
-        if start is not None:
-            words = order_slots(act, thing.category, phrase, context.rng) | pronoun_slots(thing.category)
-            task = TaskSpec(
-                start=start,
-                setup=setup,
-                instruction=context.say(sentences, target=phrase, **words),
-                goal=goal_for(thing, act),
-                bindings={"target": thing.id},
-                template=act,
-            )
-            yield context.draft(family, task)
-
-
 def allows(thing: Thing, act: Act) -> bool:
     """Return whether a thing allows an act."""
     if act == "pick":
@@ -307,19 +173,24 @@ def allows(thing: Thing, act: Act) -> bool:
     return thing.is_toggleable
 
 
-def setup_for(thing: Thing, act: Act) -> Setup:
-    """Return the setup in which a thing is in the state before an act."""
-    changes: dict[Act, ObjectSetup] = {
+def acts_for(thing: Thing) -> list[Act]:
+    """Return the acts that can be asked for with a thing."""
+    return [act for act in ACTS if allows(thing, act)]
+
+
+def setup_for(thing: Thing, act: Act | None) -> Setup:
+    """Return the setup in which a thing is in the state before an act; an empty one without an act."""
+    changes: dict[Act | None, ObjectSetup] = {
         "open": ObjectSetup(openness=0.0),
         "close": ObjectSetup(openness=1.0),
-        "turn_on": _with_laptop_open(thing, ObjectSetup(is_toggled=False, openness=0.0 if thing.is_openable else None)),
-        "turn_off": _with_laptop_open(thing, ObjectSetup(is_toggled=True)),
+        "turn_on": with_laptop_open(thing, ObjectSetup(is_toggled=False, openness=0.0 if thing.is_openable else None)),
+        "turn_off": with_laptop_open(thing, ObjectSetup(is_toggled=True)),
     }
     change = changes.get(act)
     return Setup(objects={thing.id: change}) if change else Setup()
 
 
-def _with_laptop_open(thing: Thing, change: ObjectSetup) -> ObjectSetup:
+def with_laptop_open(thing: Thing, change: ObjectSetup) -> ObjectSetup:
     """Return a change, with openness 1 added for a laptop, since a closed one does not show whether it is on."""
     return change.model_copy(update={"openness": 1.0}) if thing.category == "Laptop" else change
 
@@ -330,3 +201,12 @@ def goal_for(thing: Thing, act: Act) -> Goal:
         return ObjectHeld(object_id=thing.id)
     state = "is_open" if act in ("open", "close") else "is_toggled"
     return ObjectInState(object_id=thing.id, state=state, value=act in ("open", "turn_on"))
+
+
+def act_of(goal: Goal) -> Act:
+    """Return the act that reaches a goal of opening, closing, switching on or off, or picking up."""
+    if isinstance(goal, ObjectInState):
+        acts: tuple[Act, Act] = ("open", "close") if goal.state == "is_open" else ("turn_on", "turn_off")
+        return acts[0] if goal.value else acts[1]
+    assert isinstance(goal, ObjectHeld)
+    return "pick"

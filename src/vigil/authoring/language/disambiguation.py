@@ -47,6 +47,17 @@ def look_alikes(item: DescribedThing, items: Iterable[DescribedThing]) -> list[D
     return [other for other in items if other.id != item.id and other.name == item.name]
 
 
+def confusable(item: DescribedThing, items: Iterable[DescribedThing]) -> list[DescribedThing]:
+    """Return the other things that a listener may understand a thing's bare name as."""
+    return [other for other in referents(Phrase(item.name), items) if other.id != item.id]
+
+
+def first_meaning(phrases: Iterable[Phrase], item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase | None:
+    """Return the first of several phrases that means `item` only; None if there is none."""
+    everything = list(items)
+    return next((phrase for phrase in phrases if referents(phrase, everything) == [item]), None)
+
+
 def disambiguating_phrases(item: DescribedThing, items: Iterable[DescribedThing]) -> list[Phrase]:
     """Return the phrases that mean one of several look-alikes only, each by colour, by place or by a relation.
 
@@ -79,11 +90,10 @@ def anchor_of(phrase: Phrase, items: Iterable[DescribedThing]) -> DescribedThing
 
 
 def _tried(item: DescribedThing, items: list[DescribedThing]) -> Iterator[Phrase]:
-    if len(item.colours) == 1:
-        yield Phrase(item.name, colour=item.colours[0])
-    on_support = Phrase(item.name, support=item.support, is_inside=item.is_inside, is_on_shelf=item.is_on_shelf)
-    if item.support is not None and is_support_unambiguous(on_support, item, items):
-        yield on_support
+    if item.colour is not None:
+        yield Phrase(item.name, colour=item.colour)
+    if item.support is not None and is_support_unambiguous(item.on_support, item, items):
+        yield item.on_support
     for anchor in _anchors(item, items):
         is_landmark = _longest_m(anchor) >= LARGE_M
         if anchor.support_id == item.support_id:

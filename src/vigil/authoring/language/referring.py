@@ -112,6 +112,16 @@ class DescribedThing:
     """Whether no other room of the home has the name of its room."""
     box: Box | None = None
 
+    @property
+    def colour(self) -> str | None:
+        """The colour that names it; None if it has none or several."""
+        return self.colours[0] if len(self.colours) == 1 else None
+
+    @property
+    def on_support(self) -> "Phrase":
+        """The phrase with name and support only."""
+        return Phrase(self.name, support=self.support, is_inside=self.is_inside, is_on_shelf=self.is_on_shelf)
+
 
 @dataclass(frozen=True, slots=True)
 class Phrase:
@@ -304,15 +314,13 @@ def phrase_for(item: DescribedThing, items: Iterable[DescribedThing]) -> Phrase 
         return None
     others = [other for other in items if other.id != item.id]
     room = item.room if item.is_room_one else None
-    place = Phrase(item.name, support=item.support, is_inside=item.is_inside, is_on_shelf=item.is_on_shelf)
-    colour = item.colours[0] if len(item.colours) == 1 else None
     candidates = [
         Phrase(item.name),
-        Phrase(item.name, colour=colour),
-        place,
+        Phrase(item.name, colour=item.colour),
+        item.on_support,
         Phrase(item.name, room=room),
-        replace(place, colour=colour),
-        Phrase(item.name, colour=colour, room=room),
+        replace(item.on_support, colour=item.colour),
+        Phrase(item.name, colour=item.colour, room=room),
     ]
     return next(
         (

@@ -1,6 +1,6 @@
 """Wording of tasks: the words that fill the slots of a sentence form, in agreement with the things that they mean.
 
-The forms are in `sentences`, `sequence_sentences`, `chain_sentences` and `constraint_sentences`. A sentence does not
+The forms are in `sentences` and in the folders of the families. A sentence does not
 say where a thing is beyond its phrase nor, in state verification, which state it is in. Words are those that people
 use: the lid of a toilet is opened, a candle is lit.
 """
@@ -12,11 +12,8 @@ from typing import Literal
 import numpy as np
 
 from vigil.authoring.language.referring import ROOM_NAMES
-from vigil.authoring.language.sentences import BURNING_OR_NOT, ON_OR_OFF, OPEN_OR_CLOSED, Forms, Sentences
-from vigil.authoring.language.sequence_sentences import SEQUENCES
 
 Act = Literal["open", "close", "turn_on", "turn_off", "pick"]
-QueriedState = Literal["is_toggled", "is_open"]
 
 OPENED_PARTS = {
     "LaundryHamper": "lid",
@@ -24,8 +21,6 @@ OPENED_PARTS = {
     "Toilet": "lid",
 }
 """Category -> name of the part that people open; in other categories they open the thing itself."""
-
-QUESTIONS: dict[QueriedState, Sentences] = {"is_toggled": ON_OR_OFF, "is_open": OPEN_OR_CLOSED}
 
 VERBS: dict[Act, tuple[str, ...]] = {
     "open": ("open {}",),
@@ -63,20 +58,6 @@ INTO = re.compile(rf"\b(?:into|(?<!from )inside|{_PUT_IN.format(rooms='|'.join(s
 def asks_inside(instruction: str) -> bool:
     """Return whether an instruction asks to put an object inside a receptacle."""
     return INTO.search(instruction.lower()) is not None
-
-
-def sequence_forms(template: str, forms: Forms, *, inside: bool) -> tuple[str, ...]:
-    """Return the sentence forms of a template; with `inside`, only those that ask to put the object inside."""
-    sentences = SEQUENCES[template].of(forms)
-    slots = {"into": "into", "in_": "in"}
-    return tuple(each for each in sentences if not inside or asks_inside(each.format_map(_Blank(slots))))
-
-
-class _Blank(dict[str, str]):
-    """Slots with an empty text for unknown names."""
-
-    def __missing__(self, _: str) -> str:
-        return ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,14 +105,6 @@ def order_slots(act: Act, category: str, phrase: str, rng: np.random.Generator) 
         "acted": parts.whole,
         "done": PARTICIPLES_OF.get(category, {}).get(act, PARTICIPLES[act]),
     }
-
-
-def question(asked: QueriedState, category: str, phrase: str, forms: Forms, rng: np.random.Generator) -> str:
-    """Return a random question about a thing's state that names both answers."""
-    if category == "Candle":
-        return say(BURNING_OR_NOT.of(forms), rng, target=phrase)
-    parts = opening_phrase(category, phrase) if asked == "is_open" else OpeningPhrase(phrase, "it")
-    return say(QUESTIONS[asked].of(forms), rng, **parts.slots())
 
 
 def say(sentences: tuple[str, ...], rng: np.random.Generator, **slots: str) -> str:

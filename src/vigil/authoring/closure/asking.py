@@ -1,0 +1,51 @@
+"""Starts near a thing, phrases by what it rests on, and orders to put it on others: what several kinds share."""
+
+from dataclasses import replace
+
+from vigil.authoring.closure.tasks import LEVEL_DEG, NEAR_M, is_out_of_view_from
+from vigil.authoring.drafting.house_context import HouseContext
+from vigil.authoring.drafting.proposals import CLEAR_PX, is_seen
+from vigil.authoring.language.disambiguation import first_meaning
+from vigil.authoring.language.referring import DescribedThing, Phrase, referents
+from vigil.authoring.language.sentences import SEARCH_ORDERS, Sentences
+from vigil.base.geometry import Pose
+from vigil.scene.things import Thing
+
+_CLAIMS = ("I do not know where {target} is", "Where is {target}?")
+PLACED_ORDERS = Sentences(
+    *(
+        tuple(each for each in half if not each.startswith(_CLAIMS))
+        for half in (SEARCH_ORDERS.public, SEARCH_ORDERS.held_out)
+    )
+)
+"""Orders of searches that do not ask where the target is, since the phrase says it."""
+PUT_ON = (
+    "Put {target} on {receptacle}.",
+    "Please put {target} on {receptacle}.",
+    "Pick up {target} and put it on {receptacle}.",
+    "Take {target} and set it down on {receptacle}.",
+    "I would like you to put {target} on {receptacle}.",
+)
+
+
+def phrase_by_support(context: HouseContext, item: DescribedThing, *, may_colour: bool = True) -> Phrase | None:
+    """Return a phrase for a thing that names its support; None if there is no unambiguous one."""
+    items = list(context.items.values())
+    if item.support is None or {each.id for each in referents(Phrase(item.support), items)} != {item.support_id}:
+        return None
+    phrases = [item.on_support, *([replace(item.on_support, colour=item.colour)] if may_colour else [])]
+    return first_meaning(phrases, item, items)
+
+
+def start_near(context: HouseContext, thing: Thing, hidden: str | None = None, min_px: int = CLEAR_PX) -> Pose | None:
+    """Return a start that sees a thing from nearby with at least `min_px` pixels, in the current setup.
+
+    The thing with the id `hidden` is fully out of view. None without such a start.
+    """
+    return context.start_seeing(
+        thing,
+        NEAR_M,
+        LEVEL_DEG,
+        is_seen(min_px),
+        lambda pose: hidden is None or is_out_of_view_from(context, pose, hidden),
+    )

@@ -1,0 +1,95 @@
+"""Things that are on or open in a room or in the home: what `all_of` and `already` share."""
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from vigil.authoring.closure.partly_open import DRAWERS_AND_DOORS
+from vigil.authoring.closure.tasks import FLAMES
+from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
+from vigil.authoring.drafting.proposals import allows, goal_for, is_target
+from vigil.authoring.language.referring import ROOM_NAMES, items_of
+from vigil.authoring.language.wording import Act
+from vigil.authoring.solving.goal_actions import closed_containers_around
+from vigil.authoring.solving.privileged_view import PrivilegedView
+from vigil.base.geometry import Pose
+from vigil.protocol.episode import Episode
+from vigil.protocol.goals import AllOf, ObjectInState
+from vigil.protocol.world import ObjectSetup, Setup
+from vigil.scene.things import Thing
+
+MIN_TARGETS = 2
+"""Least number of targets of a task about several things."""
+ALL_ACTS: tuple[Act, ...] = ("turn_off", "close", "turn_on", "open")
+FINISHED_STATE: dict[Act, ObjectSetup] = {"turn_off": ObjectSetup(is_toggled=False), "close": ObjectSetup(openness=0.0)}
+"""Act that can be asked for everything -> state of a thing that does not need it."""
+LIGHTS = frozenset({"CeilingLamp", "LightSwitch"})
+"""Categories that remain on when everything else must be off."""
+HOME = "this home"
+"""Words for all rooms together in an instruction."""
+ROOM = f"(?P<room>{'|'.join(ROOM_NAMES.values())})"
+"""Regular expression of a room in an instruction."""
+Places = Iterator[tuple[str, list[Thing]]]
+"""The places in words that "everything" can refer to, each with the things that are there."""
+
+
+def home(context: HouseContext) -> Places:
+    """Yield the home with all things in its rooms, if it has several rooms."""
+    if len(context.view.scene.rooms) > 1:
+        yield HOME, [context.thing(item.id) for item in context.items.values() if item.room_id is not None]
+
+
+def rooms_named_once(context: HouseContext) -> Places:
+    """Yield the rooms whose name is unique, each with the things that are there."""
+    rooms = context.view.scene.rooms
+    for room in rooms:
+        name = ROOM_NAMES.get(room.room_type)
+        if name is not None and sum(each.room_type == room.room_type for each in rooms) == 1:
+            yield f"the {name}", [context.thing(item.id) for item in context.items.values() if item.room_id == room.id]
+
+
+def things_in_room(view: PrivilegedView, room: str | None) -> list[Thing]:
+    """Return the things in rooms with a name, or in all rooms if it is None, in the current state."""
+    items = items_of(view.scene).values()
+    return [view.scene.things[item.id] for item in items if item.room_id and room in (None, item.room)]
+
+
+def may_be_asked(thing: Thing, act: Act) -> bool:
+    """Return whether a thing may be a target of an act."""
+    return is_target(thing) and allows(thing, act) and thing.category not in FLAMES
+
+
+def is_counted(thing: Thing, act: Act) -> bool:
+    """Return whether a thing counts as one of "all that are on or open" and may be asked for."""
+    return may_be_asked(thing, act) and _is_meant(thing, act)
+
+
+def _is_meant(thing: Thing, act: Act) -> bool:
+    """Return whether "every drawer and door", or "everything except the ceiling lights", includes a thing."""
+    return thing.category in DRAWERS_AND_DOORS if act == "close" else thing.category not in LIGHTS | FLAMES
+
+
+def on_or_open(things: Iterable[Thing], act: Act) -> list[Thing]:
+    """Return the things that are on (except ceiling lights and flames), or the open drawers and doors, by act."""
+    meant = [thing for thing in things if _is_meant(thing, act)]
+    return [thing for thing in meant if (thing.is_toggled if act == "turn_off" else thing.openness > 0.0)]
+
+
+def is_shut_away(context: HouseContext, thing: Thing) -> bool:
+    """Return whether a thing lies in a closed container, so that its state cannot be seen."""
+    return bool(closed_containers_around(context.view, thing.id))
+
+
+def draft_about_all(
+    context: HouseContext, act: Act, things: Sequence[Thing], start: Pose, asked: tuple[Setup, str]
+) -> Episode:
+    """Return the draft that asks for an act on all of several things; `asked` is the setup with the instruction."""
+    setup, sentence = asked
+    parts = tuple(part for thing in things if isinstance(part := goal_for(thing, act), ObjectInState))
+    targets = {"target": things[0].id, **{f"target_{n}": each.id for n, each in enumerate(things[1:], start=2)}}
+    goal = AllOf(object_id=parts[0].object_id, parts=parts)
+    return context.draft("SI", TaskSpec(start, sentence, goal, targets, setup=setup, template=act))
+
+
+def faults_of_referents(read: set[str], meant: frozenset[str]) -> Iterator[tuple[str, str]]:
+    """Yield (rule, message) if the words of an instruction, read back, are not about the things that it means."""
+    if read != meant:
+        yield "distinguished", f"the instruction means {len(read)} things, the goal is about {len(meant)}"

@@ -1,0 +1,13 @@
+"""Twins that ask for one of two acts, depending on a state that holds on one side only."""
+
+from vigil.scoring.closure_kind import ClosureKind
+
+KIND = ClosureKind(
+    name="if_so",
+    position=4,
+    tasks="vigil.authoring.closure.kinds.if_so.tasks:if_so",
+    sides=("so", "otherwise"),
+    may_hold_at_reset=True,
+    has_branches=True,
+    exempt={"": frozenset({"protocol", "hidden_at_start", "clear_openness"})},
+)

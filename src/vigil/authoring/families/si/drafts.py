@@ -1,0 +1,86 @@
+"""Drafts of Search and Interact (SI)."""
+
+from vigil.authoring.drafting.filling import filled
+from vigil.authoring.drafting.house_context import HouseContext, TaskSpec
+from vigil.authoring.drafting.look_alike_targets import start_out_of_view
+from vigil.authoring.drafting.proposals import (
+    Ask,
+    Drafts,
+    allows,
+    can_be_searched_for,
+    drafts_about,
+    start_not_seeing,
+)
+from vigil.authoring.language.disambiguation import first_meaning
+from vigil.authoring.language.referring import Phrase
+from vigil.authoring.language.sentences import SEARCH_ORDERS
+from vigil.authoring.language.wording import Act
+from vigil.authoring.review.containers import MAX_CLOSED, may_hold, visible_through_glass_from
+from vigil.authoring.review.rules import INSIDE_TEMPLATE
+from vigil.protocol.family import DEFAULT_HORIZON_DEG
+from vigil.protocol.goals import ObjectHeld
+from vigil.protocol.world import Setup
+from vigil.scene.things import Thing
+
+HORIZON_DEG = DEFAULT_HORIZON_DEG / 2
+"""Camera pitch (deg) at the start."""
+
+
+def seeking(context: HouseContext, act: Act, *, by_turning: bool | None = None) -> Drafts:
+    """Yield drafts of an act: the target is out of view.
+
+    `by_turning` says whether turning must or must not show the target (None: either).
+    """
+    things = context.things(lambda thing: allows(thing, act) and can_be_searched_for(context, thing))
+    yield from drafts_about(context, asking(context, act, by_turning), things)
+
+
+def asking(context: HouseContext, act: Act | None = None, by_turning: bool | None = None) -> Ask:
+    """Return how the family asks for one thing."""
+    return Ask(
+        "SI",
+        SEARCH_ORDERS,
+        lambda thing, also: start_out_of_view(context, thing, also, by_turning=by_turning, horizon=HORIZON_DEG),
+        act=act,
+    )
+
+
+def picking_from_inside(context: HouseContext) -> Drafts:
+    """Yield drafts whose target is found by opening the right one of a few closed containers.
+
+    The instruction does not name the container.
+    """
+    for container, inside, setup in filled(context):
+        if not context.can_begin(setup):
+            continue
+        target = context.thing(inside.id)
+        phrase = _placeless(context, target) if visible_through_glass_from(context.view, target) is None else None
+        start = None if phrase is None else start_not_seeing(context, target, by_turning=None, horizon=HORIZON_DEG)
+        context.begin(Setup())
+        if start is None:
+            continue
+        task = TaskSpec(
+            start=start,
+            setup=setup,
+            instruction=context.order(SEARCH_ORDERS, "pick", target, phrase),
+            goal=ObjectHeld(object_id=target.id),
+            bindings={"target": target.id, "container": container.id},
+            template=INSIDE_TEMPLATE,
+        )
+        yield context.draft("SI", task)
+
+
+def _placeless(context: HouseContext, target: Thing) -> Phrase | None:
+    """Return a phrase for a thing that does not name its container.
+
+    None if no such phrase means that thing only, or if more than `MAX_CLOSED` closed containers would have to be
+    searched.
+    """
+    items = context.items
+    item = items[target.id]
+    if item.has_misleading_name:
+        return None
+    rooms = (None, item.room) if item.is_room_one else (None,)
+    fair = [room for room in rooms if len(may_hold(context.view, items, target, room)) <= MAX_CLOSED]
+    phrases = (Phrase(item.name, colour=colour, room=room) for colour in (None, item.colour) for room in fair)
+    return first_meaning(phrases, item, items.values())

@@ -1,0 +1,146 @@
+"""Drafts of State Verification (SV), with the sentence forms (see `vigil.authoring.language.sentences`)."""
+
+from typing import Literal
+
+import numpy as np
+
+from vigil.authoring.drafting.house_context import MARGIN_PX, HouseContext, TaskSpec, VisibilityTest
+from vigil.authoring.drafting.proposals import (
+    LEVEL_DEG,
+    SV_TOGGLES,
+    UNCLEAR_WHEN_OPEN,
+    Drafts,
+    is_target,
+    with_laptop_open,
+)
+from vigil.authoring.language.sentences import Forms, Sentences
+from vigil.authoring.language.wording import OpeningPhrase, opening_phrase, say
+from vigil.authoring.review.rules import STATE_START_PX
+from vigil.base.geometry import EYE_HEIGHT_M
+from vigil.protocol.families import FAMILIES
+from vigil.protocol.family import DEFAULT_HORIZON_DEG
+from vigil.protocol.goals import ReportStatus, StateLabel, is_state_observable
+from vigil.protocol.world import ObjectSetup, Setup
+from vigil.scene.things import Thing
+
+QueriedState = Literal["is_toggled", "is_open"]
+STATE_PX, HARD_STATE_PX = 350, STATE_START_PX
+"""Visible pixels of the parts that show the state, at a start that is clear to a person and at a hard one."""
+ABOVE_EYES_M = 0.3
+"""Height (m) below the eyes above which a state is judged with the camera level."""
+LABELS: dict[StateLabel, tuple[QueriedState, ObjectSetup]] = {
+    "on": ("is_toggled", ObjectSetup(is_toggled=True)),
+    "off": ("is_toggled", ObjectSetup(is_toggled=False)),
+    "open": ("is_open", ObjectSetup(openness=1.0)),
+    "closed": ("is_open", ObjectSetup(openness=0.0)),
+}
+"""Label -> the state that is asked about, and the change that sets it."""
+_EITHER = Sentences(
+    public=(
+        "Is {whole} <one> or <other>? Report its state.",
+        "Check whether {whole} is <is one> or <other>, and report which.",
+        "Tell me whether {whole} is <one> or <other>.",
+        "Without touching {it}, find out whether {whole} is <one> or <other>.",
+        "I would like to know whether {whole} is <one> or <other>.",
+        "{Whole} may be <one> or <other>. Report which.",
+        "Please report the state of {whole}, <one> or <other>.",
+        "Before I leave I must know: is {whole} <one> or <other>?",
+        "Say whether {whole} is <other> or <one>.",
+    ),
+    held_out=(
+        "Look at {whole}. Is it <one> or <other>?",
+        "Report the state of {whole}: is it <one> or <other>?",
+        "Can you see whether {whole} is <other> or <one>? Report what you see.",
+        "Somebody asks whether {whole} is <one> or <other>. What is the answer?",
+        "Your task is to tell whether {whole} is <one> or <other>.",
+        "Which is {whole}, <one> or <other>?",
+        "Take a look at {whole}, so that you can report whether it is <one> or <other>.",
+        "Has {whole} been left <one>, or is it <other>? Report which.",
+        "Judge from what you see whether {whole} is <other> or <one>.",
+    ),
+)
+"""Questions which of two states a thing is in."""
+
+
+def _either(one: str, is_one: str, other: str) -> Sentences:
+    """Return the questions about two states."""
+    halves = [
+        tuple(each.replace("<is one>", is_one).replace("<one>", one).replace("<other>", other) for each in half)
+        for half in (_EITHER.public, _EITHER.held_out)
+    ]
+    return Sentences(*halves)
+
+
+QUESTIONS: dict[QueriedState, Sentences] = {
+    "is_toggled": _either("on", "switched on", "off"),
+    "is_open": _either("open", "open", "closed"),
+}
+"""State -> the questions about it."""
+BURNING_OR_NOT = Sentences(
+    public=(
+        "Is the flame of {target} on or off? Report its state.",
+        "Check whether {target} is burning, and report on or off.",
+        "Tell me whether {target} is lit: on or off?",
+        "Please report whether the flame of {target} is off or on.",
+        "I would like to know whether {target} is lit. Report on or off.",
+    ),
+    held_out=(
+        "Look at {target}: is its flame on or off?",
+        "Is {target} burning? Report on if it is, and off if it is not.",
+        "Find out, without touching it, whether the flame of {target} is on or off.",
+        "Somebody may have lit {target}. Report whether its flame is on or off.",
+        "Can you see a flame on {target}? Report on or off.",
+    ),
+)
+"""Questions whether a candle burns."""
+
+
+def verifying(context: HouseContext, label: StateLabel) -> Drafts:
+    """Yield drafts whose state at the start is `label`."""
+    state, change = LABELS[label]
+    for thing in context.things(lambda thing: is_target(thing) and _has_state(thing, state)):
+        setup = Setup(objects={thing.id: with_laptop_open(thing, change) if state == "is_toggled" else change})
+        if not context.can_begin(setup):
+            continue
+        start = context.start_seeing(
+            thing,
+            FAMILIES["SV"].start_distance_m,
+            LEVEL_DEG if thing.position.y > EYE_HEIGHT_M - ABOVE_EYES_M else DEFAULT_HORIZON_DEG / 2,
+            _shows_state(state, HARD_STATE_PX if context.prefers_hard_starts else STATE_PX),
+        )
+        phrase = context.phrase(thing.id)
+        context.begin(Setup())
+        if start is not None:
+            yield context.draft(
+                "SV",
+                TaskSpec(
+                    start=start,
+                    setup=setup,
+                    instruction=question(state, thing.category, str(phrase), context.forms, context.rng),
+                    goal=ReportStatus(object_id=thing.id, state=state),
+                    bindings={"target": thing.id},
+                    template=label,
+                ),
+            )
+
+
+def _shows_state(state: QueriedState, min_px: int) -> VisibilityTest:
+    """Return the test that the parts that show an object's state are in view with `min_px` pixels and a margin."""
+    needed = min_px + 2 * MARGIN_PX
+    return VisibilityTest(
+        needed, lambda seen: seen.state_px(state) >= needed and seen.visible and is_state_observable(seen, state)
+    )
+
+
+def _has_state(thing: Thing, state: QueriedState) -> bool:
+    if state == "is_toggled":
+        return thing.is_toggleable and thing.category in SV_TOGGLES
+    return thing.is_openable and thing.category not in UNCLEAR_WHEN_OPEN
+
+
+def question(asked: QueriedState, category: str, phrase: str, forms: Forms, rng: np.random.Generator) -> str:
+    """Return a random question about a thing's state that names both answers."""
+    if category == "Candle":
+        return say(BURNING_OR_NOT.of(forms), rng, target=phrase)
+    parts = opening_phrase(category, phrase) if asked == "is_open" else OpeningPhrase(phrase, "it")
+    return say(QUESTIONS[asked].of(forms), rng, **parts.slots())
