@@ -12,7 +12,7 @@ from vigil.authoring.drafting.drafts import Rejection
 from vigil.authoring.drafting.house_context import HouseContext
 from vigil.base.geometry import Pose
 from vigil.protocol.episode import Episode
-from vigil.scoring.closure import DISTRACTOR, Evidence, Kind
+from vigil.scoring.closure import CLOSURE_KINDS, Evidence, Kind
 
 LEVEL_DEG = 15.0
 """Camera pitch (deg) of a start that sees a thing."""
@@ -20,8 +20,6 @@ NEAR_M = (0.7, 4.0)
 """Distances (m) from that thing between which such a start is."""
 EVIDENCE_PX = 300
 """Least visible pixels of a thing that clearly show its state, or that it blocks a door."""
-UNMENTIONED_ROLES = frozenset({DISTRACTOR, "place", "blocker", "occupant"})
-"""Roles of objects that an episode records but its instruction does not name."""
 BY_NAME = "named"
 """Form of a task about several things that one name identifies; in its other forms a state identifies them."""
 FLAMES = frozenset({"Candle"})
@@ -44,8 +42,8 @@ class ClosureTask:
     @property
     def meant(self) -> frozenset[str]:
         """Ids of the things that the instruction means; reading its words back must give the same."""
-        bindings = self.episodes[0].bindings
-        return frozenset(object_id for role, object_id in bindings.items() if role not in UNMENTIONED_ROLES)
+        bindings, unnamed = self.episodes[0].bindings, CLOSURE_KINDS[self.kind].unnamed_roles
+        return frozenset(object_id for role, object_id in bindings.items() if role not in unnamed)
 
     @property
     def instruction(self) -> str:
