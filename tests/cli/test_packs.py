@@ -53,7 +53,7 @@ def test_a_pack_is_proposed_built_verified_and_compared(tmp_path: Path) -> None:
     assert proposed.exit_code == 0, proposed.output
     assert "drafts in 1 houses" in proposed.stdout
     short = vigil("build", "--drafts", drafts, "--name", "mine", "--out", out, "--per-family", "2")
-    assert "DA 0 (of 0 drafts)" in str(short.exception)
+    assert "DA 0 of 2 (of 0 drafts)" in str(short.exception)
     arguments = [f"--family={family}" for family in ("PG", "SV")] + ["--per-family", "2", "--alias", "ours"]
     built = vigil("build", "--drafts", drafts, "--name", "mine", "--out", out, *arguments)
     assert built.exit_code == 0, built.output
