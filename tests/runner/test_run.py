@@ -319,7 +319,7 @@ def _importable(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYTHONPATH", str(SUPPORT))
 
 
-@pytest.mark.usefixtures("_importable", "real_workers")
+@pytest.mark.usefixtures("_importable")
 @pytest.mark.parametrize("deed", ["exit", "hang", "raise"])
 def test_a_worker_that_fails_once_is_restarted_and_its_episode_played_again(
     pack: Path, tmp_path: Path, deed: str
@@ -502,7 +502,6 @@ def test_a_dry_run_honours_the_limit_on_tokens_and_thinking(pack: Path) -> None:
     assert plain.input_tokens == thinks.input_tokens, "reasoning enters no history"
 
 
-@pytest.mark.usefixtures("real_workers")
 def test_a_simulator_that_cannot_start_stops_the_run(
     pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

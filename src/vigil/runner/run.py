@@ -15,6 +15,7 @@ from pathlib import Path
 
 from tenacity import AsyncRetrying, RetryCallState, retry_if_result, stop_after_attempt
 
+from vigil.base.processes.worker import Worker
 from vigil.errors import InfrastructureError, SettingError, SimulatorError
 from vigil.packs.pack import Pack, manifest_of
 from vigil.packs.private import is_private
@@ -43,7 +44,6 @@ from vigil.runner.settings import (
 from vigil.runner.workers.live import boundary_of, error_record, play_live
 from vigil.runner.workers.messages import Assignment, WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool, worker_count
-from vigil.runner.workers.process import Worker
 
 ATTEMPTS = 3
 """Maximum number of attempts at an episode before its `error` row is written."""

@@ -10,6 +10,7 @@ from vigil.agents.agent import FRAME_INTERVAL_SECONDS, REPLY_SECONDS
 from vigil.agents.exec_agent import file_hashes
 from vigil.agents.registry import is_exec, make_agent
 from vigil.assets.database import AssetDatabase
+from vigil.base.processes.worker import WORKER_TIMEOUT_S
 from vigil.base.settings import Setting, check_settings
 from vigil.base.versions import Versions
 from vigil.errors import SettingError, did_you_mean
@@ -52,7 +53,6 @@ from vigil.runner.shared_settings import (
     Workers,
 )
 from vigil.runner.workers.messages import PrivilegedFactory, SimulatorFactory, WorkerPlan
-from vigil.runner.workers.process import WORKER_TIMEOUT_S
 from vigil.sim import BACKENDS
 
 RUNS_FOLDER = Path("runs")
