@@ -72,7 +72,7 @@ class WorkerProcess(Protocol):
         """Kill the process."""
 
 
-class LocalProcess:
+class LocalProcess(subprocess.Popen[bytes]):
     """A worker process on this machine, with the folders of modules of this process."""
 
     has_started = True
@@ -85,7 +85,7 @@ class LocalProcess:
         self._make_state = ForkingPickler.dumps(make_state)
         ours, theirs = socket.socketpair()
         with ours, theirs, open(log or os.devnull, "ab") as output:
-            self._process = subprocess.Popen(
+            super().__init__(
                 [sys.executable, "-m", "vigil.base.processes", str(theirs.fileno())],
                 pass_fds=(theirs.fileno(),),
                 stdin=subprocess.DEVNULL,
@@ -95,10 +95,6 @@ class LocalProcess:
                 start_new_session=True,
             )
             self._connection = Connection(ours.detach())
-        self.pid: int | None = self._process.pid
-        self.wait = self._process.wait
-        self.terminate = self._process.terminate
-        self.kill = self._process.kill
 
     def connect(self) -> Connection:
         """Return our end of the socket pair."""
