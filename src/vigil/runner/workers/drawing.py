@@ -1,11 +1,12 @@
 """Drawing in a worker: moments of episodes, each reached from the simulator's current state if possible."""
 
+from dataclasses import replace
+
 from vigil.agents.frame_encoding import encode_frame
 from vigil.assets.database import AssetDatabase
-from vigil.base.geometry import Pose
 from vigil.protocol.actions import PhysicalAction
 from vigil.protocol.house import House
-from vigil.protocol.world import Effect, Setup
+from vigil.protocol.world import Effect
 from vigil.runner.workers.messages import EpisodeMoment, RenderSettings, WalkResult
 from vigil.sim import make_simulator
 from vigil.sim.protocol import Simulator
@@ -73,11 +74,7 @@ class MomentRenderer:
     def _count_done(self, moment: EpisodeMoment) -> int | None:
         """Return the number of the moment's actions that are already done; None when a reset is needed."""
         current = self._moment
-        if current is None or _start_of(current) != _start_of(moment):
+        if current is None or replace(current, actions=()) != replace(moment, actions=()):
             return None
         done = len(current.actions)
         return done if moment.actions[:done] == current.actions else None
-
-
-def _start_of(moment: EpisodeMoment) -> tuple[str, Pose, Setup]:
-    return moment.house_sha256, moment.start, moment.setup

@@ -203,10 +203,16 @@ class LiveEpisode:
         self._restores = 0
 
     async def begin(self) -> EncodedObservation | EpisodeRecord:
-        """Return the first observation, or the record when the reset failed. Raises SimulatorError."""
+        """Return the first observation, or after a loss the one after the replies so far, which are carried out again.
+
+        Return the record when the reset failed or a reply ended the episode. Raises SimulatorError.
+        """
         while True:
             try:
-                return await AsyncRetrying(**_RETRY_ON_ANOTHER)(self._begin)
+                answer: EncodedObservation | EpisodeRecord = await AsyncRetrying(**_RETRY_ON_ANOTHER)(self._begin)
+                for reply in self._replies if isinstance(answer, EncodedObservation) else ():
+                    answer = await self._ask(EpisodeWorker.advance, reply)
+                return answer
             except WorkerLost:
                 self._count_restore()
 
@@ -217,7 +223,7 @@ class LiveEpisode:
             return await self._ask(EpisodeWorker.advance, reply)
         except WorkerLost:
             self._count_restore()
-        return await self._restore()
+        return await self.begin()
 
     async def fail(self, boundary: Boundary, message: str) -> EpisodeRecord | None:
         """Return the record so far, ended as an error; None when it was lost with its worker."""
@@ -249,17 +255,6 @@ class LiveEpisode:
             self._worker = None
             self._pool.release(worker)
             raise
-
-    async def _restore(self) -> EncodedObservation | EpisodeRecord:
-        """Return the observation or record after the last reply, by carrying out all replies in another process."""
-        while True:
-            answer = await self.begin()
-            try:
-                for reply in self._replies if isinstance(answer, EncodedObservation) else ():
-                    answer = await self._ask(EpisodeWorker.advance, reply)
-                return answer
-            except WorkerLost:
-                self._count_restore()
 
     def _count_restore(self) -> None:
         """Count a restore; re-raise the current WorkerLost when there were too many."""
