@@ -104,17 +104,11 @@ def test_an_error_is_raised_with_the_traceback_of_the_process_or_as_the_settings
     worker.close()
 
 
-@pytest.mark.parametrize("is_restarted", [True, False])
-def test_a_process_that_died_is_replaced_unless_the_settings_forbid_it(notes: Path, is_restarted: bool) -> None:
-    worker = Worker(partial(Notebook, notes), "Notebook", WorkerSettings(is_restarted=is_restarted, advice="Why?"))
+def test_a_process_that_died_is_replaced_for_the_next_request(notes: Path) -> None:
+    worker = Worker(partial(Notebook, notes), "Notebook", WorkerSettings(advice="Why?"))
     with pytest.raises(WorkerLost, match=r"^Notebook died \(exit code 3\)\. Why\?$"):
         worker.submit(Notebook.die_once, 7).result(HANGS_AFTER_S)
-    again = worker.submit(Notebook.die_once, 7)
-    if is_restarted:
-        assert again.result(HANGS_AFTER_S) == 7
-    else:
-        with pytest.raises(WorkerLost, match="exit code 3"):
-            again.result(HANGS_AFTER_S)
+    assert worker.submit(Notebook.die_once, 7).result(HANGS_AFTER_S) == 7
     worker.close()
 
 

@@ -120,8 +120,6 @@ class WorkerSettings:
     start: StartProcess = LocalProcess
     attempts: int = 1
     """Number of processes that may end during one request before it fails."""
-    is_restarted: bool = True
-    """Whether a process that has ended is replaced; otherwise later requests fail, too."""
     advice: str = ""
     """Sentence for the message about a process that has ended."""
     fault: Callable[[str], Exception] | None = None
@@ -158,8 +156,6 @@ class Worker:
         self._timeout_s = settings.timeout_s
         self._has_answered = False
         self._is_closed = self._is_killed = False
-        self._loss: WorkerLost | None = None
-        """Reason why the worker cannot be used any more."""
         self._lock = threading.Lock()
         """Lock for the two flags and the start of a process."""
         self._process: WorkerProcess | None = None
@@ -252,8 +248,6 @@ class Worker:
         raise AssertionError("the last attempt returns or raises")
 
     def _ask(self, request: Request) -> Any:
-        if self._loss is not None:
-            raise self._loss
         try:
             data = ForkingPickler.dumps((request.function, request.arguments))
             process = self._running()
@@ -323,12 +317,9 @@ class Worker:
             tail = log.read_bytes()[-_LOG_TAIL:].decode(errors="replace").strip()
             text += f"; its log {log} ends with: {tail}" if tail else ""
         attempts = self._settings.attempts
-        lost = WorkerLost(
+        return WorkerLost(
             f"{self.name} died{f' {attempts} times' if attempts > 1 else ''} ({text}). {self._settings.advice}".rstrip()
         )
-        if not self._settings.is_restarted:
-            self._loss = lost
-        return lost
 
 
 def shut_down(connection: Connection) -> None:

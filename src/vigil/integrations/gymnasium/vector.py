@@ -18,6 +18,7 @@ from gymnasium.error import ClosedEnvironmentError
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space, create_shared_memory, iterate, read_from_shared_memory
 
+from vigil.base.processes.group import end_workers
 from vigil.errors import SettingError
 from vigil.integrations.gymnasium.vector_worker import Environments, EnvShard, MakeEnv, start_shards
 from vigil.runner.workers.pool import worker_count
@@ -56,7 +57,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         self._observations = read_from_shared_memory(self.single_observation_space, memory, self.num_envs)
         bounds = np.linspace(0, self.num_envs, 1 + min(worker_count(processes), self.num_envs)).astype(int).tolist()
         self._shards = start_shards(started, env_fns, bounds, memory, mode)
-        self._end = weakref.finalize(self, _end, self._shards)
+        self._end = weakref.finalize(self, end_workers, self._shards)
         spaces = (self.single_observation_space, self.single_action_space)
         try:
             self._call_all(Environments.check_spaces, [spaces] * len(self._shards))
@@ -174,10 +175,3 @@ def make_vector(
     return SharedProcessVectorEnv(
         [make] * num_envs, processes=processes, context=context, copy=copy, autoreset_mode=autoreset_mode
     )
-
-
-def _end(shards: Sequence[EnvShard]) -> None:
-    for shard in shards:
-        shard.close()
-    for shard in shards:
-        shard.join()

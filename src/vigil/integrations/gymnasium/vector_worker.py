@@ -29,10 +29,13 @@ class EnvShard(Worker):
     """Worker with some of the environments of a vector."""
 
     def __init__(self, process: "ContextProcess", part: slice, make_state: MakeState) -> None:
-        """Start the thread; the process has been started before, because threads and forks do not mix."""
+        """Start the thread; the process has been started before, because threads and forks do not mix.
+
+        The process is not replaced, because its environments would be others: after its end all requests fail.
+        """
         self.part = part
         """Positions of its environments among all."""
-        settings = WorkerSettings(start=lambda *_: process, is_restarted=False, advice=ADVICE)
+        settings = WorkerSettings(start=lambda *_: process, advice=ADVICE)
         super().__init__(make_state, f"The process of environments {part.start} to {part.stop - 1}", settings)
 
 
