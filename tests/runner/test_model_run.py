@@ -352,7 +352,7 @@ def test_a_worker_that_is_killed_changes_no_record(pack: Path, calm: RunResult, 
     def killing(asked: ChatRequest) -> ChatAnswer:
         if asked.turn == 3 and not killed:
             workers = [
-                child for child in psutil.Process().children() if "-m vigil.base.processes" in " ".join(child.cmdline())
+                child for child in psutil.Process().children() if "-m vigil.processes" in " ".join(child.cmdline())
             ]
             killed.extend(child.pid for child in workers)
             for child in workers:

@@ -15,12 +15,14 @@ import pytest
 
 from tests.support.waiting import HANGS_AFTER_S, wait_until
 from vigil.agents.frame_encoding import decode_frame
-from vigil.base.processes import worker
 from vigil.errors import HouseError, SimulatorError
 from vigil.packs.pack import Pack
+from vigil.processes import worker
 from vigil.protocol.actions import Navigate
+from vigil.protocol.profile import Profile
 from vigil.runner.workers.drawing import MomentRenderer
-from vigil.runner.workers.messages import EpisodeMoment, RenderSettings
+from vigil.runner.workers.messages import EpisodeMoment, RenderSettings, WorkerPlan
+from vigil.runner.workers.worker import EpisodeWorker
 from vigil.web.drawing import RenderService
 
 TURN = Navigate(mode="turn_right", magnitude=90.0)
@@ -174,3 +176,9 @@ def test_a_worker_whose_main_process_is_gone_ends_in_the_middle_of_a_drawing(end
     assert connection.recv() == ("event", None)
     connection.close()
     assert process.wait(HANGS_AFTER_S) == 0
+
+
+def test_a_worker_that_plays_draws_for_nobody(pack: Pack, moment: EpisodeMoment) -> None:
+    player = EpisodeWorker(WorkerPlan(pack.folder, "run", Profile()))
+    with pytest.raises(AttributeError, match="'EpisodeWorker' object has no attribute"):
+        MomentRenderer.draw(player, moment)  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]

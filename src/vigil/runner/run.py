@@ -15,10 +15,10 @@ from pathlib import Path
 
 from tenacity import AsyncRetrying, RetryCallState, retry_if_result, stop_after_attempt
 
-from vigil.base.processes.worker import Worker
 from vigil.errors import InfrastructureError, SettingError, SimulatorError
 from vigil.packs.pack import Pack, manifest_of
 from vigil.packs.private import is_private
+from vigil.processes.worker import Worker
 from vigil.protocol.episode import Episode
 from vigil.records.costs import RunTokens
 from vigil.records.record import EpisodeRecord, RunHeader, RunSpec

@@ -10,12 +10,12 @@ from vigil.agents.agent import FRAME_INTERVAL_SECONDS, REPLY_SECONDS
 from vigil.agents.exec_agent import file_hashes
 from vigil.agents.registry import is_exec, make_agent
 from vigil.assets.database import AssetDatabase
-from vigil.base.processes.worker import WORKER_TIMEOUT_S
 from vigil.base.settings import Setting, check_settings
 from vigil.base.versions import Versions
 from vigil.errors import SettingError, did_you_mean
 from vigil.packs.pack import Pack, Selection
 from vigil.packs.private import REVEAL_HELP
+from vigil.processes.worker import WORKER_TIMEOUT_S
 from vigil.protocol.actions import ReplyPolicy
 from vigil.protocol.episode import Episode
 from vigil.protocol.profile import (

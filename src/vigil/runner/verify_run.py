@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Annotated
 
 from vigil.assets.database import AssetDatabase
-from vigil.base.processes.worker import WORKER_TIMEOUT_S
 from vigil.base.settings import Setting, check_settings
 from vigil.errors import RecordError, SettingError, SimulatorError
 from vigil.packs.pack import Pack
+from vigil.processes.worker import WORKER_TIMEOUT_S
 from vigil.protocol.actions import InvalidAction
 from vigil.protocol.profile import Profile
 from vigil.protocol.replies import parse_reply

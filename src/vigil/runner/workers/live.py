@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 
 from vigil.agents.conversation import Conversation, Message
-from vigil.base.processes.worker import WorkerLost
 from vigil.base.versions import Versions
 from vigil.errors import InfrastructureError, SimulatorError
+from vigil.processes.worker import WorkerLost
 from vigil.protocol.actions import Reply
 from vigil.protocol.finish_reasons import stop_cause
 from vigil.protocol.profile import Profile

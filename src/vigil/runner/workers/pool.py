@@ -17,8 +17,9 @@ from typing import Any
 
 from tenacity import AsyncRetrying, Retrying, retry_if_exception_type, stop_after_delay
 
-from vigil.base.processes.group import end_workers
-from vigil.base.processes.worker import (
+from vigil.errors import SettingError, SimulatorError, VigilError
+from vigil.processes.group import end_workers
+from vigil.processes.worker import (
     START_TIMEOUT_S,
     WORKER_TIMEOUT_S,
     LocalProcess,
@@ -28,7 +29,6 @@ from vigil.base.processes.worker import (
     WorkerLost,
     WorkerSettings,
 )
-from vigil.errors import SettingError, SimulatorError, VigilError
 from vigil.protocol.actions import Reply
 from vigil.records.record import Boundary, EpisodeRecord
 from vigil.runner.workers.messages import FIRST_FRAME, Assignment, EncodedObservation, SimulatorFacts, WorkerPlan
@@ -78,12 +78,10 @@ class SimulatorPool:
         threads = max(1, usable_cpus() // workers)
         self.workers: list[Worker] = []
         for number in range(workers):
-            settings = simulator_settings(timeout_s, threads, number)
-            log = logs and logs / f"worker-{number + 1}.log"
-            make_state = partial(EpisodeWorker, plan)
-            self.workers.append(
-                Worker(make_state, f"Simulator worker-{number + 1}", replace(settings, log=log, start=start))
-            )
+            settings = replace(simulator_settings(timeout_s, threads, number), start=start)
+            if logs is not None:
+                settings = replace(settings, log=logs / f"worker-{number + 1}.log")
+            self.workers.append(Worker(partial(EpisodeWorker, plan), f"Simulator worker-{number + 1}", settings))
         self._load = dict.fromkeys(self.workers, 0)
         self._sessions = itertools.count(1)
 

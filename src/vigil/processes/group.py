@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future
 from typing import Any, TypeVar
 
-from vigil.base.processes.child import MakeState
-from vigil.base.processes.worker import Requests, Worker, WorkerSettings
+from vigil.processes.child import MakeState
+from vigil.processes.worker import Requests, Worker, WorkerSettings
 
 _State = TypeVar("_State")
 _Item = TypeVar("_Item")
 _Result = TypeVar("_Result")
-_MAP_SETTINGS = WorkerSettings(attempts=2, advice="Is there enough memory?")
+_MAP_SETTINGS = WorkerSettings(log=None, attempts=2, advice="Is there enough memory?")
 
 
 class WorkerGroup:

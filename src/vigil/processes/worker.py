@@ -13,15 +13,15 @@ import sys
 import threading
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
-from vigil.base.processes.child import MakeState, Message
 from vigil.errors import SettingError, SimulatorError, VigilError
+from vigil.processes.child import MakeState, Message
 
 WORKER_TIMEOUT_S = 120.0
 """Time limit for one request, or for one step of a whole episode, in seconds."""
@@ -80,13 +80,13 @@ class LocalProcess(subprocess.Popen[bytes]):
     def __init__(self, make_state: MakeState, log: Path | None, environment: Mapping[str, str]) -> None:
         """Start the process; the environment of this process overrides `environment`.
 
-        What the process prints is appended to `log`.
+        What the process prints is appended to `log`; None: it is printed by this process, too.
         """
         self._make_state = ForkingPickler.dumps(make_state)
         ours, theirs = socket.socketpair()
-        with ours, theirs, open(log or os.devnull, "ab") as output:
+        with ours, theirs, nullcontext() if log is None else log.open("ab") as output:
             super().__init__(
-                [sys.executable, "-m", "vigil.base.processes", str(theirs.fileno())],
+                [sys.executable, "-m", "vigil.processes", str(theirs.fileno())],
                 pass_fds=(theirs.fileno(),),
                 stdin=subprocess.DEVNULL,
                 stdout=output,
@@ -115,8 +115,8 @@ class WorkerSettings:
     """Time limit for one request, or between two events of the request, in seconds; None for no limit."""
     environment: Mapping[str, str] = field(default_factory=dict[str, str])
     """Variables of the process that this process's environment does not set."""
-    log: Path | None = None
-    """File for what the process prints; None discards it."""
+    log: Path | None = Path(os.devnull)
+    """File for what the process prints; None prints it where this process prints."""
     start: StartProcess = LocalProcess
     attempts: int = 1
     """Number of processes that may end during one request before it fails."""

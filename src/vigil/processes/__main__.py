@@ -1,11 +1,11 @@
-"""`python -m vigil.base.processes FD`: a worker process; `vigil.base.processes.worker` starts it."""
+"""`python -m vigil.processes FD`: a worker process; `vigil.processes.worker` starts it."""
 
 import faulthandler
 import sys
 from multiprocessing.connection import Connection
 
 from vigil.base.imports import import_modules_from_environment
-from vigil.base.processes.child import serve
+from vigil.processes.child import serve
 
 if __name__ == "__main__":
     faulthandler.enable()

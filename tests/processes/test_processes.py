@@ -11,16 +11,16 @@ import psutil
 import pytest
 
 from tests.support.waiting import HANGS_AFTER_S
-from vigil.base.processes.child import report
-from vigil.base.processes.group import given_state, map_in_workers
-from vigil.base.processes.worker import Worker, WorkerLost, WorkerSettings
 from vigil.errors import SettingError, SimulatorError
+from vigil.processes.child import report
+from vigil.processes.group import given_state, map_in_workers
+from vigil.processes.worker import Worker, WorkerLost, WorkerSettings
 
 SCRIPT = """
 import time
 from functools import partial
 from operator import call
-from vigil.base.processes.group import given_state, map_in_workers
+from vigil.processes.group import given_state, map_in_workers
 
 answers = map_in_workers(partial(given_state, time.sleep), call, [0.2] * 1000, 2)
 next(answers)
@@ -115,6 +115,16 @@ def test_a_process_that_died_is_replaced_for_the_next_request(notes: Path) -> No
 def test_results_come_in_order_though_a_process_dies(notes: Path) -> None:
     notes.touch()
     assert list(map_in_workers(partial(Notebook, notes), Notebook.die_once, range(5), 2)) == [0, 1, 2, 3, 4]
+
+
+def test_what_a_process_prints_goes_to_the_log_or_where_this_process_prints(tmp_path: Path, capfd) -> None:
+    log = tmp_path / "log"
+    for settings in (WorkerSettings(log=log), WorkerSettings(log=None)):
+        worker = Worker(partial(given_state, "hello"), "Printer", settings)
+        worker.submit(print).result(HANGS_AFTER_S)
+        worker.close()
+        worker.join()
+    assert log.read_text() == capfd.readouterr().out == "hello\n"
 
 
 def test_one_worker_works_in_this_process() -> None:
