@@ -98,7 +98,8 @@ class LocalProcess(subprocess.Popen[bytes]):
 
     def connect(self) -> Connection:
         """Return our end of the socket pair."""
-        self._connection.send(sys.path)
+        spec = getattr(sys.modules["__main__"], "__spec__", None)
+        self._connection.send((sys.path, spec and spec.name))
         self._connection.send_bytes(self._make_state)
         return self._connection
 
@@ -134,6 +135,11 @@ class Request:
     arguments: tuple[Any, ...]
     on_event: Callable[[Any], None]
     future: "Future[Any]" = field(default_factory=Future[Any])
+
+    @property
+    def name(self) -> str:
+        """Name of the function, for messages."""
+        return getattr(self.function, "__name__", repr(self.function))
 
 
 Requests = queue.SimpleQueue[Request | None]
@@ -252,7 +258,7 @@ class Worker:
             data = ForkingPickler.dumps((request.function, request.arguments))
             process = self._running()
         except (pickle.PicklingError, AttributeError, TypeError) as error:
-            raise SettingError(f"Cannot send {request.function.__name__} to {self.name}: {error}.") from error
+            raise SettingError(f"Cannot send {request.name} to {self.name}: {error}.") from error
         try:
             if self._connection is None:
                 self._connection = process.connect()
@@ -276,7 +282,7 @@ class Worker:
                 timeout_s = max(timeout_s, START_TIMEOUT_S)
             if not connection.poll(timeout_s):
                 self._end(0.0)
-                what = f"{request.function.__name__} within {timeout_s:g} s"
+                what = f"{request.name} within {timeout_s:g} s"
                 raise WorkerLost(f"{self.name} did not answer {what}; it was ended and will be restarted.")
             kind, value = connection.recv()
             self._has_answered = True
