@@ -12,12 +12,9 @@ from typing import Any
 import pytest
 from hypothesis import HealthCheck, settings
 
-from tests.support.forked_workers import PoolContext, fork
 from tests.support.module_order import long_first
 from tests.support.thor_files import write_thor_files
 from tests.support.waiting import HANGS_AFTER_S
-from vigil.base import processes
-from vigil.runner.workers import process
 
 pytest_plugins = ["tests.support.skips"]
 
@@ -25,7 +22,6 @@ settings.register_profile("vigil", deadline=None, derandomize=True, suppress_hea
 settings.load_profile("vigil")
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
-REAL_LAUNCH, REAL_CONTEXT = process.launch, processes.spawn_context
 REAL_HOUSES = os.environ.get("VIGIL_PROCTHOR")
 """A folder with ProcTHOR's real houses and AI2-THOR's databases; without it the tests use made-up ones."""
 
@@ -63,22 +59,6 @@ def thor_files(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if REAL_HOUSES is not None:
         return Path(REAL_HOUSES)
     return write_thor_files(tmp_path_factory.mktemp("thor_files"))
-
-
-@pytest.fixture(scope="session", autouse=True)
-def forked_workers() -> Iterator[None]:
-    """Fork workers from a process that has already imported their modules."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(process, "launch", fork)
-        patch.setattr(processes, "spawn_context", PoolContext)
-        yield
-
-
-@pytest.fixture
-def real_workers(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Start workers in the same way as for users."""
-    monkeypatch.setattr(process, "launch", REAL_LAUNCH)
-    monkeypatch.setattr(processes, "spawn_context", REAL_CONTEXT)
 
 
 @pytest.fixture

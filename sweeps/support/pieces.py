@@ -7,21 +7,22 @@ number to a `PieceResult`; it must not depend on other pieces.
 
 import argparse
 import json
-import multiprocessing
 import os
 import shlex
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import as_completed
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from vigil.base.json_lines import AppendFile
 from vigil.cli.progress import progress
 from vigil.errors import RecordError
+from vigil.processes.group import WorkerGroup, given_state
+from vigil.processes.worker import WorkerLost, WorkerSettings
 from vigil.runner.run_folder import source_state
 
 SHOWN_FAILURES = 20
@@ -132,40 +133,17 @@ def _results(work: Work, missing: Sequence[int], workers: int) -> Iterator[tuple
     if workers == 1:
         yield from (_timed(work, piece) for piece in missing)
         return
-    waiting = list(reversed(missing))
-    while waiting:
-        running: dict[Future[tuple[int, float, PieceResult]], int] = {}
-        suspects: list[int] = []
-        with _executor(workers) as executor:
+    group = WorkerGroup(partial(given_state, work), workers, "Sweep worker", WorkerSettings(log=None, attempts=2))
+    try:
+        pieces = {group.submit(_timed, piece): piece for piece in missing}
+        for future in as_completed(pieces):
             try:
-                while waiting or running:
-                    while waiting and len(running) < workers:
-                        piece = waiting.pop()
-                        running[executor.submit(_timed, work, piece)] = piece
-                    for future in wait(running, return_when=FIRST_COMPLETED).done:
-                        result = future.result()
-                        del running[future]
-                        yield result
-            except BrokenProcessPool:
-                suspects = sorted(running.values())
-        for piece in suspects:  # one of them ended its process: each again, by itself
-            yield _retry_alone(work, piece)
-
-
-def _retry_alone(work: Work, piece: int) -> tuple[int, float, PieceResult]:
-    with _executor(1) as executor:
-        try:
-            return executor.submit(_timed, work, piece).result()
-        except BrokenProcessPool:
-            return (
-                piece,
-                0.0,
-                PieceResult(Counter(), [Failure("the process died", "crashed or was killed", f"--piece {piece}")]),
-            )
-
-
-def _executor(workers: int) -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"))
+                yield future.result()
+            except WorkerLost:
+                died = Failure("the process died", "crashed or was killed", f"--piece {pieces[future]}")
+                yield pieces[future], 0.0, PieceResult(Counter(), [died])
+    finally:
+        group.close()
 
 
 def _timed(work: Work, piece: int) -> tuple[int, float, PieceResult]:

@@ -210,7 +210,7 @@ def test_a_lost_process_is_told_and_no_process_is_left(vector: SharedProcessVect
     vector.reset(seed=0)
     processes()[-1].kill()
     for _ in range(2):
-        with pytest.raises(SimulatorError, match=r"process of environments \d to \d has ended \(exit code -9\)"):
+        with pytest.raises(SimulatorError, match=r"process of environments \d to \d died \(exit code -9\)"):
             vector.step((TURN,) * 3)
     vector.close()
     assert not processes()

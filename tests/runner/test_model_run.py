@@ -346,16 +346,13 @@ def test_a_rejection_before_the_agent_said_anything_is_an_error_and_played_again
     assert (again.resumed, again.is_complete, again.records[0].end) == (0, True, "report")
 
 
-@pytest.mark.usefixtures("real_workers")
 def test_a_worker_that_is_killed_changes_no_record(pack: Path, calm: RunResult, tmp_path: Path) -> None:
     killed: list[int] = []
 
     def killing(asked: ChatRequest) -> ChatAnswer:
         if asked.turn == 3 and not killed:
             workers = [
-                child
-                for child in psutil.Process().children()
-                if "-m vigil.runner.workers.worker" in " ".join(child.cmdline())
+                child for child in psutil.Process().children() if "-m vigil.processes" in " ".join(child.cmdline())
             ]
             killed.extend(child.pid for child in workers)
             for child in workers:

@@ -24,8 +24,6 @@ from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.scoring.saved_run import read_run
 from vigil.scoring.summary import score_run, summarise
 
-pytestmark = pytest.mark.usefixtures("real_workers")
-
 TURN = '{"skill_name": "navigate", "arguments": {"mode": "turn_right", "magnitude": 90}}'
 HEAD = f"""
 import json, os, pathlib, signal, sys, time

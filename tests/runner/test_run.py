@@ -34,7 +34,6 @@ from vigil.runner.settings import RunSettings, log_dir, plan_run
 from vigil.runner.verify_run import VerifySettings, verify_run
 from vigil.runner.workers.frames import FrameStore
 
-SUPPORT = Path(__file__).parents[1] / "support"
 FIRST = ("tiny-AI-003", "tiny-AI-007", "tiny-DA-000", "tiny-DA-004")
 
 
@@ -313,13 +312,6 @@ def test_two_processes_cannot_write_one_run(pack: Path, tmp_path: Path) -> None:
     assert run_pack(wanted).is_complete
 
 
-@pytest.fixture
-def _importable(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Lets the workers import the agents for tests."""
-    monkeypatch.setenv("PYTHONPATH", str(SUPPORT))
-
-
-@pytest.mark.usefixtures("_importable", "real_workers")
 @pytest.mark.parametrize("deed", ["exit", "hang", "raise"])
 def test_a_worker_that_fails_once_is_restarted_and_its_episode_played_again(
     pack: Path, tmp_path: Path, deed: str
@@ -341,7 +333,6 @@ def test_a_worker_that_fails_once_is_restarted_and_its_episode_played_again(
     assert len(pids) == (1 if deed == "raise" else 2)
 
 
-@pytest.mark.usefixtures("_importable")
 def test_what_keeps_failing_is_an_error_row_and_played_again_by_the_same_command(pack: Path, tmp_path: Path) -> None:
     told: list[RunProgress] = []
     wanted = settings(
@@ -359,7 +350,6 @@ def test_what_keeps_failing_is_an_error_row_and_played_again_by_the_same_command
     assert [row.episode_id for row in rows if row.end == "error"] == ["tiny-DA-000"] * 2
 
 
-@pytest.mark.usefixtures("_importable")
 def test_a_worker_that_keeps_dying_costs_one_episode(pack: Path, tmp_path: Path) -> None:
     factory = faulty_agents.make
     result = run_pack(
@@ -371,7 +361,6 @@ def test_a_worker_that_keeps_dying_costs_one_episode(pack: Path, tmp_path: Path)
     assert "exit code 9" in error.message
 
 
-@pytest.mark.usefixtures("_importable")
 def test_a_run_stops_when_nothing_works(pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run_module, "MAX_ERRORS_IN_A_ROW", 2)
     with pytest.raises(run_module.InfrastructureError, match="2 episodes in a row ended as an error"):
@@ -502,7 +491,6 @@ def test_a_dry_run_honours_the_limit_on_tokens_and_thinking(pack: Path) -> None:
     assert plain.input_tokens == thinks.input_tokens, "reasoning enters no history"
 
 
-@pytest.mark.usefixtures("real_workers")
 def test_a_simulator_that_cannot_start_stops_the_run(
     pack: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

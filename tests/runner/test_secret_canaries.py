@@ -21,7 +21,7 @@ from vigil.errors import VigilError
 from vigil.runner.run import RunResult, run_pack
 from vigil.runner.settings import RunSettings
 
-pytestmark = [*INSPECT, pytest.mark.usefixtures("real_workers")]
+pytestmark = INSPECT
 CANARY = "zqcanary"
 HANDED: dict[str, Any] = {
     "extra_body": {

@@ -2,16 +2,12 @@
 
 import os
 import signal
-import socket
-import subprocess
-import sys
 import threading
 import time
 from collections import ChainMap
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -21,14 +17,13 @@ from tests.support.waiting import HANGS_AFTER_S, wait_until
 from vigil.agents.frame_encoding import decode_frame
 from vigil.errors import HouseError, SimulatorError
 from vigil.packs.pack import Pack
+from vigil.processes import worker
 from vigil.protocol.actions import Navigate
 from vigil.protocol.profile import Profile
-from vigil.runner.workers import process
-from vigil.runner.workers.messages import DrawFrame, DrawingPlan, EpisodeMoment, Heartbeat, RenderSettings, WorkerPlan
-from vigil.runner.workers.worker import RequestHandler, WorkerChannel
+from vigil.runner.workers.drawing import MomentRenderer
+from vigil.runner.workers.messages import EpisodeMoment, RenderSettings, WorkerPlan
+from vigil.runner.workers.worker import EpisodeWorker
 from vigil.web.drawing import RenderService
-
-pytestmark = pytest.mark.usefixtures("real_workers")
 
 TURN = Navigate(mode="turn_right", magnitude=90.0)
 
@@ -140,7 +135,7 @@ def test_a_process_that_dies_or_hangs_is_replaced(
         is_over.set()
         thread.join()
         os.close(writer)
-    assert "did not answer DrawFrame within 3 s" in str(raised[0])
+    assert "did not answer draw within 3 s" in str(raised[0])
     assert service.walk(moment, None).picture == first
     assert not Path(f"/proc/{hung}").exists()
 
@@ -153,7 +148,7 @@ def test_closing_ends_a_process_that_is_at_something(
     monkeypatch: pytest.MonkeyPatch,
     is_stopped: bool,
 ) -> None:
-    monkeypatch.setattr(process, "SHUTDOWN_TIMEOUT_S", 0.5 if is_stopped else HANGS_AFTER_S)
+    monkeypatch.setattr(worker, "SHUTDOWN_TIMEOUT_S", 0.5 if is_stopped else HANGS_AFTER_S)
     service.picture(moment)
     pid = service._worker.pid
     assert pid is not None
@@ -174,22 +169,16 @@ def test_closing_ends_a_process_that_is_at_something(
 
 
 def test_a_worker_whose_main_process_is_gone_ends_in_the_middle_of_a_drawing(endless: EpisodeMoment) -> None:
-    ours, theirs = socket.socketpair()
-    with theirs:
-        command = [sys.executable, "-m", "vigil.runner.workers.worker", str(theirs.fileno())]
-        worker = subprocess.Popen(command, pass_fds=(theirs.fileno(),))
-    connection = Connection(ours.detach())
-    connection.send(DrawingPlan())
-    connection.send(DrawFrame(endless))
+    process = worker.LocalProcess(MomentRenderer, None, {})
+    connection = process.connect()
+    connection.send((MomentRenderer.draw, (endless,)))
     assert connection.poll(HANGS_AFTER_S)
-    assert connection.recv() == Heartbeat()
+    assert connection.recv() == ("event", None)
     connection.close()
-    assert worker.wait(HANGS_AFTER_S) == 0
+    assert process.wait(HANGS_AFTER_S) == 0
 
 
 def test_a_worker_that_plays_draws_for_nobody(pack: Pack, moment: EpisodeMoment) -> None:
-    ours, theirs = socket.socketpair()
-    with ours, theirs:
-        handler = RequestHandler(WorkerPlan(pack.folder, "run", Profile()), WorkerChannel(Connection(ours.detach())))
-        with pytest.raises(SimulatorError, match="plays episodes does not answer DrawFrame"):
-            handler.answer(DrawFrame(moment))  # pyright: ignore[reportArgumentType]
+    player = EpisodeWorker(WorkerPlan(pack.folder, "run", Profile()))
+    with pytest.raises(AttributeError, match="'EpisodeWorker' object has no attribute"):
+        MomentRenderer.draw(player, moment)  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]

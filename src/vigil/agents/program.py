@@ -265,7 +265,8 @@ def program_files(arguments: Sequence[str], here: Path) -> list[Path]:
     program, *words = resolve_paths(arguments, here)
     given = [Path(word.partition("=")[2] if word.startswith("-") else word) for word in words]
     named = [Path(program)] if "/" in program else []
-    return [file for file in (*named, *(each for each in given if each.suffix in CODE_SUFFIXES)) if _is_file(file)]
+    files = [*named, *(file for file in given if file.suffix in CODE_SUFFIXES)]
+    return [file for file in files if os.path.isfile(file)]  # False for a text that cannot be the name of a file
 
 
 def program_environment(variables: Mapping[str, str], here: Path, folder: Path) -> dict[str, str]:
@@ -286,22 +287,8 @@ def program_environment(variables: Mapping[str, str], here: Path, folder: Path) 
 
 def _resolve_word(word: str, here: Path) -> str:
     option, sign, value = word.partition("=") if word.startswith("-") else ("", "", word)
-    exists = bool(value) and not value.startswith("-") and _exists(here / value)
+    exists = bool(value) and not value.startswith("-") and os.path.exists(here / value)
     return f"{option}{sign}{here / value}" if exists else word
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):  # see `_exists`
-        return False
-
-
-def _exists(path: Path) -> bool:
-    try:
-        return path.exists()
-    except (OSError, ValueError):  # too long for a path, or with a NUL, so it cannot be the name of a file
-        return False
 
 
 def _read(fd: int) -> bytes:

@@ -1,1 +1,1 @@
-"""Foundations that know nothing of episodes: geometry, JSON files, settings, versions, processes."""
+"""Foundations that know nothing of episodes: geometry, JSON files, settings, versions."""

@@ -3,7 +3,7 @@
 import hashlib
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -12,11 +12,11 @@ import numpy as np
 from vigil.assets.catalog import CATALOG
 from vigil.assets.database import AssetDatabase
 from vigil.assets.drawers import split_drawer_id
-from vigil.base.processes import worker_pool
 from vigil.errors import HouseError, SettingError
 from vigil.housegen.base.spec import spec_for
 from vigil.housegen.checking.check import check_house
 from vigil.housegen.generate import generate
+from vigil.processes.group import given_state, map_in_workers
 from vigil.protocol.house import House, canonical_json
 
 PART_CATEGORIES = frozenset({"Drawer", "StoveBurner", "StoveKnob"})
@@ -103,17 +103,10 @@ def survey(
     in order.
     """
     result = Survey()
-    for report in _reports([(count, seed) for count in rooms for seed in seeds], load, workers):
+    wanted = [(count, seed) for count in rooms for seed in seeds]
+    for report in map_in_workers(partial(given_state, load), survey_seed, wanted, workers):
         on_house(result.add(report))
     return result
-
-
-def _reports(wanted: list[tuple[int, int]], load: LoadHouse, workers: int) -> Iterator[HouseReport]:
-    if workers == 1 or len(wanted) < 2:
-        yield from (survey_seed(load, each) for each in wanted)
-        return
-    with worker_pool(workers) as executor:
-        yield from executor.map(partial(survey_seed, load), wanted, chunksize=8)
 
 
 def survey_seed(load: LoadHouse, wanted: tuple[int, int]) -> HouseReport:

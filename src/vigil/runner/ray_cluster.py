@@ -7,7 +7,7 @@ import hashlib
 import logging
 import os
 import socket
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -24,11 +24,11 @@ from vigil import __version__
 from vigil.agents.exec_agent import file_hashes
 from vigil.agents.registry import is_exec
 from vigil.base.files import file_sha256
-from vigil.errors import MAX_FAULT_CHARS, PackMismatch, RecordError, SettingError, shorten
+from vigil.errors import MAX_FAULT_CHARS, InputError, SettingError, shorten
 from vigil.packs.pack import PACKAGED, find_pack, manifest_sha256
+from vigil.processes.worker import StartProcess
 from vigil.records.record import read_header
 from vigil.runner.workers.messages import WorkerPlan
-from vigil.runner.workers.process import StartProcess
 from vigil.runner.workers.ray_worker import CPUS, RayProcess
 
 CONNECT_TIMEOUT_S = 10.0
@@ -80,16 +80,19 @@ def node_facts(plan: WorkerPlan, folder: Path) -> dict[str, str]:
     """Return the facts that must be the same on each node; `folder` is where the run was started."""
     facts = {"vigil": __version__, "vigil's code": _code_sha256()[:_HASH_DIGITS]}
     facts |= {name: version(name) for name in ("numpy", "mujoco")}
-    if plan.pack is not None:
-        facts[f"pack {str(plan.pack)!r}"] = _pack_sha256(plan.pack)
-    if plan.asset_database is not None:
-        facts[f"asset database {str(plan.asset_database)!r}"] = _file_sha256(plan.asset_database)
+    if pack := plan.pack:
+        facts[f"pack {str(pack)!r}"] = _or_missing(lambda: manifest_sha256(find_pack(pack))[:_HASH_DIGITS])
+    if assets := plan.asset_database:
+        name = repr(str(assets))
+        facts[f"asset database {name}"] = _or_missing(lambda: file_sha256(assets, name)[:_HASH_DIGITS])
     if is_exec(plan.agent):
         facts |= {
             f"program file {name!r}": sha256[:_HASH_DIGITS] for name, sha256 in file_hashes(plan.agent, folder).items()
         }
     if plan.frames is not None:
-        facts[f"folder {str(plan.frames.parent)!r}, for --save-frames"] = _run_identity(plan.frames.parent)
+        run = plan.frames.parent  # the same text identifies the run on all machines that share the folder
+        begun = _or_missing(lambda: f"of the run begun {read_header(run).started.isoformat()}")
+        facts[f"folder {str(run)!r}, for --save-frames"] = begun
     return facts
 
 
@@ -194,23 +197,9 @@ def _code_sha256() -> str:
     return digest.hexdigest()
 
 
-def _pack_sha256(pack: Path) -> str:
+def _or_missing(read: Callable[[], str]) -> str:
+    """Return a fact about a file; MISSING when the file cannot be read."""
     try:
-        return manifest_sha256(find_pack(pack))[:_HASH_DIGITS]
-    except PackMismatch:
-        return MISSING
-
-
-def _file_sha256(path: Path) -> str:
-    try:
-        return file_sha256(path, repr(str(path)))[:_HASH_DIGITS]
-    except SettingError:
-        return MISSING
-
-
-def _run_identity(folder: Path) -> str:
-    """Return the text that identifies a run's folder on all machines that share it."""
-    try:
-        return f"of the run begun {read_header(folder).started.isoformat()}"
-    except RecordError:
+        return read()
+    except InputError:
         return MISSING

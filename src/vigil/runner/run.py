@@ -18,6 +18,7 @@ from tenacity import AsyncRetrying, RetryCallState, retry_if_result, stop_after_
 from vigil.errors import InfrastructureError, SettingError, SimulatorError
 from vigil.packs.pack import Pack, manifest_of
 from vigil.packs.private import is_private
+from vigil.processes.worker import Worker
 from vigil.protocol.episode import Episode
 from vigil.records.costs import RunTokens
 from vigil.records.record import EpisodeRecord, RunHeader, RunSpec
@@ -43,7 +44,6 @@ from vigil.runner.settings import (
 from vigil.runner.workers.live import boundary_of, error_record, play_live
 from vigil.runner.workers.messages import Assignment, WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool, worker_count
-from vigil.runner.workers.process import Worker
 
 ATTEMPTS = 3
 """Maximum number of attempts at an episode before its `error` row is written."""

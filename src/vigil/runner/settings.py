@@ -15,6 +15,7 @@ from vigil.base.versions import Versions
 from vigil.errors import SettingError, did_you_mean
 from vigil.packs.pack import Pack, Selection
 from vigil.packs.private import REVEAL_HELP
+from vigil.processes.worker import WORKER_TIMEOUT_S
 from vigil.protocol.actions import ReplyPolicy
 from vigil.protocol.episode import Episode
 from vigil.protocol.profile import (
@@ -52,7 +53,6 @@ from vigil.runner.shared_settings import (
     Workers,
 )
 from vigil.runner.workers.messages import PrivilegedFactory, SimulatorFactory, WorkerPlan
-from vigil.runner.workers.process import WORKER_TIMEOUT_S
 from vigil.sim import BACKENDS
 
 RUNS_FOLDER = Path("runs")

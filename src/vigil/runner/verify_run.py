@@ -13,6 +13,7 @@ from vigil.assets.database import AssetDatabase
 from vigil.base.settings import Setting, check_settings
 from vigil.errors import RecordError, SettingError, SimulatorError
 from vigil.packs.pack import Pack
+from vigil.processes.worker import WORKER_TIMEOUT_S
 from vigil.protocol.actions import InvalidAction
 from vigil.protocol.profile import Profile
 from vigil.protocol.replies import parse_reply
@@ -21,7 +22,6 @@ from vigil.runner.run_folder import host_facts
 from vigil.runner.shared_settings import AssetFile, PackLocation, Workers
 from vigil.runner.workers.messages import Assignment, WorkerPlan
 from vigil.runner.workers.pool import SimulatorPool, worker_count
-from vigil.runner.workers.process import WORKER_TIMEOUT_S
 from vigil.runner.workers.resimulation import FactDifference
 from vigil.scoring.saved_run import read_run
 from vigil.sim.thor.start import require_engine

@@ -4,27 +4,22 @@ The cache key of a picture is the moment that it shows: house, start, setup and 
 """
 
 import threading
-from typing import Any
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 from cachetools import LRUCache
 
 from vigil.errors import SimulatorError
+from vigil.processes.worker import Worker
 from vigil.protocol.actions import PhysicalAction
-from vigil.runner.workers.messages import (
-    DrawFrame,
-    DrawingPlan,
-    DrawingRequest,
-    EpisodeMoment,
-    IdentifyPixel,
-    TryAction,
-    WalkResult,
-)
-from vigil.runner.workers.pool import usable_cpus
-from vigil.runner.workers.process import Worker, WorkerSettings
+from vigil.runner.workers.drawing import MomentRenderer
+from vigil.runner.workers.messages import EpisodeMoment, WalkResult
+from vigil.runner.workers.pool import simulator_settings, usable_cpus
 
 DRAW_TIMEOUT_S = 90.0
 """Longest time (s) that one picture may take, and that a request may wait for its turn."""
 PICTURE_CACHE_SIZE = 400
+_Result = TypeVar("_Result")
 
 
 class RenderService:
@@ -35,7 +30,7 @@ class RenderService:
 
     def __init__(self, timeout_s: float = DRAW_TIMEOUT_S) -> None:
         self._timeout_s = timeout_s
-        self._worker = Worker(DrawingPlan(), "drawing-worker", WorkerSettings(timeout_s, usable_cpus()))
+        self._worker = Worker(MomentRenderer, "Simulator drawing-worker", simulator_settings(timeout_s, usable_cpus()))
         self._lock = threading.Lock()
         self._kept: LRUCache[str, bytes] = LRUCache(PICTURE_CACHE_SIZE)
 
@@ -45,29 +40,29 @@ class RenderService:
         with self._lock:
             if name in self._kept:
                 return self._kept[name]
-        data = self._ask(DrawFrame(moment))
+        data = self._ask(MomentRenderer.draw, moment)
         with self._lock:
             self._kept[name] = data
         return data
 
     def walk(self, moment: EpisodeMoment, action: PhysicalAction | None) -> WalkResult:
         """Return where `action` leads at a moment. Raises SimulatorError or InputError."""
-        return self._ask(TryAction(moment, action))
+        return self._ask(MomentRenderer.walk, moment, action)
 
     def name_at(self, moment: EpisodeMoment, x: int, y: int) -> str | None:
         """Return the id of what is under a pixel; None for structure and sky. Raises SimulatorError or InputError."""
-        return self._ask(IdentifyPixel(moment, x, y))
+        return self._ask(MomentRenderer.name_at, moment, x, y)
 
     def close(self) -> None:
         """Kill the process, even in the middle of a picture."""
         self._worker.kill()
         self._worker.join()
 
-    def _ask(self, request: DrawingRequest) -> Any:
-        future = self._worker.submit(request)
+    def _ask(self, function: Callable[..., _Result], *arguments: Any) -> _Result:
+        future = self._worker.submit(function, *arguments)
         try:
-            return future.result(self._timeout_s)[1]
+            return future.result(self._timeout_s)
         except TimeoutError:
             if future.cancel():
                 raise SimulatorError("The drawing process is busy with other pictures; try again.") from None
-            return future.result()[1]  # the picture is being drawn; the watchdog limits how long that takes
+            return future.result()  # the picture is being drawn; the watchdog limits how long that takes

@@ -92,7 +92,10 @@ def test_two_killed_processes_change_nothing_and_none_is_left(pointing: StreamHo
 def test_a_process_that_ends_time_and_again_is_given_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "executable", "/bin/false")
     pool = HousePool(PG, workers=1)
-    with pytest.raises(SimulatorError, match=r"House 15 of stream 7: 3 background processes ended"):
+    with pytest.raises(
+        SimulatorError,
+        match=r"Stream 7: house maker 1 died 3 times \(exit code 1\)\. Check",
+    ):
         pool.ask(BATHROOM).result(HANGS_AFTER_S)
     pool.close()
 
@@ -101,7 +104,7 @@ def test_a_closed_stream_says_so() -> None:
     pool = HousePool(PG, workers=1)
     pool.close()
     with pytest.raises(SimulatorError, match="closed"):
-        pool._processes[0].house(0)
+        pool.ask(0).result(HANGS_AFTER_S)
 
 
 def test_no_process_outlives_a_reader_that_is_killed() -> None:

@@ -9,7 +9,7 @@ import os
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import cast, get_args
 
@@ -19,10 +19,10 @@ import pandas as pd
 from vigil.analysis.measures.columns import run_columns
 from vigil.analysis.measures.models import ModelInfo, model_of
 from vigil.analysis.measures.paper import paper
-from vigil.base.processes import worker_pool
 from vigil.errors import SettingError
 from vigil.packs.pack import count_rooms, frozen_episodes, manifest_of
 from vigil.packs.private import is_private, redact_ids
+from vigil.processes.group import given_state, map_in_workers
 from vigil.protocol.families import Family
 from vigil.records.record import EPISODES_FILE, RunHeader
 from vigil.scoring.levels import EpisodeLevel, read_pack_levels
@@ -110,17 +110,14 @@ def read_runs(
     Raises RecordError or PackMismatch.
     """
     unique = sorted({folder.resolve() for folder in folders})
-    if len(unique) > 1 and sum(map(_file_size, unique)) > _PARALLEL_FROM_BYTES:
-        with worker_pool(2) as pool:
-            runs = list(pool.map(_read_scored_run, unique, [pack] * len(unique)))
-    else:
-        runs = [_read_scored_run(folder, pack) for folder in unique]
+    workers = 2 if sum(map(_file_size, unique)) > _PARALLEL_FROM_BYTES else 1
+    runs = list(map_in_workers(partial(given_state, pack), _read_scored_run, unique, workers))
     return _with_unique_names(
         runs if levels is None else [replace(run, rows=_with_levels(run.rows, levels)) for run in runs]
     )
 
 
-def _read_scored_run(folder: Path, pack: str | Path | None) -> Run:
+def _read_scored_run(pack: str | Path | None, folder: Path) -> Run:
     """Return the run from its records."""
     run = read_run(folder, pack, _cached_episodes)
     manifest = manifest_of(run.pack_folder)

@@ -6,10 +6,10 @@ sixteen processes on two cores delay each other, and none can reuse a house that
 
 import multiprocessing
 import weakref
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import wait
 from copy import deepcopy
 from functools import partial
-from itertools import pairwise
 from typing import Any
 
 import gymnasium
@@ -19,7 +19,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space, create_shared_memory, iterate, read_from_shared_memory
 
 from vigil.errors import SettingError
-from vigil.integrations.gymnasium.vector_worker import EnvShard, MakeEnv
+from vigil.integrations.gymnasium.vector_worker import Environments, EnvShard, MakeEnv, start_shards
+from vigil.processes.group import end_workers
 from vigil.runner.workers.pool import worker_count
 
 ENV_ID = "vigil.integrations.gymnasium:Vigil-v0"
@@ -55,14 +56,11 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         memory = create_shared_memory(self.single_observation_space, self.num_envs, ctx=started)
         self._observations = read_from_shared_memory(self.single_observation_space, memory, self.num_envs)
         bounds = np.linspace(0, self.num_envs, 1 + min(worker_count(processes), self.num_envs)).astype(int).tolist()
-        self._shards = [
-            EnvShard(started, list(env_fns[first:last]), first, memory, mode) for first, last in pairwise(bounds)
-        ]
-        self._end = weakref.finalize(self, _end, self._shards)
+        self._shards = start_shards(started, env_fns, bounds, memory, mode)
+        self._end = weakref.finalize(self, end_workers, self._shards)
+        spaces = (self.single_observation_space, self.single_action_space)
         try:
-            self._call_all(
-                "check_spaces", [(self.single_observation_space, self.single_action_space)] * len(self._shards)
-            )
+            self._call_all(Environments.check_spaces, [spaces] * len(self._shards))
         except BaseException:
             self.close()
             raise
@@ -79,14 +77,14 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         told = None if options is None else given
         asked = [(seeds[shard.part], told, None if mask is None else mask[shard.part]) for shard in self._shards]
         infos: dict[str, Any] = {}
-        for shard, found in zip(self._shards, self._call_all("reset_some", asked), strict=True):
+        for shard, found in zip(self._shards, self._call_all(Environments.reset_some, asked), strict=True):
             infos = self._with_infos(infos, shard, found)
         return self._seen(), infos
 
     def step(self, actions: Any) -> StepResult:
         """Take one action in each environment; in the default mode, one whose episode has ended is reset instead."""
         each = list(iterate(self.action_space, actions))
-        answers = self._call_all("step_all", [(each[shard.part],) for shard in self._shards])
+        answers = self._call_all(Environments.step_all, [(each[shard.part],) for shard in self._shards])
         infos: dict[str, Any] = {}
         for shard, answer in zip(self._shards, answers, strict=True):
             infos = self._with_infos(infos, shard, answer[-1])
@@ -95,7 +93,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
 
     def call(self, name: str, *args: Any, **kwargs: Any) -> tuple[Any, ...]:
         """Return, for each environment, the result of its method of that name, or the value of its attribute."""
-        answers = self._call_all("call_each", [(name, args, kwargs)] * len(self._shards))
+        answers = self._call_all(Environments.call_each, [(name, args, kwargs)] * len(self._shards))
         return tuple(each for answer in answers for each in answer)
 
     def get_attr(self, name: str) -> tuple[Any, ...]:
@@ -107,7 +105,7 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         each = list(values) if isinstance(values, list | tuple) else [values] * self.num_envs
         if len(each) != self.num_envs:
             raise SettingError(f"set_attr() of {self.num_envs} environments got {len(each)} values; give one for each.")
-        self._call_all("set_attr", [(name, each[shard.part]) for shard in self._shards])
+        self._call_all(Environments.set_attr, [(name, each[shard.part]) for shard in self._shards])
 
     def render(self) -> tuple[Any, ...]:
         """Return the current frame of each environment; None for each without a render mode."""
@@ -138,17 +136,13 @@ class SharedProcessVectorEnv(VectorEnv[Any, Any, np.ndarray]):
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         env.close()
 
-    def _call_all(self, command: str, arguments: Sequence[tuple[Any, ...]]) -> list[Any]:
+    def _call_all(self, method: Callable[..., Any], arguments: Sequence[tuple[Any, ...]]) -> list[Any]:
         """Call a method in every process and return the answers; after all have answered, raise their first error."""
         if self.closed:
-            raise ClosedEnvironmentError(f"{command}() of a vector of environments that has been closed.")
-        for shard, each in zip(self._shards, arguments, strict=True):
-            shard.ask(command, each)
-        answers = [shard.answer() for shard in self._shards]
-        for answer in answers:
-            if isinstance(answer, Exception):
-                raise answer
-        return answers
+            raise ClosedEnvironmentError(f"{method.__name__}() of a vector of environments that has been closed.")
+        answers = [shard.submit(method, *each) for shard, each in zip(self._shards, arguments, strict=True)]
+        wait(answers)
+        return [answer.result() for answer in answers]
 
     def _mask(self, given: Any) -> np.ndarray | None:
         if given is None:
@@ -181,10 +175,3 @@ def make_vector(
     return SharedProcessVectorEnv(
         [make] * num_envs, processes=processes, context=context, copy=copy, autoreset_mode=autoreset_mode
     )
-
-
-def _end(shards: Sequence[EnvShard]) -> None:
-    for shard in shards:
-        shard.request_stop()
-    for shard in shards:
-        shard.end()

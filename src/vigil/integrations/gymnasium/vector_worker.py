@@ -1,13 +1,11 @@
-"""Worker process of a vector: it owns a share of the environments and carries out requests on them."""
+"""Worker processes of a vector: each owns a share of the environments and carries out requests on them."""
 
-import pickle
 import signal
-import traceback
-from collections.abc import Callable
-from contextlib import suppress
+import subprocess
+from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import pairwise
 from multiprocessing.connection import Connection
-from multiprocessing.reduction import ForkingPickler
 from typing import Any
 
 import gymnasium
@@ -17,78 +15,51 @@ from gymnasium.spaces import Text
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 from gymnasium.vector.utils import CloudpickleWrapper, batch_space, iterate, write_to_shared_memory
 
-from vigil.errors import SettingError, SimulatorError
+from vigil.errors import SettingError
+from vigil.processes.child import MakeState, serve
+from vigil.processes.worker import Worker, WorkerSettings
 
 MakeEnv = Callable[[], gymnasium.Env[Any, Any]]
 Infos = dict[Any, dict[str, Any]]
 """`info` of environments, by their numbers in the share."""
-END_TIMEOUT_S = 60.0
-"""Longest time (s) that a process may take to end; it finishes building a house first, which takes seconds."""
+ADVICE = "Is there enough memory? Close the vector and make another one."
 
 
-class EnvShard:
-    """Handle of a worker process with some of the environments, in the process that steps them all."""
+class EnvShard(Worker):
+    """Worker with some of the environments of a vector."""
 
-    def __init__(
-        self, context: Any, env_fns: list[MakeEnv], first: int, memory: Any, autoreset_mode: AutoresetMode
-    ) -> None:
-        self.part = slice(first, first + len(env_fns))
+    def __init__(self, process: "ContextProcess", part: slice, make_state: MakeState) -> None:
+        """Start the thread; the process has been started before, because threads and forks do not mix.
+
+        The process is not replaced, because its environments would be others: after its end all requests fail.
+        """
+        self.part = part
         """Positions of its environments among all."""
-        self._asked = 0
-        self._pipe, other = context.Pipe()
-        wrapped = [CloudpickleWrapper(make) for make in env_fns]
-        self._process = context.Process(
-            target=_serve,
-            args=(other, self._pipe, wrapped, first, memory, autoreset_mode),
-            name=f"environments-{first}-to-{self.part.stop - 1}",
-            daemon=True,
-        )
-        self._process.start()
-        other.close()
-
-    def ask(self, command: str, arguments: tuple[Any, ...]) -> None:
-        """Let the process call a method of `_Environments`. Raises SimulatorError if it has ended."""
-        self._asked += 1
-        try:
-            self._pipe.send((self._asked, command, arguments))
-        except OSError:
-            raise self._ended_error() from None
-
-    def answer(self) -> Any:
-        """Return the result of the last call, or its error. Raises SimulatorError if the process has ended."""
-        number, answer = 0, None
-        while number != self._asked:  # an interrupt may have left an earlier answer unread
-            try:
-                number, answer = self._pipe.recv()
-            except (EOFError, OSError):
-                raise self._ended_error() from None
-        return answer
-
-    def request_stop(self) -> None:
-        """Ask the process to end after its current request."""
-        with suppress(OSError):  # it has already ended
-            self._pipe.send(None)
-
-    def end(self) -> None:
-        """Wait for the process to end; kill it after END_TIMEOUT_S."""
-        self._process.join(END_TIMEOUT_S)
-        if self._process.is_alive():
-            self._process.kill()
-            self._process.join()
-        self._pipe.close()
-
-    def _ended_error(self) -> SimulatorError:
-        self._process.join(1.0)
-        return SimulatorError(
-            f"The process of environments {self.part.start} to {self.part.stop - 1} has ended (exit code "
-            f"{self._process.exitcode}). Is there enough memory? Close the vector and make another one."
-        )
+        settings = WorkerSettings(start=lambda *_: process, advice=ADVICE)
+        super().__init__(make_state, f"The process of environments {part.start} to {part.stop - 1}", settings)
 
 
-class _Environments(SyncVectorEnv):
+def start_shards(
+    context: Any, env_fns: Sequence[MakeEnv], bounds: Sequence[int], memory: Any, autoreset_mode: AutoresetMode
+) -> list[EnvShard]:
+    """Start the processes with a start method of multiprocessing; `bounds` divide the environments among them."""
+    parts = [slice(first, last) for first, last in pairwise(bounds)]
+    makers = [
+        partial(Environments, list(map(CloudpickleWrapper, env_fns[part])), part.start, memory, autoreset_mode)
+        for part in parts
+    ]
+    processes = [
+        ContextProcess(context, f"environments-{part.start}-to-{part.stop - 1}", make)
+        for part, make in zip(parts, makers, strict=True)
+    ]
+    return list(map(EnvShard, processes, parts, makers))
+
+
+class Environments(SyncVectorEnv):
     """A share of the environments, stepped and reset by Gymnasium's single-process vector."""
 
-    def __init__(self, env_fns: list[MakeEnv], first: int, memory: Any, autoreset_mode: AutoresetMode) -> None:
+    def __init__(self, env_fns: Sequence[MakeEnv], first: int, memory: Any, autoreset_mode: AutoresetMode) -> None:
+        """Make the environments, the first of which has the number `first` in the vector and in the shared memory."""
         super().__init__(env_fns, copy=False, autoreset_mode=autoreset_mode)
         self.action_space = batch_space(Text(1), self.num_envs)
         """Placeholder whose batches are split without conversion: the vector has already split the actions."""
@@ -129,49 +100,34 @@ class _Environments(SyncVectorEnv):
         return vector_infos
 
 
-def _serve(
-    pipe: Connection,
-    parents: Connection,
-    env_fns: list[MakeEnv],
-    first: int,
-    memory: Any,
-    autoreset_mode: AutoresetMode,
-) -> None:
-    """Carry out requests until asked to stop or until the parent process has ended."""
+class ContextProcess:
+    """Worker process that multiprocessing starts, so that it can share memory and a forked one what is loaded."""
+
+    has_started = True
+
+    def __init__(self, context: Any, name: str, make_state: MakeState) -> None:
+        self._connection, theirs = context.Pipe()
+        arguments = (theirs, self._connection, make_state)
+        self._process = context.Process(target=_serve, args=arguments, name=name, daemon=True)
+        self._process.start()
+        theirs.close()
+        self.pid: int | None = self._process.pid
+        self.terminate = self._process.terminate
+        self.kill = self._process.kill
+
+    def connect(self) -> Connection:
+        """Return our end of the pipe."""
+        return self._connection
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Return the exit code. Raises subprocess.TimeoutExpired."""
+        self._process.join(timeout)
+        if self._process.exitcode is None:
+            raise subprocess.TimeoutExpired(self._process.name, timeout or 0.0)
+        return self._process.exitcode
+
+
+def _serve(connection: Connection, parents: Connection, make_state: MakeState) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # only the parent process handles interrupts
     parents.close()
-    made: list[_Environments] = []
-
-    def done(command: str, arguments: tuple[Any, ...]) -> Any:
-        if not made:  # made at the first request, so that an error becomes an answer
-            made.append(_Environments(env_fns, first, memory, autoreset_mode))
-        return getattr(made[0], command)(*arguments)
-
-    try:
-        while (asked := pipe.recv()) is not None:
-            number, command, arguments = asked
-            pipe.send_bytes(_answer(number, partial(done, command, arguments)))
-    except (EOFError, BrokenPipeError):
-        return
-    finally:
-        for environments in made:
-            environments.close()
-
-
-def _answer(number: int, do: Callable[[], Any]) -> Any:
-    """Return, as bytes, the result of a call, or its error with the traceback."""
-    try:
-        return ForkingPickler.dumps((number, do()))
-    except Exception as error:  # noqa: BLE001 - raised again by the vector
-        error.add_note(f"In the environments' process:\n{traceback.format_exc()}")
-        return ForkingPickler.dumps((number, _sendable(error)))
-
-
-def _sendable(error: Exception) -> Exception:
-    """Return an error, or, if it cannot be pickled, one with the same text."""
-    try:
-        return pickle.loads(pickle.dumps(error))
-    except Exception:  # noqa: BLE001 - errors of any library may fail in any way
-        said = SimulatorError(f"{type(error).__name__}: {error}")
-        said.__notes__ = error.__notes__
-        return said
+    serve(connection, make_state)

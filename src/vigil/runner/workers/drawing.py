@@ -1,96 +1,80 @@
 """Drawing in a worker: moments of episodes, each reached from the simulator's current state if possible."""
 
+from dataclasses import replace
+
 from vigil.agents.frame_encoding import encode_frame
 from vigil.assets.database import AssetDatabase
-from vigil.base.geometry import Pose
 from vigil.protocol.actions import PhysicalAction
 from vigil.protocol.house import House
-from vigil.protocol.world import Effect, Setup
-from vigil.runner.workers.messages import (
-    DrawFrame,
-    DrawingRequest,
-    EpisodeMoment,
-    IdentifyPixel,
-    RenderSettings,
-    TryAction,
-    WalkResult,
-)
+from vigil.protocol.world import Effect
+from vigil.runner.workers.messages import EpisodeMoment, RenderSettings, WalkResult
 from vigil.sim import make_simulator
 from vigil.sim.protocol import Simulator
 
 
-class DrawingHandler:
-    """Handler of drawing requests; it has the simulator of the latest request."""
+class MomentRenderer:
+    """Simulator of the latest request's backend, with the moment of an episode that it shows."""
 
     def __init__(self) -> None:
-        self._renderer: _MomentRenderer | None = None
-
-    def answer(self, request: DrawingRequest) -> object:
-        """Return the answer to `request`. Raises VigilError."""
-        renderer = self._renderer_of(request.moment.render_settings)
-        simulator = renderer.go_to(request.moment)
-        match request:
-            case DrawFrame():
-                return encode_frame(simulator.frame()).data
-            case TryAction(_, action):
-                effect = Effect() if action is None else renderer.try_action(action)
-                return WalkResult(simulator.world(()).agent, effect, encode_frame(simulator.frame()).data)
-            case IdentifyPixel(_, x, y):
-                return simulator.object_at(x, y)
-
-    def close(self) -> None:
-        """Release the simulator."""
-        if self._renderer is not None:
-            self._renderer.simulator.close()
-            self._renderer = None
-
-    def _renderer_of(self, settings: RenderSettings) -> "_MomentRenderer":
-        if self._renderer is None or self._renderer.settings != settings:
-            self.close()
-            self._renderer = _MomentRenderer(settings)
-        return self._renderer
-
-
-class _MomentRenderer:
-    """Simulator with the moment of an episode that it shows."""
-
-    def __init__(self, settings: RenderSettings) -> None:
-        self.settings = settings
-        assets = AssetDatabase.from_file(settings.asset_database)
-        self.simulator: Simulator = make_simulator(settings.backend, assets=assets, quality=settings.quality)
+        self._simulator: Simulator | None = None
+        self._settings: RenderSettings | None = None
+        """Settings of the simulator."""
         self._loaded_house: str | None = None
         """Hash of the loaded house."""
         self._moment: EpisodeMoment | None = None
 
-    def go_to(self, moment: EpisodeMoment) -> Simulator:
+    def draw(self, moment: EpisodeMoment) -> bytes:
+        """Return the view at a moment, as the bytes of a PNG. Raises VigilError, as do the other methods."""
+        return encode_frame(self._go_to(moment).frame()).data
+
+    def walk(self, moment: EpisodeMoment, action: PhysicalAction | None) -> WalkResult:
+        """Return the result of one action, or of none, at a moment; the next request starts from a reset."""
+        simulator = self._go_to(moment)
+        effect = Effect()
+        if action is not None:
+            self._moment = None
+            effect = simulator.step(action)
+        return WalkResult(simulator.world(()).agent, effect, encode_frame(simulator.frame()).data)
+
+    def name_at(self, moment: EpisodeMoment, x: int, y: int) -> str | None:
+        """Return the id of the object under a pixel at a moment; None for structure and sky."""
+        return self._go_to(moment).object_at(x, y)
+
+    def close(self) -> None:
+        """Release the simulator."""
+        if self._simulator is not None:
+            self._simulator.close()
+        self._simulator = self._moment = self._loaded_house = None
+
+    def _go_to(self, moment: EpisodeMoment) -> Simulator:
         """Return the simulator at that moment."""
+        simulator = self._simulator_for(moment.render_settings)
         if self._loaded_house != moment.house_sha256:
             self._moment = self._loaded_house = None
-            self.simulator.load(House.load(moment.house, moment.house_sha256))
+            simulator.load(House.load(moment.house, moment.house_sha256))
             self._loaded_house = moment.house_sha256
         done = self._count_done(moment)
         if done is None:
             self._moment = None
-            self.simulator.reset(moment.start, moment.setup)
+            simulator.reset(moment.start, moment.setup)
             done = 0
         for action in moment.actions[done:]:
-            self.simulator.step(action)
+            simulator.step(action)
         self._moment = moment
-        return self.simulator
+        return simulator
 
-    def try_action(self, action: PhysicalAction) -> Effect:
-        """Carry out an action that is not part of a moment; the next request starts from a reset."""
-        self._moment = None
-        return self.simulator.step(action)
+    def _simulator_for(self, settings: RenderSettings) -> Simulator:
+        if self._simulator is None or self._settings != settings:
+            self.close()
+            assets = AssetDatabase.from_file(settings.asset_database)
+            self._simulator = make_simulator(settings.backend, assets=assets, quality=settings.quality)
+            self._settings = settings
+        return self._simulator
 
     def _count_done(self, moment: EpisodeMoment) -> int | None:
         """Return the number of the moment's actions that are already done; None when a reset is needed."""
         current = self._moment
-        if current is None or _start_of(current) != _start_of(moment):
+        if current is None or replace(current, actions=()) != replace(moment, actions=()):
             return None
         done = len(current.actions)
         return done if moment.actions[:done] == current.actions else None
-
-
-def _start_of(moment: EpisodeMoment) -> tuple[str, Pose, Setup]:
-    return moment.house_sha256, moment.start, moment.setup

@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from vigil.agents.conversation import Conversation, Message
 from vigil.base.versions import Versions
 from vigil.errors import InfrastructureError, SimulatorError
+from vigil.processes.worker import WorkerLost
 from vigil.protocol.actions import Reply
 from vigil.protocol.finish_reasons import stop_cause
 from vigil.protocol.profile import Profile
@@ -14,7 +15,6 @@ from vigil.runner.models.ask import Ask, RequestRejected
 from vigil.runner.models.context import CONTEXT_ERROR, size_hint
 from vigil.runner.workers.messages import Assignment, EncodedObservation
 from vigil.runner.workers.pool import LiveEpisode
-from vigil.runner.workers.process import WorkerLost
 
 
 async def play_live(

@@ -1,8 +1,8 @@
-"""Messages between the main process and a simulator worker.
+"""What the main process and a simulator worker send each other.
 
-A worker either plays episodes or draws for the pages; the plan that it gets first says which. An agent in the main
-process gets only an `EncodedObservation`: the encoded frame and the feedback. Records, which have hidden state, go from
-the worker to the run folder without passing the agent.
+A worker either plays episodes or draws for the pages. An agent in the main process gets only an `EncodedObservation`:
+the encoded frame and the feedback. Records, which have hidden state, go from the worker to the run folder without
+passing the agent.
 """
 
 from collections.abc import Callable
@@ -13,16 +13,17 @@ from vigil.agents.agent import FRAME_INTERVAL_SECONDS, REPLY_SECONDS, Agent
 from vigil.agents.frame_encoding import EncodedFrame
 from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose
-from vigil.protocol.actions import PhysicalAction, Reply
+from vigil.protocol.actions import PhysicalAction
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
 from vigil.protocol.observation import Feedback, Quality
 from vigil.protocol.profile import Profile
 from vigil.protocol.world import Effect, Setup
-from vigil.records.record import Boundary, EpisodeRecord
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.sim.protocol import Simulator
 
+FIRST_FRAME = "first frame"
+"""Event before the agent in the worker is shown the first frame; the worker waits until the attempt is on disk."""
 PrivilegedFactory = Callable[[str, Episode, PrivilegedSimulator], Agent]
 """Function that makes a privileged agent for one episode from (name, episode, simulator). It must be picklable."""
 SimulatorFactory = Callable[[AssetDatabase, Quality], Simulator]
@@ -56,14 +57,6 @@ class WorkerPlan:
     seed: int = 0
     pack_sha256: str | None = None
     """Hash of the pack that is played."""
-
-
-@dataclass(frozen=True, slots=True)
-class DrawingPlan:
-    """Plan of a worker that draws for the pages; each request names its simulator."""
-
-
-Plan = WorkerPlan | DrawingPlan
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,131 +121,3 @@ class WalkResult:
     pose: Pose
     effect: Effect
     picture: bytes
-
-
-# --- requests: each is answered with one `Done` or `Failed` -----------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class GetSimulatorFacts:
-    """-> SimulatorFacts."""
-
-    drawn: Assignment | None = None
-    """Episode whose first frame is drawn, to find out before anything is played whether the machine can draw."""
-
-
-@dataclass(frozen=True, slots=True)
-class PlayEpisode:
-    """Play one episode with the agent in the worker -> EpisodeRecord."""
-
-    assignment: Assignment
-    earlier: tuple[Reply, ...] | None = None
-    """Replies from before a worker was lost, from which the agent continues; None to begin."""
-
-
-@dataclass(frozen=True, slots=True)
-class BeginEpisode:
-    """Start a live episode -> EncodedObservation, or EpisodeRecord when the reset failed."""
-
-    session: int
-    assignment: Assignment
-
-
-@dataclass(frozen=True, slots=True)
-class AdvanceEpisode:
-    """Carry out one reply -> EncodedObservation, or EpisodeRecord when that ended the episode."""
-
-    session: int
-    reply: Reply
-
-
-@dataclass(frozen=True, slots=True)
-class FailEpisode:
-    """End a live episode as an error -> EpisodeRecord."""
-
-    session: int
-    boundary: Boundary
-    message: str
-
-
-@dataclass(frozen=True, slots=True)
-class DropEpisode:
-    """Forget a live episode -> None."""
-
-    session: int
-
-
-@dataclass(frozen=True, slots=True)
-class Resimulate:
-    """Carry out a record's actions again -> list of `resimulation.FactDifference`."""
-
-    assignment: Assignment
-    record: EpisodeRecord
-    frames: bool
-    exact: bool
-
-
-@dataclass(frozen=True, slots=True)
-class DrawFrame:
-    """Draw the view at a moment -> the frame (bytes of a PNG)."""
-
-    moment: EpisodeMoment
-
-
-@dataclass(frozen=True, slots=True)
-class TryAction:
-    """Carry out one action, or none, at a moment -> WalkResult."""
-
-    moment: EpisodeMoment
-    action: PhysicalAction | None
-
-
-@dataclass(frozen=True, slots=True)
-class IdentifyPixel:
-    """Identify the object under a pixel at a moment -> its id; None for structure and sky."""
-
-    moment: EpisodeMoment
-    x: int
-    y: int
-
-
-EpisodeRequest = (
-    GetSimulatorFacts | PlayEpisode | BeginEpisode | AdvanceEpisode | FailEpisode | DropEpisode | Resimulate
-)
-DrawingRequest = DrawFrame | TryAction | IdentifyPixel
-Request = EpisodeRequest | DrawingRequest
-
-
-# --- answers ----------------------------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class Heartbeat:
-    """Sign that the worker is alive and works on the request."""
-
-    reply: Reply | None = None
-    """Latest reply of the agent in the worker."""
-
-
-@dataclass(frozen=True, slots=True)
-class AboutToShowFrame:
-    """Notice that the agent in the worker is about to see the first frame; the worker waits for `Proceed`."""
-
-
-@dataclass(frozen=True, slots=True)
-class Proceed:
-    """Confirmation that the beginning of the attempt is on disk."""
-
-
-@dataclass(frozen=True, slots=True)
-class Done:
-    """Result of a request."""
-
-    value: object
-
-
-@dataclass(frozen=True, slots=True)
-class Failed:
-    """Exception that a request raised."""
-
-    error: Exception

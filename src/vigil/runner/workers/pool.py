@@ -1,6 +1,6 @@
 """Simulator workers: processes that hold Env and simulator, with a watchdog.
 
-Each worker (`vigil.runner.workers.process`) has one GL context and any number of live episodes. An episode of a
+Each worker (`vigil.runner.workers.worker`) has one GL context and any number of live episodes. An episode of a
 lost worker is restored in another one by carrying out its replies again: the simulator is deterministic, so the result
 is the same.
 """
@@ -9,30 +9,17 @@ import asyncio
 import itertools
 import os
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from tenacity import AsyncRetrying, Retrying, retry_if_exception_type, stop_after_delay
 
-from vigil.errors import SettingError, VigilError
-from vigil.protocol.actions import Reply
-from vigil.records.record import Boundary, EpisodeRecord
-from vigil.runner.workers.messages import (
-    AdvanceEpisode,
-    Assignment,
-    BeginEpisode,
-    DropEpisode,
-    EncodedObservation,
-    FailEpisode,
-    GetSimulatorFacts,
-    PlayEpisode,
-    Request,
-    Resimulate,
-    SimulatorFacts,
-    WorkerPlan,
-)
-from vigil.runner.workers.process import (
+from vigil.errors import SettingError, SimulatorError, VigilError
+from vigil.processes.group import end_workers
+from vigil.processes.worker import (
     START_TIMEOUT_S,
     WORKER_TIMEOUT_S,
     LocalProcess,
@@ -42,7 +29,12 @@ from vigil.runner.workers.process import (
     WorkerLost,
     WorkerSettings,
 )
-from vigil.runner.workers.resimulation import FactDifference
+from vigil.protocol.actions import Reply
+from vigil.records.record import Boundary, EpisodeRecord
+from vigil.runner.workers.messages import FIRST_FRAME, Assignment, EncodedObservation, SimulatorFacts, WorkerPlan
+from vigil.runner.workers.resimulation import ComparisonSettings, FactDifference
+from vigil.runner.workers.worker import EpisodeWorker
+from vigil.sim.protocol import WORKER_NUMBER
 
 MAX_RESTORES = 2
 """Maximum number of times that an episode is restored in another worker before it counts as lost."""
@@ -83,8 +75,13 @@ class SimulatorPool:
             raise SettingError(f"A run needs at least one simulator worker, not {workers}.")
         if logs is not None:
             logs.mkdir(parents=True, exist_ok=True)
-        settings = WorkerSettings(timeout_s, max(1, usable_cpus() // workers), logs, start)
-        self.workers = [Worker(plan, f"worker-{number + 1}", settings, number) for number in range(workers)]
+        threads = max(1, usable_cpus() // workers)
+        self.workers: list[Worker] = []
+        for number in range(workers):
+            settings = replace(simulator_settings(timeout_s, threads, number), start=start)
+            if logs is not None:
+                settings = replace(settings, log=logs / f"worker-{number + 1}.log")
+            self.workers.append(Worker(partial(EpisodeWorker, plan), f"Simulator worker-{number + 1}", settings))
         self._load = dict.fromkeys(self.workers, 0)
         self._sessions = itertools.count(1)
 
@@ -93,8 +90,7 @@ class SimulatorPool:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None):
         if kind is not None:
-            for worker in self.workers:
-                worker.kill()
+            end_workers(self.workers)
         self.close()
 
     def close(self) -> None:
@@ -113,9 +109,9 @@ class SimulatorPool:
         return Retrying(**_RETRY_ON_ANOTHER)(self._facts, drawn)
 
     def _facts(self, drawn: Assignment | None) -> SimulatorFacts:
-        futures = [worker.submit(GetSimulatorFacts(drawn)) for worker in self.workers]
+        futures = [worker.submit(EpisodeWorker.facts, drawn) for worker in self.workers]
         started = [future for future in futures if not isinstance(future.exception(), NoCapacity)]
-        facts = [future.result()[1] for future in started or futures]
+        facts = [future.result() for future in started or futures]
         return facts[0]
 
     async def play(
@@ -132,37 +128,48 @@ class SimulatorPool:
         frame. With `may_resume`, an agent whose worker is lost after that continues in another worker; without it, the
         loss is raised at once.
         """
-        earlier: tuple[Reply, ...] | None = None
+        replies: list[Reply] = []
+        has_begun = False
+
+        def on_event(event: Any) -> None:
+            nonlocal has_begun
+            has_begun = True
+            if event == FIRST_FRAME:
+                on_first_frame()
+            else:
+                replies.append(event)
+
         for left in range(MAX_RESTORES, -1, -1):
+            earlier = tuple(replies) if has_begun else None
             try:
-                return await self._request(PlayEpisode(assignment, earlier), on_first_frame, worker)
-            except WorkerLost as lost:
-                if not may_resume or not left or (earlier is None and lost.replies is None):
+                return await self._request(EpisodeWorker.play, assignment, earlier, on_event=on_event, wanted=worker)
+            except WorkerLost:
+                if not (may_resume and left and has_begun):
                     raise
-                earlier = (*(earlier or ()), *(lost.replies or ()))
         raise AssertionError("the last round returns or raises")
 
     async def resimulate(
         self, assignment: Assignment, record: EpisodeRecord, *, frames: bool, exact: bool
     ) -> list[FactDifference]:
         """Return the differences between a record and a new simulation of its replies. Raises SimulatorError."""
-        return await self._request(Resimulate(assignment, record, frames, exact))
+        settings = ComparisonSettings(frames, exact)
+        return await self._request(EpisodeWorker.resimulate, assignment, record, settings)
 
     def live(self, assignment: Assignment) -> "LiveEpisode":
         """Return a live episode, not yet begun, for an agent in the main process."""
         return LiveEpisode(self, assignment, next(self._sessions))
 
     async def _request(
-        self, request: Request, on_first_frame: Callable[[], None] | None = None, wanted: Worker | None = None
+        self, function: Callable[..., Any], *arguments: Any, wanted: Worker | None = None, **options: Any
     ) -> Any:
-        return await AsyncRetrying(**_RETRY_ON_ANOTHER)(self._ask, request, on_first_frame, wanted)
+        async def ask() -> Any:
+            worker = self.acquire(wanted)
+            try:
+                return await asyncio.wrap_future(worker.submit(function, *arguments, **options))
+            finally:
+                self.release(worker)
 
-    async def _ask(self, request: Request, on_first_frame: Callable[[], None] | None, wanted: Worker | None) -> Any:
-        worker = self.acquire(wanted)
-        try:
-            return (await asyncio.wrap_future(worker.submit(request, on_first_frame=on_first_frame)))[1]
-        finally:
-            self.release(worker)
+        return await AsyncRetrying(**_RETRY_ON_ANOTHER)(ask)
 
     def acquire(self, wanted: Worker | None = None) -> Worker:
         """Return the least busy worker with capacity, and raise its load by one until `release`.
@@ -190,15 +197,20 @@ class LiveEpisode:
         self._pool = pool
         self._session = session
         self._worker: Worker | None = None
-        self._generation = 0
         self._replies: list[Reply] = []
         self._restores = 0
 
     async def begin(self) -> EncodedObservation | EpisodeRecord:
-        """Return the first observation, or the record when the reset failed. Raises SimulatorError."""
+        """Return the first observation, or after a loss the one after the replies so far, which are carried out again.
+
+        Return the record when the reset failed or a reply ended the episode. Raises SimulatorError.
+        """
         while True:
             try:
-                return await self._begin()
+                answer: EncodedObservation | EpisodeRecord = await AsyncRetrying(**_RETRY_ON_ANOTHER)(self._begin)
+                for reply in self._replies if isinstance(answer, EncodedObservation) else ():
+                    answer = await self._ask(EpisodeWorker.advance, reply)
+                return answer
             except WorkerLost:
                 self._count_restore()
 
@@ -206,15 +218,15 @@ class LiveEpisode:
         """Return the next observation, or the record when `reply` ended the episode. Raises SimulatorError."""
         self._replies.append(reply)
         try:
-            return await self._ask(AdvanceEpisode(self._session, reply))
+            return await self._ask(EpisodeWorker.advance, reply)
         except WorkerLost:
             self._count_restore()
-        return await self._restore()
+        return await self.begin()
 
     async def fail(self, boundary: Boundary, message: str) -> EpisodeRecord | None:
         """Return the record so far, ended as an error; None when it was lost with its worker."""
         try:
-            return await self._ask(FailEpisode(self._session, boundary, message))
+            return await self._ask(EpisodeWorker.fail, boundary, message)
         except VigilError:
             return None
 
@@ -222,37 +234,34 @@ class LiveEpisode:
         """Let the worker forget the episode."""
         worker, self._worker = self._worker, None
         if worker is not None:
-            worker.submit(DropEpisode(self._session), self._generation)
+            worker.submit(EpisodeWorker.drop, self._session)
             self._pool.release(worker)
 
     async def _begin(self) -> EncodedObservation | EpisodeRecord:
-        return await AsyncRetrying(**_RETRY_ON_ANOTHER)(self._begin_once)
-
-    async def _begin_once(self) -> EncodedObservation | EpisodeRecord:
         self.close()
         self._worker = self._pool.acquire()
-        future = self._worker.submit(BeginEpisode(self._session, self.assignment))
-        self._generation, view = await asyncio.wrap_future(future)
-        return view
+        return await self._ask(EpisodeWorker.begin, self.assignment)
 
-    async def _ask(self, request: Request) -> Any:
-        if self._worker is None:
+    async def _ask(self, function: Callable[..., Any], *arguments: Any) -> Any:
+        """Return the worker's answer. Raises WorkerLost when the episode is lost or has not begun."""
+        worker = self._worker
+        if worker is None:
             raise WorkerLost("The episode has not begun.")
-        return (await asyncio.wrap_future(self._worker.submit(request, self._generation)))[1]
-
-    async def _restore(self) -> EncodedObservation | EpisodeRecord:
-        """Return the observation or record after the last reply, by carrying out all replies in another process."""
-        while True:
-            try:
-                answer = await self._begin()
-                for reply in self._replies if isinstance(answer, EncodedObservation) else ():
-                    answer = await self._ask(AdvanceEpisode(self._session, reply))
-                return answer
-            except WorkerLost:
-                self._count_restore()
+        try:
+            return await asyncio.wrap_future(worker.submit(function, self._session, *arguments))
+        except WorkerLost:
+            self._worker = None
+            self._pool.release(worker)
+            raise
 
     def _count_restore(self) -> None:
         """Count a restore; re-raise the current WorkerLost when there were too many."""
         self._restores += 1
         if self._restores > MAX_RESTORES:
             raise
+
+
+def simulator_settings(timeout_s: float, threads: int, number: int = 0) -> WorkerSettings:
+    """Return the settings of simulator worker `number`, whose software renderer has that many threads."""
+    environment = {"LP_NUM_THREADS": str(threads), WORKER_NUMBER: str(number)}
+    return WorkerSettings(timeout_s, environment, fault=SimulatorError)

@@ -12,19 +12,19 @@ import os
 import secrets
 import socket
 import subprocess
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Mapping
 from multiprocessing.connection import Client, Connection, Listener
+from multiprocessing.reduction import ForkingPickler
 from pathlib import Path
 from typing import Any
 
 import ray
 from ray.exceptions import RayError
 
-from vigil.base.imports import import_modules_from_environment
+from vigil.base.imports import ENVIRONMENT_VARIABLE, import_modules_from_environment
 from vigil.errors import SettingError
-from vigil.runner.workers.process import NoCapacity
-from vigil.runner.workers.worker import serve
+from vigil.processes.child import MakeState, serve
+from vigil.processes.worker import NoCapacity, shut_down
 
 PLACEMENT_TIMEOUT_S = 10.0
 """Time that a request waits for an actor to start before another worker is asked, in seconds."""
@@ -58,22 +58,27 @@ class WorkerActor:
         with self._listener:
             connection = self._listener.accept()
         _send_at_once(connection)
-        serve(connection)
+        serve(connection, connection.recv_bytes())
 
 
 class RayProcess:
-    """Worker in an actor; implements `vigil.runner.workers.process.WorkerProcess`."""
+    """Worker in an actor; implements `vigil.processes.worker.WorkerProcess`."""
 
-    def __init__(self, node_check: NodeCheck, log: Path | None, environment: dict[str, str]) -> None:
+    def __init__(
+        self, node_check: NodeCheck, make_state: MakeState, log: Path | None, environment: Mapping[str, str]
+    ) -> None:
         """Ask Ray for an actor. `log` gets Ray's message about the actor's end; standard error goes to Ray's logs."""
-        one_thread = {"LP_NUM_THREADS": str(CPUS), "OPENBLAS_NUM_THREADS": str(CPUS)}
+        variables = {**environment, "LP_NUM_THREADS": str(CPUS), "OPENBLAS_NUM_THREADS": str(CPUS)}
+        if ENVIRONMENT_VARIABLE in os.environ:  # the node has a different environment
+            variables[ENVIRONMENT_VARIABLE] = os.environ[ENVIRONMENT_VARIABLE]
         actor = ray.remote(WorkerActor).options(
             num_cpus=CPUS, max_restarts=0, max_task_retries=0, scheduling_strategy="SPREAD"
         )
         self.pid: int | None = None
         self._log = log
+        self._make_state = ForkingPickler.dumps(make_state)
         self._key = secrets.token_bytes(32)
-        self._actor: Any = actor.remote({**environment, **one_thread}, str(Path.cwd()))
+        self._actor: Any = actor.remote(variables, str(Path.cwd()))
         self._listen_ref = self._actor.listen.remote(self._key, node_check)
         self._serve_ref = self._actor.serve.remote()
         self._connection: Connection | None = None
@@ -93,6 +98,7 @@ class RayProcess:
             if wrong:
                 raise SettingError(wrong)
             connection = Client(address, authkey=self._key)
+            connection.send_bytes(self._make_state)
         except (RayError, OSError) as error:
             self._note(f"The actor cannot be reached: {error}")
             raise ConnectionError from None
@@ -117,9 +123,8 @@ class RayProcess:
         """Ask the worker to exit with its agents' programs; an actor that has not started never starts."""
         if self._connection is None:
             self.kill()
-            return
-        with suppress(OSError), socket.socket(fileno=os.dup(self._connection.fileno())) as line:
-            line.shutdown(socket.SHUT_RDWR)
+        else:
+            shut_down(self._connection)
 
     def kill(self) -> None:
         """Kill the actor."""

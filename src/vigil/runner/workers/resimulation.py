@@ -5,12 +5,13 @@ must be equal. Source: `protocol.md` section 7.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 from vigil.base.json_files import is_array, is_object
 from vigil.env import Env
+from vigil.processes.child import report
 from vigil.protocol.episode import Episode
 from vigil.records.record import EpisodeRecord, StepRecord
 
@@ -50,8 +51,6 @@ class ComparisonSettings:
     """Whether to compare the frames' pixels, too."""
     exact: bool = False
     """Whether numbers must be bit-identical, as on the machine that made the record."""
-    on_step: Callable[[], None] = lambda: None
-    """Function that is called after each step."""
 
 
 def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: ComparisonSettings) -> list[FactDifference]:
@@ -63,7 +62,7 @@ def resimulate(episode: Episode, record: EpisodeRecord, env: Env, settings: Comp
         if settings.frames and step.frame_sha256 is not None:
             observation.rgb  # noqa: B018 - reading a frame draws it
         observation = env.step(step.reply)
-        settings.on_step()
+        report()
     if env.end is None:
         env.fail("runner", "the record ends here")
     again = env.record(run_id=record.run_id, epoch=record.epoch, attempt=record.attempt)

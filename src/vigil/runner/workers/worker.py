@@ -1,75 +1,34 @@
-"""A simulator worker: the process that holds a simulator and answers one request at a time.
+"""The state of a worker process for episodes: the simulators, and the episodes that are played in them."""
 
-`vigil.runner.workers.process` starts it as `python -m vigil.runner.workers.worker FD`, with one end of a socket pair.
-It ends when the other end is closed, even in the middle of a request.
-"""
-
-import faulthandler
-import gc
 import hashlib
-import os
-import select
-import signal
-import sys
-import threading
-import time
-import traceback
 from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
+from functools import partial
 
 from vigil.agents.agent import Agent, Closeable
 from vigil.agents.exec_agent import ProgramSettings
 from vigil.agents.frame_encoding import encode_frame
 from vigil.agents.registry import is_exec, make_agent
 from vigil.assets.database import AssetDatabase
-from vigil.base.imports import import_modules_from_environment
 from vigil.env import Env
-from vigil.errors import SettingError, SimulatorError, VigilError
+from vigil.errors import SettingError
 from vigil.packs.pack import Pack
+from vigil.processes.child import report
+from vigil.processes.worker import WorkerLost
 from vigil.protocol.actions import Reply
 from vigil.protocol.episode import Episode
 from vigil.protocol.house import House
 from vigil.protocol.observation import Observation
-from vigil.records.record import EpisodeRecord
+from vigil.records.record import Boundary, EpisodeRecord
 from vigil.runner.models.redaction import Secrets
-from vigil.runner.workers.drawing import DrawingHandler
 from vigil.runner.workers.frames import FrameStore
-from vigil.runner.workers.messages import (
-    AboutToShowFrame,
-    AdvanceEpisode,
-    Assignment,
-    BeginEpisode,
-    Done,
-    DrawingPlan,
-    DropEpisode,
-    EncodedObservation,
-    EpisodeRequest,
-    Failed,
-    FailEpisode,
-    GetSimulatorFacts,
-    Heartbeat,
-    PlayEpisode,
-    Resimulate,
-    SimulatorFacts,
-    WorkerPlan,
-)
+from vigil.runner.workers.messages import FIRST_FRAME, Assignment, EncodedObservation, SimulatorFacts, WorkerPlan
 from vigil.runner.workers.play import EpisodeObserver, play
 from vigil.runner.workers.resimulation import ComparisonSettings, FactDifference, resimulate
 from vigil.sim import make_simulator
 from vigil.sim.privileged import PrivilegedSimulator
 from vigil.sim.protocol import Simulator
-
-UNWIND_AFTER_S = 0.5
-"""Time that a worker may continue a request whose answer nobody awaits, in seconds."""
-POLL_END = getattr(select, "POLLRDHUP", 0)
-"""Flag with which a poll reports only that the other end has closed.
-
-Without the flag, a poll still reports this for a socket pair, but not for a TCP connection.
-"""
-END_AFTER_S = 15.0
-"""Time that the worker may take to unwind, in seconds; it first ends agents' programs."""
 
 
 @dataclass(slots=True)
@@ -82,28 +41,14 @@ class EnvSlot:
     observation: Observation | None = None
 
 
-class WorkerChannel:
-    """Channel for messages from a worker to the main process during a request."""
+class EpisodeWorker:
+    """The pack, the simulators, the live episodes, and the agents that play in the worker.
 
-    def __init__(self, connection: Connection) -> None:
-        self._connection = connection
+    The main process calls the public methods, which raise VigilError. The number of its session names a live episode.
+    """
 
-    def send_heartbeat(self, reply: Reply | None = None) -> None:
-        """Report that the worker is alive, with the agent's reply if there is one."""
-        self._connection.send(Heartbeat(reply))
-
-    def on_first_frame(self) -> None:
-        """Report that the agent is about to see the first frame, and wait until the attempt is recorded on disk."""
-        self._connection.send(AboutToShowFrame())
-        self._connection.recv()
-
-
-class RequestHandler:
-    """Handler of one worker's requests; it has the pack, the live episodes, and the agents that play in the worker."""
-
-    def __init__(self, plan: WorkerPlan, channel: "WorkerChannel") -> None:
+    def __init__(self, plan: WorkerPlan) -> None:
         self._plan = plan
-        self._channel = channel
         self._program = ProgramSettings(
             plan.reply_seconds, plan.frame_interval_seconds, Secrets.of_command(plan.agent).redact
         )
@@ -118,31 +63,6 @@ class RequestHandler:
         self._idle: list[EnvSlot] = []
         self._agents: dict[int, Agent] = {}
 
-    def answer(self, request: EpisodeRequest) -> object:
-        """Return the answer to `request`. Raises VigilError."""
-        match request:
-            case GetSimulatorFacts(drawn):
-                return self._facts(drawn)
-            case PlayEpisode(assignment, earlier):
-                return self._play(assignment, earlier)
-            case BeginEpisode(session, assignment):
-                return self._begin(session, assignment)
-            case AdvanceEpisode(session, reply):
-                slot = self._live[session]
-                slot.observation = slot.env.step(reply)
-                return self._view_or_record(slot)
-            case FailEpisode(session, boundary, message):
-                slot = self._live[session]
-                slot.env.fail(boundary, message)
-                return self._record(slot)
-            case DropEpisode(session):
-                slot = self._live.pop(session, None)
-                return None if slot is None else self._release(slot)
-            case Resimulate():
-                return self._resimulate(request)
-            case _:
-                raise SimulatorError(f"A worker that plays episodes does not answer {type(request).__name__}.")
-
     def close(self) -> None:
         """End the agents' programs and close the simulators."""
         self._close_agents()
@@ -155,7 +75,11 @@ class RequestHandler:
             if isinstance(agent, Closeable):
                 agent.close()
 
-    def _facts(self, drawn: Assignment | None) -> SimulatorFacts:
+    def facts(self, drawn: Assignment | None) -> SimulatorFacts:
+        """Return the backend's facts, after drawing the first frame of the episode `drawn`, unless it is None.
+
+        The frame shows before anything is played whether the machine can draw.
+        """
         slot = self._take_slot() if drawn is None else self._slot_for(drawn)
         self._idle.append(slot)
         observation = None if drawn is None else slot.env.reset(drawn.episode)
@@ -163,23 +87,22 @@ class RequestHandler:
             _ = observation.rgb  # raises SimulatorError if the machine cannot draw
         return SimulatorFacts(slot.simulator.name, slot.simulator.renderer())
 
-    def _play(self, assignment: Assignment, earlier: tuple[Reply, ...] | None) -> EpisodeRecord:
+    def play(self, assignment: Assignment, earlier: tuple[Reply, ...] | None) -> EpisodeRecord:
+        """Return the record of one episode, played by the agent in the worker.
+
+        `earlier` are the replies from before a worker was lost, from which the agent continues; None to begin.
+        """
         slot = self._slot_for(assignment)
         try:
             with self._agent_for(assignment, slot.simulator) as agent:
-                play(
-                    assignment.episode,
-                    slot.env,
-                    agent,
-                    EpisodeObserver(self._channel.on_first_frame, self._on_reply),
-                    earlier,
-                )
+                observer = EpisodeObserver(partial(report, FIRST_FRAME, is_awaited=True), self._on_reply)
+                play(assignment.episode, slot.env, agent, observer, earlier)
             return self._record(slot)
         finally:
             self._release(slot)
 
     def _on_reply(self, observation: Observation, reply: Reply) -> None:
-        self._channel.send_heartbeat(reply)
+        report(reply)
         if self._frames is not None:
             self._frames.save(observation.rgb)
 
@@ -203,11 +126,46 @@ class RequestHandler:
             if is_exec(plan.agent) and not plan.keep_program:
                 self._close_agents()
 
-    def _begin(self, session: int, assignment: Assignment) -> EncodedObservation | EpisodeRecord:
+    def begin(self, session: int, assignment: Assignment) -> EncodedObservation | EpisodeRecord:
+        """Return the first observation of a live episode, or the record when the reset failed."""
         slot = self._slot_for(assignment)
         self._live[session] = slot
         slot.observation = slot.env.reset(assignment.episode)
         return self._view_or_record(slot)
+
+    def advance(self, session: int, reply: Reply) -> EncodedObservation | EpisodeRecord:
+        """Return the observation after one reply, or the record when the reply ended the live episode."""
+        slot = self._live_slot(session)
+        slot.observation = slot.env.step(reply)
+        return self._view_or_record(slot)
+
+    def fail(self, session: int, boundary: Boundary, message: str) -> EpisodeRecord:
+        """Return the record of a live episode, ended as an error."""
+        slot = self._live_slot(session)
+        slot.env.fail(boundary, message)
+        return self._record(slot)
+
+    def drop(self, session: int) -> None:
+        """Forget a live episode."""
+        slot = self._live.pop(session, None)
+        if slot is not None:
+            self._release(slot)
+
+    def resimulate(
+        self, assignment: Assignment, record: EpisodeRecord, settings: ComparisonSettings
+    ) -> list[FactDifference]:
+        """Return the differences between a record and a new simulation of its actions."""
+        slot = self._slot_for(assignment)
+        try:
+            return resimulate(assignment.episode, record, slot.env, settings)
+        finally:
+            self._release(slot)
+
+    def _live_slot(self, session: int) -> EnvSlot:
+        """Return the slot of a live episode. Raises WorkerLost when it was lost with an earlier process."""
+        if session not in self._live:
+            raise WorkerLost("The simulator has been restarted; its live episodes are lost.")
+        return self._live[session]
 
     def _view_or_record(self, slot: EnvSlot) -> EncodedObservation | EpisodeRecord:
         observation = slot.observation
@@ -230,14 +188,6 @@ class RequestHandler:
             slot.simulator.close()
         else:
             self._idle.append(slot)
-
-    def _resimulate(self, request: Resimulate) -> list[FactDifference]:
-        slot = self._slot_for(request.assignment)
-        try:
-            how = ComparisonSettings(frames=request.frames, exact=request.exact, on_step=self._channel.send_heartbeat)
-            return resimulate(request.assignment.episode, request.record, slot.env, how)
-        finally:
-            self._release(slot)
 
     def _slot_for(self, assignment: Assignment) -> EnvSlot:
         slot = self._take_slot()
@@ -269,49 +219,3 @@ def _epoch_seed(seed: int, epoch: int) -> int:
     if epoch == 1:
         return seed
     return int.from_bytes(hashlib.sha256(f"{seed}:{epoch}".encode()).digest()[:4], "big")
-
-
-def serve(connection: Connection) -> None:
-    """Answer requests until the other end closes the connection."""
-    gc.freeze()  # imported modules are never garbage, so the collector need not look through them
-    is_ending = threading.Event()
-    signal.signal(signal.SIGTERM, lambda _signal, _frame: None if is_ending.is_set() else sys.exit())
-    threading.Thread(target=_end_with_main_process, args=(connection.fileno(), is_ending), daemon=True).start()
-    plan, channel = connection.recv(), WorkerChannel(connection)
-    handler: RequestHandler | DrawingHandler | None = None
-    try:
-        while True:
-            request = connection.recv()
-            try:
-                if handler is None:
-                    handler = DrawingHandler() if isinstance(plan, DrawingPlan) else RequestHandler(plan, channel)
-                    channel.send_heartbeat()
-                answer: Done | Failed = Done(handler.answer(request))
-            except VigilError as error:
-                answer = Failed(error)
-            except Exception:  # noqa: BLE001 - a fault of the simulator is reported, and the worker continues
-                answer = Failed(SimulatorError(traceback.format_exc(limit=-8)))
-            connection.send(answer)
-    except (EOFError, BrokenPipeError, ConnectionResetError):
-        return  # the main process has ended, or has no more requests
-    finally:
-        is_ending.set()
-        if handler is not None:
-            handler.close()
-
-
-def _end_with_main_process(fd: int, is_ending: threading.Event) -> None:
-    """End a busy worker when the other end is closed: it unwinds, or else the process exits as it is."""
-    other_end = select.poll()
-    other_end.register(fd, POLL_END)
-    other_end.poll()
-    if not is_ending.wait(UNWIND_AFTER_S):
-        os.kill(os.getpid(), signal.SIGTERM)
-    time.sleep(END_AFTER_S)
-    os._exit(1)
-
-
-if __name__ == "__main__":
-    faulthandler.enable()
-    import_modules_from_environment()
-    serve(Connection(int(sys.argv[1])))

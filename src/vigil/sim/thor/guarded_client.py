@@ -40,20 +40,28 @@ class GuardedClient:
         cannot build the house.
         """
         self._controller: Any = object.__new__(_controller_class())
-        self._watch = _Watch(self._controller, start_s)
+        self._start_s = start_s
+        self._has_started = False
+        self._was_late = False
+        self._status: int | None = None
+        """Exit status of an engine that ended by itself; else None."""
+        self._over = threading.Event()
+        """Set when the connection is closed."""
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+        self._thread.start()
         os.environ.pop("AI2THOR_VISIBILITY_DISTANCE", None)  # the client would add it to every action
         timeouts = {"server_timeout": answer_s, "server_start_timeout": start_s}
         try:
             self._controller.__init__(local_executable_path=command, scene=scene, **timeouts, **settings)
         except Exception as error:  # the client may raise any exception when it reads nonsense
             raise self._broken("starting", error) from error
-        self._watch.has_started.set()
+        self._has_started = True
         self._check()
 
     @property
     def is_over(self) -> bool:
         """Whether the connection was closed or the engine has failed."""
-        return self._watch.is_over
+        return self._over.is_set()
 
     def open(self, house: dict[str, Any]) -> None:
         """Let the engine build a house in place of the one before. Raises SimulatorError, and is then over."""
@@ -71,7 +79,7 @@ class GuardedClient:
 
     def step(self, action: str, **arguments: Any) -> Any:
         """Return the client's event after an action. Raises SimulatorError, and is then over."""
-        if self._watch.is_over:
+        if self.is_over:
             raise SimulatorError(f"AI2-THOR's engine has ended; {action} was not sent. Start another engine.")
         try:
             return self._controller.step(action=action, **arguments)
@@ -80,7 +88,8 @@ class GuardedClient:
 
     def close(self) -> None:
         """End the engine, and wait until its process, its pipes and their folder are removed."""
-        self._watch.end()
+        self._over.set()
+        self._thread.join()
         server = getattr(self._controller, "server", None)
         if server is None:
             return
@@ -96,42 +105,17 @@ class GuardedClient:
 
     def _broken(self, what: str, error: Exception) -> SimulatorError:
         """Close the connection and return the error that says why."""
-        status, was_late = self._watch.status, self._watch.was_late
         self.close()
-        if was_late:
+        if self._was_late:
             why = "the engine did not connect in time"
-        elif status is not None:
-            why = f"the engine ended with status {status}"
+        elif self._status is not None:
+            why = f"the engine ended with status {self._status}"
         else:
             why = f"{type(error).__name__}: {error}"
         return SimulatorError(f"AI2-THOR, {what}: {why}. The engine's log is ~/.ai2thor/log/unity.log.")
 
-
-class _Watch:
-    """A thread that ends the client's waiting for an engine that has ended or never connects."""
-
-    def __init__(self, controller: Any, start_s: float) -> None:
-        self._controller = controller
-        self._start_s = start_s
-        self._over = threading.Event()
-        self.has_started = threading.Event()
-        self.was_late = False
-        self.status: int | None = None
-        """Exit status of an engine that ended by itself; else None."""
-        self._thread = threading.Thread(target=self._run, daemon=True)
-        self._thread.start()
-
-    @property
-    def is_over(self) -> bool:
-        """Whether the connection was closed."""
-        return self._over.is_set()
-
-    def end(self) -> None:
-        """Stop watching, and wait for the thread."""
-        self._over.set()
-        self._thread.join()
-
-    def _run(self) -> None:
+    def _watch(self) -> None:
+        """End the client's waiting for an engine that has ended or never connects."""
         deadline: float | None = None  # counted from the engine's start: the client may have to download it first
         while not self._over.wait(ASK_EVERY_S):
             server = getattr(self._controller, "server", None)
@@ -140,11 +124,11 @@ class _Watch:
                 continue
             if process.poll() is None:
                 deadline = deadline or time.monotonic() + self._start_s
-                if not self.has_started.is_set() and time.monotonic() > deadline:
-                    self.was_late = True
+                if not self._has_started and time.monotonic() > deadline:
+                    self._was_late = True
                     process.kill()
                 continue
-            self.status = process.returncode
+            self._status = process.returncode
             self._feed(server.server_pipe_path)
             return
 
