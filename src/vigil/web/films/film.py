@@ -18,7 +18,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 from vigil.errors import SettingError
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.web.films.plan import PANEL_PX, Colour, FilmPlan, font_of
+from vigil.scene.plan_image import Colour
+from vigil.web.films.plan import PANEL_PX, FilmPlan, font_of
 
 STEP_S = 1.8
 LAST_S = 4.0
