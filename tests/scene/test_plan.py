@@ -44,7 +44,7 @@ def test_a_tiny_house_is_drawn_whole() -> None:
         (FRIDGE, "thing", "fridge"),
     }
     assert [label.text for label in plan.labels(0.1)] == ["dining table", "fridge", "kitchen"]
-    assert [label.text for label in plan.labels(0.1, with_areas=True)][-1] == "kitchen, 25 m2"
+    assert [label.text for label in plan.labels(0.1, detailed=True)][-1] == "kitchen, 25 m2"
     assert [shape.id for shape in plan.shapes if shape.kind == "small"] == [MUG]
     assert [shape.kind for shape in plan.shapes].count("wall") == 4
     assert [corner.tolist() for corner in plan.bounds] == [[-MARGIN_M, -MARGIN_M], [SIDE + MARGIN_M, SIDE + MARGIN_M]]

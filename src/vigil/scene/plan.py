@@ -33,7 +33,7 @@ NAME_STEP_M = 0.1
 MARGIN_M = 0.4
 """Width of the ground around the house."""
 BOX_CORNERS = 4
-LEAST_LABELLED = 4.5
+LEAST_LABELLED = 2.0
 """Smallest footprint of a labelled thing, in squares as high as the letters.
 
 A reader would take the label of a smaller thing for that of its neighbour.
@@ -42,8 +42,10 @@ LETTER_WIDTH = 0.56
 """Mean width of a letter over its height."""
 LINE_HEIGHT = 1.1
 """Smallest distance between two lines, over the height of the letters."""
-NAME_SHIFTS = (0, -1.5, 1.5, -3, 3, -5, 5, -7, 7)
-"""Shifts to try for a room's name: down from its default position, in heights of its letters."""
+THING_SHIFTS = (0, LINE_HEIGHT, -LINE_HEIGHT)
+"""Shifts to try for the label of a thing: down from the thing's middle, in heights of the letters."""
+ROOM_SHIFTS = (0, -1.5, 1.5, -3, 3, -5, 5, -7, 7)
+"""Shifts to try for the name of a room: down from `PlanRoom.name_at`, in heights of the letters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,23 +114,24 @@ class FloorPlan:
         corners = np.concatenate([room.corners for room in self.rooms])
         return corners.min(axis=0) - MARGIN_M, corners.max(axis=0) + MARGIN_M
 
-    def labels(self, text_m: float, *, with_areas: bool = False) -> list[PlanLabel]:
-        """Return the labels that fit with letters `text_m` high: large things, then rooms where nothing is in the way.
+    def labels(self, text_m: float, *, detailed: bool = False) -> list[PlanLabel]:
+        """Return the labels that fit with letters `text_m` high: things, the largest first, then rooms.
 
-        With `with_areas`, the label of a room also gives the room's area.
+        With `detailed`, small things have labels, too, and the label of a room gives the room's area.
         """
         placed: list[PlanLabel] = []
         low, high = self.bounds
         for thing in sorted(self.things, key=lambda thing: (-thing.area_m2, thing.id)):
-            if thing.label and thing.area_m2 >= LEAST_LABELLED * text_m**2:
+            if thing.label and (detailed or thing.area_m2 >= LEAST_LABELLED * text_m**2):
                 half = LETTER_WIDTH * text_m * len(thing.label) / 2
                 x = float(np.clip(thing.middle[0], low[0] + half, max(low[0] + half, high[0] - half)))
-                _add_first_free(placed, [PlanLabel("label", thing.label, x, thing.middle[1])], text_m)
+                tried = [thing.middle[1] - shift * text_m for shift in THING_SHIFTS]
+                _add_first_free(placed, [PlanLabel("label", thing.label, x, z) for z in tried], text_m)
         for room in self.rooms:
-            text = f"{room.name}, {room.area_m2:.0f} m2" if with_areas else room.name
-            floor, (x, z) = shapely.Polygon(room.corners), room.name_at
-            tried = [PlanLabel("room-name", text, x, z - shift * text_m) for shift in NAME_SHIFTS]
-            _add_first_free(placed, [each for each in tried if shapely.contains_xy(floor, x, each.z)], text_m)
+            text = f"{room.name}, {room.area_m2:.0f} m2" if detailed else room.name
+            floor, (x, middle) = shapely.Polygon(room.corners), room.name_at
+            tried = [z for shift in ROOM_SHIFTS if shapely.contains_xy(floor, x, z := middle - shift * text_m)]
+            _add_first_free(placed, [PlanLabel("room-name", text, x, z) for z in tried], text_m)
         return placed
 
 
@@ -172,7 +175,7 @@ def floor_plan(house: House, things: Iterable[Thing]) -> FloorPlan:
 
 def _thing_shapes(thing: PlanThing) -> Iterator[PlanShape]:
     yield PlanShape(thing.kind, thing.corners, thing.id)
-    if thing.kind != "hung" and len(thing.corners) == BOX_CORNERS:
+    if thing.kind == "thing" and len(thing.corners) == BOX_CORNERS:
         yield PlanShape("front", thing.corners[2:])
 
 

@@ -71,7 +71,7 @@ def draw_plan(house: House, scene: Scene, pixels_per_m: float = 100) -> Image.Im
     """Return the plan of a house as an image: rooms, furniture, small objects, doors with their leaves, the start."""
     plan = floor_plan(house, scene.things.values())
     sheet, font = PlanImage(plan, pixels_per_m), ImageFont.load_default(LABEL_PX)
-    for label in plan.labels(LABEL_PX / pixels_per_m, with_areas=True):
+    for label in plan.labels(LABEL_PX / pixels_per_m, detailed=True):
         sheet.draw.text(
             sheet.at(label.x, label.z), label.text, TEXT_RGB[label.kind], font, "mm",
             stroke_width=EDGE_PX, stroke_fill=WHITE,

@@ -12,13 +12,14 @@ import numpy as np
 from gymnasium.spaces import Box, Dict, MultiBinary, Space
 
 from vigil.env import Env
-from vigil.errors import SettingError, SimulatorError, did_you_mean
+from vigil.errors import SettingError, SimulatorError
 from vigil.integrations.gymnasium.action_spaces import StructuredActions, TextActions
 from vigil.integrations.gymnasium.instruction_space import InstructionText
 from vigil.integrations.gymnasium.options import Options
 from vigil.integrations.gymnasium.prefetch import Prefetcher
-from vigil.integrations.gymnasium.sources import SampledEpisode, source_of
+from vigil.integrations.options import check_names
 from vigil.integrations.rewards import reward_parts
+from vigil.integrations.sources import SampledEpisode, source_of
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback, Observation
 from vigil.records.record import EpisodeRecord
 from vigil.scoring.outcomes import Outcome, score
@@ -50,7 +51,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         self.render_mode = render_mode
         self._made = partial(type(self), render_mode, **options)
         self._options = Options.of(options)
-        self._source = source_of(self._options)
+        self._source = source_of(self._options, self._options.workers)
         assets = self._options.assets
         self._simulator = make_simulator(self._options.backend, assets=assets, quality=self._options.quality)
         self._ahead = Prefetcher(self._source, self._simulator.prepare)
@@ -156,10 +157,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return Observation(self._simulator.frame, told)
 
     def _choose_episode(self, options: dict[str, Any], *, is_seeded: bool) -> SampledEpisode:
-        for name in options:
-            if name not in RESET_OPTIONS:
-                hint = did_you_mean(name, RESET_OPTIONS) or f" Its options: {', '.join(RESET_OPTIONS)}."
-                raise SettingError(f"reset() of Vigil-v0 has no option {name!r}.{hint}")
+        check_names(options, RESET_OPTIONS, "reset() of Vigil-v0")
         if "episode_id" not in options:
             return self._ahead.next_episode(self.np_random, is_seeded=is_seeded)
         episode_id = str(options["episode_id"])
