@@ -10,7 +10,7 @@ import numpy as np
 
 from vigil.assets.kernel.asset import Asset
 from vigil.scene.geometry import box_corners, part_boxes, part_motion
-from vigil.scene.supports import ancestors, joint_is_hinge, surface_named
+from vigil.scene.supports import ancestors, moves_with
 from vigil.scene.things import Scene, Thing
 
 OPENNESS_SAMPLES = tuple(step / 24 for step in range(25))
@@ -33,31 +33,16 @@ class LeafCollisions:
     def first_pierced(self, thing: Thing) -> Thing | None:
         """Return the first other thing that the thing's moving parts cut through; None without one."""
         swept = _swept_box(thing)
-        for other in self._nearby_things(thing, swept):
+        near = (self._things[index] for index in np.flatnonzero(_overlap(self._boxes[:, 0], self._boxes[:, 1], swept)))
+        for other in near:
+            is_furniture = thing.is_drawer and other.id == thing.parent
+            if other is thing or is_furniture or moves_with(thing, other, self._carriers[other.id]):
+                continue
             fixed = _triangles(other, {0.0, other.openness})
             fixed = fixed[_overlap(fixed.min(axis=1), fixed.max(axis=1), swept)]
             if len(fixed) and any(_intersect(leaf, fixed) for leaf in _leaf_positions(thing)):
                 return other
         return None
-
-    def _nearby_things(self, thing: Thing, swept: np.ndarray) -> Iterator[Thing]:
-        for index in np.flatnonzero(_overlap(self._boxes[:, 0], self._boxes[:, 1], swept)).tolist():
-            other = self._things[index]
-            if other is not thing and not self._moves_with(thing, other):
-                yield other
-
-    def _moves_with(self, thing: Thing, other: Thing) -> bool:
-        """Return whether `other` lies inside `thing`, moves with its drawer, or is the furniture of this drawer."""
-        if thing.is_drawer and other.id == thing.parent:
-            return True
-        carriers = self._carriers[other.id]
-        if thing not in carriers:
-            return False
-        child = next(each for each in [other, *carriers] if each.parent == thing.id)
-        surface = surface_named(thing, child.surface)
-        if surface is None or surface.needs_opening:
-            return True
-        return surface.joint is not None and not joint_is_hinge(thing, surface.joint)
 
 
 @lru_cache(maxsize=4096)

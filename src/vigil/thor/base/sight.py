@@ -3,7 +3,7 @@
 THOR's assets have chosen visibility points; here they are the points of a lattice in the box of each part.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -82,11 +82,6 @@ def _met(
     stopped = (hits >= 0) & is_glassy[hits] & ~np.isin(owners, directly)
     behind, _ = world.editor.meets(eye, rays[stopped], through_glass=True)
     return set(directly.tolist()), set(owners[stopped][behind == owners[stopped]].tolist())
-
-
-def without_distance_limit(world: World) -> World:
-    """Return a copy of the world whose settings have a visibility distance of practically no limit."""
-    return replace(world, settings=world.settings.model_copy(update={"visibility_distance": 1e6}))
 
 
 def _may_be_near(world: World, view: CameraView, thing: Thing) -> bool:
