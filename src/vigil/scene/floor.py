@@ -210,6 +210,14 @@ def grid_graph(
     return coo_array((np.concatenate(lengths), pairs), shape=(is_open.size, is_open.size)).tocsr()
 
 
+def largest_part(free: np.ndarray) -> np.ndarray:
+    """Return the largest part of a grid's free cells that is connected along the axes; all False without free cells."""
+    from scipy import ndimage  # noqa: PLC0415 - loads over 200 modules
+
+    labels, count = ndimage.label(free)  # type: ignore[misc]
+    return labels == int(np.bincount(labels.ravel())[1:].argmax()) + 1 if count else np.zeros_like(free)
+
+
 def _neighbours(grid: np.ndarray, down: int, aside: int) -> tuple[np.ndarray, np.ndarray]:
     """Return two views of a grid, in which equal positions hold a cell and its neighbour one step down and aside."""
     rows, columns = grid.shape

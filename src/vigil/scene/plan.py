@@ -9,7 +9,6 @@ import numpy as np
 import shapely
 
 from vigil.assets.catalog import CATALOG
-from vigil.base.geometry import Box
 from vigil.protocol.house import House
 from vigil.scene.geometry import bounding_box, moving_prisms_of, prisms_of
 from vigil.scene.outlines import floor_corners, floor_of, footprint, polygon_of
@@ -188,22 +187,18 @@ def _opening_shapes(thing: Thing) -> Iterator[PlanShape]:
 def _thing(thing: Thing) -> PlanThing:
     box, size, is_rug = bounding_box(thing), thing.asset.size, thing.category == "Rug"
     is_labelled = not is_rug and size.z > LABELLED_DEPTH_M
+    corners = floor_corners(box)
+    solids = shapely.union_all([polygon_of(prism) for prism in prisms_of(thing, openness=0.0)])
+    if isinstance(solids, shapely.Polygon) and solids.area < LEAST_FILLED * footprint(box).area:
+        corners = shapely.get_coordinates(solids.exterior.simplify(SMOOTHED_M))[:-1]
     return PlanThing(
         id=thing.id,
         kind="rug" if is_rug else "hung" if box.bottom > HUNG_M else "thing",
-        corners=_outline(thing, box),
+        corners=corners,
         middle=(thing.position.x, thing.position.z),
         area_m2=size.x * size.z,
         label=CATALOG[thing.category].display_name if is_labelled else "",
     )
-
-
-def _outline(thing: Thing, box: Box) -> np.ndarray:
-    """Return the corners (n, 2) of a thing's box on the floor, or of its solids if they leave much of the box free."""
-    solids = shapely.union_all([polygon_of(prism) for prism in prisms_of(thing, openness=0.0)])
-    if isinstance(solids, shapely.Polygon) and solids.area < LEAST_FILLED * footprint(box).area:
-        return shapely.get_coordinates(solids.exterior.simplify(SMOOTHED_M))[:-1]
-    return floor_corners(box)
 
 
 def _rooms(house: House, furniture: shapely.Geometry) -> list[PlanRoom]:

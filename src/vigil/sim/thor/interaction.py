@@ -106,7 +106,13 @@ def _attempt(session: EngineSession, act: Callable[[], ActionOutcome]) -> Intera
         return InteractionResult(refusal.code, refusal.blocked_by)
     session.wait_until_at_rest()
     after = _facts(session)
-    return InteractionResult(changed=tuple(sorted(name for name in after if _differs(before[name], after[name]))))
+    changed = []
+    for name, (numbers, marks) in after.items():
+        earlier, earlier_marks = before[name]
+        moved = any(abs(a - b) > MOVED_M for a, b in zip(numbers, earlier, strict=True))
+        if moved or marks != earlier_marks:
+            changed.append(name)
+    return InteractionResult(changed=tuple(sorted(changed)))
 
 
 def _facts(session: EngineSession) -> dict[str, tuple[Any, ...]]:
@@ -115,11 +121,6 @@ def _facts(session: EngineSession) -> dict[str, tuple[Any, ...]]:
         thing.id: ((*thing.position, *thing.rotation, thing.openness), (thing.is_toggled, thing.is_held, thing.parent))
         for thing in things
     }
-
-
-def _differs(before: tuple[Any, ...], after: tuple[Any, ...]) -> bool:
-    (numbers, marks), (others, other_marks) = before, after
-    return marks != other_marks or any(abs(a - b) > MOVED_M for a, b in zip(numbers, others, strict=True))
 
 
 _ACTIONS: dict[Intent, str] = {
