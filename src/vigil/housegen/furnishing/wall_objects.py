@@ -69,8 +69,6 @@ CABINETS_UNDER_CEILING_M, DRESSING_UNDER_CEILING_M = 0.15, 0.05
 """Distances kept free above cabinets, and above curtains and blinds."""
 CABINET_WIDER_M = 0.02
 """Largest excess of a cabinet's width over the counter below."""
-LAMP_ROOM_M = 0.3
-"""Radius (m) around a room's centre that must be in the room for the lamp to hang there."""
 TOUCH_M = 0.02
 """Gap between heights below which two objects are in each other's way."""
 OFF_WALL_M, OFF_RAIL_M = 0.002, 0.003
@@ -385,9 +383,7 @@ class WallObjectPlacer:
         self._add(piece)
 
     def _hang_ceiling_lamp(self) -> None:
-        polygon = self.floor.room.polygon
-        has_middle = polygon.contains(polygon.centroid.buffer(LAMP_ROOM_M))
-        middle = polygon.centroid if has_middle else polygon.representative_point()
+        middle = self.floor.room.middle
         model = draw_model("CeilingLamp", self.rng)
         bottom = self.height_m - model.size.y
         if bottom < LAMP_BOTTOM_M:

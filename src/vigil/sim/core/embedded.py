@@ -31,7 +31,7 @@ from vigil.sim.core.agent_actions import horizon_after, object_state, walk
 from vigil.sim.core.engine import Engine
 from vigil.sim.core.handling import ClickHit, InteractionResult, apply_intent, interact, open_to
 from vigil.sim.core.motion import CollisionMap
-from vigil.sim.core.setup import apply_setup, blocked_start_error, unknown_object_message
+from vigil.sim.core.setup import apply_setup, blocked_start_error, thing_named
 from vigil.sim.core.sight import HEIGHT, WIDTH, Sight
 from vigil.sim.core.state import MUTABLE_FIELDS, SceneState, mutable_state_of
 from vigil.sim.scene_editor import CameraImage, CameraView, Layer
@@ -262,10 +262,7 @@ class EmbeddedSimulator:
 
     def _thing(self, object_id: str) -> Thing:
         loaded = self._require_loaded()
-        thing = loaded.state.scene.things.get(object_id)
-        if thing is None:
-            raise EpisodeError(unknown_object_message(object_id, loaded.state.scene, loaded.house.name))
-        return thing
+        return thing_named(object_id, loaded.state.scene, loaded.house.name)
 
     def _flush(self) -> None:
         loaded = self._require_loaded()

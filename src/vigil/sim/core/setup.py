@@ -50,6 +50,14 @@ def blocked_start_error(start: Pose, house_name: str) -> EpisodeError:
     )
 
 
+def thing_named(object_id: str, scene: Scene, house_name: str) -> Thing:
+    """Return the thing with an id. Raises EpisodeError when the house does not have it."""
+    thing = scene.things.get(object_id)
+    if thing is None:
+        raise EpisodeError(unknown_object_message(object_id, scene, house_name))
+    return thing
+
+
 def unknown_object_message(object_id: str, scene: Scene, house_name: str) -> str:
     """Return the message for an id that the house does not have."""
     close = difflib.get_close_matches(object_id, scene.things, n=1)

@@ -14,7 +14,7 @@ import shapely
 
 from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3, floor_distance
-from vigil.errors import EpisodeError, SimulatorError
+from vigil.errors import SimulatorError
 from vigil.protocol.actions import (
     MAX_TURN_DEG,
     InteractPixel,
@@ -30,7 +30,7 @@ from vigil.scene.things import Scene, Thing
 from vigil.sim.core.agent_actions import horizon_after, object_state, walk
 from vigil.sim.core.handling import InteractionResult
 from vigil.sim.core.motion import CollisionMap
-from vigil.sim.core.setup import blocked_start_error, unknown_object_message
+from vigil.sim.core.setup import blocked_start_error, thing_named
 from vigil.sim.core.sight import HEIGHT, WIDTH, ObjectVisibility
 from vigil.sim.thor.engine_client import EngineClient
 from vigil.sim.thor.engine_session import EngineSession
@@ -201,12 +201,7 @@ class ThorSimulator:
         return self._require_loaded().session.scene_sync
 
     def _thing(self, object_id: str) -> Thing:
-        thing = self._scene_sync.scene.things.get(object_id)
-        if thing is None:
-            raise EpisodeError(
-                unknown_object_message(object_id, self._scene_sync.scene, self._require_loaded().house.name)
-            )
-        return thing
+        return thing_named(object_id, self._scene_sync.scene, self._require_loaded().house.name)
 
     def _restore(self, snapshot: ThorSnapshot) -> None:
         """Restore the objects and the hand to a snapshot; if that fails, build the house again and retry."""
