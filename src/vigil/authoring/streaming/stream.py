@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Generator, Iterable, Iterator
 from concurrent.futures import Future
 from contextlib import closing
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import count, islice
@@ -123,18 +124,9 @@ class Stream:
 
     def after(self, houses: int) -> "Stream | None":
         """Return the stream without its first `houses` houses; None if no house is left."""
-        first, asked = self.first + houses, self.settings
-        if self.last is not None and first >= self.last:
-            return None
-        return Stream(
-            asked.seed,
-            families=asked.families,
-            difficulties=asked.difficulties,
-            first=first,
-            last=self.last,
-            workers=self._workers,
-            is_seed_secret=asked.is_seed_secret,
-        )
+        rest = copy(self)
+        rest.first, rest._pools = self.first + houses, []
+        return rest if self.last is None or rest.first < self.last else None
 
     def worker_pids(self) -> list[int]:
         """Return the ids of the running background processes."""

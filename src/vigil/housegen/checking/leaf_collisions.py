@@ -3,7 +3,7 @@
 Walls are not checked here: `vigil.scene.partitions` keeps leaves out of them.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
 
 import numpy as np
@@ -27,12 +27,13 @@ class LeafCollisions:
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
         self._things = list(scene.things.values())
-        self._boxes = np.array([_bounding_box(thing) for thing in self._things]).reshape(-1, 2, 3)
+        boxes = [_box_around(thing, {0.0, thing.openness}, is_whole=True) for thing in self._things]
+        self._boxes = np.array(boxes).reshape(-1, 2, 3)
         self._carriers = {thing.id: ancestors(scene, thing) for thing in self._things}
 
     def first_pierced(self, thing: Thing) -> Thing | None:
         """Return the first other thing that the thing's moving parts cut through; None without one."""
-        swept = _swept_box(thing)
+        swept = _box_around(thing, OPENNESS_SAMPLES, is_whole=False)
         near = (self._things[index] for index in np.flatnonzero(_overlap(self._boxes[:, 0], self._boxes[:, 1], swept)))
         for other in near:
             is_furniture = thing.is_drawer and other.id == thing.parent
@@ -76,25 +77,15 @@ def _leaf_positions(thing: Thing) -> Iterator[np.ndarray]:
         yield np.concatenate([_moved(thing, joint, mesh, openness) for joint, mesh in moving])
 
 
-def _swept_box(thing: Thing) -> np.ndarray:
-    """Return the lowest and highest corner (2, 3) of the space that the moving parts can reach."""
+def _box_around(thing: Thing, samples: Iterable[float], *, is_whole: bool) -> np.ndarray:
+    """Return the lowest and highest corner (2, 3) of the moving parts, or all parts, of a thing at some openness."""
     corners = [
         part_motion(thing, joint, openness)(box_corners(low, high))
         for joint, low, high in part_boxes(thing.asset)
-        if joint is not None
-        for openness in OPENNESS_SAMPLES
+        if is_whole or joint is not None
+        for openness in samples
     ]
-    return _box_of(np.concatenate(corners) if corners else np.empty((0, 3)))
-
-
-def _bounding_box(thing: Thing) -> np.ndarray:
-    """Return the lowest and highest corner (2, 3) of everything drawn of a thing, shut and in its present state."""
-    corners = [
-        part_motion(thing, joint, openness)(box_corners(low, high))
-        for joint, low, high in part_boxes(thing.asset)
-        for openness in {0.0, thing.openness}
-    ]
-    return _box_of(np.concatenate(corners))
+    return _box_of(np.concatenate([np.empty((0, 3)), *corners]))
 
 
 def _box_of(triangles: np.ndarray) -> np.ndarray:

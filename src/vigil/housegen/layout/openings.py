@@ -174,19 +174,11 @@ def _front_door(
         walls = [piece for piece in pieces if piece.room == room.number and piece.behind is None]
         for wall in shuffled(rng, walls):
             span = free.choose(wall, DOOR_WIDTH, rng)
-            if span is None:
-                continue
-                number = int(rng.integers(DOOR_VARIANTS))
-            return PlannedOpening(
-                id=f"door|1|{room.number}",
-                category="Doorway",
-                asset_id=f"vigil_Doorway_{number}",
-                wall=wall,
-                left=span[0],
-                right=span[1],
-                openable=False,
-                openness=0.0,
-            )
+            if span is not None:
+                asset_id = f"vigil_Doorway_{int(rng.integers(DOOR_VARIANTS))}"
+                return PlannedOpening(
+                    f"door|1|{room.number}", "Doorway", asset_id, wall, *span, openable=False, openness=0.0
+                )
     return None
 
 

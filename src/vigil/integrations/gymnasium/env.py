@@ -22,7 +22,7 @@ from vigil.integrations.rewards import reward_parts
 from vigil.integrations.sources import SampledEpisode, source_of
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback, Observation
 from vigil.records.record import EpisodeRecord
-from vigil.scoring.outcomes import Outcome, score
+from vigil.scoring.outcomes import score
 from vigil.sim import make_simulator
 
 FRAME_SHAPE = (FRAME_HEIGHT, FRAME_WIDTH, 3)
@@ -96,7 +96,8 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
             raise _failure(record)
         self._observation = self._final_observation(before, record)
         outcome = score(self._now.episode, record)
-        info = {"outcome": _outcome_info(outcome)} if self._options.evaluator else {}
+        facts = {key: value for key in OUTCOME_KEYS if (value := getattr(outcome, key)) is not None}
+        info = {"outcome": facts} if self._options.evaluator else {}
         reward, is_reported = sum(reward_parts(outcome, self._options).values()), outcome.is_reported
         return self._to_space(self._observation), reward, is_reported, not is_reported, info
 
@@ -164,11 +165,6 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         if self._drawn is not None and self._drawn.episode.id == episode_id:
             return self._drawn
         return self._source.by_id(episode_id)
-
-
-def _outcome_info(outcome: Outcome) -> dict[str, Any]:
-    found = {key: getattr(outcome, key) for key in OUTCOME_KEYS}
-    return {key: value for key, value in found.items() if value is not None}
 
 
 def _failure(record: EpisodeRecord) -> SimulatorError:

@@ -35,11 +35,6 @@ class ObjectClick:
     x: int
     y: int
 
-    @property
-    def place(self) -> dict[str, float]:
-        """Middle of the pixel in THOR's form, 0..1 from the top left corner."""
-        return place_of_pixel(self.x, self.y)
-
 
 def place_of_pixel(x: int, y: int) -> dict[str, float]:
     """Return the middle of a pixel in THOR's form, 0..1 from the top left corner."""
@@ -71,9 +66,8 @@ def drop(session: EngineSession) -> InteractionResult:
 def _place(session: EngineSession, click: ObjectClick) -> InteractionResult:
     held = session.scene_sync.scene.things[session.scene_sync.held or ""]
     wanted_kind = target_kind(click.thing, click.point)  # before THOR changes anything
-    result = _attempt(
-        session, lambda: session.do("PutObject", **click.place, putNearXY=True, placeStationary=True, forceAction=False)
-    )
+    place = {**place_of_pixel(click.x, click.y), "putNearXY": True, "placeStationary": True, "forceAction": False}
+    result = _attempt(session, lambda: session.do("PutObject", **place))
     if result.refusal is not None or _is_where_wanted(session, held, click, wanted_kind):
         return result
     session.do("PickupObject", objectId=held.id, forceAction=True)  # THOR put it where the protocol does not allow it
@@ -92,10 +86,10 @@ def _act_on_object(session: EngineSession, click: ObjectClick, action: str) -> A
     outcome = session.do(action, objectId=click.thing.id)
     if outcome.is_done or not is_out_of_sight(outcome.message):
         return outcome
-    under = session.query("GetObjectInFrame", **click.place, checkVisible=False)
+    under = session.query("GetObjectInFrame", **place_of_pixel(click.x, click.y), checkVisible=False)
     if under.returned != click.thing.id:
         return outcome
-    return session.do(action, **click.place)
+    return session.do(action, **place_of_pixel(click.x, click.y))
 
 
 def _attempt(session: EngineSession, act: Callable[[], ActionOutcome]) -> InteractionResult:

@@ -38,7 +38,7 @@ from vigil.sim.thor.interaction import ObjectClick, drop, interact, place_of_pix
 from vigil.sim.thor.refusals import refusal_of
 from vigil.sim.thor.restoring import restore_snapshot, set_up, stand
 from vigil.sim.thor.scene_sync import SceneSync, ThorSnapshot
-from vigil.sim.thor.units import teleport_arguments, to_thor
+from vigil.sim.thor.units import from_thor, teleport_arguments, to_thor
 
 Connect = Callable[[dict[str, Any]], EngineClient]
 """Function that starts an engine with a house. Raises SimulatorError and SettingError."""
@@ -165,13 +165,9 @@ class ThorSimulator:
     def may_be_visible(self, object_id: str, min_px: int) -> bool:
         """Return whether the frame shows at least `min_px` pixels of the object."""
         thing = self._thing(object_id)
-        is_there = thing.is_present and not thing.is_held
-        pixels = (
-            self._require_loaded().session.segmented_frame().pixel_count(*self._names_of(thing)).pixels
-            if is_there
-            else 0
-        )
-        return pixels >= min_px
+        if thing.is_held or not thing.is_present:
+            return min_px <= 0
+        return self._require_loaded().session.segmented_frame().pixel_count(*self._names_of(thing)).pixels >= min_px
 
     @contextmanager
     def rollback(self) -> Iterator[None]:
@@ -287,7 +283,7 @@ class ThorSimulator:
         returned = self._require_loaded().session.query("GetCoordinateFromRaycast", **place_of_pixel(x, y)).returned
         if returned is None or not any(returned.values()):
             return None
-        return Vec3(*(float(returned[axis]) for axis in "xyz"))
+        return from_thor(returned)
 
     def _names_of(self, thing: Thing) -> list[str]:
         """Return the ids of a thing and of its drawers, which are seen as part of it."""

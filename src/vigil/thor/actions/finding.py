@@ -7,10 +7,9 @@ import numpy as np
 
 from vigil.base.geometry import Pose, Vec3, floor_distance
 from vigil.scene.geometry import bounding_box
-from vigil.sim.thor.units import BODY_HEIGHT_M
+from vigil.sim.thor.units import BODY_HEIGHT_M, from_thor, to_thor
 from vigil.thor.actions.action import Action
 from vigil.thor.base.errors import ActionFailed, bad_argument, invalid_operation
-from vigil.thor.base.metadata import vector
 from vigil.thor.base.paths import walk
 from vigil.thor.base.settings import RIGHT_ANGLE
 from vigil.thor.base.sight import points_of, visibility_of
@@ -27,7 +26,7 @@ _NEAR_OBJECT_M = 0.5
 def _reachable(world: World, gridSize: float | None = None, **_: object) -> list[dict[str, float]]:
     start, step = world.agent.position._replace(y=0.0), gridSize or world.settings.grid_size
     places = [Vec3(x, 0.0, z) for x, z in world.editor.reachable(start, step).tolist()]
-    return [vector(place._replace(y=BODY_HEIGHT_M)) for place in places if world.is_on_grid(place)]
+    return [to_thor(place._replace(y=BODY_HEIGHT_M)) for place in places if world.is_on_grid(place)]
 
 
 def _interactable_poses(
@@ -45,12 +44,12 @@ def _interactable_poses(
     places = positions if positions is not None else _reachable(world)
     limit = seeing.settings.visibility_distance + float(np.linalg.norm(thing.asset.size))
     found: list[dict[str, Any]] = []
-    for spot in _read(places, "positions"):
+    for spot in _read(places):
         if floor_distance(spot, thing.position) > limit:
             continue
         for pose in _poses_at(spot, rotations, horizons, standings):
             if visibility_of(seeing, [thing], pose)[thing.id].interactable:
-                place = vector(body_of(pose))
+                place = to_thor(body_of(pose))
                 found.append({**place, "rotation": pose.rotation, "horizon": pose.horizon, "standing": pose.standing})
                 if maxPoses is not None and len(found) >= maxPoses:
                     return found
@@ -63,11 +62,11 @@ def _seeing(world: World, distance_m: float | None) -> World:
     return replace(world, settings=world.settings.model_copy(update={"visibility_distance": limit}))
 
 
-def _read(places: list[Any], name: str) -> list[Vec3]:
+def _read(places: list[Any]) -> list[Vec3]:
     try:
-        return [Vec3(*(float(place[axis]) for axis in "xyz")) for place in places]
+        return [from_thor(place) for place in places]
     except (KeyError, TypeError, ValueError):
-        raise bad_argument(f"{name} must be a list of x, y and z") from None
+        raise bad_argument("positions must be a list of x, y and z") from None
 
 
 def _poses_at(
@@ -113,7 +112,7 @@ def _raycast(world: World, origin: Vec3, destination: Vec3) -> dict[str, Any]:
         raise ActionFailed(f"Raycast from {tuple(origin)} to {tuple(destination)} failed to hit any target object!")
     return {
         "objectId": thing.id if thing else None,
-        "hitPoint": vector(point),
+        "hitPoint": to_thor(point),
         "hitDistance": float(np.linalg.norm(np.subtract(point, origin))),
     }
 
@@ -131,7 +130,7 @@ def _path_to_point(
 ) -> dict[str, Any]:
     start = position or world.agent.position
     corners = walk(world, start._replace(y=0.0), target, **({} if allowedError is None else {"within_m": allowedError}))
-    return {"corners": [vector(corner) for corner in corners]}
+    return {"corners": [to_thor(corner) for corner in corners]}
 
 
 def _path(
@@ -146,7 +145,7 @@ def _path(
     start = (position or world.agent.position)._replace(y=0.0)
     reach = max(allowedError or 0.0, world.settings.visibility_distance, _NEAR_OBJECT_M)
     half = float(np.linalg.norm([thing.asset.size.x, thing.asset.size.z])) / 2
-    return {"corners": [vector(corner) for corner in walk(world, start, thing.position, reach + half)]}
+    return {"corners": [to_thor(corner) for corner in walk(world, start, thing.position, reach + half)]}
 
 
 def _in_view(world: World, maxDistance: float | None = None, visibilityScheme: str | None = None) -> list[str]:
@@ -193,7 +192,7 @@ ACTIONS = tuple(
         Action("GetObjectInFrame", _object_in_frame, "float x, float y, bool checkVisible", "x y"),
         Action(
             "GetCoordinateFromRaycast",
-            lambda world, x, y: vector(cast(world, x, y)[1] or Vec3(0.0, 0.0, 0.0)),
+            lambda world, x, y: to_thor(cast(world, x, y)[1] or Vec3(0.0, 0.0, 0.0)),
             "float x, float y",
             "x y",
         ),
@@ -215,7 +214,7 @@ ACTIONS = tuple(
         ),
         Action(
             "GetVisibilityPoints",
-            lambda world, objectId: [vector(Vec3(*point)) for point in points_of(world.thing(objectId)).tolist()],
+            lambda world, objectId: [to_thor(Vec3(*point)) for point in points_of(world.thing(objectId)).tolist()],
             "string objectId",
             "objectId",
             lacks=_POINTS,

@@ -11,6 +11,7 @@ from vigil.protocol.world import ObjectSetup, Placement
 from vigil.scene.geometry import bounding_box, upright_box
 from vigil.scene.supports import contents, level_surfaces, offset_from
 from vigil.scene.things import Thing
+from vigil.sim.thor.units import from_thor
 from vigil.thor.actions.action import Action
 from vigil.thor.base.errors import ActionFailed, bad_argument
 from vigil.thor.base.world import World
@@ -45,7 +46,7 @@ def _set_poses(world: World, objectPoses: list[Any], placeStationary: bool = Tru
     wanted: dict[str, tuple[Vec3, Vec3]] = {}
     for number, pose in enumerate(objectPoses):
         try:
-            place, turned = (Vec3(*(float(pose[key][axis]) for axis in "xyz")) for key in ("position", "rotation"))
+            place, turned = from_thor(pose["position"]), from_thor(pose["rotation"])
             name = str(pose["objectName"])
         except (KeyError, TypeError, ValueError):
             raise bad_argument(

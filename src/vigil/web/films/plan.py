@@ -57,7 +57,10 @@ class FilmPlan:
         if worlds:
             draw = ImageDraw.Draw(large, "RGBA")
             self._draw_targets(draw, worlds[-1])
-            self._draw_walk(draw, worlds)
+            way = [self._at(world) for world in worlds]
+            draw.line(way, fill=PATH, width=3 * SUPERSAMPLING, joint="curve")
+            for place in way:
+                draw.circle(place, STEP_DOT_M * sheet.scale, fill=PATH)
             self._draw_agent(draw, worlds[-1])
         panel = Image.new("RGB", (PANEL_PX, PANEL_PX), GROUND)
         small = large.resize((large.width // SUPERSAMPLING, large.height // SUPERSAMPLING), Image.Resampling.LANCZOS)
@@ -84,13 +87,6 @@ class FilmPlan:
             if max(high_x - low_x, high_y - low_y) < radius:
                 x, y = (low_x + high_x) / 2, (low_y + high_y) / 2
                 draw.circle((x, y), radius, outline=TARGET, width=3 * SUPERSAMPLING)
-
-    def _draw_walk(self, draw: ImageDraw.ImageDraw, worlds: Sequence[dict[str, Any]]) -> None:
-        way = [self._at(world) for world in worlds]
-        if len(way) > 1:
-            draw.line(way, fill=PATH, width=3 * SUPERSAMPLING, joint="curve")
-        for place in way:
-            draw.circle(place, STEP_DOT_M * self._sheet.scale, fill=PATH)
 
     def _draw_agent(self, draw: ImageDraw.ImageDraw, world: dict[str, Any]) -> None:
         """Draw the agent's position and its camera's field of view; a heading of 0 degrees points up."""
