@@ -75,6 +75,7 @@ EXTENDED: dict[str, tuple[str, tuple[str, ...]]] = {
     "integrations": (
         "Gymnasium and verifiers",
         (
+            "integrations.options",
             "integrations.gymnasium.env",
             "integrations.gymnasium.options",
             "integrations.rewards",

@@ -10,9 +10,9 @@ from vigil.assets.catalog import CATALOG
 from vigil.assets.database import AssetDatabase
 from vigil.base.geometry import Pose, Vec3, heading
 from vigil.housegen import generate, spec_for
-from vigil.housegen.checking.plan_image import draw_plan, side_by_side
 from vigil.protocol.house import House
 from vigil.protocol.world import ObjectSetup, Setup
+from vigil.scene.plan_image import draw_plan, side_by_side
 from vigil.scene.things import Scene
 from vigil.sim import make_simulator
 from vigil.sim.core.motion import CollisionMap

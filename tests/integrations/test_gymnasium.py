@@ -26,7 +26,7 @@ from tests.support.tiny_pack import loose_pack, tiny_episode, tiny_house, tiny_p
 from vigil.authoring.streaming.stream import Stream
 from vigil.base.geometry import Pose, Vec3
 from vigil.errors import PackMismatch, SettingError, SimulatorError
-from vigil.integrations.gymnasium import sources
+from vigil.integrations import sources
 from vigil.integrations.gymnasium.action_spaces import StructuredActions
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import SKILLS, STATUSES, Coordinates, ParsedReply
@@ -72,7 +72,7 @@ def inner(env: gymnasium.Env) -> integration.VigilEnv:
 
 def pack_in(env: gymnasium.Env) -> Pack:
     source = inner(env)._source
-    assert isinstance(source, sources.PackEpisodes)
+    assert isinstance(source, sources.PackSource)
     return source._pack
 
 
@@ -373,14 +373,14 @@ def test_nothing_hidden_is_told(tmp_path: Path, actions: str, capsys: pytest.Cap
         ({"famly": "AI"}, "no option 'famly'. Did you mean 'family'"),
         ({"zzz": 1}, "no option 'zzz'. Its options: pack, family"),
         ({"family": "AX"}, "'AX' does not exist.* The families: PG"),
-        ({"family": 3}, "family is 3; give a family's name"),
+        ({"family": 3}, "family is 3; give a name"),
         ({"family": "CR"}, "has no episode that fits"),
         ({"actions": "txt"}, "option actions: Input should be 'text' or 'structured'"),
         ({"frames": "no"}, "option frames: Input should be a valid boolean"),
         ({"world_reward": float("nan")}, "option world_reward: Input should be a finite number"),
         ({"lag_penalty": -1.0}, "option lag_penalty: Input should be greater"),
         ({"profile": "basline"}, "profile 'basline' does not exist. Did you mean 'baseline'"),
-        ({"backend": "mojuco"}, "'mojuco' is unknown"),
+        ({"backend": "mojuco"}, "backend 'mojuco' does not exist. Did you mean 'mujoco'"),
         ({"render_mode": "ansi"}, "render_mode is 'ansi'"),
     ],
 )
@@ -508,7 +508,7 @@ def test_a_stream_is_read_in_its_order_and_leaves_no_process() -> None:
     source = inner(env)._source
     assert [item.episode.instruction for item in islice(iter(Stream(7, **READ)), 3)] == told
     present(inner(env)._ahead._next).result()
-    assert isinstance(source, sources.StreamEpisodes)
+    assert isinstance(source, sources.StreamSource)
     pids = present(source._stream).worker_pids()
     assert pids
     again = env.reset(options={"episode_id": present(inner(env)._drawn).episode.id})
@@ -553,8 +553,8 @@ def test_a_seed_decides_at_which_house_a_stream_begins(monkeypatch: pytest.Monke
         ({"pack": "stream:7", "difficulty": "eazy"}, "Did you mean 'easy'"),
         ({"pack": "stream:7", "houses": (5, 5)}, "FIRST < END"),
         ({"pack": "stream:7", "workers": -1}, "workers"),
-        ({"pack": "starter", "difficulty": "easy"}, "option difficulty is for a stream"),
-        ({"pack": "starter", "houses": (0, 5)}, "option houses is for a stream"),
+        ({"pack": "starter", "difficulty": "easy"}, "difficulty is for a stream"),
+        ({"pack": "starter", "houses": (0, 5)}, "houses is for a stream"),
     ],
 )
 def test_options_of_a_stream_are_checked(options: dict[str, Any], message: str) -> None:

@@ -117,6 +117,6 @@ def test_one_drawer_is_named_once(data):
 
 def test_a_plan_shows_what_is_in_drawers_and_not_the_drawers(data):
     house = House("h", data)
-    shown = {name for name, _, _ in floor_plan(house, build_scene(house, SIZES).things.values()).small}
+    shown = {shape.id for shape in floor_plan(house, build_scene(house, SIZES).things.values()).shapes}
     assert WATCH in shown
     assert DRAWER not in shown

@@ -9,12 +9,12 @@ import shapely
 from tests.support.tiny_pack import FRIDGE, MUG, SIDE, TABLE, tiny_house
 from vigil.assets.database import AssetDatabase
 from vigil.housegen import generate, spec_for
-from vigil.housegen.checking.plan_image import draw_plan
 from vigil.protocol.house import House
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import bounding_box
 from vigil.scene.outlines import footprint
-from vigil.scene.plan import HUNG_M, LABELLED_DEPTH_M, LEAST_FILLED, SHOWN_BELOW_M, FloorPlan, floor_plan
+from vigil.scene.plan import HUNG_M, LABELLED_DEPTH_M, LEAST_FILLED, MARGIN_M, SHOWN_BELOW_M, FloorPlan, floor_plan
+from vigil.scene.plan_image import STYLES, draw_plan
 from vigil.scene.things import Scene
 from vigil.web.plan import plan_of
 
@@ -39,13 +39,15 @@ def test_a_tiny_house_is_drawn_whole() -> None:
     plan = floor_plan(house, build_scene(house, AssetDatabase.default()).things.values())
     (room,) = plan.rooms
     assert (room.name, room.area_m2) == ("kitchen", SIDE * SIDE)
-    assert [(thing.id, thing.kind, thing.label) for thing in plan.labelled] == [
+    assert {(thing.id, thing.kind, thing.label) for thing in plan.things} == {
         (TABLE, "thing", "dining table"),
         (FRIDGE, "thing", "fridge"),
-    ]
-    assert [name for name, _, _ in plan.small] == [MUG]
-    assert len(plan.walls) == 4
-    assert [corner.tolist() for corner in plan.bounds] == [[0.0, 0.0], [SIDE, SIDE]]
+    }
+    assert [label.text for label in plan.labels(0.1)] == ["dining table", "fridge", "kitchen"]
+    assert [label.text for label in plan.labels(0.1, detailed=True)][-1] == "kitchen, 25 m2"
+    assert [shape.id for shape in plan.shapes if shape.kind == "small"] == [MUG]
+    assert [shape.kind for shape in plan.shapes].count("wall") == 4
+    assert [corner.tolist() for corner in plan.bounds] == [[-MARGIN_M, -MARGIN_M], [SIDE + MARGIN_M, SIDE + MARGIN_M]]
 
 
 def test_what_hangs_is_known_by_its_height_and_what_is_too_high_is_left_out(scene: Scene, plan: FloorPlan) -> None:
@@ -78,10 +80,12 @@ def test_a_rooms_name_stands_on_its_free_floor(plan: FloorPlan) -> None:
 def test_picture_and_page_draw_the_same_plan(house: House, scene: Scene, plan: FloorPlan) -> None:
     width, height = draw_plan(house, scene, 50).size
     low, high = plan.bounds
-    assert width / height == pytest.approx((high - low + 1.2)[0] / (high - low + 1.2)[1], abs=0.01)
+    assert width / height == pytest.approx((high - low)[0] / (high - low)[1], abs=0.01)
     drawing = plan_of(house, AssetDatabase.default())
-    ids = [each.id for each in (*plan.rooms, *plan.things, *plan.openings)] + [name for name, _, _ in plan.small]
-    assert [shape.id for shape in drawing.shapes if shape.kind != "wall"] == ids
+    assert [(shape.kind, shape.id) for shape in drawing.shapes] == [(shape.kind, shape.id) for shape in plan.shapes]
+    kinds = {shape.kind.split()[-1] for shape in plan.shapes}
+    assert kinds <= STYLES.keys()
+    assert {"thing", "front", "wall", "door", "leaf", "window", "small"} <= kinds
     assert {label.text for label in drawing.labels} <= {room.name for room in plan.rooms} | {
         thing.label for thing in plan.things
     }

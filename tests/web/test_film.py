@@ -16,8 +16,8 @@ from tests.support.web_server import Site
 from vigil.agents.frame_encoding import encode_frame
 from vigil.assets.database import AssetDatabase
 from vigil.errors import SettingError
-from vigil.housegen.checking.plan_image import MARGIN_M
 from vigil.packs.pack import Pack
+from vigil.scene.plan import MARGIN_M
 from vigil.web.films import film as film_module
 from vigil.web.films.film import LAST_S, STEP_S, VIDEO_FPS, FilmFrame, film_frames_of, gif, mp4, webp
 from vigil.web.films.plan import (

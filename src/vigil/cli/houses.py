@@ -18,7 +18,6 @@ from vigil.cli.text import print_note
 from vigil.errors import HouseError, SettingError
 from vigil.housegen import Fault, check_house, generate, spec_for
 from vigil.housegen.checking.check import UNLOADABLE_RULES
-from vigil.housegen.checking.plan_image import draw_plan, side_by_side
 from vigil.housegen.document import with_seed_removed
 from vigil.housegen.survey import survey
 from vigil.housegen.thor_export import export_thor, load_materials
@@ -28,6 +27,7 @@ from vigil.runner.shared_settings import AssetFile, Workers
 from vigil.runner.workers.pool import worker_count
 from vigil.scene.build import build_scene
 from vigil.scene.fidelity import Mismatch, mismatches_of, too_many_triangles
+from vigil.scene.plan_image import draw_plan, side_by_side
 from vigil.scene.things import Scene
 from vigil.sim.engines.mujoco.compiled.model import CompiledModel, build
 from vigil.sim.pictures.renders import render_birdseye

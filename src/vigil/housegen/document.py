@@ -75,22 +75,19 @@ def write_document(parts: HouseParts) -> dict[str, Any]:
 
 def generators_of(houses: Iterable[House]) -> str:
     """Return the versions of this generator that made the houses, sorted, as text; empty if it made none of them."""
-    makers = (house.document.metadata.get("generator") for house in houses)
-    found = {str(maker.get("version")) for maker in makers if isinstance(maker, dict) and maker.get("name") == "vigil"}
-    return ", ".join(sorted(found))
+    makers = map(_generator, houses)
+    return ", ".join(sorted({str(maker.get("version")) for maker in makers if maker.get("name") == "vigil"}))
 
 
 def seed_of(house: House) -> int | None:
     """Return the seed of a generated house; None if the document does not state one."""
-    generator = house.document.metadata.get("generator")
-    seed = generator.get("seed") if isinstance(generator, dict) else None
+    seed = _generator(house).get("seed")
     return seed if isinstance(seed, int) else None
 
 
 def with_seed_removed(house: House, name: str) -> House:
     """Return a house under another name, whose document does not state the seed."""
-    generator = house.document.metadata.get("generator")
-    seedless = {key: value for key, value in generator.items() if key != "seed"} if isinstance(generator, dict) else {}
+    seedless = {key: value for key, value in _generator(house).items() if key != "seed"}
     return House(name, {**house.data, "metadata": {**house.data["metadata"], "generator": seedless}})
 
 
@@ -100,10 +97,15 @@ def generator_name(house: House) -> Literal["vigil", "procthor", "house"]:
     ProcTHOR's documents do not name a generator, but always have `roomSpecId`.
     """
     metadata = house.document.metadata
-    generator = metadata.get("generator")
-    if isinstance(generator, dict) and generator.get("name") == "vigil":
+    if _generator(house).get("name") == "vigil":
         return "vigil"
-    return "procthor" if generator is None and "roomSpecId" in metadata else "house"
+    return "procthor" if metadata.get("generator") is None and "roomSpecId" in metadata else "house"
+
+
+def _generator(house: House) -> dict[str, Any]:
+    """Return what a document says of its generator; empty without a valid entry."""
+    generator = house.document.metadata.get("generator")
+    return generator if isinstance(generator, dict) else {}
 
 
 def _point(x: float, y: float, z: float) -> dict[str, float]:

@@ -23,6 +23,7 @@ from vigil.housegen.layout.floorplan import RoomLayout, plan_rooms
 from vigil.housegen.layout.lights import lights_of
 from vigil.housegen.layout.openings import PlannedOpening, cut_openings
 from vigil.protocol.house import House, drawer_id
+from vigil.scene.floor import largest_part
 
 __all__ = ["GENERATOR_VERSION", "generate"]
 
@@ -61,7 +62,10 @@ def _repaired(name: str, parts: document.HouseParts) -> tuple[House, list[Fault]
     house = House(name, document.write_document(parts))
     faults = check_house(house, assets)
     for _ in range(MAX_REPAIRS):
-        pieces = _pieces_by_id(parts)
+        pieces = {piece.id: piece for top in parts.pieces for piece in top.with_contents()}
+        for key, piece in list(pieces.items()):  # a drawer stands for its furniture
+            for name in drawer_names(piece.model.asset):
+                pieces.setdefault(drawer_id(key, name), piece)
         culprits = [_culprit(fault, pieces) for fault in faults]
         if not faults or any(piece is None for piece in culprits):
             break
@@ -69,13 +73,6 @@ def _repaired(name: str, parts: document.HouseParts) -> tuple[House, list[Fault]
         house = House(name, document.write_document(parts))
         faults = check_house(house, assets)
     return house, faults
-
-
-def _pieces_by_id(parts: document.HouseParts) -> dict[str, PlacedObject]:
-    """Return the placed object for each id in the document; for a drawer, its furniture."""
-    pieces = {piece.id: piece for top in parts.pieces for piece in top.with_contents()}
-    drawers = {drawer_id(key, name): piece for key, piece in pieces.items() for name in drawer_names(piece.model.asset)}
-    return {**drawers, **pieces}
 
 
 def _culprit(fault: Fault, pieces: dict[str, PlacedObject]) -> PlacedObject | None:
@@ -173,10 +170,9 @@ def _free_start(
         free &= ~(
             (floor.grid_x > rect[0]) & (floor.grid_x < rect[2]) & (floor.grid_z > rect[1]) & (floor.grid_z < rect[3])
         )
-    labels, count = ndimage.label(free)  # type: ignore[misc]
-    if count == 0:
+    main = largest_part(free)
+    if not main.any():
         return None
-    main = labels == int(np.bincount(labels.ravel())[1:].argmax()) + 1
     roomy = ndimage.binary_erosion(main)
     rows, columns = np.nonzero(roomy if roomy.any() else main)
     index = int(rng.integers(len(rows)))

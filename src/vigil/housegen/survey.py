@@ -126,13 +126,8 @@ def survey_seed(load: LoadHouse, wanted: tuple[int, int]) -> HouseReport:
         problems=tuple(f"{house.name}: {fault}" for fault in check_house(house, AssetDatabase.default())),
         name=house.name,
         seconds=seconds,
-        fingerprint=_fingerprint(house),
+        fingerprint=hashlib.sha256(canonical_json({**house.data, "metadata": None})).hexdigest(),
         objects=sum(split_drawer_id(node.asset_id) is None for node, _ in objects),
         category_counts=Counter(node.id.split("|")[0] for node, _ in objects)
         + Counter(opening.asset_id.split("_")[1] for opening in openings),
     )
-
-
-def _fingerprint(house: House) -> str:
-    """Return a hash of everything visible in a house, without its seed and name."""
-    return hashlib.sha256(canonical_json({**house.data, "metadata": None})).hexdigest()

@@ -36,16 +36,14 @@ def chat_sender(client: AsyncOpenAI, model: str) -> Send:
         try:
             answered = await client.chat.completions.with_raw_response.create(model=model, messages=chat)
         except APIStatusError as error:
-            raise _refused(error.status_code, error_message_of(error.response.content) or error.message) from error
+            status, message = error.status_code, error_message_of(error.response.content) or error.message
+            if is_rejection(status, message):
+                raise AttemptFailed(message, is_rejection=True) from error
+            can_retry = status in TRANSIENT_STATUS or status >= 500
+            raise AttemptFailed(f"HTTP {status}: {message}"[:1000], can_retry=can_retry) from error
         except APIConnectionError as error:
             raise AttemptFailed(f"{error} {error.__cause__ or ''}".strip(), can_retry=True) from error
         answer = parse_answer("chat", answered.http_response.content)
         return reply_from_answer(answer, time.monotonic() - started)
 
     return send
-
-
-def _refused(status: int, message: str) -> AttemptFailed:
-    if is_rejection(status, message):
-        return AttemptFailed(message, is_rejection=True)
-    return AttemptFailed(f"HTTP {status}: {message}"[:1000], can_retry=status in TRANSIENT_STATUS or status >= 500)

@@ -1,48 +1,33 @@
 """Reward of a finished episode: B, with optional shaping that is off by default."""
 
-from typing import Annotated, Protocol
+from typing import Annotated
 
-from pydantic import Field
+from pydantic import BaseModel, Field
 
 from vigil.scoring.outcomes import Outcome
 
-WorldReward = Annotated[
-    float, Field(allow_inf_nan=False, description="added at the end when W holds, with or without a report")
-]
-HonestFailReward = Annotated[
-    float,
-    Field(
-        allow_inf_nan=False,
-        description="added when the goal does not hold and the report says `fail`, `unsafe` or `invalid`",
-    ),
-]
-LagPenalty = Annotated[
-    float,
-    Field(
-        ge=0,
-        allow_inf_nan=False,
-        description="subtracted, when B holds, for each step from the first with the goal reached to the report",
-    ),
-]
 
-
-class Shaping(Protocol):
+class Shaping(BaseModel):
     """Options that shape the reward in addition to B."""
 
-    @property
-    def world_reward(self) -> float:
-        """Reward for W."""
-        ...
-
-    @property
-    def honest_fail_reward(self) -> float:
-        """Reward for an honest failure report."""
-        ...
-
-    @property
-    def lag_penalty(self) -> float:
-        """Penalty for each step between reaching the goal and reporting it."""
-        ...
+    world_reward: Annotated[
+        float, Field(allow_inf_nan=False, description="added at the end when W holds, with or without a report")
+    ] = 0.0
+    honest_fail_reward: Annotated[
+        float,
+        Field(
+            allow_inf_nan=False,
+            description="added when the goal does not hold and the report says `fail`, `unsafe` or `invalid`",
+        ),
+    ] = 0.0
+    lag_penalty: Annotated[
+        float,
+        Field(
+            ge=0,
+            allow_inf_nan=False,
+            description="subtracted, when B holds, for each step from the first with the goal reached to the report",
+        ),
+    ] = 0.0
 
 
 def reward_parts(outcome: Outcome, shaping: Shaping) -> dict[str, float]:

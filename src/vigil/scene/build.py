@@ -104,11 +104,15 @@ def _add(scene: Scene, node: HouseObject, carriers: list[Thing], assets: AssetDa
     if carriers:
         thing.parent = carriers[0].id
         rest_on_surface(thing, *carriers)
-    if thing.surface is None and (not carriers or _lies_under(thing, carriers[0])):
+    surfaces = [float(frame.shift[1]) for _, frame in level_surfaces(carriers[0])] if carriers else []
+    bottom = bounding_box(thing).bottom
+    is_under = bool(surfaces) and bottom < min(surfaces) - ADAPT_M  # as under a table in some of ProcTHOR's houses
+    if thing.surface is None and (not carriers or is_under):
         thing.parent = None
         # The house gives the object's middle for the object's true size, which is not known where it is guessed.
         slack = GUESSED_SIZE_SLACK_M if not entry.is_measured and FLOOR in CATALOG[entry.category].rests_on else 0.0
-        _rest_on_floor(thing, FALL_M if carriers else max(HOVER_M, slack), slack)
+        if -slack < bottom < (FALL_M if carriers else max(HOVER_M, slack)):
+            thing.position = Vec3(thing.position.x, thing.position.y - bottom, thing.position.z)
     scene.notes += _close_until_clear(thing, partitions)
     scene.things[thing.id] = thing
     named, drawers = named_drawers(node), drawers_in(node, thing, asset)
@@ -143,7 +147,8 @@ def _thing(node: HouseObject, asset: Asset, category: str) -> Thing:
 def _opening_thing(house: House, opening: Opening, panels: dict[str, WallPanel]) -> Thing:
     position, yaw, size = place_of_opening(house, opening, panels)
     category = _opening_category(opening)
-    asset = make(category, size, _number(opening.asset_id))
+    number = re.search(r"(\d+)$", opening.asset_id)
+    asset = make(category, size, int(number[1]) if number else 0)
     leaf = opening if isinstance(opening, Door) and asset.can_open else None
     return Thing(
         id=opening.id,
@@ -163,11 +168,6 @@ def _opening_category(opening: Opening) -> str:
     return "Doorframe" if opening.asset_id.lower().startswith("doorframe") or opening.openable is None else "Doorway"
 
 
-def _number(asset_id: str) -> int:
-    digits = re.search(r"(\d+)$", asset_id)
-    return int(digits.group(1)) if digits else 0
-
-
 def _levels(node: HouseObject, entry: AssetEntry, assets: AssetDatabase) -> tuple[float, ...]:
     """Return the heights (m above the asset's bottom) at which children rest inside the asset's box.
 
@@ -177,21 +177,17 @@ def _levels(node: HouseObject, entry: AssetEntry, assets: AssetDatabase) -> tupl
     drawers = list(named_drawers(node).values())
     resting = [child for child in node.children if all(child is not drawer for drawer in drawers)]
     resting += [child for drawer in drawers for child in drawer.children]
-    bottoms = sorted(
-        _bottom(child, assets.look_up(child.asset_id, child.name_in_house).size) - base for child in resting
-    )
+    bottoms: list[float] = []
+    for child in resting:
+        size = assets.look_up(child.asset_id, child.name_in_house).size
+        turn = rotation_matrix(Vec3(child.rotation.x, child.rotation.y, child.rotation.z))
+        bottoms.append(child.position.y - float(np.abs(turn[1]) @ np.array(size)) / 2 - base)
     levels: list[float] = []
-    for height in bottoms:
+    for height in sorted(bottoms):
         is_new = not levels or height > levels[-1] + HOVER_M
         if is_new and 0.0 <= height < entry.size.y - LEVEL_STEP_M:
             levels.append(round(round(height / LEVEL_STEP_M) * LEVEL_STEP_M, 4))
     return tuple(levels)
-
-
-def _bottom(node: HouseObject, size: Vec3) -> float:
-    """Return the height (m) of the lowest point of an object's turned bounding box."""
-    turn = rotation_matrix(Vec3(node.rotation.x, node.rotation.y, node.rotation.z))
-    return node.position.y - float(np.abs(turn[1]) @ np.array(size)) / 2
 
 
 def rest_on_surface(thing: Thing, *carriers: Thing) -> None:
@@ -228,16 +224,3 @@ def _push_inside(thing: Thing, surface: Surface, frame: Motion) -> None:
             shift[axis] = math.copysign(room, local[axis]) - local[axis]
     if shift.any():
         thing.position = Vec3(*(float(value) for value in np.array(thing.position) + frame.turn @ shift))
-
-
-def _lies_under(thing: Thing, parent: Thing) -> bool:
-    """Return whether a child lies below all surfaces of its parent, as under a table in some of ProcTHOR's houses."""
-    heights = [float(frame.shift[1]) for _, frame in level_surfaces(parent)]
-    return bool(heights) and bounding_box(thing).bottom < min(heights) - ADAPT_M
-
-
-def _rest_on_floor(thing: Thing, above_m: float, below_m: float) -> None:
-    """Move a thing onto the floor if its bottom is less than `above_m` over it, or less than `below_m` under it."""
-    gap = bounding_box(thing).bottom
-    if -below_m < gap < above_m:
-        thing.position = Vec3(thing.position.x, thing.position.y - gap, thing.position.z)

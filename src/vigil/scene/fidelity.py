@@ -12,7 +12,7 @@ import numpy as np
 from vigil.assets import MAKERS
 from vigil.assets.catalog import CATALOG, CEILING, WALL
 from vigil.assets.database import AssetDatabase
-from vigil.assets.kernel.asset import Asset, Part
+from vigil.assets.kernel.asset import Asset
 from vigil.base.geometry import Vec3
 from vigil.protocol.house import House
 from vigil.scene.geometry import bounding_box, joint_motion, joint_of
@@ -47,7 +47,11 @@ def mismatches_of(scene: Scene, house: House, assets: AssetDatabase) -> list[Mis
         Mismatch(rule, thing.id, message)
         for thing in scene.things.values()
         for rule, message in (
-            *_stand_in(thing),
+            *(
+                []
+                if thing.asset.category in MAKERS
+                else [("stand-in", f"no maker of {thing.category}: it is drawn as a box")]
+            ),
             *(() if drawers_of(scene, thing) else _box(thing, asked.get(thing.id, thing.asset.size))),
             *_gap(thing, scene),
             *_state(thing),
@@ -61,11 +65,6 @@ def too_many_triangles(house: str, triangles: int, rooms: int) -> list[Mismatch]
     return [Mismatch("triangles", house, f"{triangles}, at most {most}")] if triangles > most else []
 
 
-def _stand_in(thing: Thing) -> Iterator[tuple[str, str]]:
-    if thing.asset.category not in MAKERS:
-        yield "stand-in", f"no maker of {thing.category}: it is drawn as a box"
-
-
 def _box(thing: Thing, asked: Vec3) -> Iterator[tuple[str, str]]:
     """A shape is held against its box shut; AI2-THOR measures laptops open, so one that fits open is right too."""
     want = np.array(asked)
@@ -76,13 +75,13 @@ def _box(thing: Thing, asked: Vec3) -> Iterator[tuple[str, str]]:
 
 def _extent(asset: Asset, openness: float) -> np.ndarray:
     """Return the size of what is drawn of an asset that is off."""
-    meshes = [_moved(asset, part, openness) for part in asset.parts if part.shown != "on"]
+    meshes = []
+    for part in asset.parts:
+        joint = joint_of(asset, part.joint)
+        if part.shown != "on":
+            vertices = part.mesh.vertices
+            meshes.append(joint_motion(joint, openness)(vertices) if joint and openness else vertices)
     return np.max([mesh.max(axis=0) for mesh in meshes], axis=0) - np.min([mesh.min(axis=0) for mesh in meshes], axis=0)
-
-
-def _moved(asset: Asset, part: Part, openness: float) -> np.ndarray:
-    joint = joint_of(asset, part.joint)
-    return part.mesh.vertices if joint is None or not openness else joint_motion(joint, openness)(part.mesh.vertices)
 
 
 def _metres(size: np.ndarray) -> str:
@@ -110,9 +109,7 @@ def _state(thing: Thing) -> Iterator[tuple[str, str]]:
     parts = thing.asset.parts
     if thing.is_openable and not any(part.bears_open and part.joint for part in parts):
         yield "state", "can be opened, and no part shows it"
-    if thing.is_toggleable and not any(_shows_toggle(part) for part in parts):
+    if thing.is_toggleable and not any(
+        part.bears_toggle and (part.material_on is not None or part.shown != "always") for part in parts
+    ):
         yield "state", "can be switched, and no part shows it"
-
-
-def _shows_toggle(part: Part) -> bool:
-    return part.bears_toggle and (part.material_on is not None or part.shown != "always")

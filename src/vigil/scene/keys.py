@@ -89,13 +89,10 @@ def unsupported_keys(house: House) -> list[str]:
             if key not in IGNORED[place] and value != default:
                 found.setdefault((place, key, instead), []).append(str(getattr(node, "id", place)))
     return [
-        f"key `{key}` of {place} is not followed: {instead} ({_named(names)})"
+        f"key `{key}` of {place} is not followed: {instead} ({names[0]!r}"
+        + (")" if len(names) == 1 else f" and {len(names) - 1} more)")
         for (place, key, instead), names in found.items()
     ]
-
-
-def _named(names: list[str]) -> str:
-    return repr(names[0]) if len(names) == 1 else f"{names[0]!r} and {len(names) - 1} more"
 
 
 def _nodes(document: HouseDocument) -> Iterator[tuple[str, BaseModel]]:

@@ -20,7 +20,8 @@ OVER_M = 0.25
 def with_implied_parents(nodes: list[HouseObject], assets: AssetDatabase) -> tuple[list[HouseObject], list[str]]:
     """Return the objects of a house with loose ones moved to the children of their carriers, and a note on each."""
     entries = {node.id: assets.look_up(node.asset_id, node.name_in_house) for node in nodes}
-    furniture = [node for node in nodes if _carries(entries[node.id])]
+    kinds = {node.id: CATALOG[entries[node.id].category] for node in nodes}
+    furniture = [node for node in nodes if kinds[node.id].is_receptacle and not kinds[node.id].is_pickupable]
     carried: dict[str, list[HouseObject]] = {}
     for node in nodes:
         carrier = _carrier_of(node, furniture, entries) if _is_loose(node, entries[node.id]) else None
@@ -33,10 +34,6 @@ def with_implied_parents(nodes: list[HouseObject], assets: AssetDatabase) -> tup
         if node.id not in moved
     ]
     return roots, [f"{node}: it is taken to rest on {carrier!r}, by its place" for node, carrier in moved.items()]
-
-
-def _carries(entry: AssetEntry) -> bool:
-    return CATALOG[entry.category].is_receptacle and not CATALOG[entry.category].is_pickupable
 
 
 def _is_loose(node: HouseObject, entry: AssetEntry) -> bool:

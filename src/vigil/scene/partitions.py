@@ -44,8 +44,13 @@ class Partitions:
 
     def now(self) -> list[tuple[str, Prism]]:
         """Return (id, plane) of every wall, window and door that is shut now."""
-        things = (thing for thing in self._scene.things.values() if thing.is_structure)
-        return self._walls + [(thing.id, _plane_of(thing)) for thing in things if _fills_its_hole(thing)]
+        planes = list(self._walls)
+        for thing in self._scene.things.values():
+            if thing.is_structure and _fills_its_hole(thing):
+                half_x, half_y = thing.asset.size.x / 2, thing.asset.size.y / 2
+                ends = place_of(thing)(np.array([[-half_x, 0.0, 0.0], [half_x, 0.0, 0.0]]))
+                planes.append((thing.id, Prism(ends[:, [0, 2]], thing.position.y - half_y, thing.position.y + half_y)))
+        return planes
 
     def blocker(self, thing: Thing, path: list[float]) -> str | None:
         """Return the id of what the thing's moving parts would reach through on a path of openness; None if nothing.
@@ -94,12 +99,6 @@ class Partitions:
 
 def _fills_its_hole(thing: Thing) -> bool:
     return thing.category == "Window" or (thing.category == "Doorway" and thing.openness < CLOSED_BELOW)
-
-
-def _plane_of(thing: Thing) -> Prism:
-    half_x, half_y = thing.asset.size.x / 2, thing.asset.size.y / 2
-    ends = place_of(thing)(np.array([[-half_x, 0.0, 0.0], [half_x, 0.0, 0.0]]))
-    return Prism(ends[:, [0, 2]], thing.position.y - half_y, thing.position.y + half_y)
 
 
 @lru_cache(maxsize=4096)

@@ -1,7 +1,7 @@
 """Floor plan: the shapes of a house seen from above, in metres on the floor plane; other modules draw them."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -9,7 +9,6 @@ import numpy as np
 import shapely
 
 from vigil.assets.catalog import CATALOG
-from vigil.base.geometry import Box
 from vigil.protocol.house import House
 from vigil.scene.geometry import bounding_box, moving_prisms_of, prisms_of
 from vigil.scene.outlines import floor_corners, floor_of, footprint, polygon_of
@@ -30,6 +29,33 @@ SMOOTHED_M = 0.01
 """Tolerance to which outlines are simplified."""
 NAME_STEP_M = 0.1
 """Step of the grid of points that are tried for a room's name."""
+MARGIN_M = 0.4
+"""Width of the ground around the house."""
+BOX_CORNERS = 4
+LEAST_LABELLED = 2.0
+"""Smallest footprint of a labelled thing, in squares as high as the letters.
+
+A reader would take the label of a smaller thing for that of its neighbour.
+"""
+LETTER_WIDTH = 0.56
+"""Mean width of a letter over its height."""
+LINE_HEIGHT = 1.1
+"""Smallest distance between two lines, over the height of the letters."""
+THING_SHIFTS = (0, LINE_HEIGHT, -LINE_HEIGHT)
+"""Shifts to try for the label of a thing: down from the thing's middle, in heights of the letters."""
+ROOM_SHIFTS = (0, -1.5, 1.5, -3, 3, -5, 5, -7, 7)
+"""Shifts to try for the name of a room: down from `PlanRoom.name_at`, in heights of the letters."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanShape:
+    """A polygon, line or dot of a plan."""
+
+    kind: str
+    """Words that say how the shape is drawn; the last is the most specific one, e.g. "room room-Kitchen"."""
+    points: np.ndarray
+    """Corners (n, 2) of a polygon, ends (2, 2) of a line, or middle (1, 2) of a dot."""
+    id: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,40 +87,63 @@ class PlanThing:
 
 
 @dataclass(frozen=True, slots=True)
-class PlanOpening:
-    """A door or a window."""
+class PlanLabel:
+    """A text on a plan."""
 
-    id: str
-    is_window: bool
-    corners: np.ndarray
-    """Corners (4, 2) of its box."""
-    leaves: tuple[np.ndarray, ...]
-    """Outlines (n, 2) of the parts that swing or slide, as open as they are now."""
+    kind: Literal["room-name", "label"]
+    text: str
+    x: float
+    z: float
+    """With `x`, the middle of the text."""
 
 
 @dataclass(frozen=True, slots=True)
 class FloorPlan:
-    """The shapes of a floor plan; the fields are in the order of drawing."""
+    """The rooms and things of a floor plan, and the shapes to draw."""
 
     rooms: tuple[PlanRoom, ...]
     things: tuple[PlanThing, ...]
     """Rugs, then the other things from the lowest up."""
-    walls: tuple[np.ndarray, ...]
-    """The two ends (2, 2) of each wall that is not empty."""
-    openings: tuple[PlanOpening, ...]
-    small: tuple[tuple[str, float, float], ...]
-    """Things in or on others, without drawers: id, x, z."""
+    shapes: tuple[PlanShape, ...]
+    """Rooms, things with their fronts, walls, openings with their leaves, and small objects, from the bottom up."""
 
     @property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Least and greatest (x, z) of all floors."""
+        """Least and greatest (x, z) of what is drawn: all floors and a margin."""
         corners = np.concatenate([room.corners for room in self.rooms])
-        return corners.min(axis=0), corners.max(axis=0)
+        return corners.min(axis=0) - MARGIN_M, corners.max(axis=0) + MARGIN_M
 
-    @property
-    def labelled(self) -> list[PlanThing]:
-        """The things with a label, the largest first."""
-        return sorted((thing for thing in self.things if thing.label), key=lambda thing: (-thing.area_m2, thing.id))
+    def labels(self, text_m: float, *, detailed: bool = False) -> list[PlanLabel]:
+        """Return the labels that fit with letters `text_m` high: things, the largest first, then rooms.
+
+        With `detailed`, small things have labels, too, and the label of a room gives the room's area.
+        """
+        placed: list[PlanLabel] = []
+        low, high = self.bounds
+        for thing in sorted(self.things, key=lambda thing: (-thing.area_m2, thing.id)):
+            if thing.label and (detailed or thing.area_m2 >= LEAST_LABELLED * text_m**2):
+                half = LETTER_WIDTH * text_m * len(thing.label) / 2
+                x = float(np.clip(thing.middle[0], low[0] + half, max(low[0] + half, high[0] - half)))
+                tried = [thing.middle[1] - shift * text_m for shift in THING_SHIFTS]
+                _add_first_free(placed, [PlanLabel("label", thing.label, x, z) for z in tried], text_m)
+        for room in self.rooms:
+            text = f"{room.name}, {room.area_m2:.0f} m2" if detailed else room.name
+            floor, (x, middle) = shapely.Polygon(room.corners), room.name_at
+            tried = [z for shift in ROOM_SHIFTS if shapely.contains_xy(floor, x, z := middle - shift * text_m)]
+            _add_first_free(placed, [PlanLabel("room-name", text, x, z) for z in tried], text_m)
+        return placed
+
+
+def _add_first_free(placed: list[PlanLabel], tried: list[PlanLabel], text_m: float) -> None:
+    """Add the first label that does not overlap an earlier one, if there is one."""
+    for label in tried:
+        if not any(
+            abs(label.x - other.x) < (LETTER_WIDTH * (len(label.text) + len(other.text)) + 1) * text_m / 2
+            and abs(label.z - other.z) < LINE_HEIGHT * text_m
+            for other in placed
+        ):
+            placed.append(label)
+            return
 
 
 def floor_plan(house: House, things: Iterable[Thing]) -> FloorPlan:
@@ -104,40 +153,52 @@ def floor_plan(house: House, things: Iterable[Thing]) -> FloorPlan:
     bottoms = {thing.id: bounding_box(thing).bottom for thing in in_rooms}
     shown = [thing for thing in in_rooms if bottoms[thing.id] < SHOWN_BELOW_M]
     drawn = [_thing(thing) for thing in sorted(shown, key=lambda each: (bottoms[each.id], each.id))]
-    furniture = shapely.union_all([shapely.Polygon(each.corners) for each in drawn if each.kind != "rug"])
+    drawn.sort(key=lambda each: each.kind != "rug")
+    rooms = _rooms(house, shapely.union_all([shapely.Polygon(each.corners) for each in drawn if each.kind != "rug"]))
     return FloorPlan(
-        rooms=tuple(_rooms(house, furniture)),
-        things=tuple(sorted(drawn, key=lambda each: each.kind != "rug")),
-        walls=tuple(np.array(wall.ends) for wall in house.document.walls if not wall.empty),
-        openings=tuple(_opening(thing) for thing in things if thing.is_structure),
-        small=tuple((e.id, e.position.x, e.position.z) for e in things if e.parent is not None and not e.is_drawer),
+        rooms=tuple(rooms),
+        things=tuple(drawn),
+        shapes=(
+            *(PlanShape(f"room room-{room.room_type}", room.corners, room.id) for room in rooms),
+            *(shape for thing in drawn for shape in _thing_shapes(thing)),
+            *(PlanShape("wall", np.array(wall.ends)) for wall in house.document.walls if not wall.empty),
+            *(shape for thing in things if thing.is_structure for shape in _opening_shapes(thing)),
+            *(
+                PlanShape("small", np.array([[thing.position.x, thing.position.z]]), thing.id)
+                for thing in things
+                if thing.parent is not None and not thing.is_drawer
+            ),
+        ),
     )
+
+
+def _thing_shapes(thing: PlanThing) -> Iterator[PlanShape]:
+    yield PlanShape(thing.kind, thing.corners, thing.id)
+    if thing.kind == "thing" and len(thing.corners) == BOX_CORNERS:
+        yield PlanShape("front", thing.corners[2:])
+
+
+def _opening_shapes(thing: Thing) -> Iterator[PlanShape]:
+    kind = "opening window" if thing.category == "Window" else "opening door"
+    yield PlanShape(kind, floor_corners(bounding_box(thing)), thing.id)
+    yield from (PlanShape("leaf", leaf.polygon) for leaf in moving_prisms_of(thing))
 
 
 def _thing(thing: Thing) -> PlanThing:
     box, size, is_rug = bounding_box(thing), thing.asset.size, thing.category == "Rug"
     is_labelled = not is_rug and size.z > LABELLED_DEPTH_M
+    corners = floor_corners(box)
+    solids = shapely.union_all([polygon_of(prism) for prism in prisms_of(thing, openness=0.0)])
+    if isinstance(solids, shapely.Polygon) and solids.area < LEAST_FILLED * footprint(box).area:
+        corners = shapely.get_coordinates(solids.exterior.simplify(SMOOTHED_M))[:-1]
     return PlanThing(
         id=thing.id,
         kind="rug" if is_rug else "hung" if box.bottom > HUNG_M else "thing",
-        corners=_outline(thing, box),
+        corners=corners,
         middle=(thing.position.x, thing.position.z),
         area_m2=size.x * size.z,
         label=CATALOG[thing.category].display_name if is_labelled else "",
     )
-
-
-def _outline(thing: Thing, box: Box) -> np.ndarray:
-    """Return the corners (n, 2) of a thing's box on the floor, or of its solids if they leave much of the box free."""
-    solids = shapely.union_all([polygon_of(prism) for prism in prisms_of(thing, openness=0.0)])
-    if isinstance(solids, shapely.Polygon) and solids.area < LEAST_FILLED * footprint(box).area:
-        return shapely.get_coordinates(solids.exterior.simplify(SMOOTHED_M))[:-1]
-    return floor_corners(box)
-
-
-def _opening(thing: Thing) -> PlanOpening:
-    leaves = tuple(leaf.polygon for leaf in moving_prisms_of(thing))
-    return PlanOpening(thing.id, thing.category == "Window", floor_corners(bounding_box(thing)), leaves)
 
 
 def _rooms(house: House, furniture: shapely.Geometry) -> list[PlanRoom]:

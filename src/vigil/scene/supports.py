@@ -218,6 +218,20 @@ def level_surfaces(thing: Thing) -> Iterator[tuple[Surface, Motion]]:
             yield surface, frame
 
 
+def moves_with(thing: Thing, other: Thing, carriers: list[Thing]) -> bool:
+    """Return whether `other` lies inside `thing` or moves with its drawer; `carriers` are the `ancestors` of `other`.
+
+    The leaves of `thing` cannot meet such a thing.
+    """
+    if thing not in carriers:
+        return False
+    child = next(each for each in [other, *carriers] if each.parent == thing.id)
+    surface = surface_named(thing, child.surface)
+    if surface is None or surface.needs_opening:
+        return True
+    return surface.joint is not None and not joint_is_hinge(thing, surface.joint)
+
+
 def joint_is_hinge(thing: Thing, joint: str | None) -> bool:
     """Return whether the joint of that name is a hinge; False for an unknown name."""
     found = joint_of(thing.asset, joint)

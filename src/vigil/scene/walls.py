@@ -167,7 +167,9 @@ def _hole_in(wall: Wall, opening: Opening, first: Wall) -> Hole:
 def _panel(wall: Wall, holes: tuple[Hole, ...], rooms: dict[str, shapely.Polygon]) -> WallPanel:
     start, end = wall.ends
     heights = [point.y for point in wall.polygon]
-    room_id = EXTERIOR if wall.is_exterior else wall.room_id or _room_faced(start, end, rooms)
+    probe = _faced(start, end)[1]
+    faced = next((room for room, floor in rooms.items() if floor.contains(probe)), EXTERIOR)
+    room_id = EXTERIOR if wall.is_exterior else wall.room_id or faced
     return WallPanel(
         id=wall.id,
         room_id=room_id,
@@ -189,12 +191,6 @@ def _normal(
     inward = room.contains(probe) if room is not None else not any(other.contains(probe) for other in rooms)
     sign = 1.0 if inward else -1.0
     return float(sign * normal[0]), float(sign * normal[1])
-
-
-def _room_faced(start: tuple[float, float], end: tuple[float, float], rooms: dict[str, shapely.Polygon]) -> str:
-    """Return the id of the room that a wall is seen from by the order of its ends, or `EXTERIOR`."""
-    _, probe = _faced(start, end)
-    return next((room for room, floor in rooms.items() if floor.contains(probe)), EXTERIOR)
 
 
 def _faced(start: tuple[float, float], end: tuple[float, float]) -> tuple[np.ndarray, shapely.Point]:

@@ -8,7 +8,6 @@ from tests.authoring.review.pocket import house_with_gap, to_the_lamp
 from vigil.authoring.review import robustness
 from vigil.authoring.review.robustness import NEEDED_SUCCESSES, ROBUST_RULES, TRIES, noisy_try
 from vigil.authoring.review.validate import Validator, reason_of
-from vigil.authoring.solving import free_space
 from vigil.authoring.solving.macro_actions import Unsolvable
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.geometry import Pose, Vec3, heading
@@ -17,6 +16,7 @@ from vigil.packs.pack import Pack
 from vigil.protocol.actions import Navigate, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.profile import Profile
+from vigil.scene import floor
 from vigil.sim.privileged import PrivilegedSimulator
 
 STEP = Navigate(mode="turn_left", magnitude=10.0)
@@ -138,7 +138,7 @@ def test_who_is_hemmed_in_on_three_sides_has_no_room(
 ) -> None:
     episode = first_of(starter, "SV")
     assert "room_at_start" not in rules_broken(episode, starter, simulator)
-    monkeypatch.setattr(free_space, "ROOM_TO_MOVE_M", 30.0)
+    monkeypatch.setattr(floor, "ROOM_TO_MOVE_M", 30.0)
     assert "room_at_start" in rules_broken(episode, starter, simulator)
 
 

@@ -3,11 +3,11 @@
 import pytest
 import shapely
 
-from vigil.authoring.solving.free_space import Obstacles, is_cut_off
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.geometry import Box, Vec3
 from vigil.packs.pack import Pack
 from vigil.protocol.world import ObjectSetup, Setup
+from vigil.scene.floor import FreeSpace, is_cut_off
 from vigil.sim.privileged import PrivilegedSimulator
 
 ROOM = shapely.box(0, 0, 6, 4)
@@ -34,7 +34,7 @@ def test_planned_places_are_free_in_the_simulator(family: str, starter: Pack, si
     episode = next(episode for episode in starter.episodes if episode.family == family)
     simulator.load(starter.house_of(episode))
     simulator.reset(episode.start, episode.setup)
-    plan = Obstacles(simulator.scene()).plan()
+    plan = FreeSpace(simulator.scene()).plan()
     cells = plan.cells[::7]
     assert len(cells) > 50
     assert all(simulator.can_stand(Vec3(float(x), 0.0, float(z))) for x, z in cells)

@@ -14,7 +14,6 @@ from vigil.authoring.language.phrases import phrase_finder
 from vigil.authoring.language.referring import DescribedThing, Phrase, items_as_seen, without_repeats
 from vigil.authoring.language.sentences import Forms, Sentences
 from vigil.authoring.language.wording import Act, order_slots, pronoun_slots, say
-from vigil.authoring.solving.free_space import has_room_to_move
 from vigil.authoring.solving.look_targets import surface_points
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.visible_points import PointCount, places_seeing_enough
@@ -28,6 +27,7 @@ from vigil.protocol.family import TargetSize
 from vigil.protocol.goals import Goal
 from vigil.protocol.house import House
 from vigil.protocol.world import ObjectSetup, ObjectState, Setup
+from vigil.scene.floor import has_room_to_move
 from vigil.scene.geometry import body_box, box_distances
 from vigil.scene.things import Thing
 from vigil.sim.privileged import PrivilegedSimulator

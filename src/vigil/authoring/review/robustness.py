@@ -13,7 +13,6 @@ import shapely
 
 from vigil.authoring.review.episode_start import EpisodeStart
 from vigil.authoring.solving import primitive_actions
-from vigil.authoring.solving.free_space import ROOM_TO_MOVE_M, has_room_to_move
 from vigil.authoring.solving.macro_actions import Unsolvable
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.solvers import solve_noisily
@@ -23,6 +22,7 @@ from vigil.protocol.actions import Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.records.record import EpisodeRecord
+from vigil.scene.floor import ROOM_TO_MOVE_M, has_room_to_move
 from vigil.scene.outlines import wall_shapes
 from vigil.scoring.outcomes import score
 

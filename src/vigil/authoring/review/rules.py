@@ -11,7 +11,6 @@ from vigil.authoring.language.implicit_constraints import constraint_giveaways, 
 from vigil.authoring.language.wording import asks_inside
 from vigil.authoring.review.containers import not_found_by_opening
 from vigil.authoring.review.episode_start import EpisodeStart
-from vigil.authoring.solving.free_space import places_within
 from vigil.authoring.solving.goal_actions import closed_containers_around, is_doable
 from vigil.authoring.solving.look_targets import surface_points
 from vigil.authoring.solving.macro_actions import MacroActions
@@ -32,6 +31,7 @@ from vigil.protocol.goals import (
     ReportStatus,
     is_observable,
 )
+from vigil.scene.floor import places_within
 from vigil.scene.geometry import body_box
 from vigil.scene.outlines import room_floor
 from vigil.scene.things import Thing

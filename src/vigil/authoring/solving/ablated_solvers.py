@@ -18,13 +18,13 @@ from vigil.authoring.solving import primitive_actions
 from vigil.authoring.solving.constraint_actions import resolve_constraint
 from vigil.authoring.solving.goal_actions import Steps, achieve_goal, expected_status, reach_goal
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
-from vigil.authoring.solving.paths import Point2
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.protocol.actions import Action, Navigate, Report
 from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
 from vigil.protocol.goals import OBSERVABLE_PX
 from vigil.protocol.world import CLOSED_BELOW
+from vigil.scene.floor import Point2
 
 QUARTER_DEG = 90.0
 LOOKED_AROUND_M = 2.0

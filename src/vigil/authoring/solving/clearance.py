@@ -1,6 +1,6 @@
 """Clearance grids: distances on the floor to walls and to those things that an agent knows of.
 
-They serve an agent that steers by sight. They are coarser than `vigil.authoring.solving.free_space`, but quick to
+They serve an agent that steers by sight. They are coarser than `vigil.scene.floor`, but quick to
 compute again when another thing comes into view.
 """
 
@@ -9,11 +9,10 @@ from collections.abc import Mapping
 
 import numpy as np
 import shapely
-from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 from shapely.geometry.base import BaseGeometry
 
-from vigil.authoring.solving.paths import Point2
+from vigil.scene.floor import Point2, grid_graph
 from vigil.scene.outlines import floor_of_rooms, thing_shapes, wall_shapes
 from vigil.scene.things import Scene, Thing
 
@@ -29,7 +28,6 @@ MAX_DETOUR_FACTOR, TRIED_CORNERS = 1.15, 40
 """Greatest cost of a straight line relative to the way that it shortens, and number of such lines tried."""
 ENTRY_CELLS, NEXT_CELLS = 5, 5
 """Greatest distance (cells) of a place from its way, and least distance (cells) to the next waypoint."""
-_STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
 
 
 class ClearanceGrid:
@@ -114,7 +112,7 @@ class RoutesTo:
         is_open = clearances >= MIN_CLEARANCE_M
         is_open[goal] = True
         costs, self._next = dijkstra(
-            _graph(is_open, np.interp(clearances, CLEARANCE_STEPS_M, COST_FACTORS)),
+            grid_graph(is_open, CELL_M, np.interp(clearances, CLEARANCE_STEPS_M, COST_FACTORS), cuts_corners=True),
             directed=False,
             indices=int(np.ravel_multi_index(goal, grid.shape)),
             return_predecessors=True,
@@ -169,25 +167,3 @@ class RoutesTo:
             trail.append(np.array(np.unravel_index(at, self._grid.shape)))
             at = int(self._next[at])
         return trail
-
-
-def _graph(is_open: np.ndarray, cost_factors: np.ndarray) -> coo_array:
-    """Return the costs between neighbouring open cells as a graph over all cells."""
-    index = np.arange(is_open.size).reshape(is_open.shape)
-    sources, targets, lengths = [], [], []
-    for down, aside in _STEPS:
-        here, there = _pair(index, down, aside)
-        joined = np.logical_and(*_pair(is_open, down, aside))
-        sources.append(here[joined])
-        targets.append(there[joined])
-        lengths.append(CELL_M * math.hypot(down, aside) * np.add(*_pair(cost_factors, down, aside))[joined] / 2)
-    pairs = np.concatenate(sources), np.concatenate(targets)
-    return coo_array((np.concatenate(lengths), pairs), shape=(is_open.size, is_open.size))
-
-
-def _pair(grid: np.ndarray, down: int, aside: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return two views of a grid, in which equal positions hold a cell and its neighbour one step down and aside."""
-    rows, columns = grid.shape
-    if aside >= 0:
-        return grid[: rows - down, : columns - aside], grid[down:, aside:]
-    return grid[: rows - down, -aside:], grid[down:, : columns + aside]

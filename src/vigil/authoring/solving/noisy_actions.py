@@ -14,11 +14,11 @@ from vigil.authoring.solving.clearance import RoutesTo
 from vigil.authoring.solving.look_targets import in_frame, surface_points
 from vigil.authoring.solving.macro_actions import MacroActions, Unsolvable
 from vigil.authoring.solving.motor_noise import MotorNoise
-from vigil.authoring.solving.paths import Point2
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.authoring.solving.viewpoints import Viewpoint, current_viewpoint
 from vigil.base.geometry import Pose, Vec3, heading, turn_between, yaw_towards
 from vigil.protocol.actions import REACH_M, STEP_M, Action, Intent, InteractPixel, Navigate
+from vigil.scene.floor import Point2
 from vigil.scene.geometry import body_box
 from vigil.scene.things import Thing
 from vigil.sim.core.sight import project

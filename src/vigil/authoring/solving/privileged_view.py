@@ -4,21 +4,17 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 
 import numpy as np
-from cachetools import LRUCache
 from scipy.ndimage import distance_transform_edt
 from shapely.geometry.base import BaseGeometry
 
 from vigil.authoring.solving.clearance import ClearanceGrid
-from vigil.authoring.solving.free_space import Obstacles
-from vigil.authoring.solving.paths import Point2, ShortestPaths, WalkableMap
 from vigil.base.geometry import Pose, Vec3
 from vigil.protocol.actions import InteractPixel, PhysicalAction
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.world import Effect, ObjectState, RefusalCode, WorldState
+from vigil.scene.floor import FreeSpace, Point2, ShortestPaths, WalkableMap
 from vigil.scene.things import Scene, Thing
 from vigil.sim.privileged import PrivilegedSimulator
-
-PLAN_CACHE_SIZE = 32
 
 
 class PrivilegedView:
@@ -26,9 +22,7 @@ class PrivilegedView:
 
     def __init__(self, simulator: PrivilegedSimulator) -> None:
         self._simulator = simulator
-        self._obstacles: Obstacles | None = None
-        self._plans: LRUCache[tuple, WalkableMap] = LRUCache(PLAN_CACHE_SIZE)
-        self._bare: LRUCache[tuple, BaseGeometry] = LRUCache(PLAN_CACHE_SIZE)
+        self._space: FreeSpace | None = None
         self._clearance: ClearanceGrid | None = None
 
     @property
@@ -53,32 +47,16 @@ class PrivilegedView:
 
     def plan(self) -> WalkableMap:
         """Return the walkable map of the scene in its current state, cached."""
-        obstacles, key = self._current(), self._arrangement()
-        if key not in self._plans:
-            self._plans[key] = obstacles.plan()
-        return self._plans[key]
+        return self._free_space().plan()
 
     def bare_floor(self) -> BaseGeometry:
         """Return the floor on which nothing stands in the current state, cached."""
-        obstacles, key = self._current(), self._arrangement()
-        if key not in self._bare:
-            self._bare[key] = obstacles.bare()
-        return self._bare[key]
+        return self._free_space().bare()
 
-    def _arrangement(self) -> tuple:
-        """Return a cache key for the floor that things occupy."""
-        return tuple(
-            (thing.id, thing.position, thing.rotation, thing.openness)
-            for thing in self.scene.things.values()
-            if thing.is_present and not thing.is_held
-        )
-
-    def _current(self) -> Obstacles:
-        if self._obstacles is None or self._obstacles.scene is not self.scene:
-            self._obstacles = Obstacles(self.scene)
-            self._plans.clear()
-            self._bare.clear()
-        return self._obstacles
+    def _free_space(self) -> FreeSpace:
+        if self._space is None or self._space.scene is not self.scene:
+            self._space = FreeSpace(self.scene)
+        return self._space
 
     def clearance_grid(self) -> ClearanceGrid:
         """Return the clearance grid of the scene's floor; it is made once and serves all states of the scene."""

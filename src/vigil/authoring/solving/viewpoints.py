@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from vigil.authoring.solving.look_targets import in_frame, pitch_to
-from vigil.authoring.solving.paths import Point2, ShortestPaths
 from vigil.authoring.solving.privileged_view import PrivilegedView
 from vigil.base.geometry import Pose, Vec3, turn_between, yaw_towards
 from vigil.protocol.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG
+from vigil.scene.floor import Point2, ShortestPaths
 from vigil.sim.core.sight import project
 
 BORDER_PX = 12.0

@@ -73,7 +73,9 @@ def write_stream(out: Path, stream: Stream, count: int, on_item: OnItem = lambda
             items.append(item)
             on_item(len(items))
             if len(items) == count:
-                return _freeze(out, items, header, _seed_facts(out, stream), is_grown=is_grown)
+                asked = stream.settings  # the hash of a secret seed makes a pack private
+                facts = {SEED_SHA256: seed_sha256(out.name, asked.seed)} if asked.is_seed_secret else {}
+                return _freeze(out, items, header, facts, is_grown=is_grown)
     raise SettingError(
         f"{header.stream} holds {len(items)} wanted episodes in houses {stream.first} to {stream.last}, not {count}. "
         "Ask for fewer, or for more houses."
@@ -119,12 +121,6 @@ def _check_folder(out: Path, header: StreamHeader, count: int) -> bool:
             "overwritten: write into another folder."
         )
     return True
-
-
-def _seed_facts(out: Path, stream: Stream) -> dict[str, Any]:
-    """Return the manifest's entry with the hash of a secret seed, which makes the pack private; empty for others."""
-    asked = stream.settings
-    return {SEED_SHA256: seed_sha256(out.name, asked.seed)} if asked.is_seed_secret else {}
 
 
 def _freeze(

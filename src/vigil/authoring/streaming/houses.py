@@ -8,7 +8,7 @@ import hashlib
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 
 from pydantic import BaseModel, ConfigDict
 
@@ -73,7 +73,7 @@ class StreamHouse(BaseModel):
     left_out: str = ""
     """Reason why the house is left out: a packaged pack holds it, or it cannot be made; else empty."""
 
-    @property
+    @cached_property
     def house(self) -> House:
         """The house of the drafts; it must not be left out."""
         assert self.document is not None

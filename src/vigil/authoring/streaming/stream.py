@@ -168,10 +168,6 @@ class Stream:
 
 def items_in(houses: Iterable[StreamHouse]) -> Iterator[StreamItem]:
     """Yield the episodes of houses in their order, numbered from 0."""
-    number = 0
-    for made in houses:
-        house = made.house if made.drafts else None
-        for draft in made.drafts:
-            assert house is not None
-            yield StreamItem(number, made.number, draft, house)
-            number += 1
+    drafts = ((made, draft) for made in houses for draft in made.drafts)
+    for number, (made, draft) in enumerate(drafts):
+        yield StreamItem(number, made.number, draft, made.house)

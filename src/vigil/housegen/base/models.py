@@ -31,6 +31,11 @@ class AssetModel:
     size: Vec3
     variant: int
 
+    @property
+    def rect(self) -> Rect:
+        """Rectangle of the asset's box, in the asset's frame."""
+        return -self.size.x / 2, -self.size.z / 2, self.size.x / 2, self.size.z / 2
+
     @cached_property
     def asset(self) -> Asset:
         """Shape of the asset."""
@@ -99,12 +104,7 @@ class PlacedObject:
 
     def footprint(self) -> Rect:
         """Return the upright rectangle around the object's box."""
-        return turned_rect(
-            (-self.model.size.x / 2, -self.model.size.z / 2, self.model.size.x / 2, self.model.size.z / 2),
-            self.position.x,
-            self.position.z,
-            self.yaw,
-        )
+        return turned_rect(self.model.rect, self.position.x, self.position.z, self.yaw)
 
     def block(self) -> Block:
         """Return the upright block around the object's box."""

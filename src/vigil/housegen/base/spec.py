@@ -71,14 +71,11 @@ def _check_rooms(spec: HouseSpec, rooms: tuple[RoomKind, ...]) -> None:
     least = sum(AREA_M2[kind][0] for kind in rooms)
     most = sum(AREA_M2[kind][2] for kind in rooms) * (SINGLE_ROOM_SCALE[rooms[0]] if len(rooms) == 1 else 1.0)
     if not least <= spec.area_m2 <= most:
+        counts = ", ".join(f"{number} {kind}" for kind, number in Counter(rooms).items())
         raise SettingError(
-            f"House spec {spec.name!r}: {spec.area_m2:g} m2 for {_room_counts(rooms)}; "
+            f"House spec {spec.name!r}: {spec.area_m2:g} m2 for {counts}; "
             f"{least:g} to {most:g} m2 would fit. Change area_m2 or the rooms."
         )
-
-
-def _room_counts(rooms: tuple[RoomKind, ...]) -> str:
-    return ", ".join(f"{number} {kind}" for kind, number in Counter(rooms).items())
 
 
 K, L, B, W = "Kitchen", "LivingRoom", "Bedroom", "Bathroom"

@@ -1,5 +1,6 @@
 """Checks of a house, generated or real, by named rules; faults are returned, never raised."""
 
+import itertools
 import math
 from collections import Counter
 from dataclasses import dataclass
@@ -12,7 +13,7 @@ from vigil.errors import HouseError
 from vigil.housegen.checking.leaf_collisions import LeafCollisions
 from vigil.housegen.checking.overlaps import SolidOverlaps
 from vigil.housegen.checking.walkable_grid import LEAST_SHARE, WalkableGrid, build_walkable_grid
-from vigil.protocol.house import LEVEL_TOLERANCE_M, SCHEMA, House, HouseObject, is_outside
+from vigil.protocol.house import LEVEL_TOLERANCE_M, SCHEMA, House, is_outside
 from vigil.scene.build import GUESSED_SIZE_SLACK_M, build_scene
 from vigil.scene.geometry import bounding_box, is_upright
 from vigil.scene.keys import unsupported_keys
@@ -56,34 +57,27 @@ class Fault:
 
 def check_house(house: House, assets: AssetDatabase) -> list[Fault]:
     """Return the house's faults, in a fixed order."""
-    faults = [*_schema(house), *_keys(house), *_references(house), *_rooms(house), *_extent(house), *_holes(house)]
+    schema = house.document.metadata.get("schema")
+    faults = [Fault("key", house.name, note) for note in unsupported_keys(house)]
+    if schema != SCHEMA:
+        faults.insert(0, Fault("schema", house.name, f"metadata.schema is {schema!r}, expected {SCHEMA!r}"))
+    faults += [*_references(house), *_rooms(house), *_extent(house), *_holes(house)]
     if any(fault.rule in UNLOADABLE_RULES for fault in faults):
         return faults
     try:
         scene = build_scene(house, assets)
     except HouseError as error:
         return [*faults, Fault("load", house.name, str(error))]
-    faults += [
-        *_assets(house, assets),
-        *_hovering(house, scene, assets),
-        *_outside(house, scene),
-        *_misplaced(house, scene),
+    solid_overlaps, grid = SolidOverlaps(scene), build_walkable_grid(house, scene)
+    return [
+        *(*faults, *_assets(house, assets), *_hovering(house, scene, assets)),
+        *(*_outside(house, scene), *_misplaced(house, scene)),
+        *(
+            Fault("overlap", one.id, f"and {two.id!r} share room, {depth:.3f} m high", two.id)
+            for one, two, depth in solid_overlaps.overlaps()
+        ),
+        *(*_walkability(house, grid), *_start(house, grid), *_access(scene, grid, solid_overlaps)),
     ]
-    solid_overlaps = SolidOverlaps(scene)
-    faults += _overlaps(solid_overlaps)
-    grid = build_walkable_grid(house, scene)
-    return [*faults, *_walkability(house, grid), *_start(house, grid), *_access(scene, grid, solid_overlaps)]
-
-
-def _schema(house: House) -> list[Fault]:
-    found = house.document.metadata.get("schema")
-    if found == SCHEMA:
-        return []
-    return [Fault("schema", house.name, f"metadata.schema is {found!r}, expected {SCHEMA!r}")]
-
-
-def _keys(house: House) -> list[Fault]:
-    return [Fault("key", house.name, note) for note in unsupported_keys(house)]
 
 
 def _references(house: House) -> list[Fault]:
@@ -114,12 +108,10 @@ def _rooms(house: House) -> list[Fault]:
             faults.append(Fault("room-shape", room_id, f"floor of {floor.area:.2f} m2; a room has at least 1 m2"))
     if faults:
         return faults
-    ids = list(floors)
-    for index, first in enumerate(ids):
-        for second in ids[index + 1 :]:
-            shared = floors[first].intersection(floors[second]).area
-            if shared > 0.01:
-                faults.append(Fault("rooms-overlap", first, f"shares {shared:.2f} m2 of floor with {second!r}"))
+    for first, second in itertools.combinations(floors, 2):
+        shared = floors[first].intersection(floors[second]).area
+        if shared > 0.01:
+            faults.append(Fault("rooms-overlap", first, f"shares {shared:.2f} m2 of floor with {second!r}"))
     return faults
 
 
@@ -188,23 +180,15 @@ def _hovering(house: House, scene: Scene, assets: AssetDatabase) -> list[Fault]:
             continue
         if not is_upright(thing) or _is_mounted(thing, scene, lines, ceiling):
             continue
-        gap, under = _height_above_support(thing, node), "the floor" if thing.parent is None else repr(thing.parent)
-        if gap is None:
-            bottom = bounding_box(thing).bottom
+        under, bottom = "the floor" if thing.parent is None else repr(thing.parent), bounding_box(thing).bottom
+        gap = node.position.y - thing.position.y + (bottom if thing.parent is None else 0.0)
+        if thing.parent is not None and thing.surface is None:
             faults.append(Fault("hovering", thing.id, f"its bottom at {bottom:.3f} m is on no surface of {under}"))
         elif abs(gap) > (
             HOVER_M if assets.look_up(node.asset_id, node.name_in_house).is_measured else GUESSED_SIZE_SLACK_M
         ):
             faults.append(Fault("hovering", thing.id, f"its bottom is {gap:.3f} m above {under}"))
     return faults
-
-
-def _height_above_support(thing: Thing, node: HouseObject) -> float | None:
-    """Return the height (m) above its support at which the document places a thing; None when nothing is under it."""
-    let_down = node.position.y - thing.position.y
-    if thing.parent is None:
-        return bounding_box(thing).bottom + let_down
-    return None if thing.surface is None else let_down
 
 
 def _is_mounted(thing: Thing, scene: Scene, lines: list[shapely.LinearRing], ceiling: float) -> bool:
@@ -256,18 +240,12 @@ def _misplaced(house: House, scene: Scene) -> list[Fault]:
     return faults
 
 
-def _overlaps(solid_overlaps: SolidOverlaps) -> list[Fault]:
-    return [
-        Fault("overlap", one.id, f"and {two.id!r} share room, {depth:.3f} m high", two.id)
-        for one, two, depth in solid_overlaps.overlaps()
-    ]
-
-
 def _walkability(house: House, grid: WalkableGrid) -> list[Fault]:
-    faults: list[Fault] = []
-    for room in house.document.rooms:
-        if not grid.reaches(floor_of(room)):
-            faults.append(Fault("unreachable-room", room.id, "it cannot be reached on foot from the rest of the house"))
+    faults = [
+        Fault("unreachable-room", room.id, "it cannot be reached on foot from the rest of the house")
+        for room in house.document.rooms
+        if not grid.reaches(floor_of(room))
+    ]
     if grid.share < LEAST_SHARE:
         message = (
             f"{100 * grid.share:.0f} % of the free floor is connected, expected at least {100 * LEAST_SHARE:.0f} %"

@@ -3,14 +3,14 @@
 Walls are not checked here: `vigil.scene.partitions` keeps leaves out of them.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import lru_cache
 
 import numpy as np
 
 from vigil.assets.kernel.asset import Asset
 from vigil.scene.geometry import box_corners, part_boxes, part_motion
-from vigil.scene.supports import ancestors, joint_is_hinge, surface_named
+from vigil.scene.supports import ancestors, moves_with
 from vigil.scene.things import Scene, Thing
 
 OPENNESS_SAMPLES = tuple(step / 24 for step in range(25))
@@ -27,37 +27,23 @@ class LeafCollisions:
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
         self._things = list(scene.things.values())
-        self._boxes = np.array([_bounding_box(thing) for thing in self._things]).reshape(-1, 2, 3)
+        boxes = [_box_around(thing, {0.0, thing.openness}, is_whole=True) for thing in self._things]
+        self._boxes = np.array(boxes).reshape(-1, 2, 3)
         self._carriers = {thing.id: ancestors(scene, thing) for thing in self._things}
 
     def first_pierced(self, thing: Thing) -> Thing | None:
         """Return the first other thing that the thing's moving parts cut through; None without one."""
-        swept = _swept_box(thing)
-        for other in self._nearby_things(thing, swept):
+        swept = _box_around(thing, OPENNESS_SAMPLES, is_whole=False)
+        near = (self._things[index] for index in np.flatnonzero(_overlap(self._boxes[:, 0], self._boxes[:, 1], swept)))
+        for other in near:
+            is_furniture = thing.is_drawer and other.id == thing.parent
+            if other is thing or is_furniture or moves_with(thing, other, self._carriers[other.id]):
+                continue
             fixed = _triangles(other, {0.0, other.openness})
             fixed = fixed[_overlap(fixed.min(axis=1), fixed.max(axis=1), swept)]
             if len(fixed) and any(_intersect(leaf, fixed) for leaf in _leaf_positions(thing)):
                 return other
         return None
-
-    def _nearby_things(self, thing: Thing, swept: np.ndarray) -> Iterator[Thing]:
-        for index in np.flatnonzero(_overlap(self._boxes[:, 0], self._boxes[:, 1], swept)).tolist():
-            other = self._things[index]
-            if other is not thing and not self._moves_with(thing, other):
-                yield other
-
-    def _moves_with(self, thing: Thing, other: Thing) -> bool:
-        """Return whether `other` lies inside `thing`, moves with its drawer, or is the furniture of this drawer."""
-        if thing.is_drawer and other.id == thing.parent:
-            return True
-        carriers = self._carriers[other.id]
-        if thing not in carriers:
-            return False
-        child = next(each for each in [other, *carriers] if each.parent == thing.id)
-        surface = surface_named(thing, child.surface)
-        if surface is None or surface.needs_opening:
-            return True
-        return surface.joint is not None and not joint_is_hinge(thing, surface.joint)
 
 
 @lru_cache(maxsize=4096)
@@ -91,25 +77,15 @@ def _leaf_positions(thing: Thing) -> Iterator[np.ndarray]:
         yield np.concatenate([_moved(thing, joint, mesh, openness) for joint, mesh in moving])
 
 
-def _swept_box(thing: Thing) -> np.ndarray:
-    """Return the lowest and highest corner (2, 3) of the space that the moving parts can reach."""
+def _box_around(thing: Thing, samples: Iterable[float], *, is_whole: bool) -> np.ndarray:
+    """Return the lowest and highest corner (2, 3) of the moving parts, or all parts, of a thing at some openness."""
     corners = [
         part_motion(thing, joint, openness)(box_corners(low, high))
         for joint, low, high in part_boxes(thing.asset)
-        if joint is not None
-        for openness in OPENNESS_SAMPLES
+        if is_whole or joint is not None
+        for openness in samples
     ]
-    return _box_of(np.concatenate(corners) if corners else np.empty((0, 3)))
-
-
-def _bounding_box(thing: Thing) -> np.ndarray:
-    """Return the lowest and highest corner (2, 3) of everything drawn of a thing, shut and in its present state."""
-    corners = [
-        part_motion(thing, joint, openness)(box_corners(low, high))
-        for joint, low, high in part_boxes(thing.asset)
-        for openness in {0.0, thing.openness}
-    ]
-    return _box_of(np.concatenate(corners))
+    return _box_of(np.concatenate([np.empty((0, 3)), *corners]))
 
 
 def _box_of(triangles: np.ndarray) -> np.ndarray:

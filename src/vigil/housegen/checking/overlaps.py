@@ -8,7 +8,7 @@ from shapely import MultiPoint, Polygon, STRtree
 
 from vigil.scene.geometry import Prism, is_upright, moving_prisms_of, prisms_of
 from vigil.scene.outlines import polygon_of
-from vigil.scene.supports import ancestors, joint_is_hinge, surface_named
+from vigil.scene.supports import ancestors, moves_with
 from vigil.scene.things import Scene, Thing
 
 OVERLAP_M = 0.005
@@ -40,7 +40,8 @@ class SolidOverlaps:
             one, two = self.owners[a], self.owners[b]
             key = (one.id, two.id)
             depth = _depth(self.prisms[a], self.prisms[b])
-            if a >= b or key in seen or depth <= OVERLAP_M or _may_overlap(one, two) or self._is_on_or_in(one, two):
+            is_apart = a >= b or key in seen or depth <= OVERLAP_M or _may_overlap(one, two)
+            if is_apart or one in self._carriers[two.id] or two in self._carriers[one.id]:
                 continue
             seen.add(key)
             yield one, two, depth
@@ -65,7 +66,11 @@ class SolidOverlaps:
         if not moving:
             return []
         near = self.tree.query(MultiPoint(np.concatenate([prism.polygon for prism in moving])).envelope)
-        others = [index for index in near.tolist() if not self._is_exempt_from_leaf(thing, self.owners[index])]
+        others = [
+            index
+            for index, owner in ((index, self.owners[index]) for index in near.tolist())
+            if not (_may_overlap(thing, owner) or moves_with(thing, owner, self._carriers[owner.id]))
+        ]
         around = [index for index in others if self.owners[index] in self._carriers[thing.id]]
         if around:
             at_rest = moving_prisms_of(thing)
@@ -78,20 +83,6 @@ class SolidOverlaps:
             }
             others = [index for index in others if index not in held]
         return others
-
-    def _is_on_or_in(self, one: Thing, two: Thing) -> bool:
-        return one in self._carriers[two.id] or two in self._carriers[one.id]
-
-    def _is_exempt_from_leaf(self, thing: Thing, other: Thing) -> bool:
-        """Return whether another thing cannot stop the thing's leaves: it lies inside it, or moves with its drawer."""
-        carriers = self._carriers[other.id]
-        if thing not in carriers:
-            return _may_overlap(thing, other)
-        child = next(each for each in [other, *carriers] if each.parent == thing.id)
-        surface = surface_named(thing, child.surface)
-        if surface is None or surface.needs_opening:
-            return True
-        return surface.joint is not None and not joint_is_hinge(thing, surface.joint)
 
 
 def _may_overlap(one: Thing, two: Thing) -> bool:

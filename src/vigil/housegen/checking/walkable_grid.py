@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from scipy import ndimage
 from shapely import MultiPoint, Polygon
 
 from vigil.base.geometry import Box, Vec3
 from vigil.protocol.house import House
+from vigil.scene.floor import largest_part
 from vigil.scene.geometry import Prism, bounding_box, moving_prisms_of, prisms_of
 from vigil.scene.outlines import (
     BODY_HIGH_M,
@@ -24,7 +24,7 @@ from vigil.scene.outlines import (
     room_floor,
 )
 from vigil.scene.portals import Portals
-from vigil.scene.things import Scene, Thing, WallPanel
+from vigil.scene.things import Scene, Thing
 
 LEAST_SHARE = 0.9
 """Least share of the free nodes that must be connected."""
@@ -94,9 +94,7 @@ def build_walkable_grid(house: House, scene: Scene) -> WalkableGrid:
     free = shapely.contains_xy(space, xs, zs)
     obstacles = shapely.union_all(shapely.buffer([polygon_of(prism) for prism in _obstacles(scene)], BODY_RADIUS_M))
     free &= ~shapely.contains_xy(obstacles, xs, zs)
-    labels, count = ndimage.label(free)  # type: ignore[misc]
-    main = labels == int(np.bincount(labels.ravel())[1:].argmax()) + 1 if count else np.zeros_like(free)
-    return WalkableGrid(xs, zs, space, obstacles, free, main)
+    return WalkableGrid(xs, zs, space, obstacles, free, largest_part(free))
 
 
 def _room_spaces(scene: Scene) -> Iterator[shapely.Geometry]:
@@ -109,13 +107,9 @@ def _room_spaces(scene: Scene) -> Iterator[shapely.Geometry]:
             yield room_floor(scene.rooms[rooms[0]]).buffer(-BODY_RADIUS_M)
             continue
         floor = floor_of_rooms([scene.rooms[room] for room in rooms])
-        walls = shapely.MultiLineString([(panel.start, panel.end) for panel in scene.panels if _blocks_body(panel)])
+        high = (each for each in scene.panels if each.bottom < BODY_HIGH_M and each.bottom + each.height > BODY_LOW_M)
+        walls = shapely.MultiLineString([(panel.start, panel.end) for panel in high])  # doors are passages
         yield floor.buffer(-BODY_RADIUS_M - FLOOR_GROWTH_M, join_style="mitre") - walls.buffer(BODY_RADIUS_M)
-
-
-def _blocks_body(panel: WallPanel) -> bool:
-    """Return whether a wall reaches into the heights of the body; doors in it are separate passages."""
-    return panel.bottom < BODY_HIGH_M and panel.bottom + panel.height > BODY_LOW_M
 
 
 def _obstacles(scene: Scene) -> list[Prism]:

@@ -3,18 +3,20 @@
 import itertools
 
 import numpy as np
-from scipy import ndimage
 from shapely import Polygon, contains_xy
 
 from vigil.housegen.base.models import Block, Rect
 from vigil.housegen.layout.floorplan import Corner, RoomPlan
 from vigil.housegen.layout.openings import PlannedOpening
 from vigil.housegen.layout.walls import room_edges
+from vigil.scene.floor import largest_part
 from vigil.scene.outlines import BODY_RADIUS_M, GRID_M
 
 LEAST_WALKABLE = 0.93
 """Least share of the free grid that one component must cover (the house rule is 0.9)."""
 EPS = 1e-6
+DOORSTEP_M = 0.4
+"""Distance (along x and z together) from the middle of a doorstep within which a body is in the door."""
 FRAME_M = 0.09
 """How far window frames and sills reach out of the wall."""
 WALL_GAP = 0.02
@@ -30,14 +32,18 @@ class Floor:
         self.openings = [opening for opening in openings if opening.span_in(room.number)]
         self.outside = _outside_rects(room.polygon)
         self.taken: list[Rect] = []
-        self.clear: list[Rect] = [rect for opening in self.openings if (rect := _door_clearance(opening, room.number))]
+        self.clear: list[Rect] = [
+            _strip(opening, room.number, depth, margin=0.08)
+            for opening in self.openings
+            if (depth := opening.clear_depth()) > 0
+        ]
         self.access: list[Rect] = []
         self.sweeps: list[Rect] = []
         self.windows: list[Rect] = [
             _strip(opening, room.number, 0.35) for opening in self.openings if not opening.is_door
         ]
         self.doorsteps = [
-            _middle(_strip(opening, room.number, 0.5))
+            _strip(opening, room.number, 0.5)
             for opening in self.openings
             if opening.is_door and opening.openable is not False
         ]
@@ -88,16 +94,16 @@ class Floor:
         `more` furniture, and `access` floor in front of it, are added for the test.
         """
         free = self.free_grid(more)
-        count = int(free.sum())
-        if count == 0:
+        main = largest_part(free)
+        if not main.any() or main.sum() < LEAST_WALKABLE * free.sum():
             return False
-        labels, _ = ndimage.label(free)  # type: ignore[misc]
-        sizes = np.bincount(labels.ravel())[1:]
-        main = labels == int(sizes.argmax()) + 1
-        if sizes.max() < LEAST_WALKABLE * count:
-            return False
-        steps = all(self._comes_near(main, point) for point in self.doorsteps)
-        return steps and all(self._comes_into(main, rect) for rect in [*self.access, *access])
+        xs, zs = self.grid_x[main], self.grid_z[main]
+        return all(
+            (np.abs(xs - (x0 + x1) / 2) + np.abs(zs - (z0 + z1) / 2) <= DOORSTEP_M).any()
+            for x0, z0, x1, z1 in self.doorsteps
+        ) and all(
+            ((xs >= x0) & (xs <= x1) & (zs >= z0) & (zs <= z1)).any() for x0, z0, x1, z1 in [*self.access, *access]
+        )
 
     def free_grid(self, more: list[Rect]) -> np.ndarray:
         """Return at which grid nodes (rows, columns) the body fits, with `more` furniture added."""
@@ -112,20 +118,6 @@ class Floor:
             )
         return free
 
-    def _comes_near(self, nodes: np.ndarray, point: Corner) -> bool:
-        distance = np.abs(self.grid_x - point[0]) + np.abs(self.grid_z - point[1])
-        return bool((nodes & (distance <= 0.4)).any())
-
-    def _comes_into(self, nodes: np.ndarray, rect: Rect) -> bool:
-        x0, z0, x1, z1 = rect
-        within = (self.grid_x >= x0) & (self.grid_x <= x1) & (self.grid_z >= z0) & (self.grid_z <= z1)
-        return bool((nodes & within).any())
-
-
-def _door_clearance(opening: PlannedOpening, room: int) -> Rect | None:
-    depth = opening.clear_depth()
-    return _strip(opening, room, depth, margin=0.08) if depth > 0 else None
-
 
 def _strip(opening: PlannedOpening, room: int, depth: float, margin: float = 0.0) -> Rect:
     span = opening.span_in(room)
@@ -137,10 +129,6 @@ def _strip(opening: PlannedOpening, room: int, depth: float, margin: float = 0.0
 def rect_of(a: Corner, b: Corner) -> Rect:
     """Return the rectangle between two corners."""
     return min(a[0], b[0]), min(a[1], b[1]), max(a[0], b[0]), max(a[1], b[1])
-
-
-def _middle(rect: Rect) -> Corner:
-    return (rect[0] + rect[2]) / 2, (rect[1] + rect[3]) / 2
 
 
 def _outside_rects(polygon: Polygon) -> list[Rect]:

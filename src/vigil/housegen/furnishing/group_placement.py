@@ -51,8 +51,7 @@ class GroupMember:
 
     def rect(self) -> Rect:
         """Return the rectangle around its box, in the group's frame."""
-        half_x, half_z = self.model.size.x / 2, self.model.size.z / 2
-        return turned_rect((-half_x, -half_z, half_x, half_z), self.x, self.z, self.yaw)
+        return turned_rect(self.model.rect, self.x, self.z, self.yaw)
 
 
 @dataclass(slots=True)
@@ -82,12 +81,8 @@ class FurnitureGroup:
     def extent(self) -> Rect:
         """Return the rectangle around the whole group."""
         rects = np.asarray([member.rect() for member in self.members])
-        return (
-            float(rects[:, 0].min()),
-            float(rects[:, 1].min()),
-            float(rects[:, 2].max()),
-            float(rects[:, 3].max()),
-        )
+        (x0, z0), (x1, z1) = rects[:, :2].min(axis=0).tolist(), rects[:, 2:].max(axis=0).tolist()
+        return x0, z0, x1, z1
 
     @property
     def is_tall(self) -> bool:
@@ -196,17 +191,13 @@ def place_group(
         fits &= floor.is_clear(sweeps.reshape(-1, 4)).reshape(len(anchors), -1).all(axis=1)
     order = [int(index) for index in np.argsort(-scores, kind="stable") if fits[index]]
     for index in order[:TRIES]:
-        taken, open_zones, passed = ([_rect(row) for row in places[index]] for places in (solids, access, sweeps))
+        taken, open_zones, passed = (list(map(tuple, each[index].tolist())) for each in (solids, access, sweeps))
         if floor.can_walk(taken, open_zones):
             floor.taken.extend(taken)
             floor.access.extend(open_zones)
             floor.sweeps.extend(passed)
             return pieces_at(group, anchors[index], floor.room.number)
     return None
-
-
-def _rect(row: np.ndarray) -> Rect:
-    return float(row[0]), float(row[1]), float(row[2]), float(row[3])
 
 
 def pieces_at(group: FurnitureGroup, anchor: Anchor, room: int) -> list[PlacedObject]:

@@ -95,18 +95,13 @@ def desk_group(rng: np.random.Generator) -> FurnitureGroup:
     access: list[Rect] = [(-chair.size.x / 2, back, chair.size.x / 2, back + SEAT_ROOM_M)]
     offset = 0.0
     if desk.asset.can_open:
-        side = _drawer_side(desk)
-        offset = -side * max(0.0, half - chair.size.x / 2 - DRAWER_EDGE_M)
-        zone = (KNEE_HALF_M, half) if side > 0 else (-half, -KNEE_HALF_M)
+        joints = {joint.name for joint in desk.asset.joints}
+        xs = [x for solid in desk.asset.solids if solid.joint in joints for x, _ in solid.polygon]
+        is_right = not xs or float(np.mean(xs)) >= 0
+        offset = (-1 if is_right else 1) * max(0.0, half - chair.size.x / 2 - DRAWER_EDGE_M)
+        zone = (KNEE_HALF_M, half) if is_right else (-half, -KNEE_HALF_M)
         access = [(zone[0], desk.size.z, zone[1], desk.size.z + front_access(desk))]
     return FurnitureGroup([GroupMember(desk, 0.0, desk.size.z / 2), GroupMember(chair, offset, z, 180.0)], access)
-
-
-def _drawer_side(desk: AssetModel) -> int:
-    """Return the side of the desk's drawers: 1 for +x, -1 for -x."""
-    joints = {joint.name for joint in desk.asset.joints}
-    xs = [x for solid in desk.asset.solids if solid.joint in joints for x, _ in solid.polygon]
-    return 1 if not xs or float(np.mean(xs)) >= 0 else -1
 
 
 def sofa_group(rng: np.random.Generator, with_table: bool, with_chair: bool, with_rug: bool) -> FurnitureGroup:

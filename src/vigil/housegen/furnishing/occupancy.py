@@ -41,14 +41,14 @@ class Occupancy:
             return False
         if any(other is not parent and _overlap(own, block, SWING_GAP) for other, block in self._swings):
             return False
-        return swing is None or (self._is_free(swing, parent) and not _hits_parent(swing, own, parent))
-
-    def _is_free(self, swing: Block, parent: PlacedObject | None) -> bool:
-        if not all(are_apart(swing[0], wall, SWING_GAP) for wall in self._outside):
-            return False
+        if swing is None:
+            return True
         others = [block for other, block in [*self._pieces, *self._swings] if other is not parent]
-        frames = [] if parent is None else self._frames
-        return not any(_overlap(swing, block, SWING_GAP) for block in [*frames, *others])
+        return (
+            all(are_apart(swing[0], wall, SWING_GAP) for wall in self._outside)
+            and not any(_overlap(swing, block, SWING_GAP) for block in [*(self._frames if parent else ()), *others])
+            and not _hits_parent(swing, own, parent)
+        )
 
 
 def are_apart(a: Rect, b: Rect, gap: float) -> bool:

@@ -209,8 +209,7 @@ class SmallObjectPlacer:
     def _put_on_one_of(self, category: str, supports: Sequence[str]) -> None:
         for support in supports:
             for piece in shuffled(self.rng, [piece for piece in self.furniture if piece.category == support]):
-                inside = support == "Fridge"
-                if self._put(category, piece, inside):
+                if self._put(category, piece, support == "Fridge"):
                     return
 
     def _fill_inside(self, piece: PlacedObject, clutter: float) -> None:
@@ -227,7 +226,8 @@ class SmallObjectPlacer:
             mean *= piece.model.size.x / COUNTER_M
         if mean <= 0:
             return
-        lying = sum(CATALOG[child.category].is_pickupable for child in piece.children if _lies_on_top(child))
+        on_top = [child for child in piece.children if child.surface is None or not child.surface.needs_opening]
+        lying = sum(CATALOG[child.category].is_pickupable for child in on_top)
         missing = int(self.rng.poisson(mean)) - lying
         for _ in range(TRIES * missing):
             candidates = self._candidates(piece.category)
@@ -289,21 +289,24 @@ def _place(
     share = BASIN_SHARE if is_basin else FULL_SHARE
     if covered + model.size.x * model.size.z > share * surface.size_x * surface.size_z and taken:
         return None
+    is_pillow = model.category == "Pillow" and piece.category in ("Bed", "Sofa", "ArmChair")
+    at_back = is_pillow or model.category in AT_THE_BACK
     for _ in range(16):
         turn = 0.0 if model.category in ALIGNED else pick(rng, (0.0, 90.0, 180.0, 270.0)) + float(rng.uniform(-14, 14))
-        x0, z0, x1, z1 = turned_rect(_base_rect(model), 0.0, 0.0, turn)
+        x0, z0, x1, z1 = turned_rect(model.rect, 0.0, 0.0, turn)
         free_x, free_z = surface.size_x / 2 - EDGE - x1, surface.size_z / 2 - EDGE - z1
         if free_x < 0 or free_z < 0:
             continue
         x = float(rng.uniform(-free_x, free_x))
-        z = -free_z if _goes_to_back(model, piece) else float(rng.uniform(-free_z, free_z))
+        z = -free_z if at_back else float(rng.uniform(-free_z, free_z))
         new = _SupportedObject(
             (x + x0, z + z0, x + x1, z + z1), turned_rect(_reach_rect(model), x, z, turn), _height(model)
         )
         is_clear = all(
             are_apart(new.base, other.reach, GAP) and are_apart(new.reach, other.reach, GAP) for other in taken
         )
-        if is_clear and not _hides_any([*taken, new]):
+        things = [*taken, new]
+        if is_clear and all(_hidden_share(each, things) <= 1.0 - MIN_VISIBLE_SHARE for each in things):
             dx, dz = rotate_floor(x + surface.center.x, z + surface.center.z, piece.yaw)
             place = Vec3(piece.position.x + dx, height + model.size.y / 2, piece.position.z + dz)
             yaw = round((piece.yaw + turn) % 360.0, 2)
@@ -325,11 +328,6 @@ class _SupportedObject:
     """Height (m) with its lid or screen up."""
 
 
-def _hides_any(things: list[_SupportedObject]) -> bool:
-    """Return whether taller objects hide too much of any object, seen from the front."""
-    return any(_hidden_share(thing, things) > 1.0 - MIN_VISIBLE_SHARE for thing in things)
-
-
 def _hidden_share(thing: _SupportedObject, others: list[_SupportedObject]) -> float:
     """Return the share of an object's width that taller objects in front of it hide."""
     left, _, right, front = thing.base
@@ -343,14 +341,6 @@ def _hidden_share(thing: _SupportedObject, others: list[_SupportedObject]) -> fl
     return hidden / (right - left)
 
 
-def _lies_on_top(child: PlacedObject) -> bool:
-    return child.surface is None or not child.surface.needs_opening
-
-
-def _base_rect(model: AssetModel) -> Rect:
-    return -model.size.x / 2, -model.size.z / 2, model.size.x / 2, model.size.z / 2
-
-
 def _height(model: AssetModel) -> float:
     """Return the height (m) of an object with its lid or screen up."""
     swing = swing_of(model)
@@ -359,15 +349,11 @@ def _height(model: AssetModel) -> float:
 
 def _reach_rect(model: AssetModel) -> Rect:
     """Return the model's rectangle with the space that its lid or door needs."""
-    half_x, half_z = model.size.x / 2, model.size.z / 2
-    x0, z0, x1, z1 = swept_rect(model) or (0.0, 0.0, 0.0, 0.0)
-    return min(-half_x, x0), min(-half_z, z0), max(half_x, x1), max(half_z, z1)
-
-
-def _goes_to_back(model: AssetModel, piece: PlacedObject) -> bool:
-    return model.category in AT_THE_BACK or (
-        model.category == "Pillow" and piece.category in ("Bed", "Sofa", "ArmChair")
-    )
+    swept = swept_rect(model)
+    if swept is None:
+        return model.rect
+    (x0, z0, x1, z1), (left, back, right, front) = swept, model.rect
+    return min(left, x0), min(back, z0), max(right, x1), max(front, z1)
 
 
 def _objects_on(piece: PlacedObject, surface: Surface) -> list[_SupportedObject]:
@@ -380,7 +366,7 @@ def _objects_on(piece: PlacedObject, surface: Surface) -> list[_SupportedObject]
             continue
         x, z = rotate_floor(child.position.x - piece.position.x, child.position.z - piece.position.z, -piece.yaw)
         place = x - surface.center.x, z - surface.center.z, child.yaw - piece.yaw
-        base, reach = (turned_rect(rect, *place) for rect in (_base_rect(child.model), _reach_rect(child.model)))
+        base, reach = (turned_rect(rect, *place) for rect in (child.model.rect, _reach_rect(child.model)))
         if not are_apart(reach, top, GAP):
             found.append(_SupportedObject(base, reach, _height(child.model)))
     return found

@@ -1,5 +1,6 @@
 """Hanging objects: switches, paintings, mirrors, shelves, cabinets, towels, curtains, blinds and ceiling lamps."""
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -68,8 +69,6 @@ CABINETS_UNDER_CEILING_M, DRESSING_UNDER_CEILING_M = 0.15, 0.05
 """Distances kept free above cabinets, and above curtains and blinds."""
 CABINET_WIDER_M = 0.02
 """Largest excess of a cabinet's width over the counter below."""
-LAMP_ROOM_M = 0.3
-"""Radius (m) around a room's centre that must be in the room for the lamp to hang there."""
 TOUCH_M = 0.02
 """Gap between heights below which two objects are in each other's way."""
 OFF_WALL_M, OFF_RAIL_M = 0.002, 0.003
@@ -298,26 +297,26 @@ class WallObjectPlacer:
         self, piece: PlacedObject, model: AssetModel, middle: float, aside: float = 0.0
     ) -> PlacedObject | None:
         """Hang an object on the wall behind `piece`, `aside` metres from its middle; return None if it does not fit."""
-        for index, edge in enumerate(self.floor.edges):
-            along = edge.along((piece.position.x, piece.position.z))
-            if abs(edge.yaw - piece.yaw) < SAME_YAW_DEG and self._is_behind(edge, piece):
-                return self._hang(model, index, along + aside, middle)
+        for index, along in self._walls_behind(piece):
+            return self._hang(model, index, along + aside, middle)
         return None
 
-    def _is_behind(self, edge: WallPiece, piece: PlacedObject) -> bool:
-        place = (piece.position.x, piece.position.z)
-        return 0 < edge.into(place) < BACK_REACH_M and 0 < edge.along(place) < edge.length
+    def _walls_behind(self, piece: PlacedObject) -> Iterator[tuple[int, float]]:
+        """Yield the index of each wall behind a piece, with the place (m) along the wall of the piece's middle."""
+        place = piece.position.x, piece.position.z
+        for index, edge in enumerate(self.floor.edges):
+            is_near = 0 < edge.into(place) < BACK_REACH_M and 0 < edge.along(place) < edge.length
+            if is_near and abs(edge.yaw - piece.yaw) < SAME_YAW_DEG:
+                yield index, edge.along(place)
 
     def _hang_beside(self, piece: PlacedObject, model: AssetModel, middle: float) -> PlacedObject | None:
         """Hang an object on the wall behind `piece`, next to it; return None if it does not fit."""
-        for index, edge in enumerate(self.floor.edges):
-            if abs(edge.yaw - piece.yaw) < SAME_YAW_DEG and self._is_behind(edge, piece):
-                along = edge.along((piece.position.x, piece.position.z))
-                away = piece.model.size.x / 2 + model.size.x / 2 + BESIDE_GAP_M
-                for sign in shuffled(self.rng, (-1, 1)):
-                    hung = self._hang(model, index, along + sign * away, middle)
-                    if hung is not None:
-                        return hung
+        away = piece.model.size.x / 2 + model.size.x / 2 + BESIDE_GAP_M
+        for index, along in self._walls_behind(piece):
+            for sign in shuffled(self.rng, (-1, 1)):
+                hung = self._hang(model, index, along + sign * away, middle)
+                if hung is not None:
+                    return hung
         return None
 
     def _hang_cabinets(self) -> None:
@@ -384,9 +383,7 @@ class WallObjectPlacer:
         self._add(piece)
 
     def _hang_ceiling_lamp(self) -> None:
-        polygon = self.floor.room.polygon
-        has_middle = polygon.contains(polygon.centroid.buffer(LAMP_ROOM_M))
-        middle = polygon.centroid if has_middle else polygon.representative_point()
+        middle = self.floor.room.middle
         model = draw_model("CeilingLamp", self.rng)
         bottom = self.height_m - model.size.y
         if bottom < LAMP_BOTTOM_M:

@@ -11,7 +11,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 import shapely
-from shapely import MultiPolygon, Polygon, box
+from shapely import MultiPolygon, Point, Polygon, box
 from shapely.geometry.base import BaseGeometry
 
 from vigil.errors import SettingError
@@ -26,6 +26,8 @@ DOOR_WALL = 15
 """Least shared wall (dm) between rooms that a door joins."""
 MAX_ASPECT = 2.1
 """Greatest ratio of a room's long side to its short side."""
+LAMP_ROOM_M = 0.3
+"""Radius (m) around a floor's centre that must be in the room for a lamp to hang there."""
 ATTEMPTS = 400
 """Greatest number of attempts at a plan."""
 
@@ -68,6 +70,13 @@ class RoomPlan:
     def polygon(self) -> Polygon:
         """Floor as a shape (m)."""
         return Polygon(self.corners)
+
+    @property
+    def middle(self) -> Point:
+        """Place of a lamp: the centre of the floor, or a point well inside a floor that does not hold its centre."""
+        floor = self.polygon
+        is_inside = floor.contains(floor.centroid.buffer(LAMP_ROOM_M))
+        return floor.centroid if is_inside else floor.representative_point()
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,21 +201,15 @@ def _trade_block(kinds: tuple[str, ...], shapes: list[Polygon], rng: np.random.G
     if not pairs or chance(rng, 0.4):
         return
     giver, taker = shuffled(rng, pick(rng, pairs))
-    x0, z0, x1, z1 = (round(value) for value in shapes[giver].bounds)
-    block = _corner_block((x0, z0, x1, z1), rng)
+    block = _corner_block(shapes[giver], rng)
     given = shapes[giver].difference(block)
     taken = shapes[taker].union(block.intersection(shapes[giver]))
-    if (
-        _has_simple_outline(given)
-        and _has_simple_outline(taken)
-        and _is_wide_enough(kinds[giver], given)
-        and _is_wide_enough(kinds[taker], taken)
-    ):
+    if _is_fit(kinds[giver], given) and _is_fit(kinds[taker], taken):
         shapes[giver], shapes[taker] = _simplified(given), _simplified(taken)
 
 
-def _corner_block(rect: tuple[int, int, int, int], rng: np.random.Generator) -> Polygon:
-    x0, z0, x1, z1 = rect
+def _corner_block(shape: Polygon, rng: np.random.Generator) -> Polygon:
+    x0, z0, x1, z1 = (round(value) for value in shape.bounds)
     width = round((x1 - x0) * float(rng.uniform(0.2, 0.5)))
     depth = round((z1 - z0) * float(rng.uniform(0.2, 0.5)))
     left = x0 if chance(rng, 0.5) else x1 - width
@@ -216,22 +219,21 @@ def _corner_block(rect: tuple[int, int, int, int], rng: np.random.Generator) -> 
 
 def _cut_corner(kinds: tuple[str, ...], shapes: list[Polygon], index: int, rng: np.random.Generator) -> None:
     """Remove a corner of a room at the boundary, if the room is still wide enough."""
-    x0, z0, x1, z1 = (round(value) for value in shapes[index].bounds)
-    block = _corner_block((x0, z0, x1, z1), rng)
+    block = _corner_block(shapes[index], rng)
     left = shapes[index].difference(block)
     others = [shape for other, shape in enumerate(shapes) if other != index]
     touches = any(block.boundary.intersection(shape.boundary).length > 0 for shape in others)
-    if not touches and _has_simple_outline(left) and _is_wide_enough(kinds[index], left):
+    if not touches and _is_fit(kinds[index], left):
         shapes[index] = _simplified(left)
 
 
-def _has_simple_outline(shape: BaseGeometry) -> bool:
-    """Return whether the shape is one polygon with at most eight corners and without short steps."""
+def _is_fit(kind: str, shape: BaseGeometry) -> bool:
+    """Return whether a room can have the shape: at most eight corners, no short steps, and wide enough."""
     if not isinstance(shape, Polygon) or shape.is_empty or shape.interiors:
         return False
     corners = _simplified(shape).exterior.coords[:-1]
     steps = [math.dist(a, b) for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)]
-    return len(corners) <= 8 and min(steps) >= 7
+    return len(corners) <= 8 and min(steps) >= 7 and _is_wide_enough(kind, shape)
 
 
 def _simplified(shape: Polygon | BaseGeometry) -> Polygon:

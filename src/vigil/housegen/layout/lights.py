@@ -35,8 +35,7 @@ def lights_of(plan: RoomLayout, rng: np.random.Generator) -> list[dict[str, Any]
     }
     lights: list[dict[str, Any]] = [sun]
     for room in plan.rooms:
-        polygon = room.polygon
-        middle = polygon.centroid if polygon.contains(polygon.centroid.buffer(0.3)) else polygon.representative_point()
+        middle = room.middle
         layer = layer_of(room.number)
         lights.append(
             {

@@ -44,16 +44,16 @@ class PlannedOpening:
     category: str
     asset_id: str
     wall: WallPiece
-    other: WallPiece | None
-    """The same piece seen from the room behind; None when the outside is behind."""
     left: float
     """Distance (m) of the hole's beginning along `wall`."""
     right: float
     """Distance (m) of the hole's end along `wall`."""
-    bottom: float
+    bottom: float = 0.0
     """Height (m) of the hole's bottom."""
-    top: float
+    top: float = DOOR_HEIGHT
     """Height (m) of the hole's top."""
+    other: WallPiece | None = None
+    """The same piece seen from the room behind; None when the outside is behind."""
     openable: bool | None = None
     openness: float | None = None
 
@@ -101,28 +101,20 @@ class _FreeWall:
         self._used: dict[frozenset[tuple[float, float]], list[tuple[float, float]]] = {}
 
     def choose(self, piece: WallPiece, width: float, rng: np.random.Generator) -> tuple[float, float] | None:
-        """Return the place (left, right) of an opening of a given width (m); None when no place is found."""
+        """Return the place (left, right) of an opening of a given width (m), and take it; None without a free place."""
         room = piece.length - 2 * CORNER_GAP - width
         if room < 0:
             return None
+        used = self._used.setdefault(frozenset((piece.start, piece.end)), [])
+        is_turned = piece.start > piece.end  # both sides of a wall share what is used, along one direction
+        spans = [(piece.length - right, piece.length - left) for left, right in used] if is_turned else used
         for _ in range(8):
             at = CORNER_GAP + room * (0.5 if chance(rng, 0.25) else float(rng.random()))
             left, right = round(at, 3), round(at + width, 3)
-            if all(right + 0.25 <= low or left >= high + 0.25 for low, high in self._spans(piece)):
+            if all(right + 0.25 <= low or left >= high + 0.25 for low, high in spans):
+                used.append((piece.length - right, piece.length - left) if is_turned else (left, right))
                 return left, right
         return None
-
-    def use(self, piece: WallPiece, left: float, right: float) -> None:
-        """Mark a part of the piece, and of its other side, as used."""
-        if piece.start > piece.end:
-            left, right = piece.length - right, piece.length - left
-        self._used.setdefault(frozenset((piece.start, piece.end)), []).append((left, right))
-
-    def _spans(self, piece: WallPiece) -> list[tuple[float, float]]:
-        spans = self._used.get(frozenset((piece.start, piece.end)), [])
-        if piece.start > piece.end:
-            return [(piece.length - right, piece.length - left) for left, right in spans]
-        return spans
 
 
 def cut_openings(plan: RoomLayout, rng: np.random.Generator) -> list[PlannedOpening] | None:
@@ -159,7 +151,6 @@ def _inner_door(
             span = free.choose(wall, width, rng)
         if span is None:
             continue
-        free.use(wall, *span)
         has_leaf = category == "Doorway"
         return PlannedOpening(
             id=f"door|{min(link)}|{max(link)}",
@@ -169,17 +160,10 @@ def _inner_door(
             other=facing_piece(wall, pieces),
             left=span[0],
             right=span[1],
-            bottom=0.0,
-            top=DOOR_HEIGHT,
             openable=True if has_leaf else None,
-            openness=_door_openness(rng) if has_leaf else None,
+            openness=(0.0 if chance(rng, 0.4) else 1.0) if has_leaf else None,
         )
     return None
-
-
-def _door_openness(rng: np.random.Generator) -> float:
-    """Return the openness of an inner door; more than half of them are open."""
-    return 0.0 if chance(rng, 0.4) else 1.0
 
 
 def _front_door(
@@ -190,23 +174,11 @@ def _front_door(
         walls = [piece for piece in pieces if piece.room == room.number and piece.behind is None]
         for wall in shuffled(rng, walls):
             span = free.choose(wall, DOOR_WIDTH, rng)
-            if span is None:
-                continue
-            free.use(wall, *span)
-            number = int(rng.integers(DOOR_VARIANTS))
-            return PlannedOpening(
-                id=f"door|1|{room.number}",
-                category="Doorway",
-                asset_id=f"vigil_Doorway_{number}",
-                wall=wall,
-                other=None,
-                left=span[0],
-                right=span[1],
-                bottom=0.0,
-                top=DOOR_HEIGHT,
-                openable=False,
-                openness=0.0,
-            )
+            if span is not None:
+                asset_id = f"vigil_Doorway_{int(rng.integers(DOOR_VARIANTS))}"
+                return PlannedOpening(
+                    f"door|1|{room.number}", "Doorway", asset_id, wall, *span, openable=False, openness=0.0
+                )
     return None
 
 
@@ -225,19 +197,6 @@ def _windows(
         span = free.choose(wall, width, rng)
         if span is None:
             continue
-        free.use(wall, *span)
-        top = 2.1
-        found.append(
-            PlannedOpening(
-                id=f"window|{room}|{len(found)}",
-                category="Window",
-                asset_id=f"vigil_Window_{free.window_variant}",
-                wall=wall,
-                other=None,
-                left=span[0],
-                right=span[1],
-                bottom=round(top - height, 3),
-                top=top,
-            )
-        )
+        asset_id, bottom = f"vigil_Window_{free.window_variant}", round(DOOR_HEIGHT - height, 3)
+        found.append(PlannedOpening(f"window|{room}|{len(found)}", "Window", asset_id, wall, *span, bottom))
     return found[: int(rng.integers(low, high + 1))] if len(found) > low else found

@@ -12,16 +12,17 @@ import numpy as np
 from gymnasium.spaces import Box, Dict, MultiBinary, Space
 
 from vigil.env import Env
-from vigil.errors import SettingError, SimulatorError, did_you_mean
+from vigil.errors import SettingError, SimulatorError
 from vigil.integrations.gymnasium.action_spaces import StructuredActions, TextActions
 from vigil.integrations.gymnasium.instruction_space import InstructionText
 from vigil.integrations.gymnasium.options import Options
 from vigil.integrations.gymnasium.prefetch import Prefetcher
-from vigil.integrations.gymnasium.sources import SampledEpisode, source_of
+from vigil.integrations.options import check_names
 from vigil.integrations.rewards import reward_parts
+from vigil.integrations.sources import SampledEpisode, source_of
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH, Feedback, Observation
 from vigil.records.record import EpisodeRecord
-from vigil.scoring.outcomes import Outcome, score
+from vigil.scoring.outcomes import score
 from vigil.sim import make_simulator
 
 FRAME_SHAPE = (FRAME_HEIGHT, FRAME_WIDTH, 3)
@@ -50,7 +51,7 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         self.render_mode = render_mode
         self._made = partial(type(self), render_mode, **options)
         self._options = Options.of(options)
-        self._source = source_of(self._options)
+        self._source = source_of(self._options, self._options.workers)
         assets = self._options.assets
         self._simulator = make_simulator(self._options.backend, assets=assets, quality=self._options.quality)
         self._ahead = Prefetcher(self._source, self._simulator.prepare)
@@ -95,7 +96,8 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
             raise _failure(record)
         self._observation = self._final_observation(before, record)
         outcome = score(self._now.episode, record)
-        info = {"outcome": _outcome_info(outcome)} if self._options.evaluator else {}
+        facts = {key: value for key in OUTCOME_KEYS if (value := getattr(outcome, key)) is not None}
+        info = {"outcome": facts} if self._options.evaluator else {}
         reward, is_reported = sum(reward_parts(outcome, self._options).values()), outcome.is_reported
         return self._to_space(self._observation), reward, is_reported, not is_reported, info
 
@@ -156,21 +158,13 @@ class VigilEnv(gymnasium.Env[dict[str, Any], Any]):
         return Observation(self._simulator.frame, told)
 
     def _choose_episode(self, options: dict[str, Any], *, is_seeded: bool) -> SampledEpisode:
-        for name in options:
-            if name not in RESET_OPTIONS:
-                hint = did_you_mean(name, RESET_OPTIONS) or f" Its options: {', '.join(RESET_OPTIONS)}."
-                raise SettingError(f"reset() of Vigil-v0 has no option {name!r}.{hint}")
+        check_names(options, RESET_OPTIONS, "reset() of Vigil-v0")
         if "episode_id" not in options:
             return self._ahead.next_episode(self.np_random, is_seeded=is_seeded)
         episode_id = str(options["episode_id"])
         if self._drawn is not None and self._drawn.episode.id == episode_id:
             return self._drawn
         return self._source.by_id(episode_id)
-
-
-def _outcome_info(outcome: Outcome) -> dict[str, Any]:
-    found = {key: getattr(outcome, key) for key in OUTCOME_KEYS}
-    return {key: value for key, value in found.items() if value is not None}
 
 
 def _failure(record: EpisodeRecord) -> SimulatorError:

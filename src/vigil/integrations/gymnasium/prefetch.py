@@ -9,7 +9,7 @@ from concurrent.futures import Future, ThreadPoolExecutor, wait
 
 import numpy as np
 
-from vigil.integrations.gymnasium.sources import EpisodeSource, SampledEpisode
+from vigil.integrations.sources import EpisodeSource, SampledEpisode
 from vigil.protocol.house import House
 
 

@@ -1,12 +1,14 @@
 """The verifiers environment: episodes in simulator workers, each played by one agent."""
 
 import asyncio
+from pathlib import Path
 from typing import Any
 
 import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
 from pydantic import ValidationError
 
-from vigil.errors import PackMismatch, SettingError, VigilError, did_you_mean, first_error
+from vigil.errors import PackMismatch, SettingError, VigilError
+from vigil.integrations.options import check_names, invalid_option
 from vigil.integrations.verifiers.config import TASKSET_ID, VigilEnvConfig, VigilTaskConfig, VigilTasksetConfig
 from vigil.integrations.verifiers.harness import VigilHarness
 from vigil.integrations.verifiers.taskset import VigilData, VigilTaskset
@@ -59,7 +61,7 @@ class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
             config.condition,
             backend=config.backend,
             quality=config.quality,
-            asset_database=config.asset_database,
+            asset_database=None if config.asset_database is None else Path(config.asset_database),
         )
 
     async def _play(self, data: VigilData, ask: Ask) -> Outcome:
@@ -80,13 +82,10 @@ class VigilVerifiersEnv(vf.Env[VigilEnvConfig]):
 
 def load_environment(**options: Any) -> VigilVerifiersEnv:
     """Return the environment with these options; docs/verifiers.md lists them. Raises SettingError or PackMismatch."""
-    for name in options.keys() - _OPTIONS:
-        hint = did_you_mean(name, _OPTIONS) or f" Its options: {', '.join(sorted(_OPTIONS))}."
-        raise SettingError(f"The environment has no option {name!r}.{hint}")
+    check_names(options, sorted(_OPTIONS), "The environment")
     rewards = {name: options.pop(name) for name in _REWARDS & options.keys()}
     try:
         config = VigilEnvConfig.model_validate({"taskset": {"id": TASKSET_ID, "task": rewards, **options}})
     except ValidationError as error:
-        fault = first_error(error).removeprefix("taskset.").replace("Value error, ", "", 1)
-        raise SettingError(f"Option {fault.rstrip('.')}.") from None
+        raise invalid_option(error, "The environment") from None
     return VigilVerifiersEnv(config)

@@ -7,14 +7,17 @@ from typing import Any
 import verifiers.v1 as vf  # pyright: ignore[reportMissingImports]
 
 from vigil.integrations.rewards import reward_parts
+from vigil.integrations.sources import source_of
 from vigil.integrations.verifiers.config import VigilTaskConfig, VigilTasksetConfig
-from vigil.integrations.verifiers.sources import source_of
+from vigil.packs.private import check_revealed
 from vigil.scoring.outcomes import Outcome
 
 OUTCOME = "outcome"
 """Key of the verdict in the trace of an episode."""
 LABELS = ("FR", "NR", "IL", "Other")
 """Labels of outcomes that are metrics."""
+REVEAL_OPTION = "--env.taskset.reveal-private-pack true"
+"""Option that allows a private pack."""
 
 
 class VigilData(vf.TaskData):
@@ -54,7 +57,14 @@ class VigilTaskset(vf.Taskset[VigilTask, VigilTasksetConfig]):
 
     def __init__(self, config: VigilTasksetConfig) -> None:
         super().__init__(config)
-        self.source = source_of(config)
+        self.source = source_of(config, config.stream_workers, config.limit)
+        check_revealed(
+            self.source.public_name,
+            self.source.is_private,
+            "What verifiers keeps of its rollouts",
+            reveals=config.reveal_private_pack,
+            by=REVEAL_OPTION,
+        )
         self.INFINITE = self.source.is_endless
 
     def load(self) -> Iterator[VigilTask]:

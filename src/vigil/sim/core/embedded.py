@@ -12,12 +12,9 @@ from typing import Any
 import numpy as np
 
 from vigil.assets.database import AssetDatabase
-from vigil.base.geometry import Pose, Vec3, distance, floor_distance, heading, wrap_deg
+from vigil.base.geometry import Pose, Vec3, floor_distance, heading, wrap_deg
 from vigil.errors import EpisodeError, SimulatorError
 from vigil.protocol.actions import (
-    HORIZON_DOWN_DEG,
-    HORIZON_UP_DEG,
-    MAX_STEPS_PER_ACTION,
     MAX_TURN_DEG,
     Intent,
     InteractPixel,
@@ -26,16 +23,16 @@ from vigil.protocol.actions import (
     PhysicalAction,
 )
 from vigil.protocol.house import House
-from vigil.protocol.world import Effect, ObjectState, Setup, WorldState
+from vigil.protocol.world import Effect, Setup, WorldState
 from vigil.scene.build import build_scene
 from vigil.scene.geometry import body_box
-from vigil.scene.supports import ancestors, containers_of, receptacles_below, supports_not_lain_on
 from vigil.scene.things import Scene, Thing
+from vigil.sim.core.agent_actions import horizon_after, object_state, walk
 from vigil.sim.core.engine import Engine
 from vigil.sim.core.handling import ClickHit, InteractionResult, apply_intent, interact, open_to
-from vigil.sim.core.motion import CollisionMap, step_lengths
-from vigil.sim.core.setup import apply_setup, blocked_start_error, unknown_object_message
-from vigil.sim.core.sight import HEIGHT, WIDTH, ObjectVisibility, Sight
+from vigil.sim.core.motion import CollisionMap
+from vigil.sim.core.setup import apply_setup, blocked_start_error, thing_named
+from vigil.sim.core.sight import HEIGHT, WIDTH, Sight
 from vigil.sim.core.state import MUTABLE_FIELDS, SceneState, mutable_state_of
 from vigil.sim.scene_editor import CameraImage, CameraView, Layer
 
@@ -96,7 +93,7 @@ class EmbeddedSimulator:
     def step(self, action: PhysicalAction) -> Effect:
         """Carry out or refuse one action; never raises because of an agent's action."""
         if isinstance(action, Navigate):
-            effect = self._turn(action) if action.mode.startswith("turn") else self._walk(action)
+            effect = self._turn(action) if action.mode.startswith("turn") else walk(action, self._step)
         elif isinstance(action, Look):
             effect = self._look(action)
         else:
@@ -119,10 +116,10 @@ class EmbeddedSimulator:
     def world(self, object_ids: Iterable[str]) -> WorldState:
         """Return the hidden state of the agent and the named objects. Raises EpisodeError on an unknown id."""
         loaded = self._require_loaded()
-        things = [self._thing(object_id) for object_id in dict.fromkeys(object_ids)]
-        seen = loaded.sight.see(loaded.state.agent, things)
-        objects = {thing.id: self._object_state(thing, seen[thing.id], things) for thing in things}
-        return WorldState(agent=loaded.state.agent, held=loaded.state.held, objects=objects)
+        state, things = loaded.state, [self._thing(object_id) for object_id in dict.fromkeys(object_ids)]
+        seen = loaded.sight.see(state.agent, things)
+        objects = {each.id: object_state(state, each, body_box(each), seen[each.id], things) for each in things}
+        return WorldState(agent=state.agent, held=state.held, objects=objects)
 
     def renderer(self) -> str:
         """Return the GL renderer string; "none" when no frame can be drawn."""
@@ -265,10 +262,7 @@ class EmbeddedSimulator:
 
     def _thing(self, object_id: str) -> Thing:
         loaded = self._require_loaded()
-        thing = loaded.state.scene.things.get(object_id)
-        if thing is None:
-            raise EpisodeError(unknown_object_message(object_id, loaded.state.scene, loaded.house.name))
-        return thing
+        return thing_named(object_id, loaded.state.scene, loaded.house.name)
 
     def _flush(self) -> None:
         loaded = self._require_loaded()
@@ -277,27 +271,16 @@ class EmbeddedSimulator:
             self._engine.update(loaded.state.scene, changed)
             loaded.sight.clear_cache()
 
-    def _walk(self, action: Navigate) -> Effect:
+    def _step(self, length_m: float) -> InteractionResult:
+        """Go a length (m), negative to the back, or refuse to."""
         state = self._require_loaded().state
-        magnitude = min(action.magnitude, float(MAX_STEPS_PER_ACTION))
-        sign = 1.0 if action.mode == "forward" else -1.0
-        ahead_x, ahead_z = heading(state.agent.rotation)
-        moved_m, blocker = 0.0, None
-        for length_m in step_lengths(magnitude):
-            x, y, z = state.agent.position
-            end = Vec3(x + sign * length_m * ahead_x, y, z + sign * length_m * ahead_z)
-            blocker = state.collision_map.blocker(state.agent.position, end)
-            if blocker is not None:
-                break
-            state.agent = state.agent.model_copy(update={"position": end})
-            moved_m += length_m
-        return Effect(
-            moved_m=moved_m,
-            path_blocked=blocker is not None,
-            blocked_by=blocker,
-            refusal="path_blocked" if blocker is not None and moved_m == 0.0 else None,
-            capped=action.magnitude > MAX_STEPS_PER_ACTION,
-        )
+        (x, y, z), (ahead_x, ahead_z) = state.agent.position, heading(state.agent.rotation)
+        end = Vec3(x + length_m * ahead_x, y, z + length_m * ahead_z)
+        blocker = state.collision_map.blocker(state.agent.position, end)
+        if blocker is not None:
+            return InteractionResult("path_blocked", blocker)
+        state.agent = state.agent.model_copy(update={"position": end})
+        return InteractionResult()
 
     def _turn(self, action: Navigate) -> Effect:
         state = self._require_loaded().state
@@ -307,11 +290,9 @@ class EmbeddedSimulator:
 
     def _look(self, action: Look) -> Effect:
         state = self._require_loaded().state
-        wanted = state.agent.horizon + action.magnitude * (1.0 if action.direction == "down" else -1.0)
-        horizon = max(HORIZON_UP_DEG, min(HORIZON_DOWN_DEG, wanted))
-        pitched = horizon - state.agent.horizon
+        before, horizon = state.agent.horizon, horizon_after(action, state.agent.horizon)
         state.agent = state.agent.model_copy(update={"horizon": horizon})
-        return Effect(pitched_deg=pitched, capped=action.magnitude > MAX_TURN_DEG)
+        return Effect(pitched_deg=horizon - before, capped=action.magnitude > MAX_TURN_DEG)
 
     def _interact(self, action: InteractPixel) -> Effect:
         loaded = self._require_loaded()
@@ -333,31 +314,6 @@ class EmbeddedSimulator:
             blocked_by=result.blocked_by,
             refusal=result.refusal,
             changed=result.changed,
-        )
-
-    def _object_state(self, thing: Thing, seen: ObjectVisibility, asked: list[Thing]) -> ObjectState:
-        state = self._require_loaded().state
-        box = body_box(thing)
-        return ObjectState(
-            category=thing.category,
-            position=thing.position,
-            box=box,
-            openness=thing.openness if thing.is_openable else None,
-            is_toggled=thing.is_toggled if thing.is_toggleable else None,
-            is_held=state.held == thing.id,
-            visible=seen.visible,
-            visible_px=seen.visible_px,
-            open_px=seen.open_px,
-            toggle_px=seen.toggle_px,
-            nearest_visible_m=seen.nearest_m,
-            box_distance_m=box.floor_distance(state.agent.position),
-            center_distance_m=distance(state.agent.position, thing.position),
-            parent=thing.parent,
-            support_chain=tuple(below.id for below in ancestors(state.scene, thing)),
-            inside=tuple(other.id for other in containers_of(state.scene, thing)),
-            not_on=supports_not_lain_on(state.scene, thing, asked),
-            over=receptacles_below(thing, asked, inside=False),
-            over_inside=receptacles_below(thing, asked, inside=True),
         )
 
 

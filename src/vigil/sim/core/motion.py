@@ -13,7 +13,6 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from vigil.base.geometry import Vec3
-from vigil.protocol.actions import STEP_M
 from vigil.protocol.house import EXTERIOR
 from vigil.scene.outlines import BODY_RADIUS_M, GRID_M, floor_of_rooms, room_floor, thing_shapes, wall_shapes
 from vigil.scene.things import Scene
@@ -22,13 +21,6 @@ CENTRE_SHARE = 0.25
 """Share of the body's radius around its axis that must be free at a start."""
 TOUCH_M = 1e-6
 """Slack of the test of distances, so that exact contact is free."""
-
-
-def step_lengths(magnitude: float) -> list[float]:
-    """Return the lengths (m) of a walk of `magnitude` steps: whole steps, then the fraction."""
-    whole = math.floor(magnitude + 1e-9)
-    rest = magnitude - whole
-    return [STEP_M] * whole + ([rest * STEP_M] if rest > 1e-9 else [])
 
 
 class CollisionMap:

@@ -63,7 +63,9 @@ def _first_collision(state: SceneState, path: list[list[Prism]], obstacles: list
         return None
     solids = [solid for _, solid in obstacles]
     at_rest = penetrations(path[0], solids)
-    slack = np.array([_tolerance(state, owner) for owner, _ in obstacles])
+    things = [state.scene.things.get(owner) for owner, _ in obstacles]
+    at_wall = [each is not None and (each.is_structure or WALL in CATALOG[each.category].rests_on) for each in things]
+    slack = np.where(at_wall, WALL_TOLERANCE_M, TOLERANCE_M)
     for prisms in path[1:]:
         excess = penetrations(prisms, solids) - np.maximum(at_rest, 0.0) - slack
         if float(excess.max()) > 0.0:
@@ -166,12 +168,6 @@ def _goes_along_or_lies_inside(thing: Thing, child: Thing) -> bool:
     if surface is None:
         return thing.asset.size.y / 2 > child.position.y - thing.position.y
     return surface.needs_opening or (surface.joint is not None and not joint_is_hinge(thing, surface.joint))
-
-
-def _tolerance(state: SceneState, owner: str) -> float:
-    thing = state.scene.things.get(owner)
-    is_at_wall = thing is not None and (thing.is_structure or WALL in CATALOG[thing.category].rests_on)
-    return WALL_TOLERANCE_M if is_at_wall else TOLERANCE_M
 
 
 def _within_reach(solids: list[tuple[str, Prism]], path: list[list[Prism]]) -> list[tuple[str, Prism]]:

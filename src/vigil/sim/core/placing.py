@@ -113,7 +113,8 @@ def held_box_of(state: SceneState, held: Thing) -> HeldBox:
     """Return the box around a held thing and all that rests on it."""
     inverse = place_of(held).inverse()
     stack = [held, *contents(state.scene, held.id)]
-    points = [_in_frame(prism, inverse) for thing in stack for prism in prisms_of(thing)]
+    prisms = [prism for thing in stack for prism in prisms_of(thing)]
+    points = [inverse(np.insert(each.polygon, 1, y, axis=1)) for each in prisms for y in (each.bottom, each.top)]
     half = np.array(held.asset.size) / 2
     points.append(np.stack([-half, half]))
     stacked = np.concatenate(points)
@@ -167,11 +168,6 @@ def open_surfaces(receptacle: Thing) -> list[tuple[Surface, Motion]]:
     """Return the level surfaces that a hand can reach now, with their frames."""
     shut = is_shut(receptacle)
     return [(surface, frame) for surface, frame in level_surfaces(receptacle) if not (surface.needs_opening and shut)]
-
-
-def _in_frame(prism: Prism, inverse: Motion) -> np.ndarray:
-    rings = [np.insert(prism.polygon, 1, height, axis=1) for height in (prism.bottom, prism.top)]
-    return inverse(np.concatenate(rings))
 
 
 def _yaw_of(frame: Motion) -> float:
@@ -336,17 +332,14 @@ def _landing(state: SceneState, held: Thing, bulk: HeldBox, x: float, z: float) 
     for spot in sorted(landings, key=lambda each: -each.position.y):
         rest, support = spot.position.y + float(bulk.low[1]), things[spot.parent or ""]
         hollow = _container_ids(state, support)
-        is_clear = all(_lets_through(prism, rest, owner in hollow) for owner, prism in below)
+        is_clear = all(  # a solid that is around the place may rise above it
+            prism.top <= rest + TOUCH_M or (owner in hollow and prism.bottom < rest - TOUCH_M) for owner, prism in below
+        )
         is_clear &= bool(_fits_in_hollows(state, bulk, np.array([spot.position]), np.array([yaw]), support).all())
         if is_clear and not body.intersects(footprint):
             return spot
         return None
     return None
-
-
-def _lets_through(prism: Prism, rest: float, is_around: bool) -> bool:
-    """Return whether a solid leaves the fall to height `rest` free; one that is around the place may rise above it."""
-    return prism.top <= rest + TOUCH_M or (is_around and prism.bottom < rest - TOUCH_M)
 
 
 def _landings_on(thing: Thing, bulk: HeldBox, x: float, z: float, yaw: float) -> list[FreeSpot]:

@@ -15,10 +15,7 @@ from vigil.sim.core.state import SceneState
 
 def apply_setup(state: SceneState, setup: Setup, house_name: str) -> None:
     """Change the scene as a setup says. Raises EpisodeError when the house cannot be changed in this way."""
-    for object_id in [*setup.objects, *([setup.held] if setup.held else [])]:
-        if object_id not in state.scene.things:
-            raise EpisodeError(f"Setup: {unknown_object_message(object_id, state.scene, house_name)}")
-    wanted = [(state.scene.things[object_id], change) for object_id, change in setup.objects.items()]
+    wanted = things_named(setup, state.scene, house_name)
     for thing, change in wanted:
         _set_states(state, thing, change)
     placed = [(thing, change.placement) for thing, change in wanted if change.placement is not None]
@@ -36,7 +33,10 @@ def apply_setup(state: SceneState, setup: Setup, house_name: str) -> None:
                 "elsewhere."
             )
     if setup.held is not None:
-        _fill_hand(state, state.scene.things[setup.held])
+        held = state.scene.things[setup.held]
+        check_can_be_held(held)
+        state.take(held)
+        state.move_held()
     _check_walls(state, [thing for thing, _ in wanted])
     _check_carriers(state, [thing for thing, _ in wanted])
 
@@ -50,11 +50,33 @@ def blocked_start_error(start: Pose, house_name: str) -> EpisodeError:
     )
 
 
+def thing_named(object_id: str, scene: Scene, house_name: str) -> Thing:
+    """Return the thing with an id. Raises EpisodeError when the house does not have it."""
+    thing = scene.things.get(object_id)
+    if thing is None:
+        raise EpisodeError(unknown_object_message(object_id, scene, house_name))
+    return thing
+
+
 def unknown_object_message(object_id: str, scene: Scene, house_name: str) -> str:
     """Return the message for an id that the house does not have."""
     close = difflib.get_close_matches(object_id, scene.things, n=1)
     hint = f" Did you mean {close[0]!r}?" if close else f" It has {len(scene.things)} objects."
     return f"Object {object_id!r} is absent from house {house_name!r}.{hint}"
+
+
+def check_can_be_held(thing: Thing) -> None:
+    """Raise EpisodeError when a setup cannot put a thing into the hand."""
+    if not thing.is_pickupable or not thing.is_present:
+        raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be held: it is absent or not pickupable.")
+
+
+def things_named(setup: Setup, scene: Scene, house_name: str) -> list[tuple[Thing, ObjectSetup]]:
+    """Return the things that a setup changes, each with its change. Raises EpisodeError on an unknown id."""
+    for object_id in [*setup.objects, *([setup.held] if setup.held else [])]:
+        if object_id not in scene.things:
+            raise EpisodeError(f"Setup: {unknown_object_message(object_id, scene, house_name)}")
+    return [(scene.things[object_id], change) for object_id, change in setup.objects.items()]
 
 
 def _set_states(state: SceneState, thing: Thing, change: ObjectSetup) -> None:
@@ -134,10 +156,3 @@ def _put(state: SceneState, thing: Thing, placement: Placement, house_name: str)
         rested, thing.position = thing.position, before
         if rested != before:
             state.move(thing, rested, thing.rotation)
-
-
-def _fill_hand(state: SceneState, thing: Thing) -> None:
-    if not thing.is_pickupable or not thing.is_present:
-        raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be held: it is absent or not pickupable.")
-    state.take(thing)
-    state.move_held()

@@ -148,6 +148,14 @@ def pixel_of(agent: Pose, point: Vec3) -> tuple[int, int] | None:
     return int(x), int(y)
 
 
+def pixels_near(x: int, y: int) -> np.ndarray:
+    """Return the pixels (n, 2) of the frame within `NEAR_CLICK_PX` of a pixel."""
+    reach = np.arange(-NEAR_CLICK_PX, NEAR_CLICK_PX + 1)
+    disc = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2)
+    pixels = disc[(disc**2).sum(axis=1) <= NEAR_CLICK_PX**2] + np.array([x, y])
+    return pixels[((pixels >= 0) & (pixels < [WIDTH, HEIGHT])).all(axis=1)]
+
+
 def window_of(agent: Pose, boxes: list[np.ndarray], lens: Lens = AGENT_LENS) -> PixelWindow | None:
     """Return the window of pixels that boxes, each of corners (8, 3), can cover; None outside the frame."""
     points, is_before = _clipped(agent, boxes)
@@ -249,11 +257,8 @@ class Sight:
 
     def ids_near_pixel(self, agent: Pose, x: int, y: int) -> tuple[str, ...]:
         """Return the sorted ids of the things within 3 px of a pixel; a drawer adds its furniture."""
-        reach = np.arange(-NEAR_CLICK_PX, NEAR_CLICK_PX + 1)
-        disc = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(-1, 2)
-        pixels = disc[(disc**2).sum(axis=1) <= NEAR_CLICK_PX**2] + np.array([x, y])
-        pixels = pixels[((pixels >= 0) & (pixels < [WIDTH, HEIGHT])).all(axis=1)]
-        hit = np.unique(self._engine.cast(agent.eye, directions(agent, pixels), through_glass=False).things)
+        rays = directions(agent, pixels_near(x, y))
+        hit = np.unique(self._engine.cast(agent.eye, rays, through_glass=False).things)
         met = [self._things[index] for index in hit if index >= 0]
         wholes = {thing.parent for thing in met if thing.is_drawer and thing.parent is not None}
         return tuple(sorted({thing.id for thing in met} | wholes))

@@ -35,11 +35,6 @@ class ObjectClick:
     x: int
     y: int
 
-    @property
-    def place(self) -> dict[str, float]:
-        """Middle of the pixel in THOR's form, 0..1 from the top left corner."""
-        return place_of_pixel(self.x, self.y)
-
 
 def place_of_pixel(x: int, y: int) -> dict[str, float]:
     """Return the middle of a pixel in THOR's form, 0..1 from the top left corner."""
@@ -71,9 +66,8 @@ def drop(session: EngineSession) -> InteractionResult:
 def _place(session: EngineSession, click: ObjectClick) -> InteractionResult:
     held = session.scene_sync.scene.things[session.scene_sync.held or ""]
     wanted_kind = target_kind(click.thing, click.point)  # before THOR changes anything
-    result = _attempt(
-        session, lambda: session.do("PutObject", **click.place, putNearXY=True, placeStationary=True, forceAction=False)
-    )
+    place = {**place_of_pixel(click.x, click.y), "putNearXY": True, "placeStationary": True, "forceAction": False}
+    result = _attempt(session, lambda: session.do("PutObject", **place))
     if result.refusal is not None or _is_where_wanted(session, held, click, wanted_kind):
         return result
     session.do("PickupObject", objectId=held.id, forceAction=True)  # THOR put it where the protocol does not allow it
@@ -92,10 +86,10 @@ def _act_on_object(session: EngineSession, click: ObjectClick, action: str) -> A
     outcome = session.do(action, objectId=click.thing.id)
     if outcome.is_done or not is_out_of_sight(outcome.message):
         return outcome
-    under = session.query("GetObjectInFrame", **click.place, checkVisible=False)
+    under = session.query("GetObjectInFrame", **place_of_pixel(click.x, click.y), checkVisible=False)
     if under.returned != click.thing.id:
         return outcome
-    return session.do(action, **click.place)
+    return session.do(action, **place_of_pixel(click.x, click.y))
 
 
 def _attempt(session: EngineSession, act: Callable[[], ActionOutcome]) -> InteractionResult:
@@ -106,7 +100,13 @@ def _attempt(session: EngineSession, act: Callable[[], ActionOutcome]) -> Intera
         return InteractionResult(refusal.code, refusal.blocked_by)
     session.wait_until_at_rest()
     after = _facts(session)
-    return InteractionResult(changed=tuple(sorted(name for name in after if _differs(before[name], after[name]))))
+    changed = []
+    for name, (numbers, marks) in after.items():
+        earlier, earlier_marks = before[name]
+        moved = any(abs(a - b) > MOVED_M for a, b in zip(numbers, earlier, strict=True))
+        if moved or marks != earlier_marks:
+            changed.append(name)
+    return InteractionResult(changed=tuple(sorted(changed)))
 
 
 def _facts(session: EngineSession) -> dict[str, tuple[Any, ...]]:
@@ -115,11 +115,6 @@ def _facts(session: EngineSession) -> dict[str, tuple[Any, ...]]:
         thing.id: ((*thing.position, *thing.rotation, thing.openness), (thing.is_toggled, thing.is_held, thing.parent))
         for thing in things
     }
-
-
-def _differs(before: tuple[Any, ...], after: tuple[Any, ...]) -> bool:
-    (numbers, marks), (others, other_marks) = before, after
-    return marks != other_marks or any(abs(a - b) > MOVED_M for a, b in zip(numbers, others, strict=True))
 
 
 _ACTIONS: dict[Intent, str] = {

@@ -13,7 +13,7 @@ from vigil.protocol.world import ObjectSetup, Placement, Setup
 from vigil.scene.build import rest_on_surface
 from vigil.scene.supports import ancestors, contents
 from vigil.scene.things import Thing
-from vigil.sim.core.setup import unknown_object_message
+from vigil.sim.core.setup import check_can_be_held, things_named, unknown_object_message
 from vigil.sim.thor.engine_session import EngineSession
 from vigil.sim.thor.scene_sync import ThorSnapshot
 from vigil.sim.thor.units import from_thor, teleport_arguments, to_thor
@@ -30,11 +30,7 @@ Step = tuple[str, dict[str, Any]]
 
 def set_up(session: EngineSession, setup: Setup, house_name: str) -> None:
     """Change the house as a setup says. Raises EpisodeError when the house cannot be changed in this way."""
-    things = session.scene_sync.scene.things
-    for object_id in [*setup.objects, *([setup.held] if setup.held else [])]:
-        if object_id not in things:
-            raise EpisodeError(f"Setup: {unknown_object_message(object_id, session.scene_sync.scene, house_name)}")
-    wanted = [(things[object_id], change) for object_id, change in setup.objects.items()]
+    wanted = things_named(setup, session.scene_sync.scene, house_name)
     for thing, change in wanted:
         _set_states(session, thing, change)
     placed = [(thing, change.placement) for thing, change in wanted if change.placement is not None]
@@ -50,7 +46,8 @@ def set_up(session: EngineSession, setup: Setup, house_name: str) -> None:
                 f"Setup: {thing.id!r} is placed on something that is taken out of the scene. Place it elsewhere."
             )
     if setup.held is not None:
-        _fill_hand(session, things[setup.held])
+        check_can_be_held(session.scene_sync.scene.things[setup.held])
+        _force(session, "PickupObject", objectId=setup.held, forceAction=True)
     if setup.objects:
         session.wait_until_at_rest()
 
@@ -209,12 +206,6 @@ def _teleport(session: EngineSession, thing: Thing, position: Vec3, rotation: Ve
     pivot = session.scene_sync.pivot(thing, position, rotation)
     arguments = {"position": to_thor(pivot), "rotation": to_thor(rotation), "forceAction": True}
     _force(session, "TeleportObject", objectId=thing.id, **arguments)
-
-
-def _fill_hand(session: EngineSession, thing: Thing) -> None:
-    if not thing.is_pickupable or not thing.is_present:
-        raise EpisodeError(f"Setup: {thing.id!r} ({thing.category}) cannot be held: it is absent or not pickupable.")
-    _force(session, "PickupObject", objectId=thing.id, forceAction=True)
 
 
 def _force(session: EngineSession, action: str, **arguments: Any) -> None:

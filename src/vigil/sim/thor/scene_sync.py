@@ -73,7 +73,9 @@ class SceneSync:
             thing = self.scene.things.get(entry["objectId"])
             if thing is not None:
                 self._pivot_boxes[thing.id] = _measure(thing, entry)
-                _copy_affordances(thing, entry)
+                thing.is_openable, thing.is_toggleable = bool(entry["openable"]), bool(entry["toggleable"])
+                thing.is_pickupable = bool(entry["pickupable"])
+                thing.is_receptacle = bool(entry["receptacle"]) and bool(thing.asset.surfaces)
         self._absent_here = frozenset(self.scene.things) - frozenset(self._pivot_boxes)
         self.update(metadata)
 
@@ -144,12 +146,9 @@ class SceneSync:
             name for name in entry["parentReceptacles"] or () if name in self._pivot_boxes and name != entry["objectId"]
         ]
         if len(known) > 1:
-            known.sort(key=lambda name: (self._volume(name), name))
+            boxes = self._pivot_boxes
+            known.sort(key=lambda name: (float(np.prod(boxes[name].high - boxes[name].low)), name))
         return known[0] if known else None
-
-    def _volume(self, name: str) -> float:
-        measure = self._pivot_boxes[name]
-        return float(np.prod(measure.high - measure.low))
 
     def _rest(self, thing: Thing) -> None:
         """Set the carrier's surface on which a thing rests: the document's if the thing has not moved since."""
@@ -162,13 +161,6 @@ class SceneSync:
             rested = copy.copy(thing)
             rest_on_surface(rested, parent)
             thing.surface, thing.parent_joint = rested.surface, rested.parent_joint
-
-
-def _copy_affordances(thing: Thing, entry: Metadata) -> None:
-    """Copy from metadata what can be done with a thing."""
-    thing.is_openable, thing.is_toggleable = bool(entry["openable"]), bool(entry["toggleable"])
-    thing.is_pickupable = bool(entry["pickupable"])
-    thing.is_receptacle = bool(entry["receptacle"]) and bool(thing.asset.surfaces)
 
 
 def _measure(thing: Thing, entry: Metadata) -> PivotBox:
@@ -184,14 +176,11 @@ def _measure(thing: Thing, entry: Metadata) -> PivotBox:
     middle = np.array(from_thor(upright["center"]))
     offset = _snapped(turn.T @ (middle - pivot))
     corners = np.array((oriented or upright)["cornerPoints"], dtype=float)
-    if oriented is None and not _is_right_angled(turn):
+    is_right_angled = bool((np.abs(turn).max(axis=1) > 1.0 - RIGHT_ANGLE_WITHIN).all())
+    if oriented is None and not is_right_angled:
         return PivotBox(-half, half, offset)
     local = (corners - pivot) @ turn - offset
     return PivotBox(local.min(axis=0), local.max(axis=0), offset)
-
-
-def _is_right_angled(turn: np.ndarray) -> bool:
-    return bool((np.abs(turn).max(axis=1) > 1.0 - RIGHT_ANGLE_WITHIN).all())
 
 
 def _snapped(offset: np.ndarray) -> np.ndarray:

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from vigil.base.geometry import Pose, Vec3
-from vigil.sim.core.sight import HEIGHT, NEAR_CLICK_PX, WIDTH, camera_axes, directions
+from vigil.sim.core.sight import HEIGHT, WIDTH, camera_axes, directions, pixels_near
 from vigil.sim.thor.engine_client import Event
 
 LISTED_PIXELS = 1600
@@ -46,10 +46,7 @@ class SegmentedFrame:
 
     def ids_near_pixel(self, x: int, y: int) -> set[str]:
         """Return the names of what is shown within 3 px of a pixel, without held objects."""
-        offsets = _PIXELS[: 2 * NEAR_CLICK_PX + 1, : 2 * NEAR_CLICK_PX + 1].reshape(-1, 2) - NEAR_CLICK_PX
-        pixels = offsets[(offsets**2).sum(axis=1) <= NEAR_CLICK_PX**2] + [x, y]
-        pixels = pixels[((pixels >= 0) & (pixels < [WIDTH, HEIGHT])).all(axis=1)]
-        found = {self.at(column, row) for column, row in pixels.tolist()}
+        found = {self.at(column, row) for column, row in pixels_near(x, y).tolist()}
         return {name for name in found if name is not None and name not in self._in_hand}
 
     def pixel_count(self, *names: str) -> PixelCount:

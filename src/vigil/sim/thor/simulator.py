@@ -13,12 +13,9 @@ import numpy as np
 import shapely
 
 from vigil.assets.database import AssetDatabase
-from vigil.base.geometry import Pose, Vec3, distance, floor_distance
-from vigil.errors import EpisodeError, SimulatorError
+from vigil.base.geometry import Pose, Vec3, floor_distance
+from vigil.errors import SimulatorError
 from vigil.protocol.actions import (
-    HORIZON_DOWN_DEG,
-    HORIZON_UP_DEG,
-    MAX_STEPS_PER_ACTION,
     MAX_TURN_DEG,
     InteractPixel,
     Look,
@@ -28,25 +25,20 @@ from vigil.protocol.actions import (
 from vigil.protocol.house import House
 from vigil.protocol.world import Effect, ObjectState, Setup, WorldState
 from vigil.scene.outlines import room_floor
-from vigil.scene.supports import (
-    ancestors,
-    containers_of,
-    drawers_of,
-    furniture_of,
-    receptacles_below,
-    supports_not_lain_on,
-)
+from vigil.scene.supports import drawers_of, furniture_of
 from vigil.scene.things import Scene, Thing
-from vigil.sim.core.motion import CollisionMap, step_lengths
-from vigil.sim.core.setup import blocked_start_error, unknown_object_message
-from vigil.sim.core.sight import HEIGHT, WIDTH
+from vigil.sim.core.agent_actions import horizon_after, object_state, walk
+from vigil.sim.core.handling import InteractionResult
+from vigil.sim.core.motion import CollisionMap
+from vigil.sim.core.setup import blocked_start_error, thing_named
+from vigil.sim.core.sight import HEIGHT, WIDTH, ObjectVisibility
 from vigil.sim.thor.engine_client import EngineClient
 from vigil.sim.thor.engine_session import EngineSession
 from vigil.sim.thor.interaction import ObjectClick, drop, interact, place_of_pixel
 from vigil.sim.thor.refusals import refusal_of
 from vigil.sim.thor.restoring import restore_snapshot, set_up, stand
 from vigil.sim.thor.scene_sync import SceneSync, ThorSnapshot
-from vigil.sim.thor.units import teleport_arguments, to_thor
+from vigil.sim.thor.units import from_thor, teleport_arguments, to_thor
 
 Connect = Callable[[dict[str, Any]], EngineClient]
 """Function that starts an engine with a house. Raises SimulatorError and SettingError."""
@@ -97,7 +89,7 @@ class ThorSimulator:
     def step(self, action: PhysicalAction) -> Effect:
         """Carry out or refuse one action; never raises because of an agent's action."""
         if isinstance(action, Navigate):
-            return self._turn(action) if action.mode.startswith("turn") else self._walk(action)
+            return self._turn(action) if action.mode.startswith("turn") else walk(action, self._step)
         return self._look(action) if isinstance(action, Look) else self._interact(action)
 
     def frame(self) -> np.ndarray:
@@ -173,13 +165,9 @@ class ThorSimulator:
     def may_be_visible(self, object_id: str, min_px: int) -> bool:
         """Return whether the frame shows at least `min_px` pixels of the object."""
         thing = self._thing(object_id)
-        is_there = thing.is_present and not thing.is_held
-        pixels = (
-            self._require_loaded().session.segmented_frame().pixel_count(*self._names_of(thing)).pixels
-            if is_there
-            else 0
-        )
-        return pixels >= min_px
+        if thing.is_held or not thing.is_present:
+            return min_px <= 0
+        return self._require_loaded().session.segmented_frame().pixel_count(*self._names_of(thing)).pixels >= min_px
 
     @contextmanager
     def rollback(self) -> Iterator[None]:
@@ -209,12 +197,7 @@ class ThorSimulator:
         return self._require_loaded().session.scene_sync
 
     def _thing(self, object_id: str) -> Thing:
-        thing = self._scene_sync.scene.things.get(object_id)
-        if thing is None:
-            raise EpisodeError(
-                unknown_object_message(object_id, self._scene_sync.scene, self._require_loaded().house.name)
-            )
-        return thing
+        return thing_named(object_id, self._scene_sync.scene, self._require_loaded().house.name)
 
     def _restore(self, snapshot: ThorSnapshot) -> None:
         """Restore the objects and the hand to a snapshot; if that fails, build the house again and retry."""
@@ -245,22 +228,14 @@ class ThorSimulator:
         thing = things.get(name or "")
         return None if thing is None or thing.is_held else thing
 
-    def _walk(self, action: Navigate) -> Effect:
-        session = self._require_loaded().session
-        moved_m, refusal = 0.0, None
-        for length_m in step_lengths(min(action.magnitude, float(MAX_STEPS_PER_ACTION))):
-            outcome = session.do("MoveAhead" if action.mode == "forward" else "MoveBack", moveMagnitude=length_m)
-            if not outcome.is_done:
-                refusal = refusal_of(outcome.message)
-                break
-            moved_m += length_m
-        return Effect(
-            moved_m=moved_m,
-            path_blocked=refusal is not None,
-            blocked_by=None if refusal is None else refusal.blocked_by,
-            refusal="path_blocked" if refusal is not None and moved_m == 0.0 else None,
-            capped=action.magnitude > MAX_STEPS_PER_ACTION,
-        )
+    def _step(self, length_m: float) -> InteractionResult:
+        """Go a length (m), negative to the back, or refuse to."""
+        action = "MoveAhead" if length_m > 0.0 else "MoveBack"
+        outcome = self._require_loaded().session.do(action, moveMagnitude=abs(length_m))
+        if outcome.is_done:
+            return InteractionResult()
+        refusal = refusal_of(outcome.message)
+        return InteractionResult(refusal.code, refusal.blocked_by)
 
     def _turn(self, action: Navigate) -> Effect:
         degrees, is_right = min(action.magnitude, MAX_TURN_DEG), action.mode == "turn_right"
@@ -274,9 +249,7 @@ class ThorSimulator:
     def _look(self, action: Look) -> Effect:
         """Turn the head by Teleport: LookUp and LookDown only take tenths of degrees, and refuse to pass the limits."""
         before = self._scene_sync.agent
-        wanted = before.horizon + action.magnitude * (1.0 if action.direction == "down" else -1.0)
-        horizon = max(HORIZON_UP_DEG, min(HORIZON_DOWN_DEG, wanted))
-        self._require_loaded().session.do("Teleport", horizon=horizon, forceAction=True)
+        self._require_loaded().session.do("Teleport", horizon=horizon_after(action, before.horizon), forceAction=True)
         pitched = self._scene_sync.agent.horizon - before.horizon
         return Effect(pitched_deg=pitched, capped=action.magnitude > MAX_TURN_DEG)
 
@@ -310,7 +283,7 @@ class ThorSimulator:
         returned = self._require_loaded().session.query("GetCoordinateFromRaycast", **place_of_pixel(x, y)).returned
         if returned is None or not any(returned.values()):
             return None
-        return Vec3(*(float(returned[axis]) for axis in "xyz"))
+        return from_thor(returned)
 
     def _names_of(self, thing: Thing) -> list[str]:
         """Return the ids of a thing and of its drawers, which are seen as part of it."""
@@ -318,28 +291,14 @@ class ThorSimulator:
 
     def _object_state(self, thing: Thing, asked: list[Thing]) -> ObjectState:
         scene_sync = self._scene_sync
-        box, is_seen = scene_sync.box(thing), thing.is_present and not thing.is_held
-        names = self._names_of(thing)
-        seen = self._require_loaded().session.segmented_frame().pixel_count(*names)
-        pixels = seen.pixels if is_seen else 0
-        return ObjectState(
-            category=thing.category,
-            position=thing.position,
-            box=box,
-            openness=thing.openness if thing.is_openable else None,
-            is_toggled=thing.is_toggled if thing.is_toggleable else None,
-            is_held=scene_sync.held == thing.id,
+        is_seen, names = thing.is_present and not thing.is_held, self._names_of(thing)
+        count = self._require_loaded().session.segmented_frame().pixel_count(*names)
+        pixels = count.pixels if is_seen else 0
+        seen = ObjectVisibility(
             visible=is_seen and not scene_sync.visible.isdisjoint(names),
             visible_px=pixels,
             open_px=pixels if thing.is_openable else 0,
             toggle_px=pixels if thing.is_toggleable else 0,
-            nearest_visible_m=seen.nearest_m if pixels else None,
-            box_distance_m=box.floor_distance(scene_sync.agent.position),
-            center_distance_m=distance(scene_sync.agent.position, thing.position),
-            parent=thing.parent,
-            support_chain=tuple(below.id for below in ancestors(scene_sync.scene, thing)),
-            inside=tuple(other.id for other in containers_of(scene_sync.scene, thing)),
-            not_on=supports_not_lain_on(scene_sync.scene, thing, asked),
-            over=receptacles_below(thing, asked, inside=False),
-            over_inside=receptacles_below(thing, asked, inside=True),
+            nearest_m=count.nearest_m if pixels else None,
         )
+        return object_state(scene_sync, thing, scene_sync.box(thing), seen, asked)

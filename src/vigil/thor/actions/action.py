@@ -1,13 +1,11 @@
 """Actions: name, parameters and handler of each, and the check of the arguments that were sent."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Any
 
 from vigil.base.geometry import Vec3
 from vigil.thor.base.errors import ActionFailed
-
-ParameterKind = Literal["float", "int", "bool", "string", "Vector3", "OptionalVector3", "object", "list", "any"]
 
 ALWAYS_ALLOWED = frozenset(
     {
@@ -25,9 +23,10 @@ class Action:
     name: str
     handler: Callable[..., Any]
     """Function that takes the world and the arguments by name and returns `actionReturn`. Raises ActionFailed."""
-    parameters: Mapping[str, ParameterKind] = field(default_factory=dict)
-    required: tuple[tuple[str, ...], ...] = ((),)
-    """Alternative sets of required arguments; all of one set must be sent."""
+    signature: str = ""
+    """Kinds and names of the parameters in THOR's form, e.g. "string objectId, float openness"."""
+    needs: str = ""
+    """Alternative sets of required arguments, e.g. "objectId | x y"; all of one set must be sent."""
     takes_anything: bool = False
     """Whether unknown arguments are accepted, as by THOR's actions that take a whole `ServerAction`."""
     only_reads: bool = False
@@ -35,20 +34,32 @@ class Action:
     lacks: str = ""
     """Differences from THOR, for the table of the docs."""
 
+    @property
+    def parameters(self) -> dict[str, str]:
+        """Kind (a key of `_CONVERT`) of each parameter, by name."""
+        parts = (part.split() for part in self.signature.split(", ") if part)
+        return {name: kind for kind, name in parts}
+
+    @property
+    def required(self) -> list[list[str]]:
+        """Alternative sets of required arguments."""
+        return [names.split() for names in self.needs.split("|")]
+
     def arguments(self, sent: Mapping[str, Any]) -> dict[str, Any]:
         """Return the arguments among `sent`, converted to their kinds.
 
         Raises ActionFailed on an unknown, missing or ill-typed argument.
         """
-        given = {name: value for name, value in sent.items() if name in self.parameters and value is not None}
-        unknown = [name for name in sent if name not in self.parameters and name not in ALWAYS_ALLOWED]
+        kinds = self.parameters
+        given = {name: value for name, value in sent.items() if name in kinds and value is not None}
+        unknown = [name for name in sent if name not in kinds and name not in ALWAYS_ALLOWED]
         if unknown and not self.takes_anything:
             raise ActionFailed(self._unknown(unknown, sent), code="InvalidArgument")
         if not any(all(name in given for name in names) for names in self.required):
             missing = min(([name for name in names if name not in given] for names in self.required), key=len)
             text = f"action: {self.name} is missing the following arguments: {','.join(missing)}"
             raise ActionFailed(text, code="MissingArguments")
-        return {name: self._converted(name, value) for name, value in given.items()}
+        return {name: self._converted(name, kinds[name], value) for name, value in given.items()}
 
     def _unknown(self, unknown: list[str], sent: Mapping[str, Any]) -> str:
         yours = ", ".join(f"'{name}'" for name in sent if name not in ALWAYS_ALLOWED)
@@ -59,12 +70,13 @@ class Action:
             f"\n\tYour arguments: {yours}"
         )
 
-    def _converted(self, name: str, value: Any) -> Any:
+    def _converted(self, name: str, kind: str, value: Any) -> Any:
+        convert = _CONVERT[kind]
         try:
-            return _CONVERT[self.parameters[name]](value)
+            return convert(value)
         except (TypeError, ValueError, KeyError, AttributeError):
             text = f"action: {self.name} has an invalid argument: {name} (=={value})."
-            text += f" Cannot convert to: {self.parameters[name]}"
+            text += f" Cannot convert to: {kind}"
             raise ActionFailed(text, code="InvalidArgument") from None
 
 
@@ -97,7 +109,7 @@ def _some_of_a_vector(value: Any) -> dict[str, float]:
     return {axis: _number(value[axis]) for axis in "xyz" if value.get(axis) is not None}
 
 
-_CONVERT: dict[ParameterKind, Callable[[Any], Any]] = {
+_CONVERT: dict[str, Callable[[Any], Any]] = {
     "float": _number,
     "int": _integer,
     "bool": _exactly(bool),

@@ -1,21 +1,23 @@
 """Actions that only read: places, poses, paths, rays, and what is in the scene."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from vigil.base.geometry import Pose, Vec3, floor_distance
 from vigil.scene.geometry import bounding_box
-from vigil.sim.thor.units import BODY_HEIGHT_M
-from vigil.thor.actions.action import Action, ParameterKind
+from vigil.sim.thor.units import BODY_HEIGHT_M, from_thor, to_thor
+from vigil.thor.actions.action import Action
 from vigil.thor.base.errors import ActionFailed, bad_argument, invalid_operation
-from vigil.thor.base.metadata import vector
 from vigil.thor.base.paths import walk
 from vigil.thor.base.settings import RIGHT_ANGLE
-from vigil.thor.base.sight import points_of, visibility_of, without_distance_limit
+from vigil.thor.base.sight import points_of, visibility_of
 from vigil.thor.base.targets import cast, first_met, need_interactable, of_type
 from vigil.thor.base.world import PROCEDURAL, World, body_of
 
+UNLIMITED_M = 1e6
+"""Visibility distance of practically no limit."""
 _HORIZONS = (-30.0, 0.0, 30.0, 60.0)
 _NEAR_OBJECT_M = 0.5
 """Least distance from an object at which a path to it may end; it is larger if the agent sees farther."""
@@ -24,7 +26,7 @@ _NEAR_OBJECT_M = 0.5
 def _reachable(world: World, gridSize: float | None = None, **_: object) -> list[dict[str, float]]:
     start, step = world.agent.position._replace(y=0.0), gridSize or world.settings.grid_size
     places = [Vec3(x, 0.0, z) for x, z in world.editor.reachable(start, step).tolist()]
-    return [vector(place._replace(y=BODY_HEIGHT_M)) for place in places if world.is_on_grid(place)]
+    return [to_thor(place._replace(y=BODY_HEIGHT_M)) for place in places if world.is_on_grid(place)]
 
 
 def _interactable_poses(
@@ -38,32 +40,33 @@ def _interactable_poses(
     maxPoses: int | None = None,
 ) -> list[dict[str, Any]]:
     thing = world.thing(objectId)
-    seeing = world if maxDistance is None else _within(world, maxDistance)
+    seeing = world if maxDistance is None else _seeing(world, maxDistance)
     places = positions if positions is not None else _reachable(world)
     limit = seeing.settings.visibility_distance + float(np.linalg.norm(thing.asset.size))
     found: list[dict[str, Any]] = []
-    for place in _read(places, "positions"):
-        if floor_distance(place, thing.position) > limit:
+    for spot in _read(places):
+        if floor_distance(spot, thing.position) > limit:
             continue
-        for pose in _poses_at(place, rotations, horizons, standings):
+        for pose in _poses_at(spot, rotations, horizons, standings):
             if visibility_of(seeing, [thing], pose)[thing.id].interactable:
-                found.append(_as_teleport(pose))
+                place = to_thor(body_of(pose))
+                found.append({**place, "rotation": pose.rotation, "horizon": pose.horizon, "standing": pose.standing})
                 if maxPoses is not None and len(found) >= maxPoses:
                     return found
     return found
 
 
-def _within(world: World, distance_m: float) -> World:
-    near = without_distance_limit(world)
-    near.settings = near.settings.model_copy(update={"visibility_distance": distance_m})
-    return near
+def _seeing(world: World, distance_m: float | None) -> World:
+    """Return a copy of the world whose agent sees to a distance; by default, without limit."""
+    limit = UNLIMITED_M if distance_m is None else distance_m
+    return replace(world, settings=world.settings.model_copy(update={"visibility_distance": limit}))
 
 
-def _read(places: list[Any], name: str) -> list[Vec3]:
+def _read(places: list[Any]) -> list[Vec3]:
     try:
-        return [Vec3(*(float(place[axis]) for axis in "xyz")) for place in places]
+        return [from_thor(place) for place in places]
     except (KeyError, TypeError, ValueError):
-        raise bad_argument(f"{name} must be a list of x, y and z") from None
+        raise bad_argument("positions must be a list of x, y and z") from None
 
 
 def _poses_at(
@@ -86,11 +89,6 @@ def _yaw(turn: Any) -> float:
         raise bad_argument("rotations must be a list of degrees, or of x, y and z") from None
 
 
-def _as_teleport(pose: Pose) -> dict[str, Any]:
-    place = vector(body_of(pose))
-    return {**place, "rotation": pose.rotation, "horizon": pose.horizon, "standing": pose.standing}
-
-
 def _object_in_frame(world: World, x: float, y: float, checkVisible: bool = False) -> str:
     thing, _ = cast(world, x, y)
     if thing is None:
@@ -105,11 +103,6 @@ def _object_in_frame(world: World, x: float, y: float, checkVisible: bool = Fals
     return thing.id
 
 
-def _coordinate(world: World, x: float, y: float) -> dict[str, float]:
-    _, point = cast(world, x, y)
-    return vector(point or Vec3(0.0, 0.0, 0.0))
-
-
 def _raycast(world: World, origin: Vec3, destination: Vec3) -> dict[str, Any]:
     world.need_house()
     ray = np.subtract(destination, origin)
@@ -119,7 +112,7 @@ def _raycast(world: World, origin: Vec3, destination: Vec3) -> dict[str, Any]:
         raise ActionFailed(f"Raycast from {tuple(origin)} to {tuple(destination)} failed to hit any target object!")
     return {
         "objectId": thing.id if thing else None,
-        "hitPoint": vector(point),
+        "hitPoint": to_thor(point),
         "hitDistance": float(np.linalg.norm(np.subtract(point, origin))),
     }
 
@@ -137,7 +130,7 @@ def _path_to_point(
 ) -> dict[str, Any]:
     start = position or world.agent.position
     corners = walk(world, start._replace(y=0.0), target, **({} if allowedError is None else {"within_m": allowedError}))
-    return {"corners": [vector(corner) for corner in corners]}
+    return {"corners": [to_thor(corner) for corner in corners]}
 
 
 def _path(
@@ -152,19 +145,13 @@ def _path(
     start = (position or world.agent.position)._replace(y=0.0)
     reach = max(allowedError or 0.0, world.settings.visibility_distance, _NEAR_OBJECT_M)
     half = float(np.linalg.norm([thing.asset.size.x, thing.asset.size.z])) / 2
-    return {"corners": [vector(corner) for corner in walk(world, start, thing.position, reach + half)]}
-
-
-def _visibility_points(world: World, objectId: str) -> list[dict[str, float]]:
-    return [vector(Vec3(*point)) for point in points_of(world.thing(objectId)).tolist()]
+    return {"corners": [to_thor(corner) for corner in walk(world, start, thing.position, reach + half)]}
 
 
 def _in_view(world: World, maxDistance: float | None = None, visibilityScheme: str | None = None) -> list[str]:
     del visibilityScheme
     world.need_house()
-    seen = visibility_of(
-        without_distance_limit(world) if maxDistance is None else _within(world, maxDistance), world.things()
-    )
+    seen = visibility_of(_seeing(world, maxDistance), world.things())
     return [name for name, found in seen.items() if found.visible]
 
 
@@ -182,80 +169,65 @@ def _map_view(world: World) -> dict[str, Any]:
     }
 
 
-def _distance(world: World, objectId: str) -> float:
-    return bounding_box(world.thing(objectId)).floor_distance(world.agent.position)
-
-
-def _scenes(world: World) -> list[str]:
-    del world
-    return [PROCEDURAL]
-
-
-_RAY: dict[str, ParameterKind] = {"origin": "Vector3", "destination": "Vector3"}
-_BOTH = (("origin", "destination"),)
-_ID: dict[str, ParameterKind] = {"objectId": "string"}
+_RAY = "Vector3 origin, Vector3 destination"
+_POSES = "list positions, list rotations, list horizons, list standings, float maxDistance, int maxPoses"
+_PATH = "string objectId, string objectType, Vector3 position, Vector3 rotation, float allowedError"
 _NEAR = "paths follow a grid of 0.125 m, straightened where possible; THOR's follow a mesh"
 _POINTS = "an object's points are a lattice in the box of each part; THOR's assets have chosen points"
+_GRID = (
+    "the grid is along the house's axes, through the agent; with snapToGrid, another gridSize lists only the places to "
+    "which Teleport can go; the held object never collides"
+)
 
-ACTIONS = (
-    Action(
-        "GetReachablePositions",
-        _reachable,
-        {"gridSize": "float", "maxStepCount": "int", "directionsRelativeAgent": "bool"},
-        only_reads=True,
-        lacks="the grid is along the house's axes, through the agent; with snapToGrid, another gridSize lists only the "
-        "places to which Teleport can go; the held object never collides",
-    ),
-    Action(
-        "GetInteractablePoses",
-        _interactable_poses,
-        {
-            **_ID,
-            **dict.fromkeys(("positions", "rotations", "horizons", "standings"), "list"),
-            "maxDistance": "float",
-            "maxPoses": "int",
-        },
-        (("objectId",),),
-        only_reads=True,
-        lacks=_POINTS,
-    ),
-    Action(
-        "GetObjectInFrame",
-        _object_in_frame,
-        {"x": "float", "y": "float", "checkVisible": "bool"},
-        (("x", "y"),),
-        only_reads=True,
-    ),
-    Action("GetCoordinateFromRaycast", _coordinate, {"x": "float", "y": "float"}, (("x", "y"),), only_reads=True),
-    Action("PerformRaycast", _raycast, _RAY, _BOTH, only_reads=True),
-    Action("GetObjectHitFromRaycast", _hit_object, _RAY, _BOTH, only_reads=True),
-    Action(
-        "GetShortestPath",
-        _path,
-        {**_ID, "objectType": "string", "position": "Vector3", "rotation": "Vector3", "allowedError": "float"},
-        (("objectId",), ("objectType",)),
-        only_reads=True,
-        lacks=f"{_NEAR}; the path ends near the object, whether or not the object is seen from there",
-    ),
-    Action(
-        "GetShortestPathToPoint",
-        _path_to_point,
-        {"position": "Vector3", "target": "Vector3", "allowedError": "float"},
-        (("target",),),
-        only_reads=True,
-        lacks=_NEAR,
-    ),
-    Action("GetVisibilityPoints", _visibility_points, _ID, (("objectId",),), only_reads=True, lacks=_POINTS),
-    Action(
-        "GetVisibleObjects",
-        _in_view,
-        {"maxDistance": "float", "visibilityScheme": "string"},
-        only_reads=True,
-        lacks=_POINTS,
-    ),
-    Action("GetMapViewCameraProperties", _map_view, only_reads=True),
-    Action(
-        "DistanceToObject", _distance, _ID, (("objectId",),), only_reads=True, lacks="the distance to the object's box"
-    ),
-    Action("GetScenesInBuild", _scenes, only_reads=True, lacks="only Procedural, without iTHOR and RoboTHOR"),
+ACTIONS = tuple(
+    replace(each, only_reads=True)
+    for each in (
+        Action(
+            "GetReachablePositions",
+            _reachable,
+            "float gridSize, int maxStepCount, bool directionsRelativeAgent",
+            lacks=_GRID,
+        ),
+        Action("GetInteractablePoses", _interactable_poses, f"string objectId, {_POSES}", "objectId", lacks=_POINTS),
+        Action("GetObjectInFrame", _object_in_frame, "float x, float y, bool checkVisible", "x y"),
+        Action(
+            "GetCoordinateFromRaycast",
+            lambda world, x, y: to_thor(cast(world, x, y)[1] or Vec3(0.0, 0.0, 0.0)),
+            "float x, float y",
+            "x y",
+        ),
+        Action("PerformRaycast", _raycast, _RAY, "origin destination"),
+        Action("GetObjectHitFromRaycast", _hit_object, _RAY, "origin destination"),
+        Action(
+            "GetShortestPath",
+            _path,
+            _PATH,
+            "objectId | objectType",
+            lacks=f"{_NEAR}; the path ends near the object, whether or not the object is seen from there",
+        ),
+        Action(
+            "GetShortestPathToPoint",
+            _path_to_point,
+            "Vector3 position, Vector3 target, float allowedError",
+            "target",
+            lacks=_NEAR,
+        ),
+        Action(
+            "GetVisibilityPoints",
+            lambda world, objectId: [to_thor(Vec3(*point)) for point in points_of(world.thing(objectId)).tolist()],
+            "string objectId",
+            "objectId",
+            lacks=_POINTS,
+        ),
+        Action("GetVisibleObjects", _in_view, "float maxDistance, string visibilityScheme", lacks=_POINTS),
+        Action("GetMapViewCameraProperties", _map_view),
+        Action(
+            "DistanceToObject",
+            lambda world, objectId: bounding_box(world.thing(objectId)).floor_distance(world.agent.position),
+            "string objectId",
+            "objectId",
+            lacks="the distance to the object's box",
+        ),
+        Action("GetScenesInBuild", lambda world: [PROCEDURAL], lacks="only Procedural, without iTHOR and RoboTHOR"),
+    )
 )

@@ -1,17 +1,16 @@
 """Actions on objects: opening, switching, picking up and putting down."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from vigil.base.geometry import Vec3
-from vigil.errors import EpisodeError
-from vigil.protocol.actions import Intent
-from vigil.protocol.world import ObjectSetup, Placement, RefusalCode, Setup
+from vigil.protocol.world import ObjectSetup, Placement, RefusalCode
 from vigil.scene.supports import is_shut, level_surfaces
 from vigil.scene.things import Thing
-from vigil.thor.actions.action import Action, ParameterKind
-from vigil.thor.base.errors import ActionFailed, bad_argument, invalid_operation
+from vigil.thor.actions.action import Action
+from vigil.thor.base.errors import ActionFailed, invalid_operation
 from vigil.thor.base.targets import target
 from vigil.thor.base.world import World
 
@@ -37,19 +36,6 @@ _SPOTS = np.stack(np.meshgrid(*[[0.0, -0.3, 0.3, -0.45, 0.45]] * 2), axis=-1).re
 """Points (25, 2) that are tried on a surface, as shares of its sides from its middle."""
 
 
-def _set_open(world: World, thing: Thing, openness: float, *, forced: bool) -> None:
-    if not thing.is_openable:
-        raise ActionFailed(_error_text(world, "not_openable", thing))
-    if forced:
-        _apply_changes(world, Setup(objects={thing.id: ObjectSetup(openness=openness)}))
-        return
-    effect = world.editor.open_to(thing.id, openness)
-    if effect.refusal == "interlock":
-        raise ActionFailed("Target must be OFF to open!")
-    if effect.refusal not in (None, "already_so"):
-        raise ActionFailed(_error_text(world, effect.refusal, thing, effect.blocked_by))
-
-
 def _target_of(
     world: World,
     objectId: str | None = None,
@@ -62,40 +48,46 @@ def _target_of(
     return *target(world, objectId, x, y, forced=forceAction), forceAction
 
 
+def _set_open(world: World, openness: float, **asked: Any) -> None:
+    thing, _, forced = _target_of(world, **asked)
+    if not thing.is_openable:
+        raise ActionFailed(_error_text(world, "not_openable", thing))
+    if forced:
+        world.apply_changes({thing.id: ObjectSetup(openness=openness)})
+        return
+    effect = world.editor.open_to(thing.id, openness)
+    if effect.refusal == "interlock":
+        raise ActionFailed("Target must be OFF to open!")
+    if effect.refusal not in (None, "already_so"):
+        raise ActionFailed(_error_text(world, effect.refusal, thing, effect.blocked_by))
+
+
 def _open(world: World, openness: float = 1.0, moveMagnitude: float | None = None, **asked: Any) -> None:
     if moveMagnitude is not None:  # old programs call `openness` so, and 0 means fully open
         openness = moveMagnitude or 1.0
     if not 0.0 <= openness <= 1.0:
         raise invalid_operation("openness must be in [0:1]")
-    thing, _, forced = _target_of(world, **asked)
-    _set_open(world, thing, openness, forced=forced)
+    _set_open(world, openness, **asked)
 
 
 def _close(world: World, **asked: Any) -> None:
-    thing, _, forced = _target_of(world, **asked)
-    _set_open(world, thing, 0.0, forced=forced)
+    _set_open(world, 0.0, **asked)
 
 
-def _toggle(world: World, thing: Thing, *, on: bool, forced: bool) -> None:
-    word = "on" if on else "off"
-    if not thing.is_toggleable:
-        raise ActionFailed(_error_text(world, "not_toggleable", thing))
-    if thing.is_toggled == on:
-        raise ActionFailed(f"can't toggle object {word} if it's already {word}!")
-    if forced:
-        _apply_changes(world, Setup(objects={thing.id: ObjectSetup(is_toggled=on)}))
-    elif world.editor.apply_intent("activate" if on else "deactivate", thing.id, thing.position).refusal is not None:
-        raise ActionFailed("Target must be closed to Toggle On!")
+def _toggler(*, on: bool) -> Callable[..., None]:
+    def toggle(world: World, **asked: Any) -> None:
+        thing, _, forced = _target_of(world, **asked)
+        word = "on" if on else "off"
+        if not thing.is_toggleable:
+            raise ActionFailed(_error_text(world, "not_toggleable", thing))
+        if thing.is_toggled == on:
+            raise ActionFailed(f"can't toggle object {word} if it's already {word}!")
+        if forced:
+            world.apply_changes({thing.id: ObjectSetup(is_toggled=on)})
+        elif world.editor.apply_intent("activate" if on else "deactivate", thing.id, thing.position).refusal:
+            raise ActionFailed("Target must be closed to Toggle On!")
 
-
-def _toggle_on(world: World, **asked: Any) -> None:
-    thing, _, forced = _target_of(world, **asked)
-    _toggle(world, thing, on=True, forced=forced)
-
-
-def _toggle_off(world: World, **asked: Any) -> None:
-    thing, _, forced = _target_of(world, **asked)
-    _toggle(world, thing, on=False, forced=forced)
+    return toggle
 
 
 def _pick_up(world: World, **asked: Any) -> str:
@@ -103,9 +95,11 @@ def _pick_up(world: World, **asked: Any) -> str:
         raise ActionFailed(_error_text(world, "hand_full", world.thing(world.held)))
     thing, point, forced = _target_of(world, **asked)
     if forced and thing.is_pickupable:
-        _apply_changes(world, Setup(held=thing.id))
-    else:
-        _do(world, "pick", thing, point)
+        world.apply_changes({}, held=thing.id)
+        return thing.id
+    effect = world.editor.apply_intent("pick", thing.id, point)
+    if effect.refusal is not None:
+        raise ActionFailed(_error_text(world, effect.refusal, thing, effect.blocked_by))
     return thing.id
 
 
@@ -152,13 +146,7 @@ def _drop(world: World, forceAction: bool = False, **_: object) -> None:
         raise ActionFailed(f"{held.id} can't be dropped. It must be clear of all other collision first")
     x, floor, z = world.agent.position
     at_the_feet = Placement(position=Vec3(x, floor + held.asset.size.y / 2, z))
-    _apply_changes(world, Setup(objects={held.id: ObjectSetup(placement=at_the_feet)}))
-
-
-def _do(world: World, intent: Intent, thing: Thing, point: Vec3) -> None:
-    effect = world.editor.apply_intent(intent, thing.id, point)
-    if effect.refusal is not None:
-        raise ActionFailed(_error_text(world, effect.refusal, thing, effect.blocked_by))
+    world.apply_changes({held.id: ObjectSetup(placement=at_the_feet)})
 
 
 def _error_text(world: World, refusal: RefusalCode, thing: Thing, blocker: str | None = None) -> str:
@@ -166,46 +154,27 @@ def _error_text(world: World, refusal: RefusalCode, thing: Thing, blocker: str |
     return REFUSALS[refusal].format(thing=thing.id, blocker=blocker, held=held)
 
 
-def _apply_changes(world: World, setup: Setup) -> None:
-    try:
-        world.editor.apply_changes(setup)
-    except EpisodeError as error:
-        raise bad_argument(str(error)) from None
-
-
-_AT: dict[str, ParameterKind] = {"objectId": "string", "x": "float", "y": "float", "forceAction": "bool"}
-_WHICH = (("objectId",), ("x", "y"))
-_OPEN: dict[str, ParameterKind] = {**_AT, "openness": "float", "simplifyPhysics": "bool", "moveMagnitude": "float"}
-_PUT: dict[str, ParameterKind] = {
-    **_AT,
-    "placeStationary": "bool",
-    "randomSeed": "int",
-    "putNearXY": "bool",
-    "maxDistance": "float",
-}
+_AT = "string objectId, float x, float y, bool forceAction"
+_WHICH = "objectId | x y"
+_OPEN = f"{_AT}, float openness, bool simplifyPhysics, float moveMagnitude"
+_PUT = f"{_AT}, bool placeStationary, int randomSeed, bool putNearXY, float maxDistance"
+_DROP = "bool forceAction, bool autoSimulation"
 _AT_ONCE = "the object is open or shut at once, and pushes nothing"
+_NO_BURNERS = "stove knobs control no burners"
+_NO_STACKS = "an object that carries something and is not a receptacle is refused"
+_NEAREST = (
+    "the place is the nearest free one; randomSeed does nothing, and forceAction does not put an object on a "
+    "receptacle that is not for it"
+)
 _LIES_AT_ONCE = "the object is at rest at once; with forceAction and without a free place it lies at the agent's feet"
 
 ACTIONS = (
     Action("OpenObject", _open, _OPEN, _WHICH, lacks=_AT_ONCE),
     Action("CloseObject", _close, _OPEN, _WHICH, lacks=_AT_ONCE),
-    Action("ToggleObjectOn", _toggle_on, _AT, _WHICH, lacks="stove knobs control no burners"),
-    Action("ToggleObjectOff", _toggle_off, _AT, _WHICH, lacks="stove knobs control no burners"),
-    Action(
-        "PickupObject",
-        _pick_up,
-        {**_AT, "manualInteract": "bool", "stationary": "bool"},
-        _WHICH,
-        lacks="an object that carries something and is not a receptacle is refused",
-    ),
-    Action(
-        "PutObject",
-        _put,
-        _PUT,
-        _WHICH,
-        lacks="the place is the nearest free one; randomSeed does nothing, and forceAction does not put an object on a "
-        "receptacle that is not for it",
-    ),
-    Action("DropHandObject", _drop, {"forceAction": "bool", "autoSimulation": "bool"}, lacks=_LIES_AT_ONCE),
-    Action("DropHeldObject", _drop, {"forceAction": "bool", "autoSimulation": "bool"}, lacks=_LIES_AT_ONCE),
+    Action("ToggleObjectOn", _toggler(on=True), _AT, _WHICH, lacks=_NO_BURNERS),
+    Action("ToggleObjectOff", _toggler(on=False), _AT, _WHICH, lacks=_NO_BURNERS),
+    Action("PickupObject", _pick_up, f"{_AT}, bool manualInteract, bool stationary", _WHICH, lacks=_NO_STACKS),
+    Action("PutObject", _put, _PUT, _WHICH, lacks=_NEAREST),
+    Action("DropHandObject", _drop, _DROP, lacks=_LIES_AT_ONCE),
+    Action("DropHeldObject", _drop, _DROP, lacks=_LIES_AT_ONCE),
 )

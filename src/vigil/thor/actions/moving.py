@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from vigil.base.geometry import Pose, Vec3, rotate_floor, wrap_deg
 from vigil.sim.thor.units import BODY_HEIGHT_M
-from vigil.thor.actions.action import Action, ParameterKind
+from vigil.thor.actions.action import Action
 from vigil.thor.base.errors import ActionFailed, invalid_operation
 from vigil.thor.base.settings import RIGHT_ANGLE
 from vigil.thor.base.world import World, body_of
@@ -29,16 +29,11 @@ def _walk(world: World, right: float, ahead: float) -> None:
     world.editor.stand(pose.model_copy(update={"position": end}))
 
 
-def _length(world: World, move_magnitude: float | None) -> float:
-    length = world.settings.grid_size if move_magnitude is None else move_magnitude
-    if length <= 0.0:
-        raise invalid_operation("moveMagnitude must be > 0")
-    return length
-
-
 def _mover(right: float, ahead: float) -> Callable[..., None]:
     def move(world: World, moveMagnitude: float | None = None, **_: object) -> None:
-        length = _length(world, moveMagnitude)
+        length = world.settings.grid_size if moveMagnitude is None else moveMagnitude
+        if length <= 0.0:
+            raise invalid_operation("moveMagnitude must be > 0")
         _walk(world, right * length, ahead * length)
 
     return move
@@ -50,49 +45,36 @@ def _move_agent(world: World, ahead: float = 0.0, right: float = 0.0, **_: objec
     _walk(world, right, ahead)
 
 
-def _turn(world: World, degrees: float) -> None:
-    if degrees == 0.0:
-        raise invalid_operation("Rotate action requires degrees to be set to a number other than 0")
-    pose = world.agent
-    turned = wrap_deg(pose.rotation + degrees)
-    if world.settings.snap_to_grid:
-        turned = wrap_deg(round(turned / RIGHT_ANGLE) * RIGHT_ANGLE)
-    world.editor.stand(pose.model_copy(update={"rotation": turned}))
+def _turner(sign: float) -> Callable[..., None]:
+    def turn(world: World, degrees: float | None = None, **_: object) -> None:
+        turn_deg = sign * (world.settings.rotate_step_degrees if degrees is None else degrees)
+        if turn_deg == 0.0:
+            raise invalid_operation("Rotate action requires degrees to be set to a number other than 0")
+        pose = world.agent
+        turned = wrap_deg(pose.rotation + turn_deg)
+        if world.settings.snap_to_grid:
+            turned = wrap_deg(round(turned / RIGHT_ANGLE) * RIGHT_ANGLE)
+        world.editor.stand(pose.model_copy(update={"rotation": turned}))
+
+    return turn
 
 
-def _rotate_right(world: World, degrees: float | None = None, **_: object) -> None:
-    _turn(world, world.settings.rotate_step_degrees if degrees is None else degrees)
+def _looker(*, down: bool) -> Callable[..., None]:
+    def look(world: World, degrees: float = 0.0, **_: object) -> None:
+        if degrees < 0.0:
+            raise invalid_operation(f"{degrees} is not valid, degrees must be >= 0")
+        if not math.isclose(degrees * 10, round(degrees * 10), abs_tol=1e-6):
+            raise invalid_operation(f"{degrees} is not valid, degrees must be a multiple of 0.1")
+        pose, settings = world.agent, world.settings
+        turn_deg = degrees or FREE_LOOK_DEG
+        horizon = round(pose.horizon + (turn_deg if down else -turn_deg), 6)
+        if down and horizon > settings.looks_down:
+            raise ActionFailed(f"can't look down beyond {settings.looks_down:g} degrees below the forward horizon")
+        if not down and horizon < -settings.looks_up:
+            raise ActionFailed(f"can't look up beyond {settings.looks_up:g} degrees above the forward horizon")
+        world.editor.stand(pose.model_copy(update={"horizon": horizon}))
 
-
-def _rotate_left(world: World, degrees: float | None = None, **_: object) -> None:
-    _turn(world, -(world.settings.rotate_step_degrees if degrees is None else degrees))
-
-
-def _rotate_agent(world: World, degrees: float, **_: object) -> None:
-    _turn(world, degrees)
-
-
-def _look(world: World, degrees: float, *, down: bool) -> None:
-    if degrees < 0.0:
-        raise invalid_operation(f"{degrees} is not valid, degrees must be >= 0")
-    if not math.isclose(degrees * 10, round(degrees * 10), abs_tol=1e-6):
-        raise invalid_operation(f"{degrees} is not valid, degrees must be a multiple of 0.1")
-    degrees = degrees or FREE_LOOK_DEG
-    pose, settings = world.agent, world.settings
-    horizon = round(pose.horizon + (degrees if down else -degrees), 6)
-    if down and horizon > settings.looks_down:
-        raise ActionFailed(f"can't look down beyond {settings.looks_down:g} degrees below the forward horizon")
-    if not down and horizon < -settings.looks_up:
-        raise ActionFailed(f"can't look up beyond {settings.looks_up:g} degrees above the forward horizon")
-    world.editor.stand(pose.model_copy(update={"horizon": horizon}))
-
-
-def _look_up(world: World, degrees: float = 0.0, **_: object) -> None:
-    _look(world, degrees, down=False)
-
-
-def _look_down(world: World, degrees: float = 0.0, **_: object) -> None:
-    _look(world, degrees, down=True)
+    return look
 
 
 def _rotate_look(world: World, rotation: Vec3 | None = None, horizon: float = 0.0, **_: object) -> None:
@@ -146,44 +128,21 @@ def _check_pose(world: World, pose: Pose) -> None:
         raise invalid_operation(f"Collided with something, or outside of the rooms, at ({x:.4f}, {z:.4f})")
 
 
-def _crouch(world: World) -> None:
-    pose = world.agent
-    if not pose.standing:
-        raise ActionFailed("Already crouching")
-    world.editor.stand(pose.model_copy(update={"standing": False}))
+def _upright(*, standing: bool) -> Callable[[World], None]:
+    def change(world: World) -> None:
+        pose = world.agent
+        if pose.standing == standing:
+            raise ActionFailed(f"Already {'standing' if standing else 'crouching'}")
+        world.editor.stand(pose.model_copy(update={"standing": standing}))
+
+    return change
 
 
-def _stand(world: World) -> None:
-    pose = world.agent
-    if pose.standing:
-        raise ActionFailed("Already standing")
-    world.editor.stand(pose.model_copy(update={"standing": True}))
-
-
-_MOVE: dict[str, ParameterKind] = {
-    "moveMagnitude": "float",
-    "noise": "float",
-    "forceAction": "bool",
-    "snapToGrid": "bool",
-    "manualInteract": "bool",
-}
-_TURN: dict[str, ParameterKind] = {
-    "degrees": "float",
-    "manualInteract": "bool",
-    "forceAction": "bool",
-    "speed": "float",
-}
-_LOOK: dict[str, ParameterKind] = {"degrees": "float", "manualInteract": "bool"}
-_POSE: dict[str, ParameterKind] = {
-    "position": "Vector3",
-    "x": "float",
-    "y": "float",
-    "z": "float",
-    "rotation": "Vector3",
-    "horizon": "float",
-    "standing": "bool",
-    "forceAction": "bool",
-}
+_MOVE = "float moveMagnitude, float noise, bool forceAction, bool snapToGrid, bool manualInteract"
+_MOVE_AGENT = "float ahead, float right, float speed, bool returnToStart, bool disableRendering"
+_TURN = "float degrees, bool manualInteract, bool forceAction, float speed"
+_LOOK = "float degrees, bool manualInteract"
+_POSE = "Vector3 position, float x, float y, float z, Vector3 rotation, float horizon, bool standing, bool forceAction"
 _NO_NOISE = "noise and forceAction do nothing; the held object never collides"
 _NO_HAND = "the held object never collides"
 
@@ -192,21 +151,16 @@ ACTIONS = (
     Action("MoveBack", _mover(0.0, -1.0), _MOVE, lacks=_NO_NOISE),
     Action("MoveRight", _mover(1.0, 0.0), _MOVE, lacks=_NO_NOISE),
     Action("MoveLeft", _mover(-1.0, 0.0), _MOVE, lacks=_NO_NOISE),
-    Action(
-        "MoveAgent",
-        _move_agent,
-        {"ahead": "float", "right": "float", "speed": "float", "returnToStart": "bool", "disableRendering": "bool"},
-        lacks="the agent arrives at once, whatever the speed",
-    ),
-    Action("RotateRight", _rotate_right, _TURN, lacks=_NO_HAND),
-    Action("RotateLeft", _rotate_left, _TURN, lacks=_NO_HAND),
-    Action("RotateAgent", _rotate_agent, _TURN, required=(("degrees",),), lacks=_NO_HAND),
-    Action("LookUp", _look_up, _LOOK),
-    Action("LookDown", _look_down, _LOOK),
+    Action("MoveAgent", _move_agent, _MOVE_AGENT, lacks="the agent arrives at once, whatever the speed"),
+    Action("RotateRight", _turner(1.0), _TURN, lacks=_NO_HAND),
+    Action("RotateLeft", _turner(-1.0), _TURN, lacks=_NO_HAND),
+    Action("RotateAgent", _turner(1.0), _TURN, "degrees", lacks=_NO_HAND),
+    Action("LookUp", _looker(down=False), _LOOK),
+    Action("LookDown", _looker(down=True), _LOOK),
     Action(
         "RotateLook",
         _rotate_look,
-        {"rotation": "Vector3", "horizon": "float"},
+        "Vector3 rotation, float horizon",
         takes_anything=True,
         lacks="the limits of the head's pitch are not checked",
     ),
@@ -215,9 +169,9 @@ ACTIONS = (
         "TeleportFull",
         _teleport,
         _POSE,
-        required=(("position", "rotation", "horizon"), ("x", "y", "z", "rotation", "horizon")),
+        "position rotation horizon | x y z rotation horizon",
         lacks="without `standing` the agent stands or crouches as before",
     ),
-    Action("Crouch", _crouch),
-    Action("Stand", _stand),
+    Action("Crouch", _upright(standing=False)),
+    Action("Stand", _upright(standing=True)),
 )

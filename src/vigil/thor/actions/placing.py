@@ -7,11 +7,12 @@ import numpy as np
 from vigil.assets.catalog import CATALOG
 from vigil.base.geometry import Vec3
 from vigil.errors import EpisodeError
-from vigil.protocol.world import ObjectSetup, Placement, Setup
+from vigil.protocol.world import ObjectSetup, Placement
 from vigil.scene.geometry import bounding_box, upright_box
 from vigil.scene.supports import contents, level_surfaces, offset_from
 from vigil.scene.things import Thing
-from vigil.thor.actions.action import Action, ParameterKind
+from vigil.sim.thor.units import from_thor
+from vigil.thor.actions.action import Action
 from vigil.thor.base.errors import ActionFailed, bad_argument
 from vigil.thor.base.world import World
 
@@ -45,32 +46,25 @@ def _set_poses(world: World, objectPoses: list[Any], placeStationary: bool = Tru
     wanted: dict[str, tuple[Vec3, Vec3]] = {}
     for number, pose in enumerate(objectPoses):
         try:
-            place, turned = (Vec3(*(float(pose[key][axis]) for axis in "xyz")) for key in ("position", "rotation"))
+            place, turned = from_thor(pose["position"]), from_thor(pose["rotation"])
             name = str(pose["objectName"])
         except (KeyError, TypeError, ValueError):
             raise bad_argument(
                 f"objectPoses[{number}] needs objectName, position and rotation (each with x, y and z)"
             ) from None
         wanted[_loose(world, name).id] = place, turned
-    _remove_all(world, [thing.id for thing in world.things() if _is_loose(thing) and thing.id not in wanted])
-    for name in sorted(wanted, key=lambda name: _carries_others(world, name)):
+    others = [thing.id for thing in world.things() if _is_loose(thing) and thing.id not in wanted]
+    world.apply_changes({name: ObjectSetup(is_absent=True) for name in others})
+    placed = [world.editor.scene().things[name] for name in wanted]
+    placed.sort(key=lambda thing: (thing.is_pickupable, not thing.is_receptacle))  # what may carry others comes first
+    for name in (thing.id for thing in placed):
         world.editor.restore_object(name)  # it may have been removed together with what carried it
         _place(world, name, *wanted[name])
 
 
-def _carries_others(world: World, name: str) -> tuple[bool, bool]:
-    """Return a sort key that puts objects that may carry others first."""
-    thing = world.editor.scene().things[name]
-    return thing.is_pickupable, not thing.is_receptacle
-
-
 def _remove(world: World, objectId: str | None = None, objectIds: list[str] | None = None) -> None:
     names = [objectId] if objectId is not None else objectIds or []
-    _remove_all(world, [world.thing(name).id for name in names])
-
-
-def _disable(world: World, objectId: str) -> None:
-    _remove_all(world, [world.thing(objectId).id])
+    world.apply_changes({world.thing(name).id: ObjectSetup(is_absent=True) for name in names})
 
 
 def _enable(world: World, objectId: str) -> None:
@@ -79,10 +73,6 @@ def _enable(world: World, objectId: str) -> None:
         world.editor.restore_object(objectId)
     except EpisodeError:
         raise bad_argument(f"objectId: {objectId} is not the objectId on any object in the scene!") from None
-
-
-def _remove_all(world: World, names: list[str]) -> None:
-    _apply_changes(world, {name: ObjectSetup(is_absent=True) for name in names})
 
 
 def _is_loose(thing: Thing) -> bool:
@@ -106,7 +96,7 @@ def _place(world: World, name: str, place: Vec3, turned: Vec3) -> None:
     bottom = place.y - _height(world.thing(name), turned) / 2
     below = _support(world, name, Vec3(place.x, bottom, place.z))
     placement = Placement(position=place, rotation=turned, parent=below)
-    _apply_changes(world, {name: ObjectSetup(placement=placement)})
+    world.apply_changes({name: ObjectSetup(placement=placement)})
 
 
 def _support(world: World, name: str, point: Vec3) -> str | None:
@@ -132,53 +122,29 @@ def _tops(world: World, above: set[str], point: Vec3) -> list[tuple[float, str]]
     return [(gap, name) for gap, name in gaps if gap <= RESTS_WITHIN_M]
 
 
-def _apply_changes(world: World, objects: dict[str, ObjectSetup]) -> None:
-    try:
-        world.editor.apply_changes(Setup(objects=objects))
-    except EpisodeError as error:
-        raise bad_argument(str(error)) from None
-    except ValueError as error:
-        raise bad_argument(f"these changes contradict each other: {error}") from None
-
-
 _NO_CHECK = "whether the place is free is not checked"
-_TELEPORT: dict[str, ParameterKind] = {
-    "objectId": "string",
-    "position": "Vector3",
-    "rotation": "Vector3",
-    "x": "float",
-    "y": "float",
-    "z": "float",
-    "forceAction": "bool",
-    "forceKinematic": "bool",
-    "allowTeleportOutOfHand": "bool",
-    "makeUnbreakable": "bool",
-}
-_ID: dict[str, ParameterKind] = {"objectId": "string"}
+_TELEPORT = (
+    "string objectId, Vector3 position, Vector3 rotation, float x, float y, float z, bool forceAction, "
+    "bool forceKinematic, bool allowTeleportOutOfHand, bool makeUnbreakable"
+)
 
 ACTIONS = (
     Action(
         "PlaceObjectAtPoint",
         _place_at_point,
-        {**_ID, "position": "Vector3", "rotation": "Vector3", "forceKinematic": "bool"},
-        (("objectId", "position"),),
+        "string objectId, Vector3 position, Vector3 rotation, bool forceKinematic",
+        "objectId position",
         lacks=_NO_CHECK,
     ),
-    Action(
-        "TeleportObject",
-        _teleport_object,
-        _TELEPORT,
-        (("objectId", "position"), ("objectId", "x", "y", "z")),
-        lacks=_NO_CHECK,
-    ),
+    Action("TeleportObject", _teleport_object, _TELEPORT, "objectId position | objectId x y z", lacks=_NO_CHECK),
     Action(
         "SetObjectPoses",
         _set_poses,
-        {"objectPoses": "list", "placeStationary": "bool"},
-        (("objectPoses",),),
+        "list objectPoses, bool placeStationary",
+        "objectPoses",
         lacks="one pose for each object, because copies are not made; nothing falls",
     ),
-    Action("RemoveFromScene", _remove, {**_ID, "objectIds": "list"}, (("objectId",), ("objectIds",))),
-    Action("DisableObject", _disable, _ID, (("objectId",),)),
-    Action("EnableObject", _enable, _ID, (("objectId",),)),
+    Action("RemoveFromScene", _remove, "string objectId, list objectIds", "objectId | objectIds"),
+    Action("DisableObject", _remove, "string objectId", "objectId"),
+    Action("EnableObject", _enable, "string objectId", "objectId"),
 )

@@ -11,7 +11,7 @@ from vigil.protocol.house import House
 from vigil.protocol.world import Setup
 from vigil.scene.outlines import GRID_M
 from vigil.sim.scene_editor import SceneEditor
-from vigil.thor.actions.action import Action, ParameterKind
+from vigil.thor.actions.action import Action
 from vigil.thor.base.errors import ActionFailed, bad_argument
 from vigil.thor.base.settings import settings_of
 from vigil.thor.base.world import PROCEDURAL, ThirdPartyCamera, World
@@ -118,65 +118,50 @@ def _update_camera(
     )
 
 
-def _set_filter(world: World, objectIds: list[str]) -> None:
-    world.shown = frozenset(objectIds)
+def _filter_objects(world: World, objectIds: list[str] | None = None) -> None:
+    world.shown = None if objectIds is None else frozenset(objectIds)
 
 
-def _reset_filter(world: World) -> None:
-    world.shown = None
-
-
-_CAMERA: dict[str, ParameterKind] = {
-    **dict.fromkeys(("position", "rotation"), "Vector3"),
-    **dict.fromkeys(("fieldOfView", "orthographicSize", "nearClippingPlane", "farClippingPlane"), "float"),
-    "orthographic": "bool",
-    **dict.fromkeys(("skyboxColor", "antiAliasing"), "any"),
-}
+_CAMERA = (
+    "float fieldOfView, float orthographicSize, float nearClippingPlane, float farClippingPlane, bool orthographic, "
+    "any skyboxColor, any antiAliasing"
+)
 _NO_CAMERA = (
     "no roll, sky colours or clipping planes; orthographic images are drawn from 40 m away, so that objects far above "
     "the floor look a little larger"
 )
 _AT_REST = "nothing moves by itself: everything is always at rest"
+_ONE_AGENT = "one agent, in the default mode; no normals and no flow; settings of physics and light do nothing"
+_OWN_LOOKS = "shapes and materials are this project's; the agent is at the house's start at once"
 
 ACTIONS = (
-    Action("Reset", _reset, {"sceneName": "string"}, takes_anything=True, lacks="only the scene Procedural"),
-    Action(
-        "Initialize",
-        _initialize,
-        takes_anything=True,
-        lacks="one agent, in the default mode; no normals and no flow; settings of physics and light do nothing",
-    ),
-    Action(
-        "CreateHouse",
-        _create_house,
-        {"house": "object"},
-        (("house",),),
-        lacks="shapes and materials are this project's; the agent is at the house's start at once",
-    ),
+    Action("Reset", _reset, "string sceneName", takes_anything=True, lacks="only the scene Procedural"),
+    Action("Initialize", _initialize, takes_anything=True, lacks=_ONE_AGENT),
+    Action("CreateHouse", _create_house, "object house", "house", lacks=_OWN_LOOKS),
     Action("DestroyHouse", _reset),
-    Action("ChangeResolution", _resolution, {"x": "int", "y": "int"}, (("x", "y"),)),
-    Action("ChangeQuality", _nothing, {"quality": "string"}, lacks="the engine's option `--render-quality` decides"),
+    Action("ChangeResolution", _resolution, "int x, int y", "x y"),
+    Action("ChangeQuality", _nothing, "string quality", lacks="the engine's option `--render-quality` decides"),
     Action(
         "AddThirdPartyCamera",
         _add_camera,
-        _CAMERA,
-        (("position", "rotation"),),
+        f"Vector3 position, Vector3 rotation, {_CAMERA}",
+        "position rotation",
         lacks=_NO_CAMERA,
     ),
     Action(
         "UpdateThirdPartyCamera",
         _update_camera,
-        {**_CAMERA, **dict.fromkeys(("position", "rotation"), "OptionalVector3"), "thirdPartyCameraId": "int"},
+        f"OptionalVector3 position, OptionalVector3 rotation, {_CAMERA}, int thirdPartyCameraId",
         lacks=_NO_CAMERA,
     ),
-    Action("SetObjectFilter", _set_filter, {"objectIds": "list"}, (("objectIds",),)),
-    Action("ResetObjectFilter", _reset_filter),
+    Action("SetObjectFilter", _filter_objects, "list objectIds", "objectIds"),
+    Action("ResetObjectFilter", _filter_objects),
     Action("Pass", _nothing),
     Action("Done", _nothing),
     Action("PausePhysicsAutoSim", _nothing, takes_anything=True, lacks=_AT_REST),
     Action("UnpausePhysicsAutoSim", _nothing, takes_anything=True, lacks=_AT_REST),
     Action("AdvancePhysicsStep", _nothing, takes_anything=True, lacks=_AT_REST),
     Action("MakeAllObjectsUnbreakable", _nothing, lacks="nothing breaks"),
-    Action("SetRandomSeed", _nothing, {"seed": "int"}, (("seed",),), lacks="nothing is random"),
+    Action("SetRandomSeed", _nothing, "int seed", "seed", lacks="nothing is random"),
     Action("ResetMaterials", _nothing, lacks="materials are always those of the house"),
 )

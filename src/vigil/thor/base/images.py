@@ -73,10 +73,13 @@ def _encoded(world: World, picture: CameraImage, layers: frozenset[Layer], *, is
     if picture.depth is not None and "depth" in layers:
         metres = np.minimum(picture.depth, np.float32(world.settings.camera_far_plane))
         yield Image("depth", is_third_party, metres[::-1].astype("<f4").tobytes())
-    if picture.things is not None and "things" in layers and world.settings.render_instance_segmentation:
-        yield Image("ids", is_third_party, _painted(picture.things, _instance_palette(world)))
-    if picture.things is not None and "things" in layers and world.settings.render_semantic_segmentation:
-        yield Image("classes", is_third_party, _painted(picture.things, _class_palette(world)))
+    if picture.things is not None and "things" in layers:
+        things = world.editor.scene().things if world.has_house else {}
+        if world.settings.render_instance_segmentation:
+            yield Image("ids", is_third_party, _painted(picture.things, _palette(list(things))))
+        if world.settings.render_semantic_segmentation:
+            palette = _palette([thing.category for thing in things.values()])
+            yield Image("classes", is_third_party, _painted(picture.things, palette))
 
 
 def _painted(things: np.ndarray, palette: np.ndarray) -> bytes:
@@ -98,15 +101,6 @@ def colours(world: World) -> list[dict[str, object]]:
     things = world.things()
     classes = sorted({*(thing.category for thing in things), *_STRUCTURE_CLASSES.values()})
     return [{"name": name, "color": colour_of(name)} for name in [*(thing.id for thing in things), *classes]]
-
-
-def _instance_palette(world: World) -> np.ndarray:
-    return _palette(list(world.editor.scene().things) if world.has_house else [])
-
-
-def _class_palette(world: World) -> np.ndarray:
-    things = world.editor.scene().things.values() if world.has_house else ()
-    return _palette([thing.category for thing in things])
 
 
 def _palette(names: list[str]) -> np.ndarray:

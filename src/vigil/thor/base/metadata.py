@@ -11,6 +11,7 @@ from vigil.base.geometry import Vec3, distance
 from vigil.scene.geometry import box_corners, part_boxes, part_motion
 from vigil.scene.supports import children
 from vigil.scene.things import Scene, Thing
+from vigil.sim.thor.units import to_thor
 from vigil.thor.base.images import colours
 from vigil.thor.base.sight import Visibility, visibility_of
 from vigil.thor.base.world import PROCEDURAL, World, body_of, eye_of
@@ -48,11 +49,6 @@ _UNUSED: dict[str, Any] = {
 """Fields of the whole metadata that some of THOR's actions fill, and none does here."""
 
 
-def vector(value: Vec3) -> dict[str, float]:
-    """Return a vector in THOR's form."""
-    return {"x": float(value.x), "y": float(value.y), "z": float(value.z)}
-
-
 def agent_metadata(world: World) -> dict[str, Any]:
     """Return the agent's metadata, without the fields that depend on the action."""
     width, height = world.settings.screen_width, world.settings.screen_height
@@ -82,18 +78,18 @@ def _agent(world: World) -> dict[str, Any]:
     return {
         "agent": {
             "name": "agent",
-            "position": vector(body),
+            "position": to_thor(body),
             "rotation": {"x": 0.0, "y": pose.rotation if pose else 0.0, "z": 0.0},
             "cameraHorizon": pose.horizon if pose else 0.0,
             "isStanding": pose.standing if pose else True,
             "inHighFrictionArea": False,
         },
-        "cameraPosition": vector(eye),
+        "cameraPosition": to_thor(eye),
         "heldObjectPose": {
-            "position": vector(place),
-            "rotation": vector(held.rotation if held else _NOWHERE),
-            "localPosition": vector(Vec3(*(float(value) for value in np.subtract(place, body)))),
-            "localRotation": vector(_NOWHERE),
+            "position": to_thor(place),
+            "rotation": to_thor(held.rotation if held else _NOWHERE),
+            "localPosition": to_thor(Vec3(*(float(value) for value in np.subtract(place, body)))),
+            "localRotation": to_thor(_NOWHERE),
         },
         "inventoryObjects": [{"objectId": held.id, "objectType": held.category}] if held else [],
     }
@@ -104,8 +100,8 @@ def cameras(world: World) -> list[dict[str, Any]]:
     return [
         {
             "thirdPartyCameraId": number,
-            "position": vector(camera.position),
-            "rotation": vector(camera.rotation),
+            "position": to_thor(camera.position),
+            "rotation": to_thor(camera.rotation),
             "fieldOfView": camera.field_of_view,
             "orthographic": camera.orthographic_size is not None,
             "orthographicSize": camera.orthographic_size,
@@ -135,8 +131,8 @@ def _object(scene: Scene, thing: Thing, seen: Visibility, body: Vec3, held: str 
         "name": thing.id,
         "objectId": thing.id,
         "objectType": thing.category,
-        "position": vector(thing.position),
-        "rotation": vector(thing.rotation),
+        "position": to_thor(thing.position),
+        "rotation": to_thor(thing.rotation),
         "visible": seen.visible,
         "isInteractable": seen.interactable,
         "distance": distance(body, thing.position),
@@ -169,8 +165,8 @@ def box_of_corners(points: np.ndarray) -> dict[str, Any]:
     low, high = points.min(axis=0), points.max(axis=0)
     return {
         "cornerPoints": box_corners(low, high).tolist(),
-        "center": vector(Vec3(*((low + high) / 2).tolist())),
-        "size": vector(Vec3(*(high - low).tolist())),
+        "center": to_thor(Vec3(*((low + high) / 2).tolist())),
+        "size": to_thor(Vec3(*(high - low).tolist())),
     }
 
 

@@ -1,21 +1,16 @@
 """Shortest walks over a grid of places that the body reaches, straightened where nothing is in the way."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from vigil.base.geometry import Vec3
+from vigil.scene.floor import grid_graph
 from vigil.thor.base.errors import ActionFailed, bad_argument
 from vigil.thor.base.world import World
-
-if TYPE_CHECKING:
-    from scipy.sparse import coo_array
 
 GRID_M = 0.125
 """Step of the grid; it is finer than the agent's steps, because a path need not follow steps."""
 NEAR_M = 0.2
 """Default of the greatest distance between the target and the nearest place that can be reached."""
-_NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
 def walk(world: World, start: Vec3, end: Vec3, within_m: float = NEAR_M) -> list[Vec3]:
@@ -36,28 +31,17 @@ def walk(world: World, start: Vec3, end: Vec3, within_m: float = NEAR_M) -> list
         )
     cells = np.round((places - [start.x, start.z]) / GRID_M).astype(int)
     first = int(np.flatnonzero((cells == 0).all(axis=1))[0])
-    _, before = dijkstra(_graph(cells), directed=False, indices=first, return_predecessors=True)
+    cells -= cells.min(axis=0)
+    is_open = np.zeros(cells.max(axis=0) + 1, dtype=bool)
+    is_open[tuple(cells.T)] = True
+    nodes = np.ravel_multi_index(tuple(cells.T), is_open.shape)
+    graph = grid_graph(is_open, GRID_M, cuts_corners=True)[nodes][:, nodes]
+    _, before = dijkstra(graph, directed=False, indices=first, return_predecessors=True)
     steps = [goal]
     while steps[-1] != first:
         steps.append(int(before[steps[-1]]))
     corners = [Vec3(float(places[step, 0]), start.y, float(places[step, 1])) for step in reversed(steps)]
     return _straightened(world, [start, *corners[1:]])
-
-
-def _graph(cells: np.ndarray) -> "coo_array":
-    from scipy.sparse import coo_array  # noqa: PLC0415
-
-    index = {(int(i), int(k)): number for number, (i, k) in enumerate(cells)}
-    pairs = [
-        (number, index[i + di, k + dk], float(np.hypot(di, dk)))
-        for (i, k), number in index.items()
-        for di, dk in _NEIGHBOURS
-        if (i + di, k + dk) in index
-    ]
-    if not pairs:
-        return coo_array((len(cells), len(cells)))
-    rows, columns, lengths = zip(*pairs, strict=True)
-    return coo_array((lengths, (rows, columns)), shape=(len(cells), len(cells)))
 
 
 def _straightened(world: World, corners: list[Vec3]) -> list[Vec3]:

@@ -3,13 +3,13 @@
 THOR's assets have chosen visibility points; here they are the points of a lattice in the box of each part.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from vigil.assets.kernel.asset import Asset
-from vigil.base.geometry import Pose, Vec3
+from vigil.base.geometry import Pose, Vec3, floor_distance
 from vigil.scene.geometry import part_boxes, part_motion
 from vigil.scene.things import Thing
 from vigil.sim.core.views import project
@@ -48,7 +48,12 @@ def visibility_of(world: World, things: list[Thing], pose: Pose | None = None) -
     """Return what is seen of things, by id, from the agent's pose or another; a held object is always seen."""
     view = world.view(pose)
     found = {thing.id: Visibility(thing.is_held, thing.is_held) for thing in things}
-    free = [thing for thing in things if not thing.is_held and _may_be_near(world, view, thing)]
+    limit, eye = world.settings.visibility_distance, view.eye
+    free = [
+        thing
+        for thing in things
+        if not thing.is_held and floor_distance(thing.position, eye) <= limit + np.linalg.norm(thing.asset.size) * 1.5
+    ]
     if not free:
         return found
     scene = world.editor.scene().things
@@ -82,16 +87,6 @@ def _met(
     stopped = (hits >= 0) & is_glassy[hits] & ~np.isin(owners, directly)
     behind, _ = world.editor.meets(eye, rays[stopped], through_glass=True)
     return set(directly.tolist()), set(owners[stopped][behind == owners[stopped]].tolist())
-
-
-def without_distance_limit(world: World) -> World:
-    """Return a copy of the world whose settings have a visibility distance of practically no limit."""
-    return replace(world, settings=world.settings.model_copy(update={"visibility_distance": 1e6}))
-
-
-def _may_be_near(world: World, view: CameraView, thing: Thing) -> bool:
-    gap = np.hypot(thing.position.x - view.eye.x, thing.position.z - view.eye.z)
-    return bool(gap <= world.settings.visibility_distance + np.linalg.norm(thing.asset.size) * 1.5)
 
 
 def _is_in_view(world: World, view: CameraView, points: np.ndarray) -> np.ndarray:

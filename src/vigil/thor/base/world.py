@@ -4,6 +4,8 @@ import math
 from dataclasses import dataclass, field
 
 from vigil.base.geometry import EYE_HEIGHT_M, Pose, Vec3
+from vigil.errors import EpisodeError
+from vigil.protocol.world import ObjectSetup, Setup
 from vigil.scene.things import Thing
 from vigil.sim.scene_editor import CameraView, SceneEditor
 from vigil.sim.thor.units import BODY_HEIGHT_M
@@ -82,6 +84,15 @@ class World:
     def things(self) -> list[Thing]:
         """Return the things that are in the house, in the scene's order; none before `CreateHouse`."""
         return [thing for thing in self.editor.scene().things.values() if thing.is_present] if self.has_house else []
+
+    def apply_changes(self, objects: dict[str, ObjectSetup], held: str | None = None) -> None:
+        """Change objects as a setup does, and put an object into the hand. Raises ActionFailed."""
+        try:
+            self.editor.apply_changes(Setup(objects=objects, held=held))
+        except EpisodeError as error:
+            raise bad_argument(str(error)) from None
+        except ValueError as error:
+            raise bad_argument(f"these changes contradict each other: {error}") from None
 
     @property
     def held(self) -> str | None:

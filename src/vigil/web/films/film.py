@@ -6,9 +6,10 @@ plays. The same frames give the same bytes with the same version of PyAV: one th
 """
 
 import io
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -18,7 +19,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 from vigil.errors import SettingError
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.web.films.plan import PANEL_PX, Colour, FilmPlan, font_of
+from vigil.scene.plan_image import Colour
+from vigil.web.films.plan import PANEL_PX, FilmPlan, font_of
 
 STEP_S = 1.8
 LAST_S = 4.0
@@ -115,7 +117,11 @@ def mp4(shots: Sequence[FilmFrame]) -> bytes:
             (stream.width, stream.height), stream.pix_fmt = FILM_SIZE, "yuv420p"
             context = stream.codec_context
             context.colorspace = context.color_primaries = context.color_trc = BT709
-            for number, pixels in enumerate(_video_frames(shots)):
+            seconds = [*[STEP_S] * (len(shots) - 1), LAST_S]
+            slides = (
+                [np.asarray(_slide(shot))] * round(each * VIDEO_FPS) for shot, each in zip(shots, seconds, strict=True)
+            )
+            for number, pixels in enumerate(chain.from_iterable(slides)):
                 picture = av.VideoFrame.from_ndarray(pixels, format="rgb24")
                 picture = picture.reformat(format="yuv420p", dst_colorspace=BT709)
                 picture.pts, picture.time_base = number, Fraction(1, VIDEO_FPS)
@@ -134,13 +140,6 @@ def _animated(slides: Sequence[Image.Image], kind: str, **options: Any) -> bytes
     durations = [int(1000 * STEP_S)] * (len(slides) - 1) + [int(1000 * LAST_S)]
     slides[0].save(buffer, kind, save_all=True, append_images=slides[1:], duration=durations, loop=0, **options)
     return buffer.getvalue()
-
-
-def _video_frames(shots: Sequence[FilmFrame]) -> Iterator[np.ndarray]:
-    """Yield each frame of a video."""
-    for index, shot in enumerate(shots):
-        seconds = LAST_S if index == len(shots) - 1 else STEP_S
-        yield from [np.asarray(_slide(shot))] * round(seconds * VIDEO_FPS)
 
 
 def _slide(shot: FilmFrame) -> Image.Image:

@@ -10,10 +10,9 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from vigil.base.geometry import heading
-from vigil.housegen.checking.plan_image import PlanDrawing
 from vigil.scene.plan import FloorPlan
+from vigil.scene.plan_image import PlanImage
 
-Colour = tuple[int, int, int]
 PANEL_PX = 480
 CAPTION_PX, LEGEND_PX = 44, 36
 SUPERSAMPLING = 3
@@ -42,15 +41,14 @@ class FilmPlan:
     """Plan of one house, drawn at each step of an episode."""
 
     def __init__(self, plan: FloorPlan) -> None:
-        one_metre = PlanDrawing(plan, 1.0)
-        width, height = one_metre.high - one_metre.low
-        room = (PANEL_PX / width, (PANEL_PX - CAPTION_PX - LEGEND_PX) / height)
-        self._sheet = PlanDrawing(plan, SUPERSAMPLING * float(min(*room, MAX_PX_PER_M)), GROUND)
-        self._sheet.draw_contents(plan)
+        low, high = plan.bounds
+        width, height = high - low
+        scale = float(min(PANEL_PX / width, (PANEL_PX - CAPTION_PX - LEGEND_PX) / height, MAX_PX_PER_M))
+        self._sheet = PlanImage(plan, SUPERSAMPLING * scale, GROUND)
         self._outlines = {thing.id: thing.corners for thing in plan.things}
-        for each in plan.rooms:
-            font = font_of(14 * SUPERSAMPLING)
-            self._sheet.draw.text(self._sheet.at(*each.name_at), each.name, fill=SOFT, font=font, anchor="mm")
+        font = font_of(14 * SUPERSAMPLING)
+        for room in plan.rooms:
+            self._sheet.draw.text(self._sheet.at(*room.name_at), room.name, fill=SOFT, font=font, anchor="mm")
 
     def panel(self, worlds: Sequence[dict[str, Any]], holds: bool | None) -> Image.Image:
         """Return the panel at the last of `worlds`, the moments so far; `holds` says whether the goal holds then."""
@@ -59,7 +57,10 @@ class FilmPlan:
         if worlds:
             draw = ImageDraw.Draw(large, "RGBA")
             self._draw_targets(draw, worlds[-1])
-            self._draw_walk(draw, worlds)
+            way = [self._at(world) for world in worlds]
+            draw.line(way, fill=PATH, width=3 * SUPERSAMPLING, joint="curve")
+            for place in way:
+                draw.circle(place, STEP_DOT_M * sheet.scale, fill=PATH)
             self._draw_agent(draw, worlds[-1])
         panel = Image.new("RGB", (PANEL_PX, PANEL_PX), GROUND)
         small = large.resize((large.width // SUPERSAMPLING, large.height // SUPERSAMPLING), Image.Resampling.LANCZOS)
@@ -73,30 +74,19 @@ class FilmPlan:
         return self._sheet.at(world["x"], -world["y"])
 
     def _draw_targets(self, draw: ImageDraw.ImageDraw, world: dict[str, Any]) -> None:
+        """Draw the outline of each object: that of the plan if the object has not moved, else its box."""
         for name, thing in world["objects"].items():
-            points = [self._sheet.at(x, z) for x, z in self._outline(name, thing["corners"])]
+            corners = np.array([corner.split(",") for corner in thing["corners"].split()], dtype=float) * (1.0, -1.0)
+            drawn = self._outlines.get(name)
+            if drawn is not None and np.allclose(_extent(drawn), _extent(corners), atol=SAME_PLACE_M):
+                corners = drawn
+            points = [self._sheet.at(x, z) for x, z in corners.tolist()]
             draw.polygon(points, fill=(*TARGET, 110), outline=TARGET, width=2 * SUPERSAMPLING)
             (low_x, low_y), (high_x, high_y) = (tuple(map(pick, zip(*points, strict=True))) for pick in (min, max))
             radius = RING_M * self._sheet.scale
             if max(high_x - low_x, high_y - low_y) < radius:
                 x, y = (low_x + high_x) / 2, (low_y + high_y) / 2
-                draw.ellipse((x - radius, y - radius, x + radius, y + radius), outline=TARGET, width=3 * SUPERSAMPLING)
-
-    def _outline(self, name: str, box: str) -> list[list[float]]:
-        """Return the corners (x, z) of an object: those of the plan if it has not moved, else those of its box."""
-        corners = np.array([corner.split(",") for corner in box.split()], dtype=float) * (1.0, -1.0)
-        drawn = self._outlines.get(name)
-        if drawn is not None and np.allclose(_extent(drawn), _extent(corners), atol=SAME_PLACE_M):
-            corners = drawn
-        return corners.tolist()
-
-    def _draw_walk(self, draw: ImageDraw.ImageDraw, worlds: Sequence[dict[str, Any]]) -> None:
-        way = [self._at(world) for world in worlds]
-        if len(way) > 1:
-            draw.line(way, fill=PATH, width=3 * SUPERSAMPLING, joint="curve")
-        for x, y in way:
-            radius = STEP_DOT_M * self._sheet.scale
-            draw.ellipse((x - radius, y - radius, x + radius, y + radius), fill=PATH)
+                draw.circle((x, y), radius, outline=TARGET, width=3 * SUPERSAMPLING)
 
     def _draw_agent(self, draw: ImageDraw.ImageDraw, world: dict[str, Any]) -> None:
         """Draw the agent's position and its camera's field of view; a heading of 0 degrees points up."""
@@ -104,9 +94,7 @@ class FilmPlan:
         far, radius = VIEW_M * self._sheet.scale, AGENT_M * self._sheet.scale
         turn = world["yaw"] - 90
         draw.pieslice((x - far, y - far, x + far, y + far), turn - VIEW_DEG / 2, turn + VIEW_DEG / 2, fill=(*AGENT, 50))
-        draw.ellipse(
-            (x - radius, y - radius, x + radius, y + radius), fill=AGENT, outline=GROUND, width=2 * SUPERSAMPLING
-        )
+        draw.circle((x, y), radius, fill=AGENT, outline=GROUND, width=2 * SUPERSAMPLING)
         draw.line([(x, y), (x + radius * dx, y - radius * dz)], fill=GROUND, width=2 * SUPERSAMPLING)
 
 
@@ -130,6 +118,6 @@ def _draw_legend(panel: Image.Image) -> None:
     draw, font = ImageDraw.Draw(panel), font_of(15)
     x, y = 14.0, PANEL_PX - LEGEND_PX // 2
     for colour, word in ((AGENT, "agent"), (PATH, "path"), (TARGET, "what the goal is about")):
-        draw.ellipse((x, y - 6, x + 12, y + 6), fill=colour)
+        draw.circle((x + 6, y), 6, fill=colour)
         draw.text((x + 18, y), word, fill=SOFT, font=font, anchor="lm")
         x += 18 + font.getlength(word) + 22

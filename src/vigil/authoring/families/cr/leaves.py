@@ -20,11 +20,11 @@ from vigil.authoring.families.cr.drafts import (
     floor_placement,
     footprints_at,
 )
-from vigil.authoring.solving.free_space import is_cut_off
 from vigil.base.geometry import Pose
 from vigil.protocol.family import DEFAULT_HORIZON_DEG
 from vigil.protocol.goals import Constraint
 from vigil.protocol.world import ObjectSetup, Placement, Setup
+from vigil.scene.floor import is_cut_off
 from vigil.scene.geometry import body_box
 from vigil.scene.outlines import BODY_RADIUS_M, thing_shapes
 from vigil.scene.things import Thing

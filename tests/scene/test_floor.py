@@ -6,7 +6,7 @@ import pytest
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from vigil.authoring.solving.paths import PATH_CACHE_SIZE, ShortestPaths, WalkableMap
+from vigil.scene.floor import PATH_CACHE_SIZE, ShortestPaths, WalkableMap
 
 ROOM = shapely.box(0, 0, 6, 4)
 WALL = shapely.box(2.9, 0, 3.1, 3)

@@ -1,0 +1,94 @@
+"""Options that the environments of Gymnasium and verifiers have in common."""
+
+from collections.abc import Collection, Iterable
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, Field, ValidationError, ValidationInfo, field_validator
+
+from vigil.assets.database import AssetDatabase
+from vigil.authoring.streaming.address import is_stream
+from vigil.authoring.streaming.difficulty import Difficulty, difficulties_named
+from vigil.errors import SettingError, did_you_mean, first_error
+from vigil.protocol.actions import Coordinates, ReplyPolicy
+from vigil.protocol.families import Family, parse_families
+from vigil.protocol.observation import Quality
+from vigil.protocol.profile import PROFILE_NAMES, Profile
+from vigil.sim import BACKENDS
+
+
+class EpisodeOptions(BaseModel):
+    """Options that select the episodes, and say how they are observed and answered."""
+
+    pack: str | Path = Field("starter", description="name or folder of a pack, or a stream, e.g. `stream:7`")
+    family: list[Family] = Field([], description="one family or more, e.g. `AI` or `AI,SI`; all if unset")
+    difficulty: list[Difficulty] = Field(
+        [], description="difficulty in a stream: one or more of `easy`, `medium` and `hard`; all if unset"
+    )
+    houses: tuple[int, int] | None = Field(
+        None, description="range of a stream's houses: the first, and the one after the last; all from 0 on if unset"
+    )
+    profile: str = Field("baseline", description="`baseline`, or `action_feedback` with its two booleans")
+    coordinates: Coordinates = Field("pixel", description="coordinates of clicks: `pixel` or `normalized_1000`")
+    reply_policy: ReplyPolicy = Field("strict", description="how a text is read: `strict` or `lenient`")
+    backend: str = Field("mujoco", description="the simulator's backend")
+    quality: Quality = Field("default", description="quality of frames: `default`, or `fast` with rougher edges")
+    asset_database: str | Path | None = Field(None, description="AI2-THOR's asset database, for houses with its assets")
+
+    @field_validator("family", "difficulty", mode="before")
+    @classmethod
+    def _names(cls, given: Any, info: ValidationInfo) -> Any:
+        names = [given] if isinstance(given, str) else given
+        if not isinstance(names, list | tuple) or not all(isinstance(name, str) for name in names):
+            raise ValueError(f"{info.field_name} is {given!r}; give a name, or a list of names")
+        try:
+            return list(parse_families(names) if info.field_name == "family" else difficulties_named(names))
+        except SettingError as error:
+            raise ValueError(str(error)) from None
+
+    @field_validator("houses", mode="before")
+    @classmethod
+    def _houses(cls, given: Any) -> Any:
+        return tuple(given) if isinstance(given, list) else given
+
+    @field_validator("difficulty", "houses")
+    @classmethod
+    def _of_streams(cls, given: Any, info: ValidationInfo) -> Any:
+        if given and not is_stream(info.data.get("pack")):
+            raise ValueError(f"{info.field_name} is for a stream (pack stream:7), not for a pack")
+        return given
+
+    @field_validator("profile", "backend")
+    @classmethod
+    def _known(cls, given: str, info: ValidationInfo) -> str:
+        names: Collection[str] = PROFILE_NAMES if info.field_name == "profile" else BACKENDS
+        if given not in names:
+            hint = did_you_mean(given, names)
+            raise ValueError(f"{info.field_name} {given!r} does not exist.{hint} Choose one of {', '.join(names)}")
+        return given
+
+    @property
+    def assets(self) -> AssetDatabase:
+        """Asset database with the sizes of objects. Raises SettingError if it is invalid."""
+        return AssetDatabase.from_file(None if self.asset_database is None else Path(self.asset_database))
+
+    @property
+    def condition(self) -> Profile:
+        """Profile under which episodes are played."""
+        names = Profile.model_fields.keys() & type(self).model_fields.keys()
+        return Profile(name=PROFILE_NAMES[self.profile], **{name: getattr(self, name) for name in names})
+
+
+def check_names(given: Iterable[str], known: Iterable[str], owner: str) -> None:
+    """Raise SettingError for the first given option that `owner` does not have; the error suggests a similar name."""
+    known = list(known)
+    for name in given:
+        if name not in known:
+            hint = did_you_mean(name, known) or f" Its options: {', '.join(known)}."
+            raise SettingError(f"{owner} has no option {name!r}.{hint}")
+
+
+def invalid_option(error: ValidationError, owner: str) -> SettingError:
+    """Return the error that names the first invalid option of `owner`, and says what is wrong with it."""
+    fault = first_error(error).removeprefix("taskset.").replace("Value error, ", "", 1)
+    return SettingError(f"{owner}: option {fault.rstrip('.')}.")

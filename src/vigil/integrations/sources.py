@@ -1,0 +1,232 @@
+"""Sources of episodes for training: a pack or a stream.
+
+The environment of Gymnasium draws episodes. That of verifiers reads rows; a process that has only a row may play the
+episode of the row. It loads the same pack, or for a stream makes the house again, once for about thirty episodes.
+"""
+
+import asyncio
+import string
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import islice
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from cachetools import LRUCache
+
+from vigil.authoring.streaming.address import address_of, is_stream, seed_in
+from vigil.authoring.streaming.background import HousePool
+from vigil.authoring.streaming.houses import StreamHouse
+from vigil.authoring.streaming.stream import Stream, StreamItem
+from vigil.errors import SettingError
+from vigil.integrations.options import EpisodeOptions
+from vigil.packs.names import STREAM
+from vigil.packs.pack import Pack, Selection, find_pack, manifest_sha256
+from vigil.packs.private import is_private, is_secret
+from vigil.protocol.episode import MAX_INSTRUCTION_CHARS, Episode
+from vigil.protocol.house import House
+from vigil.runner.workers.messages import Assignment
+
+PACK_CACHE_SIZE = 2
+HOUSE_CACHE_SIZE = 64
+"""Number of houses of a stream that are cached for episodes not played yet."""
+MAX_FIRST_HOUSES = 2**31
+"""Number of houses of an endless stream from which a seed selects the first."""
+
+
+@dataclass(frozen=True, slots=True)
+class SampledEpisode:
+    """An episode with its house."""
+
+    episode: Episode
+    house: House
+
+
+class TaskRow(NamedTuple):
+    """An episode and, for a stream, the index of its house."""
+
+    episode: Episode
+    house: int | None = None
+
+
+class PackSource:
+    """Episodes of a pack."""
+
+    is_endless = False
+
+    def __init__(self, pack: Pack, selection: Selection) -> None:
+        self._pack, self._episodes = pack, pack.select(selection)
+        self.name = f"{pack.name}@{pack.sha256}"
+        """Name and hash of the pack."""
+        self.public_name = pack.name
+        """Name that reveals no secret seed."""
+        self.is_private = is_private(pack.manifest.meta)
+        self.folder: Path | None = pack.folder
+        """Folder of the pack that simulators load."""
+
+    def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], SampledEpisode]:
+        """Choose an episode uniformly, and return a function that reads its house."""
+        del is_seeded
+        episode = self._episodes[int(rng.integers(len(self._episodes)))]
+        return lambda: SampledEpisode(episode, self._pack.house_of(episode))
+
+    def by_id(self, episode_id: str) -> SampledEpisode:
+        """Return any episode of the pack. Raises SettingError."""
+        episode = self._pack.episode(episode_id)
+        return SampledEpisode(episode, self._pack.house_of(episode))
+
+    def longest_instruction(self) -> tuple[int, str]:
+        """Return the greatest length of an instruction, and all characters that may occur in one."""
+        instructions = [episode.instruction for episode in self._pack.episodes]
+        return max(map(len, instructions)), _charset(instructions)
+
+    def rows(self) -> Iterator[TaskRow]:
+        """Yield the selected episodes, in order of their ids."""
+        return map(TaskRow, self._episodes)
+
+    async def assignment(self, episode_id: str, house: int | None) -> Assignment:
+        """Return the assignment of the episode with that id. Raises SettingError."""
+        del house
+        return Assignment(self._pack.episode(episode_id))
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class StreamSource:
+    """Episodes of a stream, in order.
+
+    In `draw`, a seed selects the first house; without a seed the stream starts at its first. A finite stream starts
+    again after its last house.
+    """
+
+    folder = None
+
+    def __init__(self, options: EpisodeOptions, workers: int, limit: int | None = None) -> None:
+        self._first, self._last = options.houses or (0, None)
+        self._seed, self._limit, self._workers = seed_in(str(options.pack)), limit, workers
+        self._filters: dict[str, Any] = {
+            "families": tuple(options.family),
+            "difficulties": tuple(options.difficulty),
+        }
+        self._stream = self._from(self._first)
+        self._items: Iterator[StreamItem] | None = None
+        self._houses: LRUCache[int, Future[StreamHouse]] = LRUCache(HOUSE_CACHE_SIZE)
+        self._pool: HousePool | None = None
+        """Processes that make the houses of rows again."""
+        self.name = address_of(self._seed)
+        """Address and version of the stream."""
+        self.public_name = f"{STREAM}..."
+        """Name that reveals no secret seed."""
+        self.is_private = is_secret(self._seed)
+        self.is_endless = self._last is None and limit is None
+
+    def draw(self, rng: np.random.Generator, *, is_seeded: bool) -> Callable[[], SampledEpisode]:
+        """Choose the first house if `rng` was just seeded; return a function that waits for the next episode.
+
+        The function may be called in another thread, before the next draw.
+        """
+        count = MAX_FIRST_HOUSES if self._last is None else self._last - self._first
+        if is_seeded:
+            self._begin(self._first + int(rng.integers(count)))
+        elif self._items is None:
+            self._begin(self._first)
+        return self._next_in_stream
+
+    def by_id(self, episode_id: str) -> SampledEpisode:
+        """Raise SettingError: the episodes of a stream cannot be looked up by id."""
+        raise SettingError(
+            f"A stream is read in order, and {episode_id!r} is not the episode that was read last. `vigil pack stream` "
+            "writes episodes to a folder, from which they can be selected."
+        )
+
+    def longest_instruction(self) -> tuple[int, str]:
+        """Return the greatest length and the characters that the protocol allows."""
+        return MAX_INSTRUCTION_CHARS, _charset(())
+
+    def rows(self) -> Iterator[TaskRow]:
+        """Yield the episodes, and cache their houses for players in this process."""
+        return islice(self._rows(), self._limit)
+
+    async def assignment(self, episode_id: str, house: int | None) -> Assignment:
+        """Return the assignment of an episode; unless its house is cached, it is first made in the background.
+
+        Raises SettingError or SimulatorError.
+        """
+        if house is None:
+            raise SettingError(f"The row of episode {episode_id!r} does not name a house of stream {self._seed}.")
+        if house not in self._houses:
+            self._pool = self._pool or HousePool(self._stream.settings, max(1, self._workers))
+            self._houses[house] = self._pool.ask(house)
+        made = await asyncio.shield(asyncio.wrap_future(self._houses[house]))
+        for draft in made.drafts:
+            if draft.episode.id == episode_id:
+                return Assignment(draft.episode, house=made.house)
+        raise SettingError(f"House {house} of {self.name} does not have the requested episode {episode_id!r}.")
+
+    def close(self) -> None:
+        """End the background processes."""
+        self._stream.close()
+        self._items = None
+        if self._pool is not None:
+            self._pool.close()
+        self._pool = None
+        self._houses.clear()
+
+    def _from(self, house: int) -> Stream:
+        return Stream(self._seed, first=house, last=self._last, workers=self._workers, **self._filters)
+
+    def _begin(self, house: int) -> None:
+        self._stream.close()
+        self._stream = self._from(house)
+        self._items = iter(self._stream)
+
+    def _next_in_stream(self) -> SampledEpisode:
+        """Return the next episode. Raises SettingError if there is none, or SimulatorError."""
+        assert self._items is not None
+        item = next(self._items, None)
+        if item is None:
+            self._begin(self._first)
+            item = next(self._items, None)
+        if item is None:
+            raise SettingError(
+                f"Stream {self._seed}: the houses {self._first} to {self._last} do not have an episode that fits."
+            )
+        return SampledEpisode(item.episode, item.house)
+
+    def _rows(self) -> Iterator[TaskRow]:
+        for made in self._stream.houses():
+            self._houses[made.number] = Future()
+            self._houses[made.number].set_result(made)
+            yield from (TaskRow(draft.episode, made.number) for draft in made.drafts)
+
+
+EpisodeSource = PackSource | StreamSource
+
+
+def source_of(options: EpisodeOptions, workers: int, limit: int | None = None) -> EpisodeSource:
+    """Return the source that the options name.
+
+    `workers` is the number of processes that make a stream's houses ahead; `limit` is the greatest number of rows.
+    Raises SettingError or PackMismatch.
+    """
+    if is_stream(options.pack):
+        return StreamSource(options, workers, limit)
+    folder = find_pack(options.pack)
+    pack = _cached_pack(folder.resolve(), manifest_sha256(folder))
+    pack.check_assets(options.assets)
+    return PackSource(pack, Selection(families=tuple(options.family), limit=limit))
+
+
+@lru_cache(maxsize=PACK_CACHE_SIZE)
+def _cached_pack(folder: Path, sha256: str) -> Pack:
+    """Return a pack, shared by the environments of a process while the pack's manifest is unchanged."""
+    del sha256  # part of the cache key: distinguishes a pack from an earlier one in the same folder
+    return Pack.load(folder)
+
+
+def _charset(instructions: Iterable[str]) -> str:
+    return "".join(sorted({*string.printable, *"".join(instructions)}))

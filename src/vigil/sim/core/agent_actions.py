@@ -1,0 +1,80 @@
+"""What is the same in every simulator: how an agent walks and looks, and the facts that are recorded of an object."""
+
+import math
+from collections.abc import Callable
+from typing import Protocol
+
+from vigil.base.geometry import Box, Pose, distance
+from vigil.protocol.actions import HORIZON_DOWN_DEG, HORIZON_UP_DEG, MAX_STEPS_PER_ACTION, STEP_M, Look, Navigate
+from vigil.protocol.world import Effect, ObjectState
+from vigil.scene.supports import ancestors, containers_of, receptacles_below, supports_not_lain_on
+from vigil.scene.things import Scene, Thing
+from vigil.sim.core.handling import InteractionResult
+from vigil.sim.core.sight import ObjectVisibility
+
+
+class AgentInScene(Protocol):
+    """A scene with its agent."""
+
+    scene: Scene
+    agent: Pose
+    held: str | None
+    """Id of the thing in the hand."""
+
+
+def walk(action: Navigate, step: Callable[[float], InteractionResult]) -> Effect:
+    """Walk whole steps, then the fraction, until one is refused; return the effect.
+
+    `step` takes a length (m), negative to the back, and goes all of it or refuses it.
+    """
+    sign = 1.0 if action.mode == "forward" else -1.0
+    magnitude = min(action.magnitude, float(MAX_STEPS_PER_ACTION))
+    whole = math.floor(magnitude + 1e-9)
+    rest = magnitude - whole
+    moved_m, result = 0.0, InteractionResult()
+    for length_m in [STEP_M] * whole + ([rest * STEP_M] if rest > 1e-9 else []):
+        result = step(sign * length_m)
+        if result.refusal is not None:
+            break
+        moved_m += length_m
+    is_blocked = result.refusal is not None
+    return Effect(
+        moved_m=moved_m,
+        path_blocked=is_blocked,
+        blocked_by=result.blocked_by,
+        refusal="path_blocked" if is_blocked and moved_m == 0.0 else None,
+        capped=action.magnitude > MAX_STEPS_PER_ACTION,
+    )
+
+
+def horizon_after(action: Look, horizon: float) -> float:
+    """Return the pitch (deg) of a camera after a look from `horizon`, within the limits."""
+    wanted = horizon + action.magnitude * (1.0 if action.direction == "down" else -1.0)
+    return max(HORIZON_UP_DEG, min(HORIZON_DOWN_DEG, wanted))
+
+
+def object_state(
+    world: AgentInScene, thing: Thing, box: Box, seen: ObjectVisibility, asked: list[Thing]
+) -> ObjectState:
+    """Return the hidden state of a thing in a box, of which `seen` is seen; `asked` are all things in question."""
+    return ObjectState(
+        category=thing.category,
+        position=thing.position,
+        box=box,
+        openness=thing.openness if thing.is_openable else None,
+        is_toggled=thing.is_toggled if thing.is_toggleable else None,
+        is_held=world.held == thing.id,
+        visible=seen.visible,
+        visible_px=seen.visible_px,
+        open_px=seen.open_px,
+        toggle_px=seen.toggle_px,
+        nearest_visible_m=seen.nearest_m,
+        box_distance_m=box.floor_distance(world.agent.position),
+        center_distance_m=distance(world.agent.position, thing.position),
+        parent=thing.parent,
+        support_chain=tuple(below.id for below in ancestors(world.scene, thing)),
+        inside=tuple(other.id for other in containers_of(world.scene, thing)),
+        not_on=supports_not_lain_on(world.scene, thing, asked),
+        over=receptacles_below(thing, asked, inside=False),
+        over_inside=receptacles_below(thing, asked, inside=True),
+    )
