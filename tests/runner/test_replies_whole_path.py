@@ -19,9 +19,10 @@ from vigil.protocol.replies import parse_reply
 from vigil.records.record import EPISODES_FILE, EpisodeRecord
 from vigil.records.record_file import read_records
 from vigil.runner.inspect_task import vigil
-from vigil.runner.models.access import ModelAccess
-from vigil.runner.models.ask import RetryPolicy, with_retries
-from vigil.runner.models.inspect_model import Endpoint, sender
+from vigil.runner.models.access import Endpoint, ModelAccess
+from vigil.runner.models.ask import with_retries
+from vigil.runner.models.inspect_model import new_model, sender
+from vigil.runner.retries import RetryPolicy
 from vigil.runner.run import run_pack
 from vigil.runner.settings import RunSettings
 from vigil.runner.verify_run import VerifySettings, verify_run
@@ -121,7 +122,7 @@ def test_each_wire_format_brings_the_text_as_it_was_sent(wire: str, is_streamed:
 
 
 async def ask_all(endpoint: Endpoint, count: int) -> list[Reply]:
-    model = endpoint.model()
+    model = new_model(endpoint)
     ask = with_retries(sender(model), RetryPolicy(retries=0))
     try:
         messages = [[Message("user", f"metres of it ({number})")] for number in range(count)]

@@ -60,6 +60,7 @@ from vigil.packs.freeze import check_can_freeze
 from vigil.packs.pack import Pack
 from vigil.packs.private import chosen_seed, is_secret
 from vigil.protocol.families import FAMILIES
+from vigil.runner.models.access import Endpoint, model_access
 from vigil.runner.models.completion import open_completion
 from vigil.runner.shared_settings import ApiKeyEnv, AssetFile, Backend, BaseUrl, Families, Workers
 from vigil.runner.workers.pool import worker_count
@@ -144,7 +145,7 @@ def propose(
                 file, sources, settings, workers=worker_count(workers), make_worker=make_worker, on_progress=on_progress
             )
         else:
-            with open_completion(model, base_url, api_key_env=api_key_env) as complete:
+            with open_completion(Endpoint(model_access(model, base_url, {}, api_key_env))) as complete:
                 proposer = model, model_proposer(complete, per_house, model)
                 generate_drafts(file, sources, settings, proposer=proposer, on_progress=on_progress)
     drafts_summary(file)

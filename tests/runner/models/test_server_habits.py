@@ -21,10 +21,11 @@ from vigil.errors import ModelAPIError
 from vigil.protocol.actions import InvalidAction, Reply
 from vigil.protocol.finish_reasons import FINISH_REASONS, MEANINGS, REFERENCES, stop_cause
 from vigil.protocol.replies import parse_reply
-from vigil.runner.models.access import ModelAccess
-from vigil.runner.models.ask import Ask, RequestRejected, RetryPolicy, with_retries
-from vigil.runner.models.inspect_model import Endpoint, sender
+from vigil.runner.models.access import Endpoint, ModelAccess
+from vigil.runner.models.ask import Ask, RequestRejected, with_retries
+from vigil.runner.models.inspect_model import new_model, sender
 from vigil.runner.models.preflight import advice, check_sight
+from vigil.runner.retries import RetryPolicy
 
 pytestmark = INSPECT
 LOOK = '{"skill_name": "look", "arguments": {"direction": "up", "magnitude": 5}}'
@@ -48,7 +49,7 @@ def asked(
         endpoint = Endpoint(ModelAccess(name, server.url + path, "key", tuple(arguments.items())), sampling)
 
         async def main() -> Reply:
-            model = endpoint.model()
+            model = new_model(endpoint)
             try:
                 return await question(with_retries(sender(model), RetryPolicy(retries=1, first_wait_s=0.001)))
             finally:

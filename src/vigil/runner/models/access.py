@@ -11,10 +11,12 @@ from dataclasses import dataclass, field
 from typing import Any
 from urllib.parse import urlsplit
 
+from vigil.agents.agent import REPLY_SECONDS
 from vigil.errors import SettingError
 from vigil.runner.models.network import check_network, without_proxies
 from vigil.runner.models.providers import ANY_SERVICE, ModelName, Provider, parse_model_name, provider_hint
 from vigil.runner.models.redaction import is_secret_name, without_key_patterns, without_login
+from vigil.runner.retries import RetryPolicy
 
 NO_KEY = "EMPTY"
 """Placeholder that is sent instead of a key."""
@@ -100,6 +102,20 @@ class ModelAccess:
                 "the variable with the key by --api-key-env."
             )
         return ""
+
+
+@dataclass(frozen=True, slots=True)
+class Endpoint:
+    """A model and how it is called."""
+
+    access: ModelAccess
+    sampling: dict[str, Any] = field(default_factory=dict[str, Any])
+    """Fields of Inspect's GenerateConfig; only what the user set."""
+    max_connections: int = 16
+    reply_seconds: int = REPLY_SECONDS
+    retry_policy: RetryPolicy = field(default_factory=RetryPolicy)
+    keep_reasoning: bool = False
+    """Whether replies include the reasoning that was sent apart from them."""
 
 
 def model_access(

@@ -18,6 +18,7 @@ from tenacity import AsyncRetrying, Retrying, retry_if_exception_type, stop_afte
 from vigil.errors import SettingError, VigilError
 from vigil.protocol.actions import Reply
 from vigil.records.record import Boundary, EpisodeRecord
+from vigil.runner.retries import MAX_RESTORES
 from vigil.runner.workers.messages import (
     AdvanceEpisode,
     Assignment,
@@ -44,8 +45,6 @@ from vigil.runner.workers.process import (
 )
 from vigil.runner.workers.resimulation import FactDifference
 
-MAX_RESTORES = 2
-"""Maximum number of times that an episode is restored in another worker before it counts as lost."""
 _RETRY_ON_ANOTHER: dict[str, Any] = {
     "retry": retry_if_exception_type(NoCapacity),
     "stop": stop_after_delay(START_TIMEOUT_S),
