@@ -15,7 +15,7 @@ from vigil.assets.database import AssetDatabase
 from vigil.packs.pack import Pack
 from vigil.protocol.actions import Reply
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
-from vigil.protocol.replies import parse_reply
+from vigil.protocol.replies import read_reply
 from vigil.records.record import EpisodeRecord, StepRecord
 from vigil.runner import run
 from vigil.runner.plan import plan_run
@@ -137,7 +137,7 @@ def check_judged(name: str, step: StepRecord) -> None:
 
 def check_reply(name: str, reply: Reply) -> None:
     """Assert that a reply in this form is read and parsed as the protocol says."""
-    form, parsed = REASONING_FORMS[name], parse_reply(reply, "pixel", "strict")
+    form, parsed = REASONING_FORMS[name], read_reply(reply).parsed
     assert reply.text == form.said.text, name
     assert reply.reasoning_chars >= len(THOUGHT) or form.reason is not None, name
     assert getattr(parsed, "reason", None) == form.reason, name

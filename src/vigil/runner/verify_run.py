@@ -13,9 +13,8 @@ from vigil.assets.database import AssetDatabase
 from vigil.base.settings import Setting, check_settings
 from vigil.errors import RecordError, SettingError, SimulatorError
 from vigil.packs.pack import Pack
-from vigil.protocol.actions import InvalidAction
 from vigil.protocol.profile import Profile
-from vigil.protocol.replies import parse_reply
+from vigil.protocol.replies import read_reply
 from vigil.records.record import EpisodeRecord, RunHeader
 from vigil.runner.run_folder import host_facts
 from vigil.runner.shared_settings import AssetFile, PackLocation, Workers
@@ -120,15 +119,9 @@ def verify_run(
 def check_replies(record: EpisodeRecord, profile: Profile) -> Iterator[FactDifference]:
     """Yield the recorded facts about a reply's meaning that do not follow from the reply."""
     for step in record.steps:
-        parsed = parse_reply(step.reply, profile.coordinates, profile.reply_policy)
-        is_invalid = isinstance(parsed, InvalidAction)
-        found = {
-            "action": None if is_invalid else parsed.action,
-            "invalid": parsed if is_invalid else None,
-            "ignored_keys": () if is_invalid else parsed.ignored_keys,
-        }
-        for fact, value in found.items():
-            recorded = getattr(step, fact)
+        read = read_reply(step.reply, profile)
+        for fact in ("action", "invalid", "ignored_keys"):
+            recorded, value = getattr(step, fact), getattr(read, fact)
             if recorded != value:
                 yield FactDifference(record.episode_id, record.epoch, step.index, fact, recorded, value)
 

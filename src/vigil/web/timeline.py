@@ -13,7 +13,7 @@ from vigil.protocol.episode import Episode
 from vigil.protocol.families import FAMILIES
 from vigil.protocol.goals import describe_goal
 from vigil.protocol.profile import Profile
-from vigil.protocol.replies import parse_reply
+from vigil.protocol.replies import read_reply
 from vigil.protocol.world import WorldState
 from vigil.records.record import EpisodeRecord, StepRecord
 from vigil.scoring.goal_check import GoalRow, check
@@ -48,7 +48,7 @@ def _goal_rows(episode: Episode, record: EpisodeRecord) -> tuple[GoalRow, ...]:
 
 
 def _step(step: StepRecord, profile: Profile, rows: tuple[GoalRow, ...]) -> dict[str, Any]:
-    parsed = parse_reply(step.reply, profile.coordinates, profile.reply_policy)
+    parsed = read_reply(step.reply, profile).parsed
     action, reply = step.action, step.reply
     return {
         "index": step.index,

@@ -24,7 +24,7 @@ from vigil.errors import SettingError, SimulatorError
 from vigil.packs.freeze import freeze
 from vigil.protocol.actions import ParsedReply, Reply, Report
 from vigil.protocol.profile import ACTION_FEEDBACK, Profile
-from vigil.protocol.replies import parse_reply
+from vigil.protocol.replies import read_reply
 from vigil.runner.workers.messages import Assignment, WorkerPlan
 from vigil.runner.workers.players import ModelPlayer
 from vigil.runner.workers.pool import SimulatorPool
@@ -75,7 +75,7 @@ def test_answers_are_the_solver_s_actions_with_a_sentence(
 ) -> None:
     for item in items:
         for example, action in zip(demonstrated(examples[item.episode.family]), item.draft.actions, strict=True):
-            parsed = parse_reply(Reply(text=example.answer), PROFILE.coordinates, PROFILE.reply_policy)
+            parsed = read_reply(Reply(text=example.answer), PROFILE).parsed
             assert isinstance(parsed, ParsedReply)
             said = parsed.thought
             assert said[0].isupper()

@@ -16,7 +16,7 @@ from vigil.agents.conversation import Message
 from vigil.agents.frame_encoding import encode_frame
 from vigil.errors import ModelAPIError, SettingError
 from vigil.protocol.actions import ParsedReply, Reply
-from vigil.protocol.replies import parse_reply
+from vigil.protocol.replies import read_reply
 from vigil.runner.models.access import Endpoint, ModelAccess, model_access
 from vigil.runner.models.ask import RequestRejected, with_retries
 from vigil.runner.models.inspect_model import new_model, sender
@@ -53,7 +53,7 @@ def after(*first: ChatAnswer) -> ChatResponder:
 
 
 def reason(reply: Reply) -> str | None:
-    parsed = parse_reply(reply, "pixel", "strict")
+    parsed = read_reply(reply).parsed
     return None if isinstance(parsed, ParsedReply) else parsed.reason
 
 

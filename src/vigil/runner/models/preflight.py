@@ -16,7 +16,7 @@ from vigil.errors import ModelAPIError
 from vigil.protocol.actions import InvalidAction, Reply
 from vigil.protocol.observation import FRAME_HEIGHT, FRAME_WIDTH
 from vigil.protocol.profile import ImageFormat, Profile
-from vigil.protocol.replies import looks_like_other_coordinates, parse_reply
+from vigil.protocol.replies import looks_like_other_coordinates, read_reply
 from vigil.runner.models.access import KEY_HINT
 from vigil.runner.models.ask import Ask, RequestRejected
 from vigil.runner.models.context import CONTEXT_ERROR, CONTEXT_OPTIONS, size_hint
@@ -131,8 +131,7 @@ async def _try_example(ask: Ask, model: str, profile: Profile) -> tuple[Reply, I
     except RequestRejected as error:
         hint = f" {size_hint(messages)}" if CONTEXT_ERROR.search(str(error)) else ""
         raise ModelAPIError(f"Model {model!r} was asked about an example observation. {error}.{hint}") from error
-    parsed = parse_reply(reply, profile.coordinates, profile.reply_policy)
-    return reply, parsed if isinstance(parsed, InvalidAction) else None
+    return reply, read_reply(reply, profile).invalid
 
 
 def advice(invalid: InvalidAction, reply: Reply) -> str:
