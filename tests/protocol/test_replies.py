@@ -442,7 +442,7 @@ def test_details_name_what_was_given_instead():
     two = rejected(parse_text(LOOK + WALK))
     assert (two.reason, two.detail) == ("several_objects", "")
     cut = ReplyCut(text_bytes=90_000, answer_bytes=80_000, sha256="0" * 64)
-    too_long = rejected(read_reply(Reply(text="{", cut=cut), "pixel", "strict"))
+    too_long = rejected(read_reply(Reply(text="{", cut=cut)).parsed)
     assert (too_long.detail, too_long.would_parse_leniently) == ("80000 bytes, more than 65536", False)
 
 
@@ -454,7 +454,7 @@ def test_an_empty_answer_after_reasoning_says_so_and_no_other_does():
     empty = rejected(read_reply(Reply(text=" ", reasoning_chars=9)).parsed)
     assert (empty.reason, empty.detail) == ("empty", "all 9 characters came as reasoning, and no answer followed")
     assert "came as reasoning" not in rejected(read_reply(Reply(text=" ")).parsed).detail
-    torn = rejected(read_reply(Reply(text="{", reasoning_chars=9), "pixel", "strict"))
+    torn = rejected(read_reply(Reply(text="{", reasoning_chars=9)).parsed)
     assert "came as reasoning" not in torn.detail
     assert read_reply(Reply(text=LOOK, reasoning_chars=9)).parsed == parse_text(LOOK)
 
