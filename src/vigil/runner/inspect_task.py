@@ -21,7 +21,6 @@ from inspect_ai._util.error import PrerequisiteError
 from inspect_ai.dataset import MemoryDataset, Sample
 from inspect_ai.log import EvalLog
 from inspect_ai.model import (
-    ChatMessage,
     ChatMessageAssistant,
     ChatMessageUser,
     GenerateConfig,
@@ -90,7 +89,9 @@ def evaluate(
     """
     stop: list[VigilError] = []
     closer = _ConnectionCloser(client.model, play_one, len(assignments))
-    with _rare_garbage_collection(), _no_warnings():
+    with _rare_garbage_collection(), warnings.catch_warnings():
+        # pydantic warns about unusual answers of a server when Inspect writes its log
+        warnings.filterwarnings("ignore", message="Pydantic serializer warnings", category=UserWarning)
         logs = inspect_eval(
             _task(assignments, closer.play_one, stop, is_numbered=not keep_samples),
             model=client.loggable_model(),
@@ -109,14 +110,6 @@ def evaluate(
     if stop:
         raise stop[0]
     _check(logs, 0 if keep_samples else len(assignments) - closer.played)
-
-
-@contextmanager
-def _no_warnings() -> Generator[None, None, None]:
-    """Suppress pydantic's warnings about unusual answers of a server."""
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Pydantic serializer warnings", category=UserWarning)
-        yield
 
 
 @contextmanager
@@ -180,8 +173,10 @@ def _task(
     **more: Any,
 ) -> Task:
     """Return Inspect's task; with `is_numbered` its samples have numbers, because ids must not be revealed."""
-    pairs = enumerate(assignments, start=1) if is_numbered else ((_sample_id(each), each) for each in assignments)
-    by_id = {str(name): assignment for name, assignment in pairs}
+    by_id: dict[str, Assignment] = {}
+    for number, assignment in enumerate(assignments, start=1):
+        name = assignment.episode.id if assignment.epoch == 1 else f"{assignment.episode.id}@{assignment.epoch}"
+        by_id[str(number) if is_numbered else name] = assignment
     samples = [
         Sample(
             id=name,
@@ -192,10 +187,6 @@ def _task(
     ]
     agent = _agent(by_id, play_one, stop)
     return Task(dataset=MemoryDataset(samples, name="vigil"), solver=agent, scorer=vigil_score(), name="vigil", **more)
-
-
-def _sample_id(assignment: Assignment) -> str:
-    return assignment.episode.id if assignment.epoch == 1 else f"{assignment.episode.id}@{assignment.epoch}"
 
 
 def _agent(by_id: Mapping[str, Assignment], play_one: PlayOne, stop: list[VigilError] | None) -> Solver:
@@ -217,22 +208,16 @@ def _agent(by_id: Mapping[str, Assignment], play_one: PlayOne, stop: list[VigilE
                 stop.append(error)
                 return state
             state.metadata["record"] = record.model_dump(mode="json")
-            state.messages = _dialogue(record)
+            state.messages = []  # the episode as Inspect's viewer shows it
+            for step in record.steps:
+                frame = ChatMessageUser(content=frame_stub("past", None))
+                state.messages += [frame, ChatMessageAssistant(content=step.reply.text)]
             state.completed = True
             return state
 
         return solve
 
     return vigil_agent()
-
-
-def _dialogue(record: EpisodeRecord) -> list[ChatMessage]:
-    """Return the episode as Inspect's viewer shows it."""
-    messages: list[ChatMessage] = []
-    for step in record.steps:
-        messages.append(ChatMessageUser(content=frame_stub("past", None)))
-        messages.append(ChatMessageAssistant(content=step.reply.text))
-    return messages
 
 
 @scorer(name=f"{_PREFIX}vigil_score", metrics={"*": [grouped(mean(), "family")]})

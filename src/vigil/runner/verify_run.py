@@ -97,11 +97,16 @@ def verify_run(
     pack = Pack.load(saved.pack_folder, header.spec.pack_sha256)
     scored = sorted(key for key, row in table.rows.items() if row.outcome is not None)
     records = [table.record(key) for key in scored[: settings.limit]]
-    is_exact = settings.exact if settings.exact is not None else _is_same_host(header)
+    here = host_facts()
+    is_same_host = all(host.get(name) == here[name] for host in header.hosts for name in SAME_HOST)
+    is_exact = is_same_host if settings.exact is None else settings.exact
     if settings.records_only:
         found = [fault for record in records for fault in check_replies(record, header.spec.profile)]
     else:
-        found = _resimulate_all(pack, header, records, settings, is_exact, on_progress)
+        workers = max(1, min(worker_count(settings.workers), len(records)))
+        with SimulatorPool(_worker_plan(pack, header, settings), workers, timeout_s=settings.timeout_s) as pool:
+            verifier = _Verifier(pool, pack, settings.frames, is_exact)
+            found = asyncio.run(verifier.all(records, on_progress))
     seen = sum(step.frame_sha256 is not None for record in records for step in record.steps) if settings.frames else 0
     return Verification(
         header,
@@ -126,18 +131,12 @@ def check_replies(record: EpisodeRecord, profile: Profile) -> Iterator[FactDiffe
                 yield FactDifference(record.episode_id, record.epoch, step.index, fact, recorded, value)
 
 
-def _resimulate_all(
-    pack: Pack,
-    header: RunHeader,
-    records: Sequence[EpisodeRecord],
-    settings: VerifySettings,
-    is_exact: bool,
-    on_progress: Callable[[int, int], None],
-) -> list[FactDifference]:
+def _worker_plan(pack: Pack, header: RunHeader, settings: VerifySettings) -> WorkerPlan:
+    """Return the plan of the workers. Raises SettingError or RecordError if the simulator or assets are missing."""
     backend = settings.backend or header.spec.simulator
     if backend == "thor":
         require_engine(header.simulator_version, instead="--records-only checks what needs no simulator.")
-    plan = WorkerPlan(
+    return WorkerPlan(
         pack=pack.folder,
         run_id=header.run_id,
         profile=header.spec.profile,
@@ -146,10 +145,6 @@ def _resimulate_all(
         asset_database=_asset_database(header, settings),
         pack_sha256=pack.sha256,
     )
-    workers = max(1, min(worker_count(settings.workers), len(records)))
-    with SimulatorPool(plan, workers, timeout_s=settings.timeout_s) as pool:
-        verify = _Verifier(pool, pack, settings.frames, is_exact)
-        return asyncio.run(verify.all(records, workers, on_progress))
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,8 +155,9 @@ class _Verifier:
     is_exact: bool
 
     async def all(
-        self, records: Sequence[EpisodeRecord], workers: int, on_progress: Callable[[int, int], None]
+        self, records: Sequence[EpisodeRecord], on_progress: Callable[[int, int], None]
     ) -> list[FactDifference]:
+        """Return the differences of all records, in their order."""
         found: dict[int, list[FactDifference]] = {}
         by_house = sorted(enumerate(records), key=lambda pair: self.pack.episode(pair[1].episode_id).house.name)
         waiting = iter(by_house)
@@ -171,7 +167,7 @@ class _Verifier:
                 found[number] = await self.one(record)
                 on_progress(len(found), len(records))
 
-        await asyncio.gather(*(work() for _ in range(workers)))
+        await asyncio.gather(*(work() for _ in self.pool.workers))
         return [difference for number in sorted(found) for difference in found[number]]
 
     async def one(self, record: EpisodeRecord) -> list[FactDifference]:
@@ -194,8 +190,3 @@ def _asset_database(header: RunHeader, settings: VerifySettings) -> Path | None:
             f"{str(path)!r} is not that file. Give the file with --assets."
         )
     return path
-
-
-def _is_same_host(header: RunHeader) -> bool:
-    here = host_facts()
-    return all(host.get(name) == here[name] for host in header.hosts for name in SAME_HOST)

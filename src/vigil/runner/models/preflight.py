@@ -112,13 +112,14 @@ async def check_contract(ask: Ask, model: str, profile: Profile, *, force: bool 
         reply, invalid = await _try_example(ask, model, profile)
     if invalid is None:
         return PASSED
-    what = f"{invalid.reason} {invalid.detail}".strip()
+    what, half = f"{invalid.reason} {invalid.detail}".strip(), SHOWN_CHARS // 2
     if force:
         return f"failed: {what}"
+    excerpt = reply.text if len(reply.text) <= SHOWN_CHARS else f"{reply.text[:half]} ... {reply.text[-half:]}"
     raise ModelAPIError(
         f"Model {model!r} was asked for an action in an example observation, but its answer is not an action ({what}; "
         f"finish reason {reply.finish_reason}, {reply.reasoning_chars} characters of reasoning): "
-        f"{_excerpt(reply.text)}. {advice(invalid, reply)} {_FORCE_HINT}"
+        f"{excerpt!r}. {advice(invalid, reply)} {_FORCE_HINT}"
     )
 
 
@@ -168,8 +169,3 @@ def advice(invalid: InvalidAction, reply: Reply) -> str:
         "Check that the server's chat template passes on the system prompt (`vigil prompt` shows it), and that the "
         "model follows instructions."
     )
-
-
-def _excerpt(text: str) -> str:
-    cut = len(text) > SHOWN_CHARS
-    return repr(f"{text[: SHOWN_CHARS // 2]} ... {text[-SHOWN_CHARS // 2 :]}" if cut else text)
