@@ -7,7 +7,7 @@ import hashlib
 import logging
 import os
 import socket
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -81,15 +81,19 @@ def node_facts(plan: WorkerPlan, folder: Path) -> dict[str, str]:
     facts = {"vigil": __version__, "vigil's code": _code_sha256()[:_HASH_DIGITS]}
     facts |= {name: version(name) for name in ("numpy", "mujoco")}
     if plan.pack is not None:
-        facts[f"pack {str(plan.pack)!r}"] = _pack_sha256(plan.pack)
+        pack = plan.pack
+        facts[f"pack {str(pack)!r}"] = _known(lambda: manifest_sha256(find_pack(pack))[:_HASH_DIGITS])
     if plan.asset_database is not None:
-        facts[f"asset database {str(plan.asset_database)!r}"] = _file_sha256(plan.asset_database)
+        name, file = f"asset database {str(plan.asset_database)!r}", plan.asset_database
+        facts[name] = _known(lambda: file_sha256(file, repr(str(file)))[:_HASH_DIGITS])
     if is_exec(plan.agent):
         facts |= {
             f"program file {name!r}": sha256[:_HASH_DIGITS] for name, sha256 in file_hashes(plan.agent, folder).items()
         }
     if plan.frames is not None:
-        facts[f"folder {str(plan.frames.parent)!r}, for --save-frames"] = _run_identity(plan.frames.parent)
+        folder = plan.frames.parent  # its header identifies it on all machines that share the folder
+        begun = _known(lambda: f"of the run begun {read_header(folder).started.isoformat()}")
+        facts[f"folder {str(folder)!r}, for --save-frames"] = begun
     return facts
 
 
@@ -194,23 +198,9 @@ def _code_sha256() -> str:
     return digest.hexdigest()
 
 
-def _pack_sha256(pack: Path) -> str:
+def _known(fact: Callable[[], str]) -> str:
+    """Return a fact about a file; MISSING when this node does not have the file."""
     try:
-        return manifest_sha256(find_pack(pack))[:_HASH_DIGITS]
-    except PackMismatch:
-        return MISSING
-
-
-def _file_sha256(path: Path) -> str:
-    try:
-        return file_sha256(path, repr(str(path)))[:_HASH_DIGITS]
-    except SettingError:
-        return MISSING
-
-
-def _run_identity(folder: Path) -> str:
-    """Return the text that identifies a run's folder on all machines that share it."""
-    try:
-        return f"of the run begun {read_header(folder).started.isoformat()}"
-    except RecordError:
+        return fact()
+    except (PackMismatch, RecordError, SettingError):
         return MISSING

@@ -20,7 +20,6 @@ from inspect_ai.model import (
     GenerateConfig,
     Model,
     ModelOutput,
-    ModelUsage,
     get_model,
 )
 from inspect_ai.model._model import use_model_event_sink
@@ -228,6 +227,10 @@ def _library_reply(output: ModelOutput, *, keep_reasoning: bool) -> Reply:
     is_refused_request = output.stop_reason == "model_length" and output.usage is None
     if is_refused_request:
         raise AttemptFailed(output.completion, is_rejection=True)
+    usage, used = output.usage, None
+    if usage is not None:
+        cached = (usage.input_tokens_cache_read or 0) + (usage.input_tokens_cache_write or 0)
+        used = Usage(input_tokens=usage.input_tokens + cached, output_tokens=usage.output_tokens)
     tool_call = next((call.function for call in output.message.tool_calls or ()), None)
     check_ending(output.stop_reason, output.completion, tool_call)
     parts = output.message.content
@@ -239,16 +242,9 @@ def _library_reply(output: ModelOutput, *, keep_reasoning: bool) -> Reply:
         tool_call=tool_call,
         reasoning_chars=sum(len(part.reasoning) for part in reasoning),
         reasoning="".join(part.reasoning for part in reasoning) if keep_reasoning else "",
-        usage=_usage(output.usage),
+        usage=used,
         seconds=output.time or 0.0,
     )
-
-
-def _usage(usage: ModelUsage | None) -> Usage | None:
-    if usage is None:
-        return None
-    cached = (usage.input_tokens_cache_read or 0) + (usage.input_tokens_cache_write or 0)
-    return Usage(input_tokens=usage.input_tokens + cached, output_tokens=usage.output_tokens)
 
 
 async def preflight(
