@@ -97,7 +97,7 @@ class RowCheck:
 
 
 def contradictions(episode: Episode, record: EpisodeRecord) -> list[str]:
-    """Return how the steps of a record contradict its end or the budgets, so that there can be no verdict on it."""
+    """Return how the steps of a record contradict its end or the budgets, which makes a verdict impossible."""
     reports = [step.index for step in record.steps if isinstance(step.action, Report)]
     steps, last, over = len(record.steps), episode.max_invalid + 1, _last_invalid(episode, record)
     faults = {
